@@ -1,0 +1,185 @@
+"""From the angle of the dividing head to the acceleration along the accelerometer's axes.
+
+The shaft of the head is horizontal. At head angle 0 the input axis (IA) points up and senses +1 g;
+the angle turns the second axis of the rotation plane upwards. Accelerations are in units of the
+**local** gravity, so no value of gravity is needed here.
+
+Mountings
+---------
+The rotation plane holds the input axis and one cross axis; the other cross axis lies along the
+shaft and senses nothing.
+
+``"o+"``, ``"o-"``
+    the output axis (OA) lies along the shaft, the pendulous axis (PA) is in the rotation plane;
+``"p+"``, ``"p-"``
+    the pendulous axis lies along the shaft, the output axis is in the rotation plane.
+
+The side ``-`` is the same unit turned by 180 deg about its input axis (the reversed mounting): the
+cross axis in the plane changes its sign, the input axis does not.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from accelcal.errors import InputError
+
+__all__ = ["MOUNTINGS", "Acceleration", "accelerations", "position_angles", "turn_angles"]
+
+MOUNTINGS = ("o+", "o-", "p+", "p-")
+
+
+class Acceleration(NamedTuple):
+    """Acceleration along the axes of the accelerometer [local g].
+
+    Attributes
+    ----------
+    input : ndarray
+        Along the input axis, a_i.
+    pendulous : ndarray
+        Along the pendulous axis, a_p.
+    output : ndarray
+        Along the output axis, a_o.
+    """
+
+    input: NDArray[np.float64]
+    pendulous: NDArray[np.float64]
+    output: NDArray[np.float64]
+
+
+def position_angles(position: ArrayLike, positions: int = 8) -> NDArray[np.float64]:
+    """Head angle of the numbered positions of an equally spaced test.
+
+    Parameters
+    ----------
+    position : array_like of int
+        Position numbers J, counted from 1; J = `positions` + 1 is the return to J = 1.
+    positions : int, default 8
+        Number of positions in a full turn.
+
+    Returns
+    -------
+    ndarray of float
+        Head angle (J - 1) * 360 / `positions` [deg].
+
+    Raises
+    ------
+    InputError
+        If a number lies outside 1 .. `positions` + 1, or `positions` is below 1.
+
+    References
+    ----------
+    Figure 2 of the paper: th_J = (J - 1) * 45 deg.
+
+    Examples
+    --------
+    >>> position_angles([1, 2, 9]).tolist()
+    [0.0, 45.0, 360.0]
+    """
+    if positions < 1:
+        raise InputError(f"{positions} positions in a turn; a turn has at least 1 position")
+    number = np.asarray(position, dtype=np.int64)
+    outside = (number < 1) | (number > positions + 1)
+    if outside.any():
+        raise InputError(
+            f"position {number[outside].flat[0]} is outside the turn; with {positions} positions"
+            f" J runs from 1 to {positions + 1}"
+        )
+    return (number - 1) * 360.0 / positions
+
+
+def turn_angles(positions: int = 8) -> NDArray[np.float64]:
+    """Head angles of one whole turn, the return to the start included [deg].
+
+    Parameters
+    ----------
+    positions : int, default 8
+        Number of positions in a full turn.
+
+    Returns
+    -------
+    ndarray of float, shape (positions + 1,)
+        0 .. 360 deg.
+
+    Raises
+    ------
+    InputError
+        If `positions` is below 1.
+
+    Examples
+    --------
+    >>> turn_angles(4).tolist()
+    [0.0, 90.0, 180.0, 270.0, 360.0]
+    """
+    return position_angles(np.arange(1, positions + 2), positions)
+
+
+def accelerations(
+    angle_deg: ArrayLike, delta0: float = 0.0, mounting: ArrayLike = "o+"
+) -> Acceleration:
+    """Acceleration along the three axes at a head angle.
+
+    Parameters
+    ----------
+    angle_deg : array_like
+        Head angle th [deg].
+    delta0 : float, default 0
+        Fixture angle d0 between the zero of the head and the input axis [rad].
+    mounting : str or array_like of str, default "o+"
+        One of `MOUNTINGS`, broadcast against `angle_deg`.
+
+    Returns
+    -------
+    Acceleration
+        a_i = cos(th + d0) and, by the mounting, a_p or a_o = +-sin(th + d0) [local g].
+
+    Raises
+    ------
+    InputError
+        If a mounting is not one of `MOUNTINGS` or `delta0` is not finite.
+
+    Notes
+    -----
+    Exact for any angle, with no expansion in d0. Multiples of 90 deg give exact zeros and ones
+    at d0 = 0, so that what a position cannot show is zero and not 1e-17.
+
+    Examples
+    --------
+    >>> accelerations([0, 90]).input.tolist()
+    [1.0, 0.0]
+    >>> accelerations(90, mounting="p-").output.tolist()
+    -1.0
+    """
+    if not np.isfinite(delta0):
+        raise InputError(f"delta0 is {delta0}; the fixture angle is a finite number in rad")
+    angle = np.asarray(angle_deg, dtype=np.float64)
+    kind = np.asarray(mounting)
+    unknown = ~np.isin(kind, MOUNTINGS)
+    if unknown.any():
+        raise InputError(
+            f"mounting {str(kind[unknown].flat[0])!r} is unknown; it is one of {', '.join(MOUNTINGS)}"
+        )
+    cosine, sine = _cos_sin_deg(angle, delta0)
+    cross = np.where((kind == "o-") | (kind == "p-"), -sine, sine)
+    about_output_axis = (kind == "o+") | (kind == "o-")
+    return Acceleration(
+        input=cosine,
+        pendulous=np.where(about_output_axis, cross, 0.0),
+        output=np.where(about_output_axis, 0.0, cross),
+    )
+
+
+def _cos_sin_deg(
+    angle_deg: NDArray[np.float64], delta0: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Cosine and sine of (angle + delta0), exact at multiples of 90 deg when delta0 is 0."""
+    quarter = np.round(angle_deg / 90.0)
+    rest = np.radians(angle_deg - 90.0 * quarter) + delta0
+    c, s = np.cos(rest), np.sin(rest)
+    turn = np.mod(quarter, 4).astype(np.int64)
+    cosine = np.choose(turn, [c, -s, -c, s])
+    sine = np.choose(turn, [s, c, -s, -c])
+    return cosine + 0.0, sine + 0.0  # + 0.0 turns -0.0 into 0.0

@@ -1,0 +1,308 @@
+"""The accelerometer's output (1), its error (2), the random bias (3) and the error bounds (4).
+
+Accelerations are in units of local g, so a coefficient of order n is per power n of local g.
+
+======  ================  ======================  =============================================
+symbol  multiplies        unit                    IEEE 1293 term
+======  ================  ======================  =============================================
+K0      1                 output unit             bias
+K1      a_i               output unit / g         scale factor
+K2      a_i^2             output unit / g^2       second-order nonlinearity coefficient
+K3      a_i^3             output unit / g^3       third-order nonlinearity coefficient
+M_O     a_p               output unit / g         misalignment of IA towards PA (about OA)
+M_P     a_o               output unit / g         misalignment of IA towards OA (about PA)
+M_ip    a_i a_p           output unit / g^2       cross-coupling coefficient of IA and PA
+M_io    a_i a_o           output unit / g^2       cross-coupling coefficient of IA and OA
+======  ================  ======================  =============================================
+
+The paper writes the misalignment terms with + for both axes; IEEE 1293 writes
++ delta_o a_p - delta_p a_o. accelcal follows the paper.
+
+One tumble test turns about one cross axis and sees the other only. What it sees is called **M** and
+**M_ip** whatever the mounting (the paper's index "o(p)"): M_O and M_ip where OA lies along the
+shaft, M_P and M_io where PA does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from accelcal.errors import InputError
+from accelcal.geometry import Acceleration
+
+__all__ = [
+    "COEFFICIENTS",
+    "ERROR_TERMS",
+    "POWERS",
+    "SEEN_IN_MOUNTING",
+    "acceleration_error",
+    "bias_bound",
+    "design_matrix",
+    "error_bounds",
+    "error_coefficients",
+    "output",
+]
+
+Array = NDArray[np.float64]
+
+_TERMS: Mapping[str, Callable[[Acceleration], Array]] = MappingProxyType(
+    {  # eq. (1), one entry a coefficient
+        "K0": lambda a: np.ones_like(a.input),
+        "K1": lambda a: a.input,
+        "K2": lambda a: a.input**2,
+        "K3": lambda a: a.input**3,
+        "M_O": lambda a: a.pendulous,
+        "M_P": lambda a: a.output,
+        "M_ip": lambda a: a.input * a.pendulous,
+        "M_io": lambda a: a.input * a.output,
+    }
+)
+
+COEFFICIENTS = ("K0", "K1", "K2", "K3", "M", "M_ip")
+"""Symbols of what one tumble test determines, in the order used everywhere."""
+
+POWERS: Mapping[str, int] = MappingProxyType(
+    {"K0": 0, "K1": 1, "K2": 2, "K3": 3, "M": 1, "M_ip": 2}
+)
+"""Power of g that each coefficient multiplies."""
+
+ERROR_TERMS: Mapping[str, str] = MappingProxyType(
+    {"K0": "k0", "K2": "k2", "K3": "k3", "M": "delta", "M_ip": "delta_ip"}
+)
+"""Coefficient of (1) -> coefficient of the error model (2), which is its quotient by K1."""
+
+SEEN_IN_MOUNTING: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "o": ("K0", "K1", "K2", "K3", "M_O", "M_ip"),
+        "p": ("K0", "K1", "K2", "K3", "M_P", "M_io"),
+    }
+)
+"""Terms of (1) that `COEFFICIENTS` stand for, by the axis that lies along the shaft."""
+
+
+def output(coefficients: Mapping[str, float], acceleration: Acceleration) -> Array:
+    """Output of the accelerometer, equation (1).
+
+    Parameters
+    ----------
+    coefficients : mapping of str to float
+        Any of K0, K1, K2, K3, M_O, M_P, M_ip, M_io; those left out are zero [output unit / g^n].
+    acceleration : Acceleration
+        Along the three axes [local g]; the arrays broadcast.
+
+    Returns
+    -------
+    ndarray
+        Output Y [output unit].
+
+    Raises
+    ------
+    InputError
+        If a coefficient is not one of (1).
+
+    Examples
+    --------
+    >>> from accelcal.geometry import accelerations
+    >>> output({"K0": 0.004, "K1": 1.3}, accelerations([0, 90, 180])).round(3).tolist()
+    [1.304, 0.004, -1.296]
+    """
+    unknown = [name for name in coefficients if name not in _TERMS]
+    if unknown:
+        raise InputError(f"coefficient {unknown[0]!r} is not in (1); it has {', '.join(_TERMS)}")
+    total = np.zeros(np.broadcast_shapes(*(np.shape(axis) for axis in acceleration)))
+    for name, value in coefficients.items():
+        total = total + value * _TERMS[name](acceleration)  # eq. (1)
+    return total
+
+
+def design_matrix(acceleration: Acceleration, mounting: str = "o") -> Array:
+    """Matrix that maps `COEFFICIENTS` to the outputs at the given accelerations.
+
+    Its columns are the outputs (1) of an accelerometer with one coefficient equal to 1, so the
+    expanded equations (5) are never written out.
+
+    Parameters
+    ----------
+    acceleration : Acceleration
+        Arrays of shape (n,) [local g].
+    mounting : str, default "o"
+        Axis along the shaft, ``"o"`` or ``"p"`` (a side behind it is ignored: it is in the signs).
+
+    Returns
+    -------
+    ndarray, shape (n, 6)
+        Design matrix in powers of g.
+
+    Raises
+    ------
+    InputError
+        If the mounting is unknown.
+
+    Examples
+    --------
+    >>> from accelcal.geometry import accelerations
+    >>> design_matrix(accelerations([0, 90])).tolist()
+    [[1.0, 1.0, 1.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0, 1.0, 0.0]]
+    """
+    if mounting[:1] not in SEEN_IN_MOUNTING:
+        raise InputError(f"mounting {mounting!r} is unknown; the axis along the shaft is o or p")
+    names = SEEN_IN_MOUNTING[mounting[:1]]
+    return np.stack([output({name: 1.0}, acceleration) for name in names], axis=-1)
+
+
+def error_coefficients(
+    coefficients: Mapping[str, float], nominal_scale_factor: float | None = None
+) -> dict[str, float]:
+    """Coefficients of the error model (2) from those of the output (1).
+
+    Parameters
+    ----------
+    coefficients : mapping of str to float
+        K1 and any others of (1) [output unit / g^n].
+    nominal_scale_factor : float, optional
+        The ideal scale factor K10; with it, k1 is given as well [output unit / g].
+
+    Returns
+    -------
+    dict
+        k0 [g], k2 [g/g^2], k3 [g/g^3], delta [rad], delta_ip [g/g^2] for M and M_ip, or
+        delta_O, delta_P, delta_ip, delta_io for the names of (1); k1 = (K1 - K10)/K1 [1].
+
+    Raises
+    ------
+    InputError
+        If K1 is missing or zero.
+
+    Notes
+    -----
+    Last line of (6): each coefficient divided by K1.
+
+    Examples
+    --------
+    >>> error_coefficients({"K0": 0.005, "K1": 1.25})
+    {'k0': 0.004}
+    """
+    scale = coefficients.get("K1", 0.0)
+    if scale == 0.0:
+        raise InputError("K1 is missing or zero; the error model (2) divides by the scale factor")
+    errors = {
+        _error_name(name): value / scale for name, value in coefficients.items() if name != "K1"
+    }
+    if nominal_scale_factor is not None:
+        errors["k1"] = (scale - nominal_scale_factor) / scale
+    return errors
+
+
+def _error_name(coefficient: str) -> str:
+    return coefficient.replace("M", "delta").replace("K", "k")
+
+
+def acceleration_error(errors: Mapping[str, float], acceleration: Acceleration) -> Array:
+    """Error of the measured acceleration, equation (2).
+
+    Parameters
+    ----------
+    errors : mapping of str to float
+        Any of k0, k1, k2, k3, delta_O, delta_P, delta_ip, delta_io [g/g^n].
+    acceleration : Acceleration
+        Along the three axes [local g].
+
+    Returns
+    -------
+    ndarray
+        (Y_R - Y_I) / K1 with Y_I = K10 a_i [local g].
+
+    Raises
+    ------
+    InputError
+        If a coefficient is not one of (2).
+
+    Notes
+    -----
+    The printed (2) leaves out delta_ip a_i a_p, which the printed (4) has; it is kept here.
+
+    Examples
+    --------
+    >>> from accelcal.geometry import accelerations
+    >>> acceleration_error({"k0": 3e-3, "k2": 1e-4}, accelerations([0, 90])).round(6).tolist()
+    [0.0031, 0.003]
+    """
+    return output(
+        {name.replace("delta", "M").replace("k", "K"): value for name, value in errors.items()},
+        acceleration,
+    )
+
+
+def bias_bound(time: ArrayLike, launch: float, drift_rate: float, fluctuation: float) -> Array:
+    """Bound of the random bias error, equation (3).
+
+    Parameters
+    ----------
+    time : array_like
+        Time since the start of the launch, in the unit of `drift_rate`.
+    launch : float
+        Bound of the launch-to-launch bias k0L = t_P sigma_L [g].
+    drift_rate : float
+        Drift of the bias in a launch gamma_D [g per unit of time].
+    fluctuation : float
+        Bound of the fluctuation about the drift line k0F = t_P sigma_F [g].
+
+    Returns
+    -------
+    ndarray
+        0.5 sqrt(k0L^2 + (gamma_D t)^2 + k0F^2), never negative [g].
+
+    Examples
+    --------
+    >>> float(bias_bound(0.0, 3e-5, 1e-6, 4e-5).round(9))
+    2.5e-05
+    """
+    drift = drift_rate * np.asarray(time, dtype=np.float64)
+    return 0.5 * np.sqrt(launch**2 + drift**2 + fluctuation**2)  # eq. (3)
+
+
+def error_bounds(
+    errors: Mapping[str, float],
+    acceleration: Acceleration,
+    *,
+    bias: ArrayLike = 0.0,
+    hysteresis: float = 0.0,
+    threshold: float = 0.0,
+    scale_factor_instability: float = 0.0,
+) -> tuple[Array, Array]:
+    """Error of the measured acceleration with its bound, equation (4) at one temperature.
+
+    Parameters
+    ----------
+    errors : mapping of str to float
+        Coefficients of (2), see `acceleration_error`.
+    acceleration : Acceleration
+        Along the three axes [local g].
+    bias : array_like, default 0
+        Bound of the random bias, from `bias_bound` [g].
+    hysteresis, threshold : float, default 0
+        Bounds h_T and p of (4) [g].
+    scale_factor_instability : float, default 0
+        Bound of the relative scale factor instability k1 of (4) [1].
+
+    Returns
+    -------
+    systematic : ndarray
+        The systematic error (2) [local g].
+    bound : ndarray
+        What is written behind +- in (4), added linearly as (4) does [local g].
+
+    Examples
+    --------
+    >>> from accelcal.geometry import accelerations
+    >>> error, bound = error_bounds({"k0": 3e-3}, accelerations([0]), hysteresis=3e-4)
+    >>> error.tolist(), bound.tolist()
+    ([0.003], [0.0003])
+    """
+    random_bias = np.asarray(bias, dtype=np.float64) + hysteresis + threshold
+    bound = random_bias + np.abs(scale_factor_instability * acceleration.input)  # eq. (4)
+    return acceleration_error(errors, acceleration), bound

@@ -1,0 +1,249 @@
+"""What a tumble test leaves behind: the readings of one accelerometer and how they were taken.
+
+A **record** holds all readings of one accelerometer. A **run** is one visit to a temperature; the
+readings of one run in one mounting make one **table** Y_JK, which is fitted by its own
+coefficients.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.errors import InputError
+from accelcal.geometry import MOUNTINGS
+
+__all__ = ["Apparatus", "TumbleRecord"]
+
+_NO_METADATA: Mapping[str, str] = MappingProxyType({})
+
+
+@dataclass(frozen=True, slots=True)
+class Apparatus:
+    """What is declared of the stand and the place; None means not declared.
+
+    Attributes
+    ----------
+    local_gravity : float or None
+        Local gravity [m/s^2].
+    head_uncertainty : float or None
+        Standard uncertainty of one head position, as an angle [rad], which is the acceleration in
+        g at the position where it acts most.
+    launch_uncertainty : float or None
+        Standard uncertainty of the bias from run to run [g].
+    launch_sf_uncertainty : float or None
+        Relative standard uncertainty of the scale factor from run to run [1].
+    temperature_uncertainty : float or None
+        Standard uncertainty of a temperature [degC].
+    resolution : float or None
+        Step of the output [output unit].
+
+    Raises
+    ------
+    InputError
+        If a value is negative or not finite, or the gravity is not that of a place on Earth.
+    """
+
+    local_gravity: float | None = None
+    head_uncertainty: float | None = None
+    launch_uncertainty: float | None = None
+    launch_sf_uncertainty: float | None = None
+    temperature_uncertainty: float | None = None
+    resolution: float | None = None
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if value is not None and not 0 <= value < np.inf:
+                raise InputError(f"{item.name} is {value}; it is a finite number, zero or more")
+        if self.local_gravity is not None and not 9.7 < self.local_gravity < 9.9:
+            raise InputError(
+                f"local gravity {self.local_gravity} m/s^2 is found nowhere on Earth; it lies"
+                " between 9.76 and 9.84, in m/s^2"
+            )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TumbleRecord:
+    """Readings of one accelerometer in a tumble test, one entry a reading.
+
+    Attributes
+    ----------
+    output : ndarray of float, shape (n,)
+        Readings Y, finite [output unit].
+    angle : ndarray of float, shape (n,)
+        Head angle [deg].
+    temperature : ndarray of float, shape (n,)
+        Temperature of the reading, NaN where unknown [degC].
+    stroke : ndarray of int, shape (n,)
+        Stroke k from 1; odd forward, even back.
+    run : ndarray of int, shape (n,)
+        Index into `run_labels`, in the order in which the runs were made.
+    run_labels : tuple of str
+        Names of the runs.
+    mounting : ndarray of str, shape (n,)
+        One of `accelcal.geometry.MOUNTINGS`.
+    position : ndarray of int, shape (n,)
+        Position number J from 1; 0 where the angle was given instead.
+    time : ndarray of float, shape (n,), or None
+        Time of the reading [s].
+    std : ndarray of float, shape (n,), or None
+        Standard deviation of the samples averaged into a reading; NaN where unknown [output unit].
+    count : ndarray of float, shape (n,), or None
+        Number of samples averaged into a reading; NaN where unknown.
+    line : ndarray of int, shape (n,), or None
+        Line of the source that holds the reading.
+    serial : str or None
+        Serial number of the accelerometer.
+    unit : str or None
+        Output unit.
+    positions : int
+        Number of positions in a full turn, as declared for numbered positions.
+    reference_temperature : float or None
+        T0 [degC].
+    apparatus : Apparatus
+        What is declared of the stand.
+    date : str or None
+        Date of the test, as written.
+    metadata : mapping of str to str
+        Everything else that was written about the test.
+    source : str
+        Where the record came from.
+    notes : tuple of str
+        What the reader set aside or assumed, one sentence each.
+
+    Raises
+    ------
+    InputError
+        If the arrays differ in length, are empty, or hold a value outside its range.
+    """
+
+    output: NDArray[np.float64]
+    angle: NDArray[np.float64]
+    temperature: NDArray[np.float64]
+    stroke: NDArray[np.int64]
+    run: NDArray[np.int64]
+    run_labels: tuple[str, ...]
+    mounting: NDArray[np.str_]
+    position: NDArray[np.int64]
+    time: NDArray[np.float64] | None = None
+    std: NDArray[np.float64] | None = None
+    count: NDArray[np.float64] | None = None
+    line: NDArray[np.int64] | None = None
+    serial: str | None = None
+    unit: str | None = None
+    positions: int = 8
+    reference_temperature: float | None = None
+    apparatus: Apparatus = field(default_factory=Apparatus)
+    date: str | None = None
+    metadata: Mapping[str, str] = _NO_METADATA
+    source: str = "<table>"
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        self._check_lengths()
+        self._check_values()
+        for array in self._arrays().values():
+            array.setflags(write=False)  # a record is evidence: nobody edits it in place
+
+    def _arrays(self) -> dict[str, NDArray[Any]]:
+        values = {item.name: getattr(self, item.name) for item in fields(self)}
+        return {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
+
+    def _check_lengths(self) -> None:
+        n = self.output.size
+        if n == 0:
+            raise InputError("a record without readings; it needs at least one")
+        for name, array in self._arrays().items():
+            if array.shape != (n,):
+                raise InputError(f"{name} has shape {array.shape}; with {n} outputs it is ({n},)")
+
+    def _check_values(self) -> None:
+        rules = [
+            ("output", np.isfinite(self.output), "a finite number"),
+            ("angle", np.isfinite(self.angle), "a finite number of degrees"),
+            ("stroke", self.stroke >= 1, "1 or more"),
+            ("run", (self.run >= 0) & (self.run < len(self.run_labels)), "an index of run_labels"),
+            ("mounting", np.isin(self.mounting, MOUNTINGS), f"one of {', '.join(MOUNTINGS)}"),
+            ("temperature", ~np.isinf(self.temperature), "a finite number of degC or unknown"),
+        ]
+        for name, good, rule in rules:
+            if not good.all():
+                value = getattr(self, name)[~good][0]
+                raise InputError(f"{name} {value} in a record; it is {rule}")
+
+    def __len__(self) -> int:
+        return int(self.output.size)
+
+    def __eq__(self, other: object) -> bool:
+        """Equal in every reading and declaration; the source, its lines and notes do not count."""
+        if not isinstance(other, TumbleRecord):
+            return NotImplemented
+        aside = {"source", "notes", "line"}
+        return all(
+            _same(getattr(self, item.name), getattr(other, item.name))
+            for item in fields(self)
+            if item.name not in aside
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        name = f"serial {self.serial}" if self.serial else self.source
+        return (
+            f"<TumbleRecord {name}: {len(self)} readings, {len(self.run_labels)} runs,"
+            f" {np.unique(np.mod(self.angle, 360.0)).size} positions>"
+        )
+
+    def select(self, mask: NDArray[np.bool_]) -> TumbleRecord:
+        """The record with only the readings where `mask` is true; run labels are kept.
+
+        Parameters
+        ----------
+        mask : ndarray of bool, shape (n,)
+            Readings to keep.
+
+        Returns
+        -------
+        TumbleRecord
+            A new record.
+        """
+        return replace(self, **{name: array[mask] for name, array in self._arrays().items()})
+
+    def tables(self) -> Iterator[TumbleRecord]:
+        """The record split into its tables: one for each run and mounting, in order."""
+        for index in range(len(self.run_labels)):
+            for mounting in MOUNTINGS:
+                mask = (self.run == index) & (self.mounting == mounting)
+                if mask.any():
+                    yield self.select(mask)
+
+    def with_apparatus(self, **declared: float | None) -> TumbleRecord:
+        """The record with some declarations of the apparatus replaced.
+
+        Parameters
+        ----------
+        **declared : float or None
+            Fields of `Apparatus`.
+
+        Returns
+        -------
+        TumbleRecord
+            A new record.
+        """
+        return replace(self, apparatus=replace(self.apparatus, **declared))
+
+
+def _same(a: Any, b: Any) -> bool:
+    if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
+        return a.shape == b.shape and bool(
+            np.array_equal(a, b, equal_nan=np.issubdtype(a.dtype, np.floating))
+        )
+    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
+        return False
+    return bool(a == b)
