@@ -160,7 +160,8 @@ def accelerations(
     unknown = ~np.isin(kind, MOUNTINGS)
     if unknown.any():
         raise InputError(
-            f"mounting {str(kind[unknown].flat[0])!r} is unknown; it is one of {', '.join(MOUNTINGS)}"
+            f"mounting {str(kind[unknown].flat[0])!r} is unknown;"
+            f" it is one of {', '.join(MOUNTINGS)}"
         )
     cosine, sine = _cos_sin_deg(angle, delta0)
     cross = np.where((kind == "o-") | (kind == "p-"), -sine, sine)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -19,8 +18,6 @@ from accelcal.errors import InputError
 from accelcal.geometry import MOUNTINGS
 
 __all__ = ["Apparatus", "TumbleRecord"]
-
-_NO_METADATA: Mapping[str, str] = MappingProxyType({})
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +138,7 @@ class TumbleRecord:
     reference_temperature: float | None = None
     apparatus: Apparatus = field(default_factory=Apparatus)
     date: str | None = None
-    metadata: Mapping[str, str] = _NO_METADATA
+    metadata: Mapping[str, str] = field(default_factory=dict)
     source: str = "<table>"
     notes: tuple[str, ...] = ()
 
@@ -191,8 +188,6 @@ class TumbleRecord:
             if item.name not in aside
         )
 
-    __hash__ = None  # type: ignore[assignment]
-
     def __repr__(self) -> str:
         name = f"serial {self.serial}" if self.serial else self.source
         return (
@@ -201,7 +196,7 @@ class TumbleRecord:
         )
 
     def select(self, mask: NDArray[np.bool_]) -> TumbleRecord:
-        """The record with only the readings where `mask` is true; run labels are kept.
+        """Keep only the readings where `mask` is true, and all run labels.
 
         Parameters
         ----------
@@ -213,18 +208,19 @@ class TumbleRecord:
         TumbleRecord
             A new record.
         """
-        return replace(self, **{name: array[mask] for name, array in self._arrays().items()})
+        kept: dict[str, Any] = {name: array[mask] for name, array in self._arrays().items()}
+        return replace(self, **kept)
 
     def tables(self) -> Iterator[TumbleRecord]:
-        """The record split into its tables: one for each run and mounting, in order."""
+        """Iterate over the tables: one for each run and mounting, in order."""
         for index in range(len(self.run_labels)):
             for mounting in MOUNTINGS:
                 mask = (self.run == index) & (self.mounting == mounting)
                 if mask.any():
                     yield self.select(mask)
 
-    def with_apparatus(self, **declared: float | None) -> TumbleRecord:
-        """The record with some declarations of the apparatus replaced.
+    def with_apparatus(self, **declared: Any) -> TumbleRecord:
+        """Replace some declarations of the apparatus.
 
         Parameters
         ----------
