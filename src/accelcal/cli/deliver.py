@@ -1,0 +1,48 @@
+"""Where a result goes: to a file, whole or not at all, or to standard output."""
+
+from __future__ import annotations
+
+import sys
+
+import click
+
+from accelcal.errors import InputError
+
+__all__ = ["deliver"]
+
+
+def deliver(text: str, path: str | None = None) -> None:
+    """Write a result.
+
+    Parameters
+    ----------
+    text : str
+        The result; a line feed is added at its end where there is none.
+    path : str, optional
+        File to write, as UTF-8; None or ``"-"`` is standard output.
+
+    Raises
+    ------
+    InputError
+        If the file or standard output cannot be written.
+    """
+    text = text if text.endswith("\n") else text + "\n"
+    if path is None or path == "-":
+        _print(text)
+        return
+    from accelcal.io.atomic import write_atomically
+
+    write_atomically(path, text.encode("utf-8", errors="backslashreplace"))
+
+
+def _print(text: str) -> None:
+    if sys.stdout is None:
+        raise InputError("standard output is closed; open it, or name a file with -o")
+    try:
+        click.echo(text, nl=False)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise InputError(
+            f"standard output cannot be written: {error.strerror}; name a file with -o"
+        ) from error

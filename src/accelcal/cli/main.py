@@ -1,0 +1,123 @@
+"""The entry point: runs a command and turns what went wrong into a line and an exit code."""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+import traceback
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TextIO
+
+import click
+
+from accelcal.cli.program import program
+from accelcal.errors import AccelcalError, AccelcalWarning, TableError
+
+__all__ = ["main"]
+
+DONE = 0
+UNUSABLE_INPUT = 2
+BUG = 70  # EX_SOFTWARE of sysexits.h; a bug is no verdict, so it is not 1
+INTERRUPTED = 130  # 128 + SIGINT, as shells report it
+READER_LEFT = 141  # 128 + SIGPIPE, as shells report it
+
+BUG_NOTICE = (
+    "This is a bug in accelcal. Please report it to its issue tracker, with the lines above,"
+    " the command and, if you may share it, the file."
+)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Arguments behind the name of the program; those of the process by default.
+
+    Returns
+    -------
+    int
+        Exit code: 0 done; 1 done, but a verdict failed; 2 unusable input or options.
+    """
+    _escape_what_cannot_be_encoded()
+    try:
+        with _warnings_in_one_line():
+            return _run(sys.argv[1:] if arguments is None else arguments)
+    except click.ClickException as error:
+        error.show()
+    except AccelcalError as error:
+        _tell("error", error, prefix=not isinstance(error, TableError))
+    except BrokenPipeError:
+        _discard_stdout()
+        return READER_LEFT
+    except OSError as error:
+        _tell("error", error)
+    except KeyboardInterrupt:
+        click.echo(err=True)  # the prompt of the shell starts below the ^C
+        return INTERRUPTED
+    except Exception as error:
+        error.add_note(BUG_NOTICE)
+        traceback.print_exception(error)
+        return BUG
+    return UNUSABLE_INPUT
+
+
+def _run(arguments: Sequence[str]) -> int:
+    if "_ACCELCAL_COMPLETE" in os.environ:
+        program.main(prog_name="accelcal")  # shell completion is click's own, and exits
+    try:
+        with program.make_context("accelcal", list(arguments), color=_colour()) as context:
+            program.invoke(context)
+    except click.exceptions.Exit as end:
+        return end.exit_code
+    return DONE
+
+
+def _colour() -> bool | None:
+    """Colour as click has it: False is never, None is on a terminal only."""
+    return False if os.environ.get("NO_COLOR") else None
+
+
+def _escape_what_cannot_be_encoded() -> None:
+    """Print a character that the terminal's encoding lacks as its escape, instead of failing."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
+
+
+def _discard_stdout() -> None:
+    """Let the interpreter flush into nothing what nobody reads any more."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _tell(kind: str, message: object, *, prefix: bool = True) -> None:
+    """Write one line to standard error; FILE:LINE of a table stays in front, where editors look."""
+    label = click.style(f"{kind}: ", fg={"error": "red", "warning": "yellow"}[kind], bold=True)
+    line = " ".join(str(message).splitlines())
+    click.echo(f"{label}{line}" if prefix else line, err=True, color=_colour())
+
+
+@contextmanager
+def _warnings_in_one_line() -> Iterator[None]:
+    with warnings.catch_warnings():
+        show_other = warnings.showwarning
+
+        def show(
+            message: Warning | str,
+            category: type[Warning],
+            filename: str,
+            lineno: int,
+            file: TextIO | None = None,
+            line: str | None = None,
+        ) -> None:
+            if issubclass(category, AccelcalWarning):
+                _tell("warning", message)
+            else:
+                show_other(message, category, filename, lineno, file, line)
+
+        warnings.showwarning = show
+        warnings.simplefilter("always", AccelcalWarning)
+        yield

@@ -1,0 +1,69 @@
+"""Options and types of values that several commands share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+
+__all__ = ["data_argument", "format_option", "number", "numbers", "output_option", "setting"]
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def number(text: str) -> float:
+    """Type of an option: a finite number (click's own float lets nan and inf pass)."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise click.BadParameter(f"{text!r} is not a finite number.")
+    return value
+
+
+def numbers(text: str) -> tuple[float, ...]:
+    """Type of an option: finite numbers separated by commas, as in ``20,80,-40``."""
+    return tuple(number(item) for item in text.split(","))
+
+
+def setting(text: str) -> tuple[str, float]:
+    """Type of an option: a name and its number, as in ``K4=2e-5``."""
+    name, _, value = text.partition("=")
+    if not (name and value):
+        raise click.BadParameter(f"{text!r} is not of the form NAME=NUMBER.")
+    return name.strip(), number(value)
+
+
+def data_argument(*, many: bool = False) -> Callable[[Function], Function]:
+    """Argument DATA: the name of a table (``-`` is standard input), or with `many` a tuple of them.
+
+    The file is not checked here but by its reader, so that every fault of a file is told in the
+    same way.
+    """
+    if many:
+        return click.argument("data", metavar="DATA...", nargs=-1, required=True)
+    return click.argument("data", metavar="DATA")
+
+
+def output_option(
+    what: str, *, metavar: str = "FILE", required: bool = False
+) -> Callable[[Function], Function]:
+    """Option ``-o``: the file that receives `what`; the parameter is called ``path``."""
+    return click.option(
+        "-o", "--output", "path", metavar=metavar, required=required, help=f"Write {what} here."
+    )
+
+
+def format_option(*forms: str) -> Callable[[Function], Function]:
+    """Option ``--format``: form of the result on standard output; the first form is the default."""
+    return click.option(
+        "--format",
+        "form",
+        type=click.Choice(forms),
+        default=forms[0],
+        show_default=True,
+        help="Form of the result on standard output.",
+    )

@@ -1,0 +1,44 @@
+"""The command group: the list of the commands, each imported when it is asked for."""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+import click
+
+from accelcal import __version__
+
+__all__ = ["COMMANDS", "program"]
+
+COMMANDS = ("fit", "check", "simulate")
+"""Commands in the order of the help; NAME is the function NAME of the module accelcal.cli.NAME."""
+
+
+class LazyGroup(click.Group):
+    """A group of the commands in `COMMANDS`, none of them imported beforehand."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
+        """Names of all commands, in the order of the help."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
+        """Import one command; None for a name that is no command."""
+        if cmd_name not in COMMANDS:
+            return None
+        command = getattr(import_module(f"accelcal.cli.{cmd_name}"), cmd_name)
+        assert isinstance(command, click.Command)
+        return command
+
+
+@click.group(
+    cls=LazyGroup,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
+@click.version_option(__version__, message="%(prog)s %(version)s")
+def program() -> None:
+    """Calibrate navigation accelerometers from tumble tests in the gravity field.
+
+    Results go to standard output, everything else to standard error.
+
+    Exit codes: 0 done; 1 done, but a verdict failed; 2 unusable input or options.
+    """
