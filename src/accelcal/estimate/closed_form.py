@@ -1,0 +1,83 @@
+"""The three closed forms as estimators of a whole table.
+
+Each works on the mean over the strokes present at each of the nine positions of the 8-position
+test, so each is a matrix that maps the readings of a table to its coefficients.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.errors import DesignError
+from accelcal.estimate.tables import PreparedTable
+from accelcal.geometry import turn_angles
+from accelcal.printed import estimator_matrix
+
+__all__ = ["CLOSED_FORMS", "closed_form_map"]
+
+Array = NDArray[np.float64]
+
+CLOSED_FORMS = {
+    "closed-form": "corrected",
+    "sign-corrected": "sign-corrected",
+    "printed": "printed",
+}
+"""Name of the method -> name of the estimator in `accelcal.printed`."""
+
+
+def closed_form_map(table: PreparedTable, method: str, delta0: float = 0.0) -> Array:
+    """Matrix of a closed form on the readings of a table.
+
+    Parameters
+    ----------
+    table : PreparedTable
+        A table of the 8-position test in the mounting o+ or p+.
+    method : str
+        One of `CLOSED_FORMS`.
+    delta0 : float, default 0
+        Fixture angle [rad]; only the printed form has a place for it.
+
+    Returns
+    -------
+    ndarray, shape (6, n)
+        The estimator; a row of NaN for a coefficient that the form does not estimate.
+
+    Raises
+    ------
+    DesignError
+        If the readings are not at the eight positions 0, 45 .. 315 deg, or `delta0` is not zero
+        with a form that is exact only there.
+
+    Notes
+    -----
+    Equation (6) uses Y1 and Y9. Where the return J = 9 was not read, Y1 stands for it.
+    """
+    if delta0 != 0.0 and method != "printed":
+        raise DesignError(
+            f"delta0 is {delta0} rad with --method {method}; the closed form holds at"
+            " delta0 = 0 only, so use --method least-squares"
+        )
+    means = _position_means(table.record.angle)
+    sign = np.array([1, 1, 1, 1, -1, -1]) if table.record.mounting[0].endswith("-") else np.ones(6)
+    return np.asarray(estimator_matrix(CLOSED_FORMS[method], delta0) @ means * sign[:, None])
+
+
+def _position_means(angle: Array) -> Array:
+    """Matrix that takes the mean over the strokes present at each of J = 1..9, shape (9, n)."""
+    at = np.abs(angle - turn_angles(8)[:, None]) < 1e-6
+    if not at.any(axis=0).all():
+        stray = float(angle[~at.any(axis=0)][0])
+        raise DesignError(
+            f"a reading at {stray:g} deg; the closed forms need the eight positions 0, 45 .. 360"
+            " deg, so use --method least-squares"
+        )
+    at[8] = at[8] if at[8].any() else at[0]
+    at[0] = at[0] if at[0].any() else at[8]
+    missing = [str(j + 1) for j in range(9) if not at[j].any()]
+    if missing:
+        raise DesignError(
+            f"no reading at position J = {', '.join(missing)}; the closed forms need all eight"
+            " positions, so use --method least-squares"
+        )
+    return at / at.sum(axis=1, keepdims=True)

@@ -1,0 +1,166 @@
+"""Which coefficients the positions of a test can tell apart, computed from its design matrix."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.errors import DesignError
+from accelcal.model import COEFFICIENTS
+
+__all__ = ["Estimability", "estimability"]
+
+Array = NDArray[np.float64]
+
+# The order in which coefficients are kept where not all can be had: what a user needs first.
+_PRIORITY = ("K1", "K0", "M", "K2", "M_ip", "K3")
+
+# A column of which less than this is left behind the others cannot be told apart in practice:
+# it would multiply the standard uncertainty by a hundred.
+_LEAST_REMAINDER = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Estimability:
+    """What a design determines.
+
+    Attributes
+    ----------
+    kept : tuple of str
+        Coefficients that are estimated, in the order of `accelcal.model.COEFFICIENTS`.
+    stands_for : mapping of str to str
+        What a kept coefficient really estimates where it absorbs a lost one, as ``"K1 + K3"``.
+    absorbed_by : mapping of str to tuple of str
+        Each lost coefficient and the kept ones that absorb it; empty where it leaves no trace.
+    """
+
+    kept: tuple[str, ...]
+    stands_for: Mapping[str, str]
+    absorbed_by: Mapping[str, tuple[str, ...]]
+
+    @property
+    def columns(self) -> list[int]:
+        """Columns of the kept coefficients in the design matrix."""
+        return [COEFFICIENTS.index(name) for name in self.kept]
+
+    def sentences(self) -> tuple[str, ...]:
+        """Say what cannot be told apart, one sentence a lost coefficient."""
+        return tuple(self._sentence(lost, by) for lost, by in self.absorbed_by.items())
+
+    def _sentence(self, lost: str, by: tuple[str, ...]) -> str:
+        if not by:
+            return f"{lost} leaves no trace at these angles and is not estimated"
+        meaning = ", ".join(f"{name} stands for {self.stands_for[name]}" for name in by)
+        return f"{lost} cannot be told apart from {' and '.join(by)} at these angles: {meaning}"
+
+
+def estimability(
+    design: Array, asked: Sequence[str] = COEFFICIENTS, *, strict: bool = False
+) -> Estimability:
+    """Find the coefficients that a design determines.
+
+    Parameters
+    ----------
+    design : ndarray, shape (n, 6)
+        Design matrix of `accelcal.model.design_matrix`.
+    asked : sequence of str, default all six
+        Coefficients to estimate; the others are taken as zero.
+    strict : bool, default False
+        Refuse a design that does not determine all that is asked.
+
+    Returns
+    -------
+    Estimability
+        What is kept and what is lost.
+
+    Raises
+    ------
+    DesignError
+        If K1 cannot be determined; if a name is unknown; if `strict` and something is lost.
+
+    Examples
+    --------
+    >>> from accelcal.geometry import accelerations, turn_angles
+    >>> from accelcal.model import design_matrix
+    >>> found = estimability(design_matrix(accelerations(turn_angles(4))))
+    >>> found.kept
+    ('K0', 'K1', 'K2', 'M')
+    >>> found.stands_for["K1"]
+    'K1 + K3'
+    """
+    _check_names(asked)
+    kept, absorbed = _sort_out(design, [name for name in _PRIORITY if name in asked])
+    found = Estimability(
+        kept=tuple(name for name in COEFFICIENTS if name in kept),
+        stands_for=_stands_for(absorbed),
+        absorbed_by={
+            name: tuple(keeper for keeper in COEFFICIENTS if keeper in absorbed[name])
+            for name in COEFFICIENTS
+            if name in absorbed
+        },
+    )
+    if "K1" not in kept:
+        raise DesignError(
+            "the readings do not determine the scale factor K1; a tumble test needs readings at"
+            " two or more angles where the input axis senses different accelerations"
+        )
+    if strict and found.absorbed_by:
+        raise DesignError(
+            "; ".join(found.sentences()) + "; add positions or ask for fewer coefficients"
+        )
+    return found
+
+
+def _check_names(asked: Sequence[str]) -> None:
+    for name in asked:
+        if name not in COEFFICIENTS:
+            raise DesignError(
+                f"coefficient {name!r} is unknown; choose from {', '.join(COEFFICIENTS)}"
+            )
+    if "K1" not in asked:
+        raise DesignError("K1 is not among the coefficients asked for; a fit needs it")
+
+
+def _sort_out(
+    design: Array, candidates: Sequence[str]
+) -> tuple[list[str], dict[str, dict[str, float]]]:
+    """Keep each candidate that adds a direction; express the others by those kept."""
+    kept: list[str] = []
+    lost: list[str] = []
+    basis = np.zeros((design.shape[0], 0))
+    for name in candidates:
+        column = design[:, COEFFICIENTS.index(name)]
+        length = np.linalg.norm(column)
+        rest = column - basis @ (basis.T @ column)
+        if np.linalg.norm(rest) > _LEAST_REMAINDER * length > 0:
+            basis = np.column_stack([basis, rest / np.linalg.norm(rest)])
+            kept.append(name)
+        else:
+            lost.append(name)
+    return kept, {name: _shares(design, kept, name) for name in lost}
+
+
+def _shares(design: Array, kept: Sequence[str], lost: str) -> dict[str, float]:
+    matrix = design[:, [COEFFICIENTS.index(name) for name in kept]]
+    column = design[:, COEFFICIENTS.index(lost)]
+    shares = np.linalg.lstsq(matrix, column, rcond=None)[0]
+    return {
+        name: float(share) for name, share in zip(kept, shares, strict=True) if abs(share) > 1e-3
+    }
+
+
+def _stands_for(absorbed: Mapping[str, Mapping[str, float]]) -> dict[str, str]:
+    parts: dict[str, list[str]] = {}
+    for lost in (name for name in COEFFICIENTS if name in absorbed):
+        for name, share in absorbed[lost].items():
+            parts.setdefault(name, [name]).append(_signed(share, lost))
+    return {name: " ".join(parts[name]) for name in COEFFICIENTS if name in parts}
+
+
+def _signed(share: float, name: str) -> str:
+    sign = "+" if share > 0 else "-"
+    size = "" if abs(abs(share) - 1.0) < 5e-4 else f"{abs(share):.3g} "
+    return f"{sign} {size}{name}"

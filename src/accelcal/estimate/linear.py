@@ -1,0 +1,96 @@
+"""A linear estimator of one table: the coefficients are a matrix times the readings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.errors import InputError
+from accelcal.estimate.closed_form import CLOSED_FORMS, closed_form_map
+from accelcal.estimate.tables import PreparedTable
+from accelcal.model import COEFFICIENTS
+
+__all__ = ["METHODS", "LinearEstimator", "linear_estimator"]
+
+Array = NDArray[np.float64]
+
+METHODS = ("least-squares", *CLOSED_FORMS)
+"""Names of the estimators; the first is the default."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LinearEstimator:
+    """Coefficients of one table as a linear map of its readings.
+
+    Attributes
+    ----------
+    table : PreparedTable
+        The table of n readings.
+    names : tuple of str
+        The p coefficients that are estimated.
+    map : ndarray, shape (p, n)
+        The estimator.
+    """
+
+    table: PreparedTable
+    names: tuple[str, ...]
+    map: Array
+
+    def coefficients(self, output: Array) -> Array:
+        """Estimate from readings.
+
+        Parameters
+        ----------
+        output : ndarray, shape (n,)
+            Readings [output unit].
+
+        Returns
+        -------
+        ndarray, shape (6,)
+            Coefficients, zero where not estimated [output unit / g^n].
+        """
+        full = np.zeros(len(COEFFICIENTS))
+        full[[COEFFICIENTS.index(name) for name in self.names]] = self.map @ output
+        return full
+
+    def unit(self, name: str) -> Array:
+        """Return the unit vector of one coefficient among those estimated, shape (p,)."""
+        return np.array([1.0 if own == name else 0.0 for own in self.names])
+
+
+def linear_estimator(
+    table: PreparedTable, method: str = METHODS[0], delta0: float = 0.0
+) -> LinearEstimator:
+    """Make the estimator of a table.
+
+    Parameters
+    ----------
+    table : PreparedTable
+        The table.
+    method : str, default "least-squares"
+        One of `METHODS`.
+    delta0 : float, default 0
+        Fixture angle, for the printed closed form [rad].
+
+    Returns
+    -------
+    LinearEstimator
+        The estimator.
+
+    Raises
+    ------
+    InputError
+        If the method is unknown.
+    DesignError
+        If a closed form meets a table that is not an 8-position test.
+    """
+    if method not in METHODS:
+        raise InputError(f"method {method!r} is unknown; choose from {', '.join(METHODS)}")
+    if method == METHODS[0]:
+        return LinearEstimator(table, table.estimability.kept, table.least_squares_map())
+    matrix = closed_form_map(table, method, delta0)
+    given = np.isfinite(matrix).all(axis=1)
+    names = tuple(name for name, has in zip(COEFFICIENTS, given, strict=True) if has)
+    return LinearEstimator(table, names, matrix[given])

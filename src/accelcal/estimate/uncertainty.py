@@ -1,0 +1,137 @@
+"""From components of error to standard and expanded uncertainties (GUM).
+
+A component is a covariance matrix of what is estimated, with degrees of freedom. The standard
+uncertainty adds the variances of the components; the expanded uncertainty adds the squares of
+their own expanded uncertainties, each with its own Student factor. Where one component dominates,
+as the head does with two degrees of freedom on 8 positions, this gives Student's interval for it;
+the Welch-Satterthwaite formula falls short there, because it trusts a variance that happened to
+come out small.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.probability import dof_of_student_quantile, student_quantile
+
+__all__ = ["LEVEL", "Component", "Interval", "intervals", "propagate"]
+
+Array = NDArray[np.float64]
+
+LEVEL = 0.95
+"""Probability of the intervals that accelcal prints."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Component:
+    """One source of error in a set of estimates.
+
+    Attributes
+    ----------
+    covariance : ndarray, shape (p, p)
+        Covariance that the source gives to the estimates; NaN where its size is unknown.
+    dof : ndarray, shape (p,)
+        Degrees of freedom of its variance in each estimate; infinite where declared.
+    """
+
+    covariance: Array
+    dof: Array
+
+    def part(self, indices: slice) -> Component:
+        """Return the component of some of the estimates."""
+        return Component(self.covariance[indices, indices], self.dof[indices])
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """Uncertainty of one estimate; None where nothing in the data or the declarations tells it.
+
+    Attributes
+    ----------
+    standard : float or None
+        Standard uncertainty.
+    expanded : float or None
+        Half width of the 95 % interval.
+    factor : float or None
+        Coverage factor, expanded over standard.
+    dof : float or None
+        Effective degrees of freedom: those of the Student factor that equals `factor`.
+    """
+
+    standard: float | None
+    expanded: float | None
+    factor: float | None
+    dof: float | None
+
+
+def propagate(components: Mapping[str, Component], jacobian: Array) -> dict[str, Component]:
+    """Carry components over to quantities derived from the estimates.
+
+    Parameters
+    ----------
+    components : mapping of str to Component
+        Components of p estimates.
+    jacobian : ndarray, shape (m, p)
+        Derivatives of the m derived quantities.
+
+    Returns
+    -------
+    dict of str to Component
+        Components of the derived quantities; each takes the fewest degrees of freedom of the
+        estimates that it depends on.
+    """
+    return {
+        name: Component(
+            jacobian @ part.covariance @ jacobian.T,
+            np.where(jacobian != 0.0, part.dof, np.inf).min(axis=1),
+        )
+        for name, part in components.items()
+    }
+
+
+def intervals(components: Mapping[str, Component], level: float = LEVEL) -> list[Interval]:
+    """Combine components to the uncertainty of each estimate.
+
+    Parameters
+    ----------
+    components : mapping of str to Component
+        Components of p estimates.
+    level : float, default 0.95
+        Probability of the interval.
+
+    Returns
+    -------
+    list of Interval
+        One an estimate.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> noise = Component(np.array([[4.0]]), np.array([10.0]))
+    >>> round(intervals({"reading": noise})[0].factor, 3)
+    2.228
+    """
+    parts = list(components.values())
+    size = parts[0].dof.size
+    return [_interval([(p.covariance[i, i], p.dof[i]) for p in parts], level) for i in range(size)]
+
+
+def _interval(parts: list[tuple[float, float]], level: float) -> Interval:
+    variance = sum(v for v, _ in parts)
+    if math.isnan(variance):
+        return Interval(None, None, None, None)
+    if variance <= 0.0:
+        return Interval(0.0, 0.0, student_quantile(level, math.inf), math.inf)
+    squares = sum(v * student_quantile(level, float(dof)) ** 2 for v, dof in parts if v > 0.0)
+    factor = math.sqrt(squares / variance)
+    return Interval(
+        standard=math.sqrt(variance),
+        expanded=math.sqrt(squares),
+        factor=factor,
+        dof=dof_of_student_quantile(level, factor),
+    )
