@@ -1,0 +1,47 @@
+"""Configuration of Sphinx, and the directive that shows the help of a command."""
+
+import click
+from docutils import nodes
+from docutils.parsers.rst import Directive
+from sphinx.application import Sphinx
+
+from accelcal import __version__
+from accelcal.cli.program import program
+
+project = "accelcal"
+author = "The accelcal authors"
+copyright = author
+release = version = __version__
+
+extensions = ["sphinx.ext.autodoc", "sphinx.ext.mathjax", "myst_parser", "numpydoc"]
+exclude_patterns = ["_build"]
+myst_enable_extensions = ["dollarmath", "deflist"]
+myst_heading_anchors = 3
+
+autodoc_member_order = "bysource"
+numpydoc_show_class_members = False
+
+html_theme = "furo"
+html_title = f"accelcal {release}"
+
+
+class CommandHelp(Directive):
+    """The help of a command, as the command prints it: what the pages say is what runs."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Insert the help as a literal block."""
+        name = self.arguments[0]
+        group = click.Context(program, info_name="accelcal", terminal_width=80)
+        command = program.get_command(group, name)
+        if command is None:
+            raise self.error(f"there is no command {name!r}")
+        context = click.Context(command, group, name, terminal_width=80)
+        text = command.get_help(context)
+        return [nodes.literal_block(text, text, language="text")]
+
+
+def setup(app: Sphinx) -> None:
+    """Register the directive."""
+    app.add_directive("command-help", CommandHelp)
