@@ -1,0 +1,34 @@
+"""accelcal check: what the reader understands of a table."""
+
+from __future__ import annotations
+
+import click
+
+from accelcal.cli.deliver import deliver
+from accelcal.cli.options import data_argument, format_option
+
+__all__ = ["check"]
+
+
+@click.command()
+@data_argument()
+@format_option("text", "json")
+def check(data: str, form: str) -> None:
+    """Tell what the reader understands of the table DATA.
+
+    Shows its form, encoding and columns, the runs and temperatures, positions that are missing,
+    what is declared and what was set aside. Nothing is calculated.
+
+    \b
+    Example: accelcal check table.csv
+    """
+    from accelcal.io.description import describe, summary
+    from accelcal.io.tables import survey
+
+    written, records = survey(data)
+    if form == "json":
+        import json
+
+        deliver(json.dumps(summary(records, written), indent=2, ensure_ascii=False))
+    else:
+        deliver("\n\n".join(describe(record, written) for record in records))

@@ -1,0 +1,254 @@
+"""Cells of a column: text to numbers, labels and times, each refusal with its line."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import compress
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.errors import TableError
+from accelcal.io.layout import shown
+from accelcal.io.vocabulary import is_unit_of
+from accelcal.units import canonical_unit
+
+__all__ = ["MISSING", "Column", "labels", "numbers", "times", "whole_numbers"]
+
+MISSING = frozenset(
+    {"", "-", "--", "?", "na", "n/a", "nan", "null", "none", "#n/a", "unknown", "missing"}
+)
+"""Cells that stand for a missing value, in lower case."""
+
+_WITH_UNIT = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*([^0-9\s.,+-].*)")
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """One column of the table.
+
+    Attributes
+    ----------
+    role : str
+        What it holds.
+    heading : str
+        Its heading as written.
+    unit : str or None
+        Unit of its heading or cells.
+    cells : sequence of str, or ndarray of float
+        Text, or numbers where the engine has read them already.
+    lines : ndarray of int
+        Line of each cell.
+    source : str
+        Name of the file.
+    decimal : str
+        Decimal mark, ``"."`` or ``","``.
+    """
+
+    role: str
+    heading: str
+    unit: str | None
+    cells: Sequence[str] | NDArray[np.float64]
+    lines: NDArray[np.int64]
+    source: str
+    decimal: str = "."
+
+    def take(self, keep: NDArray[np.bool_]) -> Column:
+        """Keep the cells where `keep` is true."""
+        if keep.all():
+            return self
+        chosen = (
+            self.cells[keep]
+            if isinstance(self.cells, np.ndarray)
+            else list(compress(self.cells, keep))
+        )
+        return replace(self, cells=chosen, lines=self.lines[keep])
+
+    def without_unit(self) -> Column:
+        """Take off the unit that every cell carries, as in ``1.25 mA``; it becomes the column's."""
+        first = next((cell for cell in self.cells if str(cell).casefold() not in MISSING), "")
+        match = _WITH_UNIT.fullmatch(str(first))
+        if not match or not is_unit_of(self.role, match[2]):
+            return self
+        unit = match[2]
+        if self.unit and canonical_unit(self.unit) != canonical_unit(unit):
+            problem, remedy = f"{{}} under a heading in {self.unit}", "use one unit in a column"
+            raise self.refuse(list(self.cells).index(first), problem, remedy)
+        return replace(self, unit=unit, cells=[self._bare(i, unit) for i in range(len(self.cells))])
+
+    def _bare(self, index: int, unit: str) -> str:
+        cell = str(self.cells[index])
+        match = _WITH_UNIT.fullmatch(cell)
+        if match and match[2] == unit:
+            return match[1]
+        if cell.casefold() in MISSING:
+            return cell
+        raise self.refuse(index, f"{{}} after cells in {unit}", "use one unit in a column")
+
+    def refuse(self, index: int, problem: str, remedy: str) -> TableError:
+        """Error about one cell; ``{}`` in the problem stands for the column and the cell."""
+        cell = self.cells[index]
+        what = f"{self.heading} {shown(cell) if isinstance(cell, str) else cell}"
+        line = int(self.lines[index])
+        return TableError(problem.format(what), remedy, source=self.source, line=line)
+
+    def check(self, good: NDArray[np.bool_], problem: str, remedy: str) -> None:
+        """Refuse the first cell where `good` is false."""
+        if not good.all():
+            raise self.refuse(int(np.argmin(good)), problem, remedy)
+
+
+def numbers(column: Column) -> NDArray[np.float64]:
+    """Numbers of a column, NaN where a cell is missing.
+
+    Parameters
+    ----------
+    column : Column
+        The column.
+
+    Returns
+    -------
+    ndarray of float, shape (n,)
+        Its values.
+
+    Raises
+    ------
+    TableError
+        At the first cell that is not a finite number.
+    """
+    if isinstance(column.cells, np.ndarray):
+        values = column.cells
+    else:
+        values = np.array(_floats(column), dtype=np.float64)
+    column.check(~np.isinf(values), "{} is infinite or too large", "write a finite number")
+    return values
+
+
+def whole_numbers(column: Column, rule: str) -> NDArray[np.int64]:
+    """Whole numbers of a column, 0 where a cell is missing.
+
+    Parameters
+    ----------
+    column : Column
+        The column.
+    rule : str
+        What would be right, for the message.
+
+    Returns
+    -------
+    ndarray of int, shape (n,)
+        Its values.
+
+    Raises
+    ------
+    TableError
+        At the first cell that is not a whole number, 1 or more.
+    """
+    values = numbers(column)
+    missing = np.isnan(values)
+    good = missing | ((values >= 1) & (values == np.floor(values)) & (values < 2**31))
+    column.check(good, "{} is not a whole number from 1", rule)
+    return np.where(missing, 0.0, values).astype(np.int64)
+
+
+def labels(column: Column) -> tuple[NDArray[np.int64], tuple[str, ...]]:
+    """Labels of a column, in order of first appearance.
+
+    Parameters
+    ----------
+    column : Column
+        The column.
+
+    Returns
+    -------
+    index : ndarray of int, shape (n,)
+        Index of each cell's label.
+    names : tuple of str
+        The labels.
+
+    Raises
+    ------
+    TableError
+        At the first empty cell.
+    """
+    cells = [str(cell) for cell in column.cells]
+    place = {name: index for index, name in enumerate(dict.fromkeys(cells))}
+    if "" in place:
+        raise column.refuse(cells.index(""), "{} is empty", f"write the {column.role} in every row")
+    return np.array([place[cell] for cell in cells], dtype=np.int64), tuple(place)
+
+
+def times(column: Column) -> NDArray[np.float64] | NDArray[np.datetime64]:
+    """Times of a column, as numbers or as UTC dates by what its first cell holds.
+
+    Parameters
+    ----------
+    column : Column
+        The column.
+
+    Returns
+    -------
+    ndarray of float or of datetime64, shape (n,)
+        The times, in the unit of the column or in microseconds.
+
+    Raises
+    ------
+    TableError
+        At the first cell that is empty or not of the kind of the first.
+    """
+    if not _is_date(str(column.cells[0])):
+        values = numbers(column)
+        remedy = "write the time of every reading, or leave the column out"
+        column.check(~np.isnan(values), "{} is missing", remedy)
+        return values
+    dates = [_date(str(cell)) for cell in column.cells]
+    good = np.array([date is not None for date in dates])
+    column.check(good, "{} is not a date and time", "write it as 2024-05-31T14:30:00")
+    return np.array(dates, dtype="datetime64[us]")
+
+
+def _is_date(cell: str) -> bool:
+    return _date(cell) is not None and not cell.isdigit()
+
+
+def _date(cell: str) -> Any:
+    from datetime import UTC, datetime
+
+    try:
+        date = datetime.fromisoformat(cell)
+        return date.astimezone(UTC).replace(tzinfo=None) if date.tzinfo else date
+    except (ValueError, OverflowError):
+        return None
+
+
+def _floats(column: Column) -> list[float]:
+    cells: list[str] = list(column.cells)
+    other = "," if column.decimal == "." else "."
+    values = []
+    for index, cell in enumerate(cells):
+        try:
+            values.append(_float(cell, column.decimal, other))
+        except ValueError:
+            raise _not_a_number(column, index) from None
+    return values
+
+
+def _float(cell: str, decimal: str, other: str) -> float:
+    if cell.casefold() in MISSING:
+        return math.nan
+    if other in cell or "_" in cell:
+        raise ValueError(cell)
+    return float(cell.replace(decimal, ".").replace("\u2212", "-"))
+
+
+def _not_a_number(column: Column, index: int) -> TableError:
+    if re.fullmatch(r"[+-]?[0-9]*[.,][0-9.,]*", str(column.cells[index])):
+        problem = f"{{}} does not fit the decimal mark {column.decimal!r}"
+        remedy = "write numbers without thousands marks and with one decimal mark"
+        return column.refuse(index, problem, remedy)
+    remedy = "write a number, or nothing where it is missing"
+    return column.refuse(index, "{} is not a number", remedy)

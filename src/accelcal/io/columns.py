@@ -1,0 +1,177 @@
+"""Choice of the columns: which form the table has, what each column holds and what is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from accelcal.errors import TableError
+from accelcal.io.cells import MISSING, Column
+from accelcal.io.engines import NUMERIC, Columns
+from accelcal.io.layout import Layout, shown
+from accelcal.io.vocabulary import UNITS_OF, Heading, is_unit_of
+
+__all__ = ["Table", "choose_columns"]
+
+Engine = Callable[[Layout, Sequence[int], int], Columns]
+"""Turns the rows of a table into columns."""
+
+_OPTIONAL = ("run", "time", "serial", "mounting", "std", "count", "unit")
+_OF_ONE_READING = ("time", "std", "count")
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """The columns of a table by what they hold.
+
+    Attributes
+    ----------
+    form : str
+        ``"long"`` or ``"wide"``.
+    columns : mapping of str to Column
+        Columns with one cell a row, by role.
+    outputs : mapping of int to Column
+        Columns of readings: by stroke in a wide table, one under 0 in a long table.
+    decimal : str
+        Decimal mark.
+    aside : tuple of str
+        Headings of the columns that are not used.
+    notes : tuple of str
+        What was set aside.
+    """
+
+    form: str
+    columns: Mapping[str, Column]
+    outputs: Mapping[int, Column]
+    decimal: str
+    aside: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def choose_columns(layout: Layout, engine: Engine) -> Table:
+    """Choose the columns of a table and split its rows.
+
+    Parameters
+    ----------
+    layout : Layout
+        The table.
+    engine : callable
+        `columns_by_split` or `columns_by_pandas`.
+
+    Returns
+    -------
+    Table
+        Its columns.
+
+    Raises
+    ------
+    TableError
+        If a column is missing, there twice or in the wrong unit, or a row has the wrong length.
+    """
+    roles, strokes = _roles(layout)
+    wide = bool(strokes)
+    _require(layout, roles, wide)
+    key = [roles[name] for name in ("temperature", "position", "angle", "stroke") if name in roles]
+    measured = list(strokes.values()) if wide else [roles["output"]]
+    needed = max(key if wide else key + measured) + 1
+    columns = engine(layout, sorted({*roles.values(), *measured}), needed)
+    empty = [name for name in _OPTIONAL if name in roles and _is_blank(columns[roles[name]])]
+    aside = _aside(layout, columns)
+    decimal = columns[measured[0]].decimal
+    notes = [f"column {shown(name)} is not known and was set aside" for name in aside]
+    notes += [f"column {name} is empty and was set aside" for name in empty]
+    return Table(
+        form="wide" if wide else "long",
+        columns=_constants(layout, decimal)
+        | {n: columns[i] for n, i in roles.items() if n not in {*empty, "output"}},
+        outputs={k: columns[i] for k, i in strokes.items()} or {0: columns[roles["output"]]},
+        decimal=decimal,
+        aside=(*aside, *empty),
+        notes=tuple(notes),
+    )
+
+
+def _roles(layout: Layout) -> tuple[dict[str, int], dict[int, int]]:
+    """Index of the heading of each role, and of each stroke of a wide table."""
+    roles: dict[str, int] = {}
+    strokes: dict[int, int] = {}
+    for index, heading in enumerate(layout.headings):
+        if heading.role == "strokes" and heading.stroke is not None:
+            _claim(strokes, heading.stroke, index, layout)
+        elif heading.role:
+            _claim(roles, heading.role, index, layout)
+            _check_unit(layout, heading)
+    if not strokes:
+        return roles, strokes
+    if "output" in roles or "stroke" in roles:
+        one = layout.headings[roles.get("output", roles.get("stroke", 0))].text
+        other = layout.headings[next(iter(strokes.values()))].text
+        remedy = "use stroke and output, or one output column for each stroke"
+        raise _error(layout, f"columns {shown(one)} and {shown(other)} in one table", remedy)
+    if 0 in strokes:
+        name = layout.headings[strokes[0]].text
+        raise _error(layout, f"column {shown(name)} is stroke 0", "strokes count from 1")
+    return {name: i for name, i in roles.items() if name not in _OF_ONE_READING}, strokes
+
+
+def _claim(taken: dict[Any, int], key: str | int, index: int, layout: Layout) -> None:
+    if key in taken:
+        names = [shown(layout.headings[i].text) for i in (taken[key], index)]
+        problem = f"columns {names[0]} and {names[1]} mean the same"
+        raise _error(layout, problem, "keep one and rename the other")
+    taken[key] = index
+
+
+def _check_unit(layout: Layout, heading: Heading) -> None:
+    allowed = UNITS_OF.get(heading.role or "")
+    unit = (heading.unit or "").casefold()
+    if allowed and unit not in allowed and is_unit_of(heading.role or "", unit):
+        problem = f"column {shown(heading.text)} is in {heading.unit}"
+        raise _error(layout, problem, f"give it in {allowed[0].replace('degc', 'degC')}")
+
+
+def _require(layout: Layout, roles: Mapping[str, int], wide: bool) -> None:
+    have = {*roles, *layout.declared}
+    wanted = [("temperature", "temperature", "a column temperature or a line '# temperature: 20'")]
+    if not {"position", "angle"} & set(roles):
+        wanted += [("position", "position or angle", "a column position or angle")]
+    if not wide:
+        wanted += [("stroke", "stroke", "a column stroke or a line '# stroke: 1'")]
+        wanted += [("output", "output", "a column output, or Y1, Y2, ... for the strokes")]
+    for name, what, remedy in wanted:
+        if name not in have or (name in ("position", "output") and name not in roles):
+            found = ", ".join(heading.text for heading in layout.headings)
+            problem = f"no column for {what} among {shown(found)}"
+            raise _error(layout, problem, f"add {remedy}")
+
+
+def _constants(layout: Layout, decimal: str) -> dict[str, Column]:
+    """Columns that header lines stand for; an error in one names its header line."""
+    columns = {}
+    size = len(layout.rows)
+    for name in ("temperature", "stroke", "run", "mounting", "std", "count"):
+        if name in layout.declared:
+            value, line = layout.declared[name]
+            lines = np.full(size, line)
+            columns[name] = Column(name, name, None, [value] * size, lines, layout.source, decimal)
+            if name in NUMERIC:
+                columns[name] = columns[name].without_unit()
+    return columns
+
+
+def _is_blank(column: Column) -> bool:
+    if isinstance(column.cells, np.ndarray):
+        return bool(np.isnan(column.cells).all())
+    return all(cell.casefold() in MISSING for cell in column.cells)
+
+
+def _aside(layout: Layout, columns: Columns) -> list[str]:
+    unused = [i for i in range(len(layout.headings)) if i not in columns]
+    return [layout.headings[i].text or f"number {i + 1}, without heading" for i in unused]
+
+
+def _error(layout: Layout, problem: str, remedy: str) -> TableError:
+    return TableError(problem, remedy, source=layout.source, line=layout.headings_line)

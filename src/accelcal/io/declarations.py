@@ -1,0 +1,163 @@
+"""What the header lines and the caller declare of a test."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from accelcal.errors import InputError, TableError
+from accelcal.io.layout import Declared, Layout, shown, split_line
+from accelcal.io.vocabulary import KEYS, UNITS_OF
+from accelcal.record import Apparatus
+from accelcal.units import canonical_unit
+
+__all__ = ["OVERRIDES", "Declarations", "declarations"]
+
+APPARATUS = tuple(item.name for item in fields(Apparatus))
+OVERRIDES = (*APPARATUS, "reference_temperature", "positions", "unit", "serial")
+"""What a caller may declare instead of the header."""
+
+CONSTANTS = ("temperature", "stroke", "run", "mounting", "std", "count")
+"""Columns that a header line may stand for."""
+
+_NUMBER = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*(.*)")
+
+
+@dataclass(frozen=True, slots=True)
+class Declarations:
+    """What is declared of a test.
+
+    Attributes
+    ----------
+    record : mapping
+        Fields of a `TumbleRecord` but for its readings and metadata.
+    constants : mapping of str to Declared
+        Columns that a header line stands for.
+    runs : tuple of str
+        Names of all runs in their order, empty where they are not declared.
+    metadata : mapping of str to str
+        Everything else.
+    """
+
+    record: Mapping[str, Any]
+    constants: Mapping[str, Declared]
+    runs: tuple[str, ...]
+    metadata: Mapping[str, str]
+
+
+def declarations(layout: Layout, decimal: str, overrides: Mapping[str, object]) -> Declarations:
+    """Read the header lines.
+
+    Parameters
+    ----------
+    layout : Layout
+        The table.
+    decimal : str
+        Its decimal mark.
+    overrides : mapping of str to object
+        Declarations of the caller by the names in `OVERRIDES`; they win over the header. None
+        leaves the header's.
+
+    Returns
+    -------
+    Declarations
+        What is declared.
+
+    Raises
+    ------
+    TableError
+        If a header line has a value that breaks a rule.
+    InputError
+        If `overrides` does.
+    """
+    given = _checked(overrides)
+    declared = {key: text for key, text in layout.declared.items() if key not in given}
+    numeric = (*APPARATUS, "reference_temperature", "delta0")
+    values: dict[str, Any] = {
+        key: _number(layout, key, declared[key], decimal) for key in numeric if key in declared
+    }
+    values["positions"] = _positions(layout, declared.get("positions"))
+    values |= given
+    metadata = {key: text.value for key, text in declared.items() if key not in KEYS}
+    if "delta0" in values:
+        metadata["delta0"] = repr(values["delta0"])
+    return Declarations(
+        record={
+            "apparatus": Apparatus(**{key: values[key] for key in APPARATUS if key in values}),
+            "reference_temperature": values.get("reference_temperature"),
+            "positions": values["positions"],
+            "unit": values.get("unit") or _unit(declared.get("unit")),
+            "serial": values.get("serial") or _text(declared.get("serial")),
+            "date": _text(declared.get("date")),
+        },
+        constants={key: declared[key] for key in CONSTANTS if key in declared},
+        runs=tuple(split_line(declared["runs"].value, ",")) if "runs" in declared else (),
+        metadata=metadata,
+    )
+
+
+def _checked(overrides: Mapping[str, object]) -> dict[str, Any]:
+    given: dict[str, Any] = {key: value for key, value in overrides.items() if value is not None}
+    unknown = [key for key in given if key not in OVERRIDES]
+    if unknown:
+        raise InputError(f"{unknown[0]!r} cannot be declared; it is one of {', '.join(OVERRIDES)}")
+    if "unit" in given:
+        given["unit"] = canonical_unit(given["unit"])
+    if given.get("positions", 1) < 1:
+        raise InputError(
+            f"{given['positions']} positions in a turn; a turn has at least 1 position"
+        )
+    return given
+
+
+def _text(declared: Declared | None) -> str | None:
+    return (declared.value or None) if declared else None
+
+
+def _unit(declared: Declared | None) -> str | None:
+    return canonical_unit(declared.value) or None if declared else None
+
+
+def _number(layout: Layout, key: str, declared: Declared, decimal: str) -> float:
+    match = _NUMBER.fullmatch(declared.value.replace("\u2212", "-"))
+    units = UNITS_OF.get(key, ())
+    if match and match[2] and units and match[2].casefold() not in units:
+        problem = f"{key} is given in {shown(match[2])}"
+        raise _refusal(layout, declared, problem, f"give it in {units[0]}")
+    try:
+        text = match[1] if match else ""
+        value = float(text.replace(",", ".") if decimal == "," else text)
+    except ValueError:
+        problem = f"{key} is {shown(declared.value)}"
+        raise _refusal(layout, declared, problem, "it is a number") from None
+    if not np.isfinite(value):
+        raise _refusal(layout, declared, f"{key} is {value}", "it is a finite number")
+    if key in APPARATUS:
+        _check_apparatus(layout, key, declared, value)
+    return value
+
+
+def _check_apparatus(layout: Layout, key: str, declared: Declared, value: float) -> None:
+    try:
+        Apparatus(**{key: value})
+    except InputError as error:
+        problem, _, remedy = str(error).partition("; ")
+        raise _refusal(layout, declared, problem, remedy) from None
+
+
+def _positions(layout: Layout, declared: Declared | None) -> int:
+    if declared is None:
+        return 8
+    if not re.fullmatch(r"[1-9][0-9]{0,5}", declared.value):
+        problem = f"positions is {shown(declared.value)}"
+        remedy = "it is the number of positions in a full turn, such as 8"
+        raise _refusal(layout, declared, problem, remedy)
+    return int(declared.value)
+
+
+def _refusal(layout: Layout, declared: Declared, problem: str, remedy: str) -> TableError:
+    return TableError(problem, remedy, source=layout.source, line=declared.line)

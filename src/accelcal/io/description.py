@@ -1,0 +1,179 @@
+"""What the reader understood of a table, for people."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from accelcal.io.tables import TableForm
+from accelcal.record import TumbleRecord
+
+__all__ = ["describe", "summary"]
+
+_SEPARATORS = {",": "comma", ";": "semicolon", "\t": "tab", " ": "blanks"}
+
+
+def describe(record: TumbleRecord, form: TableForm | None = None) -> str:
+    r"""Tell what the reader understood, a line a fact.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        The readings.
+    form : TableForm, optional
+        How the table was written, as `survey` returns it.
+
+    Returns
+    -------
+    str
+        Lines of text.
+
+    Examples
+    --------
+    >>> import io
+    >>> from accelcal.io.tables import read_table
+    >>> text = "temperature,position,Y1,Y2\n20,1,1.30,1.31\n20,5,-1.29,-1.28\n"
+    >>> print(describe(read_table(io.StringIO(text))))
+    source             <table>
+    serial             not given
+    readings           4
+    output             -1.29 to 1.31, unit not given
+    run 20             4 readings, 20 degC, mounting o+, 2 positions, strokes 1 to 2
+    positions missing  2, 3, 4, 6, 7, 8, 9 of 9
+    """
+    facts = [("source", record.source), *(_form_facts(form) if form else []), *_facts(record)]
+    width = max(len(name) for name, _ in facts) + 2
+    return "\n".join(f"{name:<{width}}{value}" for name, value in facts)
+
+
+def summary(records: Sequence[TumbleRecord], form: TableForm) -> dict[str, Any]:
+    """Tell what the reader understood, ready for JSON.
+
+    Parameters
+    ----------
+    records : sequence of TumbleRecord
+        The accelerometers of a table.
+    form : TableForm
+        How the table was written.
+
+    Returns
+    -------
+    dict
+        Names and plain values; units are in the names.
+    """
+    return {
+        "schema": "accelcal/check/1",
+        "source": records[0].source,
+        "table": {name: getattr(form, name) for name in form.__slots__},
+        "records": [_record_summary(record) for record in records],
+    }
+
+
+def _record_summary(record: TumbleRecord) -> dict[str, Any]:
+    apparatus = record.apparatus
+    return {
+        "serial": record.serial,
+        "output_unit": record.unit,
+        "readings": len(record),
+        "runs": [_run_summary(table, name) for name, table in _by_run(record)],
+        "positions": record.positions,
+        "positions_missing": _missing(record),
+        "T0_degC": record.reference_temperature,
+        "apparatus": {name: getattr(apparatus, name) for name in apparatus.__slots__},
+        "date": record.date,
+        "metadata": dict(record.metadata),
+        "notes": list(record.notes),
+    }
+
+
+def _form_facts(form: TableForm) -> list[tuple[str, str]]:
+    packed = ", gzip" if form.compressed else ""
+    mark = "comma" if form.decimal == "," else "point"
+    facts = [
+        ("form", f"{form.form}, separator {_SEPARATORS[form.separator]}, decimal {mark}"),
+        ("encoding", form.encoding + packed),
+    ]
+    facts += [("columns", ", ".join(_renamed(*pair) for pair in form.columns.items()))]
+    return facts + ([("set aside", ", ".join(form.set_aside))] if form.set_aside else [])
+
+
+def _renamed(role: str, heading: str) -> str:
+    return role if role == heading else f"{role} ({heading})"
+
+
+def _facts(record: TumbleRecord) -> list[tuple[str, str]]:
+    low, high = record.output.min(), record.output.max()
+    unit = record.unit or ", unit not given"
+    facts = [
+        ("serial", record.serial or "not given"),
+        ("readings", str(len(record))),
+        ("output", f"{low:g} to {high:g}{' ' if record.unit else ''}{unit}"),
+    ]
+    facts += [(f"run {name}", _run_text(table)) for name, table in _by_run(record)]
+    missing = _missing(record)
+    if missing:
+        names = ", ".join(map(str, missing))
+        facts.append(("positions missing", f"{names} of {record.positions + 1}"))
+    facts += _declared_facts(record)
+    return facts + [("note", note) for note in record.notes]
+
+
+def _declared_facts(record: TumbleRecord) -> list[tuple[str, str]]:
+    values = {name: getattr(record.apparatus, name) for name in record.apparatus.__slots__}
+    units = {
+        "local_gravity": " m/s^2",
+        "head_uncertainty": " rad",
+        "launch_uncertainty": " g",
+        "launch_sf_uncertainty": "",
+        "temperature_uncertainty": " degC",
+        "resolution": f" {record.unit or 'output units'}",
+    }
+    facts = [
+        (name, f"{value:g}{units[name]}") for name, value in values.items() if value is not None
+    ]
+    if record.reference_temperature is not None:
+        facts.insert(0, ("T0", f"{record.reference_temperature:g} degC"))
+    if record.date:
+        facts.append(("date", record.date))
+    return facts + list(record.metadata.items())
+
+
+def _by_run(record: TumbleRecord) -> list[tuple[str, TumbleRecord]]:
+    """Tables of the record by the label of their run."""
+    return [(record.run_labels[int(table.run[0])], table) for table in record.tables()]
+
+
+def _run_summary(table: TumbleRecord, name: str) -> dict[str, Any]:
+    known = table.temperature[~np.isnan(table.temperature)]
+    return {
+        "run": name,
+        "mounting": str(table.mounting[0]),
+        "readings": len(table),
+        "temperature_degC": [float(known.min()), float(known.max())] if known.size else None,
+        "angles_deg": np.unique(table.angle).tolist(),
+        "strokes": np.unique(table.stroke).tolist(),
+    }
+
+
+def _run_text(table: TumbleRecord) -> str:
+    facts = _run_summary(table, "")
+    degrees = facts["temperature_degC"]
+    temperature = "temperature unknown"
+    if degrees:
+        low, high = (f"{value:g}" for value in degrees)
+        temperature = f"{low} degC" if low == high else f"{low} to {high} degC"
+    strokes = facts["strokes"]
+    which = f"strokes {strokes[0]} to {strokes[-1]}" if len(strokes) > 1 else f"stroke {strokes[0]}"
+    return (
+        f"{facts['readings']} readings, {temperature}, mounting {facts['mounting']},"
+        f" {len(facts['angles_deg'])} positions, {which}"
+    )
+
+
+def _missing(record: TumbleRecord) -> list[int]:
+    """Numbers of the positions without any reading, empty where angles are given."""
+    if not record.position.any():
+        return []
+    return sorted(set(range(1, record.positions + 2)) - set(record.position.tolist()))

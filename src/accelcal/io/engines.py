@@ -1,0 +1,184 @@
+"""Two engines that turn the rows of a table into columns: a light one and, for bulk, pandas.
+
+Both deliver the same columns. The engine on pandas reads numbers at once and gives up on anything
+unusual, quotes, missing fields or a cell that is no number; the light one then has the last word.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from accelcal.errors import TableError
+from accelcal.io.cells import MISSING, Column
+from accelcal.io.layout import Layout, split_line
+
+__all__ = ["NUMERIC", "BulkEngineGivesUp", "columns_by_pandas", "columns_by_split"]
+
+NUMERIC = frozenset({"temperature", "position", "angle", "stroke", "output", "std", "count"})
+"""Roles of columns that hold numbers, with the strokes of a wide table."""
+
+Columns = Mapping[int, Column]
+"""Index of a heading -> its column."""
+
+
+class BulkEngineGivesUp(Exception):  # noqa: N818  (a signal between two functions, no error)
+    """The rows hold something that only the light engine understands."""
+
+
+def columns_by_split(layout: Layout, used: Sequence[int], needed: int) -> Columns:
+    """Split the rows by the standard library.
+
+    Parameters
+    ----------
+    layout : Layout
+        The table.
+    used : sequence of int
+        Indices of the headings whose columns are wanted.
+    needed : int
+        Number of fields that a row has at least.
+
+    Returns
+    -------
+    mapping of int to Column
+        The columns, with cells of text.
+
+    Raises
+    ------
+    TableError
+        If a row has too many or too few fields.
+    """
+    width = len(layout.headings)
+    table = [split_line(row, layout.separator) for row in layout.rows]
+    for index, cells in enumerate(table):
+        if len(cells) != width:
+            table[index] = _fitted(cells, width, needed, layout, index)
+    by_heading = list(zip(*table, strict=True))
+    numeric = [by_heading[i] for i in used if _is_numeric(layout, i)]
+    comma = layout.separator != "," and any("," in "".join(cells) for cells in numeric)
+    lines = np.array(layout.lines, dtype=np.int64)
+    decimal = "," if comma else "."
+    return {i: _column(layout, i, by_heading[i], lines, decimal) for i in used}
+
+
+def columns_by_pandas(layout: Layout, used: Sequence[int], needed: int) -> Columns:
+    """Split the rows, and read their numbers, by pandas.
+
+    Parameters
+    ----------
+    layout : Layout
+        The table.
+    used : sequence of int
+        Indices of the headings whose columns are wanted.
+    needed : int
+        Number of fields that a row has at least.
+
+    Returns
+    -------
+    mapping of int to Column
+        The columns, with numbers where they hold numbers.
+
+    Raises
+    ------
+    BulkEngineGivesUp
+        If the light engine must look.
+    """
+    import io
+
+    import pandas as pd
+
+    rows = _even_rows(layout, needed)
+    comma = layout.separator != "," and any("," in row for row in rows)
+    numeric = [i for i in used if _is_numeric(layout, i)]
+    blank = sorted(MISSING | {text.upper() for text in MISSING} | {"NaN"})
+    options: dict[str, Any] = {
+        "sep": layout.separator,
+        "header": None,
+        "names": list(range(len(layout.headings))),
+        "index_col": False,
+        "usecols": list(used),
+        "dtype": {i: np.float64 if i in numeric else object for i in used},
+        "decimal": "," if comma else ".",
+        "keep_default_na": False,
+        "na_values": dict.fromkeys(numeric, blank),
+        "float_precision": "round_trip",
+        "quoting": 3,
+        "skip_blank_lines": False,
+    }
+    try:
+        frame = pd.read_csv(io.StringIO("\n".join(rows)), **options)
+    except ValueError as error:
+        raise BulkEngineGivesUp from error
+    if len(frame) != len(rows):
+        raise BulkEngineGivesUp
+    lines = np.array(layout.lines, dtype=np.int64)
+    decimal = "," if comma else "."
+    return {i: _column(layout, i, _cells(frame[i], i in numeric), lines, decimal) for i in used}
+
+
+def _cells(series: Any, numeric: bool) -> Any:
+    return series.to_numpy() if numeric else [cell.strip() for cell in series.tolist()]
+
+
+def _even_rows(layout: Layout, needed: int) -> list[str]:
+    """Rows with as many fields as there are headings."""
+    separator, last, rows = layout.separator, len(layout.headings) - 1, layout.rows
+    if separator is None:
+        raise BulkEngineGivesUp
+    if all(row.count(separator) == last and '"' not in row for row in rows):
+        return rows
+    return [_even_row(row, separator, last, needed) for row in rows]
+
+
+def _even_row(row: str, separator: str, last: int, needed: int) -> str:
+    if row.count(separator) > last:
+        row = row.rstrip(separator + " ")
+    elif row.count(separator) < needed - 1:
+        raise BulkEngineGivesUp
+    row += separator * (last - row.count(separator))
+    if row.count(separator) > last or '"' in row:
+        raise BulkEngineGivesUp
+    return row
+
+
+def _fitted(cells: list[str], width: int, needed: int, layout: Layout, index: int) -> list[str]:
+    """Cells of a row, as many as there are headings: blank ones fall away or are added."""
+    while len(cells) > width and not cells[-1]:
+        cells.pop()
+    place = {"source": layout.source, "line": layout.lines[index]}
+    if len(cells) > width:
+        problem = f"{len(cells)} fields under {width} column headings"
+        if layout.separator == ",":
+            remedy = "write numbers with a decimal point, or separate columns by a semicolon"
+        else:
+            remedy = "give every column a heading"
+        raise TableError(problem, remedy, **place)  # type: ignore[arg-type]
+    if len(cells) < needed:
+        problem = f"{len(cells)} fields, but {layout.headings[needed - 1].text} is field {needed}"
+        raise TableError(problem, "complete the row or delete it", **place)  # type: ignore[arg-type]
+    return cells + [""] * (width - len(cells))
+
+
+def _is_numeric(layout: Layout, index: int) -> bool:
+    role = layout.headings[index].role
+    return role == "strokes" or role in NUMERIC
+
+
+def _column(layout: Layout, index: int, cells: Any, lines: Any, decimal: str) -> Column:
+    heading = layout.headings[index]
+    column = Column(
+        role=heading.role or "",
+        heading=heading.text,
+        unit=heading.unit,
+        cells=cells,
+        lines=lines,
+        source=layout.source,
+        decimal=decimal,
+    )
+    return (
+        column
+        if isinstance(cells, np.ndarray) or not _is_numeric(layout, index)
+        else column.without_unit()
+    )

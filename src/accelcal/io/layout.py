@@ -1,0 +1,312 @@
+"""The parts of a table file: header lines, headings with their separator, and rows."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from accelcal.errors import TableError
+from accelcal.io.text import SourceText
+from accelcal.io.vocabulary import Heading, canonical_key, read_heading
+
+__all__ = ["Declared", "Layout", "listed", "read_layout", "shown", "split_line"]
+
+_SEPARATORS = ("\t", ";", ",", None)
+_CORE = {"temperature", "position", "angle", "stroke", "output"}
+_PREAMBLE_LINES = 200
+_HEADINGS_REMEDY = "the first row names the columns: temperature, position, stroke, output"
+_DECLARATION = re.compile(r"([^:=,;\t]+?)\s*[:=]\s*(.*)")
+_DECLARATION_IN_CELLS = re.compile(r"([^,;\t]+?)\s*[:=]?\s*[,;\t]\s*(.*)")
+_EXCEL_ERROR = re.compile(r"#(N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)")
+
+
+class Declared(NamedTuple):
+    """Value of a header line ``# key: value``."""
+
+    value: str
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """A table taken apart, its cells still text.
+
+    Attributes
+    ----------
+    source : str
+        Name of the file.
+    declared : mapping of str to Declared
+        Header lines by canonical key, or by the key as written where it is not known.
+    headings : tuple of Heading
+        One entry a column.
+    headings_line : int
+        Line of the headings.
+    separator : str or None
+        ``","``, ``";"`` or tab; None for runs of blanks.
+    rows : list of str
+        Lines of the table that are not blank.
+    lines : list of int
+        Line number of each row.
+    notes : tuple of str
+        What was set aside.
+    """
+
+    source: str
+    declared: Mapping[str, Declared]
+    headings: tuple[Heading, ...]
+    headings_line: int
+    separator: str | None
+    rows: list[str]
+    lines: list[int]
+    notes: tuple[str, ...]
+
+
+class _Headings(NamedTuple):
+    cells: tuple[Heading, ...]
+    separator: str | None
+    line: int
+
+
+def read_layout(source: SourceText) -> Layout:
+    """Take a table apart.
+
+    Parameters
+    ----------
+    source : SourceText
+        The whole text of the file.
+
+    Returns
+    -------
+    Layout
+        Header lines, headings and rows.
+
+    Raises
+    ------
+    TableError
+        If there are no headings, no rows, or a key is declared twice with different values.
+    """
+    lines = source.text.split("\n")
+    headings, above, start = _find_headings(lines, source.name)
+    declared, aside = _declarations(above, source.name)
+    rows, numbers, comments = _rows(lines, start, headings, source.name)
+    if comments:
+        aside.append(f"comment lines inside the table were set aside ({listed(comments)})")
+    return Layout(
+        source=source.name,
+        declared=declared,
+        headings=headings.cells,
+        headings_line=headings.line,
+        separator=headings.separator,
+        rows=rows,
+        lines=numbers,
+        notes=tuple(aside),
+    )
+
+
+def split_line(line: str, separator: str | None) -> list[str]:
+    """Split a line into cells without surrounding blanks.
+
+    Parameters
+    ----------
+    line : str
+        A row of the table.
+    separator : str or None
+        Separator of the cells, None for runs of blanks.
+
+    Returns
+    -------
+    list of str
+        The cells; quotes around a cell are taken off.
+
+    Examples
+    --------
+    >>> split_line('20; "a;b" ;1', ";")
+    ['20', 'a;b', '1']
+    """
+    if separator is None:
+        return line.replace('"', "").split()
+    if '"' not in line:
+        return [cell.strip() for cell in line.split(separator)]
+    import csv
+
+    reader = csv.reader([line], delimiter=separator, skipinitialspace=True)
+    return [cell.strip() for cell in next(reader)]
+
+
+def shown(text: str) -> str:
+    """Quote a piece of a file for a message, cut to 40 characters.
+
+    Parameters
+    ----------
+    text : str
+        The piece.
+
+    Returns
+    -------
+    str
+        Its representation on one line.
+    """
+    return repr(text if len(text) <= 40 else text[:37] + "...")
+
+
+def listed(lines: Iterable[int]) -> str:
+    """Name lines for a note, at most five of them.
+
+    Parameters
+    ----------
+    lines : iterable of int
+        Line numbers.
+
+    Returns
+    -------
+    str
+        Such as ``"lines 3, 4"``.
+
+    Examples
+    --------
+    >>> listed([7]), listed(range(1, 9))
+    ('line 7', 'lines 1, 2, 3, 4, 5, ...')
+    """
+    numbers = [str(line) for line in lines]
+    more = ["..."] if len(numbers) > 5 else []
+    return ("lines " if len(numbers) > 1 else "line ") + ", ".join(numbers[:5] + more)
+
+
+def _find_headings(lines: list[str], name: str) -> tuple[_Headings, list[tuple[int, str]], int]:
+    """Headings, the lines above them that are not blank, and the index of the first row."""
+    above: list[tuple[int, str]] = []
+    commented = None
+    for index, line in enumerate(lines):
+        if not line.strip(" \t,;"):
+            continue
+        if len(above) > _PREAMBLE_LINES:
+            break
+        bare = _uncomment(line)
+        found = _headings(line if bare is None else bare, index + 1)
+        if bare is None and (found or commented):
+            return (found, above, index + 1) if found else (commented, above, index)  # type: ignore[return-value]
+        if bare is not None and found:
+            commented = found  # as numpy.savetxt writes them
+        else:
+            above.append((index + 1, line))
+    raise _no_headings(above, commented, name)
+
+
+def _headings(line: str, number: int) -> _Headings | None:
+    """Headings that a line holds, split by the separator that gives the most known words."""
+    best: tuple[int, tuple[Heading, ...], str | None] = (0, (), None)
+    for separator in _SEPARATORS:
+        if separator is None or separator in line:
+            cells = tuple(read_heading(cell) for cell in _split_headings(line, separator))
+            known = sum(cell.role is not None for cell in cells)
+            if known > best[0] and _are_headings(cells):
+                best = (known, cells, separator)
+    return _Headings(best[1], best[2], number) if best[0] else None
+
+
+def _split_headings(line: str, separator: str | None) -> list[str]:
+    cells = split_line(line.strip(), separator)
+    while cells and not cells[-1]:
+        cells.pop()
+    return cells
+
+
+def _are_headings(cells: tuple[Heading, ...]) -> bool:
+    roles = {cell.role for cell in cells if cell.role}
+    strokes = [cell for cell in cells if cell.role == "strokes"]
+    if len(strokes) == 1 and strokes[0].text.isdigit():
+        roles.discard("strokes")  # "temperature; 20" is no row of headings
+    return len(roles) >= 2 and bool(roles & _CORE)
+
+
+def _uncomment(line: str) -> str | None:
+    """Text of a header line, None for any other line."""
+    bare = line.strip(" \t,;")
+    if bare.startswith('"') and bare.endswith('"'):  # as Excel saves a header line with a comma
+        bare = bare[1:-1].replace('""', '"')
+    return bare.lstrip("#").strip() if bare.startswith("#") else None
+
+
+def _declarations(above: list[tuple[int, str]], name: str) -> tuple[dict[str, Declared], list[str]]:
+    declared: dict[str, Declared] = {}
+    aside: list[int] = []
+    for number, line in above:
+        key, value = _key_and_value(line)
+        if not key:
+            aside.append(number)
+        elif key == "comment":
+            before = f"{declared[key].value}; " if key in declared else ""
+            declared[key] = Declared(before + value, number)
+        elif key != "sep":
+            _declare(declared, key, Declared(value, number), name)
+    notes = [f"text above the headings was set aside ({listed(aside)})"] if aside else []
+    return declared, notes
+
+
+def _key_and_value(line: str) -> tuple[str, str]:
+    """Key and value of a line above the headings; an empty key where the line says nothing."""
+    bare = _uncomment(line)
+    text = line.strip(" \t,;").replace('"', "") if bare is None else bare
+    for pattern in (_DECLARATION, _DECLARATION_IN_CELLS):
+        match = pattern.fullmatch(text)
+        known = canonical_key(match[1]) if match else None
+        if match and known:
+            return known, match[2].strip()
+        if match and pattern is _DECLARATION and (bare is not None or match[1] == "sep"):
+            return match[1].strip(), match[2].strip()
+    return ("comment", text) if bare else ("" if bare is None else "sep", "")
+
+
+def _declare(declared: dict[str, Declared], key: str, new: Declared, name: str) -> None:
+    old = declared.setdefault(key, new)
+    if old.value != new.value:
+        problem = f"{key} is {shown(new.value)}, but {shown(old.value)} in line {old.line}"
+        raise TableError(problem, "declare each key once", source=name, line=new.line)
+
+
+def _rows(
+    lines: list[str], start: int, headings: _Headings, name: str
+) -> tuple[list[str], list[int], list[int]]:
+    """Rows with their line numbers, and the lines of comments between them."""
+    blank = ' \t"' + (headings.separator or "")
+    body = lines[start:] if start else lines
+    numbers = [n for n, line in enumerate(body, start + 1) if line.strip(blank)]
+    comments = list(_comments(lines, numbers, name)) if any("#" in line for line in body) else []
+    if comments:
+        numbers = sorted(set(numbers).difference(comments))
+    if not numbers:
+        problem, remedy = "column headings but no readings", "add a row for each reading"
+        raise TableError(problem, remedy, source=name, line=headings.line)
+    return [lines[n - 1] for n in numbers], numbers, comments
+
+
+def _comments(lines: list[str], numbers: list[int], name: str) -> Iterator[int]:
+    for number in numbers:
+        line = lines[number - 1]
+        text = _uncomment(line)
+        if text is None or _EXCEL_ERROR.match(line.strip(' \t"')):
+            continue
+        declaration = _DECLARATION.fullmatch(text)
+        if declaration and canonical_key(declaration[1]):
+            problem = f"header line {shown(text)} inside the table"
+            remedy = "write it above the headings; one table a file, or a column serial"
+            raise TableError(problem, remedy, source=name, line=number)
+        yield number
+
+
+def _no_headings(above: list[tuple[int, str]], commented: object, name: str) -> TableError:
+    table = [(number, line) for number, line in above if _uncomment(line) is None]
+    if not above and not commented:
+        return TableError("the file is empty", _HEADINGS_REMEDY, source=name)
+    if not table:
+        return TableError("header lines, but no table", _HEADINGS_REMEDY, source=name)
+    number, line = table[0]
+    cells = re.split(r"[;\t]|,(?!\d)|\s+", line.strip())
+    numeric = sum(cell[:1].isdigit() or cell[:1] in "+-." for cell in cells if cell)
+    if 2 * numeric > len(cells):
+        problem = "numbers where the column headings belong"
+    else:
+        problem = f"no column headings in {shown(line.strip())}"
+    return TableError(problem, _HEADINGS_REMEDY, source=name, line=number)

@@ -1,0 +1,235 @@
+"""The rules: from the columns of a table to readings, one entry each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.errors import TableError
+from accelcal.geometry import MOUNTINGS
+from accelcal.io.cells import Column, labels, numbers, times, whole_numbers
+from accelcal.io.columns import Table
+from accelcal.io.vocabulary import TIME_UNITS
+
+__all__ = ["Readings", "read_readings"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Readings:
+    """All readings of a file, one entry a reading.
+
+    Attributes
+    ----------
+    output, temperature, angle : ndarray of float
+        As in a `TumbleRecord`.
+    position, stroke, line : ndarray of int
+        As in a `TumbleRecord`.
+    mounting : ndarray of str
+        As in a `TumbleRecord`.
+    time : ndarray of float or datetime64, or None
+        Seconds, or dates of UTC.
+    std, count : ndarray of float, or None
+        As in a `TumbleRecord`.
+    run, serial : ndarray of int, or None
+        Indices into the labels.
+    run_labels, serials : tuple of str
+        The labels; empty without such a column.
+    missing : ndarray of int
+        Line of each missing reading.
+    missing_serial : ndarray of int, or None
+        Serial of each missing reading.
+    """
+
+    output: Floats
+    temperature: Floats
+    angle: Floats
+    position: Ints
+    stroke: Ints
+    line: Ints
+    mounting: NDArray[np.str_]
+    time: NDArray[Any] | None
+    std: Floats | None
+    count: Floats | None
+    run: Ints | None
+    serial: Ints | None
+    run_labels: tuple[str, ...]
+    serials: tuple[str, ...]
+    missing: Ints
+    missing_serial: Ints | None
+
+    def select(self, mask: NDArray[np.bool_]) -> Readings:
+        """Keep the readings where `mask` is true."""
+        kept: dict[str, Any] = {}
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if isinstance(value, np.ndarray) and not item.name.startswith("missing"):
+                kept[item.name] = value[mask]
+        return replace(self, **kept)
+
+    def of_serial(self, index: int) -> Readings:
+        """Keep what belongs to one accelerometer."""
+        if self.serial is None or self.missing_serial is None:
+            return self
+        missing = self.missing[self.missing_serial == index]
+        return replace(self.select(self.serial == index), missing=missing)
+
+
+def read_readings(table: Table, positions: int) -> Readings:
+    """Turn the columns of a table into readings.
+
+    Parameters
+    ----------
+    table : Table
+        The columns.
+    positions : int
+        Number of positions in a full turn.
+
+    Returns
+    -------
+    Readings
+        One entry a reading, in the order of the file; missing readings are left out.
+
+    Raises
+    ------
+    TableError
+        At the first cell that breaks a rule.
+    """
+    outputs = np.stack([numbers(column) for column in table.outputs.values()], axis=1)
+    first = next(iter(table.outputs.values()))
+    present = ~np.isnan(outputs)
+    _require_any(present, first)
+    kept: NDArray[np.bool_] = np.any(present, axis=1)
+    columns = {name: column.take(kept) for name, column in table.columns.items()}
+    row, stroke_column = np.nonzero(present[kept])
+    serial, serials = _labels(table.columns, "serial")
+    run, run_labels = _labels(columns, "run")
+    position, angle = _places(columns, positions)
+    strokes = np.array(list(table.outputs), dtype=np.int64)
+    per_row = _stroke(columns) if table.form == "long" else None
+    missing_row = np.nonzero(~present)[0]
+    return Readings(
+        output=outputs[present],
+        temperature=_temperature(columns["temperature"])[row],
+        angle=angle[row],
+        position=position[row],
+        stroke=strokes[stroke_column] if per_row is None else per_row[row],
+        line=first.lines[kept][row],
+        mounting=_mounting(columns.get("mounting"), int(kept.sum()))[row],
+        time=_at(_time(columns), row),
+        std=_at(_not_below(columns, "std", 0.0), row),
+        count=_at(_not_below(columns, "count", 1.0), row),
+        run=_at(run, row),
+        serial=_at(serial, np.nonzero(present)[0]),
+        run_labels=run_labels,
+        serials=serials,
+        missing=first.lines[missing_row],
+        missing_serial=_at(serial, missing_row),
+    )
+
+
+def _at(values: NDArray[Any] | None, index: Ints) -> NDArray[Any] | None:
+    return None if values is None else values[index]
+
+
+def _require_any(present: NDArray[np.bool_], output: Column) -> None:
+    if not present.any():
+        problem = f"all {present.size} outputs are missing"
+        line = int(output.lines[0])
+        raise TableError(problem, "write at least one", source=output.source, line=line)
+
+
+def _labels(columns: Mapping[str, Column], name: str) -> tuple[Ints | None, tuple[str, ...]]:
+    return labels(columns[name]) if name in columns else (None, ())
+
+
+def _temperature(column: Column) -> Floats:
+    values = numbers(column)
+    blank = np.isnan(values)
+    if not isinstance(column.cells, np.ndarray):
+        blank = np.array([cell == "" for cell in column.cells])
+    column.check(~blank, "{} is empty", "write it in every row, 'unknown' where it is not known")
+    below = values < -273.15
+    column.check(~below, "{} is below absolute zero", "write temperatures in degC")
+    return values
+
+
+def _stroke(columns: Mapping[str, Column]) -> Ints:
+    column = columns["stroke"]
+    stroke = whole_numbers(column, "strokes count from 1; odd ones go forward, even ones back")
+    column.check(stroke > 0, "{} is missing", "write the stroke in every row")
+    return stroke
+
+
+def _places(columns: Mapping[str, Column], positions: int) -> tuple[Ints, Floats]:
+    """Position numbers, 0 where there is none, and head angles [deg]."""
+    position, angle = _position(columns.get("position"), positions), None
+    if "angle" in columns:
+        angle = numbers(columns["angle"])
+    if position is None:
+        column = columns["angle"]
+        assert angle is not None  # one of the two is required
+        column.check(~np.isnan(angle), "{} is missing", "write the head angle in every row")
+        return np.zeros(angle.size, dtype=np.int64), angle
+    nominal = np.where(position > 0, (position - 1) * 360.0 / positions, np.nan)
+    if angle is None:
+        angle = nominal
+    else:
+        _check_agreement(columns["angle"], angle, nominal, positions)
+    angle = np.where(np.isnan(angle), nominal, angle)
+    remedy = "write the position in every row"
+    columns["position"].check(~np.isnan(angle), "{} is missing", remedy)
+    return position, angle
+
+
+def _position(column: Column | None, positions: int) -> Ints | None:
+    if column is None:
+        return None
+    last = f"with {positions} positions in a turn J runs from 1 to {positions + 1}"
+    number = whole_numbers(column, last)
+    remedy = f"{last}; another number of positions is declared by '# positions: N'"
+    column.check(number <= positions + 1, "{} is outside the turn", remedy)
+    return number
+
+
+def _check_agreement(column: Column, angle: Floats, nominal: Floats, positions: int) -> None:
+    """Demand that angle and position differ by less than half a step of the head."""
+    away = np.abs(np.mod(angle - nominal + 180.0, 360.0) - 180.0)
+    half = 180.0 / positions
+    problem = f"{{}} does not belong to its position, which it misses by more than {half:g} deg"
+    column.check(~(away > half), problem, "correct one, or declare '# positions: N'")
+
+
+def _mounting(column: Column | None, size: int) -> NDArray[np.str_]:
+    if column is None:
+        return np.full(size, MOUNTINGS[0])
+    index, names = labels(column)
+    canonical = [name.casefold().replace("\u2212", "-") for name in names]
+    canonical = [name + "+" if name in ("o", "p") else name for name in canonical]
+    good = np.isin(canonical, MOUNTINGS)
+    column.check(good[index], "{} is unknown", f"it is one of {', '.join(MOUNTINGS)}")
+    return np.array(canonical)[index]
+
+
+def _time(columns: Mapping[str, Column]) -> NDArray[Any] | None:
+    if "time" not in columns:
+        return None
+    column = columns["time"]
+    values: NDArray[Any] = times(column)
+    if values.dtype.kind == "f":
+        return values * TIME_UNITS.get((column.unit or "s").casefold(), 1.0)
+    return values
+
+
+def _not_below(columns: Mapping[str, Column], name: str, least: float) -> Floats | None:
+    if name not in columns:
+        return None
+    values = numbers(columns[name])
+    columns[name].check(~(values < least), "{} is too small", f"it is {least:g} or more")
+    return values

@@ -1,0 +1,358 @@
+"""Reading of tables: one record for each accelerometer in a file.
+
+A table is read in steps, each in a module of its own: bytes to text (`text`), header lines,
+headings and rows (`layout`), columns (`columns`, `engines`), cells (`cells`), readings
+(`readings`), declarations (`declarations`), and here the records.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.errors import TableError
+from accelcal.io.columns import Engine, Table, choose_columns
+from accelcal.io.declarations import Declarations, declarations
+from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split
+from accelcal.io.layout import Layout, listed, read_layout
+from accelcal.io.readings import Readings, read_readings
+from accelcal.io.text import Source, SourceText, read_text
+from accelcal.record import TumbleRecord
+from accelcal.units import canonical_unit
+
+__all__ = ["TableForm", "read_table", "read_tables", "survey"]
+
+BULK_CHARACTERS = 2_000_000
+"""Size of a table from which on pandas reads it."""
+
+LEVEL_GAP = 2.0
+"""Gap between sorted temperatures that separates two levels [degC]."""
+
+
+@dataclass(frozen=True, slots=True)
+class TableForm:
+    """How a table was written.
+
+    Attributes
+    ----------
+    form : str
+        ``"long"`` or ``"wide"``.
+    separator : str
+        Separator of the columns, ``" "`` for runs of blanks.
+    decimal : str
+        Decimal mark.
+    encoding : str
+        Encoding of the text.
+    compressed : bool
+        Whether it came out of gzip.
+    columns : mapping of str to str
+        What a column holds -> its heading.
+    set_aside : tuple of str
+        Headings of the columns that are not used.
+    """
+
+    form: str
+    separator: str
+    decimal: str
+    encoding: str
+    compressed: bool
+    columns: Mapping[str, str]
+    set_aside: tuple[str, ...]
+
+
+def read_tables(
+    source: Source, *, overrides: Mapping[str, object] | None = None
+) -> tuple[TumbleRecord, ...]:
+    r"""Read all accelerometers of a table.
+
+    Parameters
+    ----------
+    source : path, "-" or file object
+        A table in one of the forms of the guide; ``"-"`` reads standard input.
+    overrides : mapping of str to object, optional
+        Declarations that win over the header: fields of `Apparatus`, `reference_temperature`,
+        `positions`, `unit`, `serial`. None leaves the header's.
+
+    Returns
+    -------
+    tuple of TumbleRecord
+        One record a serial number, in the order of the file.
+
+    Raises
+    ------
+    TableError
+        If the table is unusable; the message names the line and the remedy.
+
+    Examples
+    --------
+    >>> import io
+    >>> text = "# temperature: 20\nposition,Y1,Y2\n1,1.30,1.31\n5,-1.29,-1.28\n"
+    >>> read_tables(io.StringIO(text))
+    (<TumbleRecord <table>: 4 readings, 1 runs, 2 positions>,)
+    """
+    return survey(source, overrides=overrides)[1]
+
+
+def read_table(source: Source, *, overrides: Mapping[str, object] | None = None) -> TumbleRecord:
+    """Read a table of one accelerometer.
+
+    Parameters
+    ----------
+    source : path, "-" or file object
+        As for `read_tables`.
+    overrides : mapping of str to object, optional
+        As for `read_tables`.
+
+    Returns
+    -------
+    TumbleRecord
+        Its readings.
+
+    Raises
+    ------
+    TableError
+        If the table is unusable or holds several accelerometers.
+    """
+    records = read_tables(source, overrides=overrides)
+    if len(records) > 1:
+        names = ", ".join(str(record.serial) for record in records)
+        remedy = "read them by read_tables, or give one accelerometer a file"
+        raise TableError(f"serials {names} in one table", remedy, source=records[0].source)
+    return records[0]
+
+
+def survey(
+    source: Source, *, overrides: Mapping[str, object] | None = None
+) -> tuple[TableForm, tuple[TumbleRecord, ...]]:
+    """Read a table and tell how it was written.
+
+    Parameters
+    ----------
+    source : path, "-" or file object
+        As for `read_tables`.
+    overrides : mapping of str to object, optional
+        As for `read_tables`.
+
+    Returns
+    -------
+    form : TableForm
+        Separator, decimal mark, encoding and columns.
+    records : tuple of TumbleRecord
+        As of `read_tables`.
+
+    Raises
+    ------
+    TableError
+        If the table is unusable.
+    """
+    text = read_text(source)
+    layout = read_layout(text)
+    if sum(map(len, layout.rows)) >= BULK_CHARACTERS:
+        try:
+            return _read_by(columns_by_pandas, text, layout, overrides or {})
+        except (BulkEngineGivesUp, TableError):
+            pass  # the light engine words the error, or reads what pandas cannot
+    return _read_by(columns_by_split, text, layout, overrides or {})
+
+
+def _read_by(
+    engine: Engine, text: SourceText, layout: Layout, overrides: Mapping[str, object]
+) -> tuple[TableForm, tuple[TumbleRecord, ...]]:
+    table = choose_columns(layout, engine)
+    declared = declarations(layout, table.decimal, overrides)
+    readings = read_readings(table, declared.record["positions"])
+    notes = [*layout.notes, *table.notes]
+    if text.encoding == "latin-1":
+        notes.insert(0, "the text is not UTF-8 and was read as latin-1")
+    common = dict(declared.record)
+    if overrides.get("unit") is None:
+        common["unit"] = _unit(layout, table, declared)
+    common |= {"source": layout.source, "notes": tuple(notes)}
+    records = tuple(_records(layout, readings, declared, common))
+    return _form(text, layout, table), records
+
+
+def _form(text: SourceText, layout: Layout, table: Table) -> TableForm:
+    columns = {name: column.heading for name, column in table.columns.items()}
+    for stroke, column in table.outputs.items():
+        columns[f"output of stroke {stroke}" if stroke else "output"] = column.heading
+    return TableForm(
+        form=table.form,
+        separator=layout.separator or " ",
+        decimal=table.decimal,
+        encoding=text.encoding,
+        compressed=text.compressed,
+        columns=columns,
+        set_aside=table.aside,
+    )
+
+
+def _unit(layout: Layout, table: Table, declared: Declarations) -> str | None:
+    """The one output unit of headings, cells, unit column and header."""
+    line = layout.headings_line
+    columns = [*table.outputs.values(), *filter(None, [table.columns.get("std")])]
+    units = [declared.record["unit"], *(column.unit for column in columns)]
+    found = [(canonical_unit(unit), line) for unit in units if unit]
+    if "unit" in table.columns:
+        column = table.columns["unit"]
+        cells = zip(column.cells, column.lines, strict=True)
+        found += {canonical_unit(str(cell)): int(at) for cell, at in reversed([*cells])}.items()
+    for unit, at in found:
+        if unit != found[0][0]:
+            problem = f"units {found[0][0]} and {unit} in one table"
+            remedy = "give all outputs in one unit"
+            raise TableError(problem, remedy, source=layout.source, line=at)
+    return found[0][0] if found else None
+
+
+def _records(
+    layout: Layout, readings: Readings, declared: Declarations, common: dict[str, Any]
+) -> Iterator[TumbleRecord]:
+    serials = _serials(layout, readings, common["serial"])
+    for index, serial in enumerate(serials):
+        chosen = readings.of_serial(index) if len(serials) > 1 else readings
+        if chosen.output.size == 0:
+            problem = f"serial {serial} has no output that is not missing"
+            remedy = "write its outputs or delete its rows"
+            raise TableError(problem, remedy, source=layout.source, line=int(chosen.missing[0]))
+        yield _record(chosen, declared, common | {"serial": serial})
+
+
+def _serials(layout: Layout, readings: Readings, declared: str | None) -> tuple[str | None, ...]:
+    names = readings.serials
+    if not names or declared is None or names == (declared,):
+        return names or (declared,)
+    header = layout.declared.get("serial")
+    if len(names) > 1 or (header and header.value == declared):
+        problem = f"serial {', '.join(names)} in the table, but {declared} is declared"
+        remedy = "leave the column or the declaration out"
+        raise TableError(problem, remedy, source=layout.source, line=layout.headings_line)
+    return (declared,)
+
+
+def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) -> TumbleRecord:
+    run, run_labels = _runs(readings, declared.runs, common["source"])
+    kept = _without_repeats(readings, run, common["source"])
+    notes = list(common["notes"])
+    if readings.missing.size:
+        counted = _counted(readings.missing.size, "missing reading")
+        notes.append(f"{counted} left out ({listed(readings.missing)})")
+    if not kept.all():
+        counted = _counted(int((~kept).sum()), "repeated row")
+        notes.append(f"{counted} left out ({listed(readings.line[~kept])})")
+    readings = readings.select(kept)
+    _require_change(readings, common["source"])
+    time, start = _seconds(readings.time)
+    return TumbleRecord(
+        output=readings.output,
+        angle=readings.angle,
+        temperature=readings.temperature,
+        stroke=readings.stroke,
+        run=run[kept],
+        run_labels=run_labels,
+        mounting=readings.mounting,
+        position=readings.position,
+        time=time,
+        std=_unless_unknown(readings.std),
+        count=_unless_unknown(readings.count),
+        line=readings.line,
+        metadata={**declared.metadata, **start},
+        **(common | {"notes": tuple(notes)}),
+    )
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}{'s were' if number > 1 else ' was'}"
+
+
+def _unless_unknown(values: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
+    return None if values is None or np.isnan(values).all() else values
+
+
+def _runs(
+    readings: Readings, order: tuple[str, ...], source: str
+) -> tuple[NDArray[np.int64], tuple[str, ...]]:
+    """Index of each reading's run, and the labels in order of appearance or as declared."""
+    if readings.run is None:
+        run, labels = _levels(readings.temperature)
+    else:
+        run, labels = readings.run, readings.run_labels
+    if not order:
+        present, first = np.unique(run, return_index=True)
+        order = tuple(labels[index] for index in present[np.argsort(first)])
+    place = {label: index for index, label in enumerate(order)}
+    new = np.array([place.get(label, -1) for label in labels])[run]
+    if (new < 0).any():
+        at = int(np.argmin(new))
+        problem = f"run {labels[run[at]]!r} is not among the declared runs"
+        remedy = "add it to the line '# runs: ...'"
+        raise TableError(problem, remedy, source=source, line=int(readings.line[at]))
+    return new, order
+
+
+def _levels(temperature: NDArray[np.float64]) -> tuple[NDArray[np.int64], tuple[str, ...]]:
+    """Levels of temperature, split where the sorted temperatures leave a gap."""
+    order = np.argsort(temperature, kind="stable")  # unknown ones, NaN, come last
+    ordered = temperature[order]
+    jump = (np.diff(ordered) > LEVEL_GAP) | (np.isnan(ordered[1:]) & ~np.isnan(ordered[:-1]))
+    level = np.empty(temperature.size, dtype=np.int64)
+    level[order] = np.concatenate([[0], np.cumsum(jump)])
+    means = np.bincount(level, weights=temperature) / np.bincount(level)
+    labels = ["unknown" if np.isnan(mean) else f"{round(mean)}" for mean in means.tolist()]
+    return level, tuple(labels)
+
+
+def _without_repeats(readings: Readings, run: NDArray[np.int64], source: str) -> NDArray[np.bool_]:
+    """Mask of the readings without those that repeat one with the same output."""
+    place = np.where(readings.position > 0, readings.position, readings.angle)
+    kind = readings.position > 0
+    keys = (readings.stroke, place, kind, readings.mounting, run)
+    order = np.lexsort(keys)
+    same = np.ones(max(order.size - 1, 0), dtype=bool)
+    for key in keys:
+        same &= key[order][1:] == key[order][:-1]
+    earlier, later = order[:-1][same], order[1:][same]
+    clash = readings.output[earlier] != readings.output[later]
+    if clash.any():
+        at = np.argmin(later[clash])
+        raise _clash(readings, int(earlier[clash][at]), int(later[clash][at]), source)
+    kept = np.ones(order.size, dtype=bool)
+    kept[later] = False
+    return kept
+
+
+def _clash(readings: Readings, first: int, second: int, source: str) -> TableError:
+    where = f"angle {readings.angle[first]:g}"
+    if readings.position[first]:
+        where = f"position {readings.position[first]}"
+    problem = (
+        (
+            f"{where}, stroke {readings.stroke[first]} at {readings.temperature[second]:g} degC has"
+            f" output {readings.output[second]!r}, but {readings.output[first]!r}"
+            f" in line {readings.line[first]}"
+        )
+        .replace("np.float64(", "")
+        .replace(")", "")
+    )
+    remedy = "delete one, or tell the runs apart by a column run"
+    if readings.run is not None:
+        remedy = "delete one, or give each visit to a temperature its own label in the column run"
+    return TableError(problem, remedy, source=source, line=int(readings.line[second]))
+
+
+def _require_change(readings: Readings, source: str) -> None:
+    if readings.output.size > 1 and np.ptp(readings.output) == 0:
+        problem = f"all {readings.output.size} outputs are {readings.output[0]:g}"
+        remedy = "check the voltmeter and the output column; the output changes with the angle"
+        raise TableError(problem, remedy, source=source, line=int(readings.line[0]))
+
+
+def _seconds(time: NDArray[Any] | None) -> tuple[NDArray[np.float64] | None, dict[str, str]]:
+    """Times in seconds, and the start where the table gives dates."""
+    if time is None or time.dtype.kind == "f":
+        return time, {}
+    return (time - time[0]) / np.timedelta64(1, "s"), {"start": str(time[0])}

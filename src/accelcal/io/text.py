@@ -1,0 +1,151 @@
+"""From a path, standard input or an open file to text: compression and encoding."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import IO, NamedTuple
+
+from accelcal.errors import TableError
+
+__all__ = ["Source", "SourceText", "read_text"]
+
+Source = str | os.PathLike[str] | IO[bytes] | IO[str]
+"""A path, ``"-"`` for standard input, or an open file."""
+
+_FOREIGN = (
+    (b"PK\x03\x04", "an Excel workbook or zip archive"),
+    (b"\xd0\xcf\x11\xe0", "an Excel workbook"),
+    (b"%PDF", "a PDF document"),
+    (b"PAR1", "a Parquet file"),
+    (b"\x89HDF", "an HDF5 or MATLAB file"),
+)
+
+
+class SourceText(NamedTuple):
+    """Text of a source.
+
+    Attributes
+    ----------
+    name : str
+        Name of the file, ``"<stdin>"`` for standard input.
+    text : str
+        The text, every line ended by a line feed.
+    encoding : str
+        How the bytes were read.
+    compressed : bool
+        Whether the bytes came out of gzip.
+    """
+
+    name: str
+    text: str
+    encoding: str
+    compressed: bool
+
+
+def read_text(source: Source) -> SourceText:
+    """Read the whole of a source as text.
+
+    Parameters
+    ----------
+    source : path, "-" or file object
+        What to read; gzip is told by its first bytes.
+
+    Returns
+    -------
+    SourceText
+        Text without byte order mark.
+
+    Raises
+    ------
+    TableError
+        If the source cannot be read or is not text.
+    """
+    name, content = _read(source)
+    if isinstance(content, str):
+        return SourceText(name, _tidy(content, name), "text", compressed=False)
+    compressed = content.startswith(b"\x1f\x8b")
+    data = _gunzip(content, name) if compressed else content
+    _refuse_foreign(data, name)
+    text, encoding = _decode(data, name)
+    return SourceText(name, _tidy(text, name), encoding, compressed)
+
+
+def _read(source: Source) -> tuple[str, bytes | str]:
+    if source == "-":
+        source = getattr(sys.stdin, "buffer", sys.stdin)
+    if isinstance(source, str | os.PathLike):
+        return os.fspath(source), _read_path(os.fspath(source))
+    name = getattr(source, "name", "<table>")
+    content = source.read()
+    return name if isinstance(name, str) else "<stdin>", content
+
+
+def _read_path(path: str) -> bytes:
+    try:
+        with open(path, "rb") as file:  # noqa: PTH123  (pathlib costs start-up time)
+            return file.read()
+    except FileNotFoundError:
+        remedy = "give the path of a table, or - for standard input"
+        raise TableError("no such file", remedy, source=path) from None
+    except IsADirectoryError:
+        raise TableError("is a folder", "give the path of one table", source=path) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        remedy = "give a file that can be read"
+        raise TableError(f"cannot be read ({reason})", remedy, source=path) from None
+
+
+def _gunzip(content: bytes, name: str) -> bytes:
+    import gzip
+    import zlib
+
+    try:
+        return gzip.decompress(content)
+    except (OSError, EOFError, zlib.error):
+        problem, remedy = "the gzip compression is damaged or cut short", "copy the file again"
+        raise TableError(problem, remedy, source=name) from None
+
+
+def _refuse_foreign(data: bytes, name: str) -> None:
+    for mark, kind in _FOREIGN:
+        if data.startswith(mark):
+            remedy = "export the table as CSV text and give that file"
+            raise TableError(f"{kind}, not a text table", remedy, source=name)
+
+
+def _decode(data: bytes, name: str) -> tuple[str, str]:
+    wide = _utf16(data)
+    if wide:
+        try:
+            return data.decode(wide), wide
+        except UnicodeDecodeError:
+            remedy = "export the file again, best as UTF-8"
+            raise TableError("the UTF-16 text is damaged", remedy, source=name) from None
+    try:
+        return data.decode("utf-8-sig"), "utf-8"
+    except UnicodeDecodeError:
+        return data.decode("latin-1"), "latin-1"
+
+
+def _utf16(data: bytes) -> str:
+    """Name of the UTF-16 variety, empty if the bytes are something else."""
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return "utf-16"
+    start = data[:400]
+    zeros = start[0::2].count(0), start[1::2].count(0)
+    enough = 0.2 * len(start)  # of the at most half that are zero in Latin text
+    if max(zeros) <= enough or min(zeros) > 0:
+        return ""
+    return "utf-16-le" if zeros[1] else "utf-16-be"
+
+
+def _tidy(text: str, name: str) -> str:
+    if "\r" in text:
+        text = text.replace("\r\n", "\n").replace("\r", "\n")
+    text = text.removeprefix("\ufeff")
+    if "\0" in text:
+        line = text.count("\n", 0, text.index("\0")) + 1
+        problem = "a zero byte: the file is damaged or not text"
+        raise TableError(problem, "export the table again as text", source=name, line=line)
+    return text

@@ -1,0 +1,216 @@
+"""The words of a table: what its column headings and header keys mean."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+from accelcal.units import is_output_unit
+
+__all__ = [
+    "COLUMNS",
+    "KEYS",
+    "TIME_UNITS",
+    "UNITS_OF",
+    "Heading",
+    "canonical_key",
+    "is_unit_of",
+    "read_heading",
+]
+
+COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "temperature": ("temperature", "temp"),
+        "position": ("position", "pos", "j"),
+        "angle": ("angle", "theta", "th", "θ", "head_angle"),
+        "stroke": ("stroke", "k"),
+        "output": ("output", "y", "value", "reading", "signal"),
+        "run": ("run",),
+        "time": ("time", "timestamp"),
+        "serial": ("serial", "sn", "s_n", "serial_number", "serial_no"),
+        "mounting": ("mounting",),
+        "std": ("std", "sd", "sigma", "stdev", "std_dev"),
+        "count": ("count", "n", "samples"),
+        "unit": ("unit", "units"),
+    }
+)
+"""What a column holds -> the headings it may have, in any case; a lone T and t are told by case."""
+
+KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "serial": COLUMNS["serial"],
+        "unit": ("unit", "units", "output_unit"),
+        "local_gravity": ("g", "local_gravity"),
+        "reference_temperature": ("t0", "reference_temperature"),
+        "positions": ("positions",),
+        "head_uncertainty": ("head_uncertainty",),
+        "launch_uncertainty": ("launch_uncertainty",),
+        "launch_sf_uncertainty": ("launch_sf_uncertainty",),
+        "temperature_uncertainty": ("temperature_uncertainty",),
+        "resolution": ("resolution",),
+        "delta0": ("delta0",),
+        "date": ("date",),
+        "runs": ("runs",),
+        "temperature": COLUMNS["temperature"],
+        "stroke": COLUMNS["stroke"],
+        "run": COLUMNS["run"],
+        "mounting": COLUMNS["mounting"],
+        "std": COLUMNS["std"],
+        "count": COLUMNS["count"],
+    }
+)
+"""What a header line declares -> the keys it may have, in any case."""
+
+TIME_UNITS: Mapping[str, float] = MappingProxyType(
+    {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0}
+)
+"""Unit of a time column -> seconds."""
+
+UNITS_OF: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "temperature": ("degc", "°c", "c", "deg_c", "deg c", "celsius"),
+        "angle": ("deg", "°", "degree", "degrees"),
+        "time": tuple(TIME_UNITS),
+        "local_gravity": ("m/s^2", "m/s2", "m/s²", "m/s**2"),
+        "reference_temperature": ("degc", "°c", "c", "deg_c", "deg c", "celsius"),
+        "temperature_uncertainty": ("degc", "°c", "c", "deg_c", "deg c", "celsius", "k"),
+        "head_uncertainty": ("rad", "g"),
+        "launch_uncertainty": ("g",),
+        "delta0": ("rad",),
+    }
+)
+"""Units that a quantity may be given in, the first ones being preferred; lower case."""
+
+_WRONG_UNITS = {"temperature": ("k", "kelvin", "f", "°f", "degf"), "angle": ("rad", "mrad", "gon")}
+_ROLES = {name: role for role, names in COLUMNS.items() for name in names}
+_CANONICAL_KEYS = {name: key for key, names in KEYS.items() for name in names}
+_BRACKET = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]")
+_SUFFIX = re.compile(r"(.+)[_ ]([^_ ]+)")
+_STROKE = re.compile(r"(?:y|k|stroke|output|reading)?_?([0-9]{1,6})")
+
+
+class Heading(NamedTuple):
+    """Meaning of a column heading.
+
+    Attributes
+    ----------
+    text : str
+        As written.
+    role : str or None
+        One of `COLUMNS`, ``"strokes"`` for a numbered output of a wide table, None if unknown.
+    unit : str or None
+        Unit given in the heading, as written.
+    stroke : int or None
+        Number of the stroke in a wide table.
+    """
+
+    text: str
+    role: str | None
+    unit: str | None = None
+    stroke: int | None = None
+
+
+def read_heading(text: str) -> Heading:
+    """Understand a column heading.
+
+    Parameters
+    ----------
+    text : str
+        The heading as written.
+
+    Returns
+    -------
+    Heading
+        Its meaning.
+
+    Examples
+    --------
+    >>> read_heading("Output_mA")[1:3], read_heading("T")[1], read_heading("t [s]")[1]
+    (('output', 'mA'), 'temperature', 'time')
+    >>> read_heading("Y3").stroke
+    3
+    """
+    text = text.strip()
+    bracket = _BRACKET.fullmatch(text)
+    name, unit = (bracket[1], bracket[2] or None) if bracket else (text, None)
+    known = _known(text, name, unit)
+    if known.role is None and not bracket:
+        suffix = _SUFFIX.fullmatch(text)
+        if suffix:
+            known = _known(text, suffix[1], suffix[2])
+            if known.role is None or not is_unit_of(known.role, suffix[2]):
+                return Heading(text, None)
+    return known
+
+
+def is_unit_of(role: str, unit: str) -> bool:
+    """Tell whether a text is a unit, right or wrong, of what a column holds.
+
+    Parameters
+    ----------
+    role : str
+        One of `COLUMNS`, or ``"strokes"``.
+    unit : str
+        The unit as written.
+
+    Returns
+    -------
+    bool
+        True for a known unit of the quantity.
+
+    Examples
+    --------
+    >>> is_unit_of("temperature", "K"), is_unit_of("stroke", "mA")
+    (True, False)
+    """
+    if role in ("output", "strokes", "std"):
+        return is_output_unit(unit)
+    return unit.casefold() in UNITS_OF.get(role, ()) + _WRONG_UNITS.get(role, ())
+
+
+def canonical_key(text: str) -> str | None:
+    """Name of what a header key declares, None for an unknown key.
+
+    Parameters
+    ----------
+    text : str
+        The key as written.
+
+    Returns
+    -------
+    str or None
+        One of `KEYS`.
+
+    Examples
+    --------
+    >>> canonical_key("T0"), canonical_key("g"), canonical_key("operator")
+    ('reference_temperature', 'local_gravity', None)
+    """
+    name = _BRACKET.sub(r"\1", text)
+    return "temperature" if name == "T" else _CANONICAL_KEYS.get(_folded(name))
+
+
+def _known(text: str, name: str, unit: str | None) -> Heading:
+    folded = _folded(name)
+    if folded == "t":
+        return Heading(text, _temperature_or_time(name, unit), unit)
+    if folded in _ROLES:
+        return Heading(text, _ROLES[folded], unit)
+    stroke = _STROKE.fullmatch(folded)
+    if stroke:
+        return Heading(text, "strokes", unit, int(stroke[1]))
+    return Heading(text, None)
+
+
+def _temperature_or_time(name: str, unit: str | None) -> str:
+    if unit and is_unit_of("time", unit):
+        return "time"
+    if unit and is_unit_of("temperature", unit):
+        return "temperature"
+    return "temperature" if name == "T" else "time"
+
+
+def _folded(name: str) -> str:
+    return re.sub(r"[\s\-./]+", "_", name.strip()).strip("_").casefold()
