@@ -1,0 +1,295 @@
+"""The command line as a shell sees it: exit codes, streams, colours, and what goes wrong."""
+
+import errno
+import io
+import os
+import subprocess
+import sys
+import warnings
+
+import click
+import pytest
+
+from accelcal.cli import main as entry
+from accelcal.cli.deliver import deliver
+from accelcal.cli.main import main
+from accelcal.cli.options import (
+    data_argument,
+    format_option,
+    number,
+    numbers,
+    output_option,
+    setting,
+)
+from accelcal.cli.program import COMMANDS, LazyGroup
+from accelcal.errors import AccelcalWarning, InputError, TableError
+from accelcal.version import __version__
+
+posix_only = pytest.mark.skipif(sys.platform == "win32", reason="a matter of POSIX shells")
+
+
+@pytest.fixture
+def run(monkeypatch):
+    """Run a function as the body of the command ``accelcal try``."""
+
+    def run_body(body, *arguments, options=()):
+        for option in options:
+            body = option(body)
+        trial = click.command("try")(body)
+        monkeypatch.setattr(LazyGroup, "get_command", lambda *_: trial)
+        return main(["try", *arguments])
+
+    return run_body
+
+
+def accelcal(*arguments, **options):
+    """Run the command line in a process of its own."""
+    return process("-m", "accelcal", *arguments, **options)
+
+
+def accelcal_try(body, **options):
+    """Run the source of a function as the body of a command, in a process of its own."""
+    return process("-c", TRIAL.format(body=body), **options)
+
+
+TRIAL = """
+import sys, click
+from accelcal.cli.deliver import deliver
+from accelcal.cli.main import main
+from accelcal.cli.program import LazyGroup
+from accelcal.errors import InputError
+
+def body():
+    {body}
+
+LazyGroup.get_command = lambda *_: click.command("try")(body)
+sys.exit(main(["try"]))
+"""
+
+
+def process(*arguments, **options):
+    options = {"capture_output": True, "text": True, "check": False} | options
+    return subprocess.run([sys.executable, *arguments], **options)
+
+
+# -- the group -------------------------------------------------------------------------------------
+
+
+def test_help_names_every_command(capsys):
+    assert main(["--help"]) == 0
+    out = capsys.readouterr().out
+    assert all(f"\n  {name} " in out for name in COMMANDS)
+
+
+def test_version(capsys):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"accelcal {__version__}\n"
+
+
+def test_runs_as_a_module():
+    done = accelcal("--version")
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"accelcal {__version__}\n", "")
+
+
+def test_no_command_shows_the_help(capsys):
+    assert main([]) == 2
+    assert "Usage: accelcal" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("arguments", [["nosuch"], ["--nosuch"], ["check", "--nosuch", "x"]])
+def test_unknown_words_are_unusable_options(arguments, capsys):
+    assert main(arguments) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "nosuch" in err
+    assert "Usage: accelcal" in err
+
+
+def test_shell_completion_knows_the_commands():
+    environment = os.environ | {
+        "_ACCELCAL_COMPLETE": "bash_complete",
+        "COMP_WORDS": "accelcal ",
+        "COMP_CWORD": "1",
+    }
+    done = accelcal(env=environment)
+    assert done.stdout.split() == [f"plain,{name}" for name in COMMANDS]
+
+
+# -- exit codes and errors -------------------------------------------------------------------------
+
+
+def test_done_is_0(run):
+    assert run(lambda: None) == 0
+
+
+def test_a_failed_verdict_is_1(run):
+    assert run(lambda: click.get_current_context().exit(1)) == 1
+
+
+def raising(error):
+    def body():
+        raise error
+
+    return body
+
+
+@pytest.mark.parametrize(
+    ("error", "line"),
+    [
+        (InputError("t0 is nan; it is a number"), "error: t0 is nan; it is a number\n"),
+        (TableError("stroke 0", "from 1", source="a.csv", line=7), "a.csv:7: stroke 0; from 1\n"),
+        (InputError("two\nlines"), "error: two lines\n"),
+        (OSError(errno.ENOSPC, "No space left", "a"), "error: [Errno 28] No space left: 'a'\n"),
+        (click.ClickException("no"), "Error: no\n"),
+    ],
+)
+def test_unusable_input_is_2_and_one_line(run, capsys, error, line):
+    assert run(raising(error)) == 2
+    assert capsys.readouterr() == ("", line)
+
+
+def test_a_bug_keeps_its_traceback(run, capsys):
+    assert run(raising(ZeroDivisionError("oh"))) == 70
+    err = capsys.readouterr().err
+    assert err.startswith("Traceback")
+    assert err.endswith(f"ZeroDivisionError: oh\n{entry.BUG_NOTICE}\n")
+
+
+def test_interrupt_is_130(run, capsys):
+    assert run(raising(KeyboardInterrupt())) == 130
+    assert capsys.readouterr() == ("", "\n")
+
+
+def test_our_warnings_are_one_line(run, capsys):
+    def body():
+        for _ in range(2):
+            warnings.warn("few\nreadings", AccelcalWarning, stacklevel=1)
+
+    assert run(body) == 0
+    assert capsys.readouterr() == ("", "warning: few readings\n" * 2)
+
+
+def test_other_warnings_are_shown_as_ever(run):
+    def body():
+        warnings.simplefilter("always")
+        warnings.warn("other", RuntimeWarning, stacklevel=1)
+
+    with pytest.warns(RuntimeWarning, match="other"):
+        assert run(body) == 0
+
+
+def test_warnings_are_handed_back(run):
+    shown = warnings.showwarning
+    run(lambda: None)
+    assert warnings.showwarning is shown
+
+
+# -- streams ---------------------------------------------------------------------------------------
+
+
+@posix_only
+def test_a_reader_that_left_is_no_error():
+    reader, writer = os.pipe()
+    os.close(reader)
+    try:
+        done = accelcal("--help", capture_output=False, stdout=writer, stderr=subprocess.PIPE)
+    finally:
+        os.close(writer)
+    assert (done.returncode, done.stderr) == (141, "")
+
+
+def test_a_closed_standard_output_is_told(monkeypatch):
+    monkeypatch.setattr(sys, "stdout", None)
+    with pytest.raises(InputError, match="standard output is closed; open it, or"):
+        deliver("result")
+
+
+def test_a_full_standard_output_is_told(monkeypatch):
+    class Full(io.StringIO):
+        def write(self, _):
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(sys, "stdout", Full())
+    with pytest.raises(InputError, match="cannot be written: No space left on device; name a file"):
+        deliver("result")
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1", "cp437", "utf-8"])
+def test_no_encoding_fails(encoding):
+    environment = os.environ | {"PYTHONIOENCODING": encoding, "LC_ALL": "C"}
+    done = accelcal_try(r"deliver('K1 \u00b1 \u0416 \udcff')", env=environment, text=False)
+    assert (done.returncode, done.stderr) == (0, b"")
+    escaped = "K1 \u00b1 \u0416 \udcff".encode(encoding, errors="backslashreplace")
+    by_click = "K1 \u00b1 \u0416 ?".encode()  # which does not believe in an ASCII terminal
+    assert done.stdout.rstrip() == (by_click if encoding == "ascii" else escaped)
+
+
+@posix_only
+@pytest.mark.parametrize(("no_color", "coloured"), [("", True), ("1", False)])
+def test_colour_is_for_terminals(no_color, coloured):
+    pty = pytest.importorskip("pty")
+    terminal, end = pty.openpty()
+    environment = os.environ | {"NO_COLOR": no_color, "TERM": "xterm"}
+    accelcal_try("raise InputError('no')", capture_output=False, stderr=end, env=environment)
+    os.close(end)
+    told = os.read(terminal, 10_000)
+    os.close(terminal)
+    label = b"\x1b[31m\x1b[1merror: \x1b[0m" if coloured else b"error: "
+    assert told == label + b"no\r\n"
+
+
+def test_no_colour_in_a_pipe():
+    assert accelcal_try("raise InputError('no')").stderr == "error: no\n"
+
+
+# -- results ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", [None, "-"])
+def test_a_result_goes_to_standard_output(path, capsys):
+    deliver("result", path)
+    assert capsys.readouterr().out == "result\n"
+
+
+def test_a_result_goes_to_a_file(tmp_path, capsys):
+    deliver("K1 \u00b1\n", str(tmp_path / "out.txt"))
+    assert (tmp_path / "out.txt").read_bytes() == "K1 \u00b1\n".encode()
+    assert capsys.readouterr().out == ""
+
+
+def test_a_missing_folder_is_an_error_of_the_user(run, capsys, tmp_path):
+    path = str(tmp_path / "nowhere" / "out.txt")
+    assert run(lambda: deliver("result", path)) == 2
+    assert capsys.readouterr().err.startswith(f"error: {path} cannot be written: its folder")
+
+
+# -- options ---------------------------------------------------------------------------------------
+
+
+def test_shared_options(run, capsys):
+    seen = {}
+    options = [data_argument(many=True), output_option("the result"), format_option("text", "json")]
+    assert run(lambda **given: seen.update(given), "a", "-", "-o", "b", options=options) == 0
+    assert seen == {"data": ("a", "-"), "path": "b", "form": "text"}
+    assert run(lambda **_: None, "a", "--format", "xml", options=options) == 2
+    assert "'xml' is not one of 'text', 'json'" in capsys.readouterr().err
+
+
+def test_values():
+    assert number("-4e1") == -40.0
+    assert numbers("20,80,-40") == (20.0, 80.0, -40.0)
+    assert setting("K4=2e-5") == ("K4", 2e-5)
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "-inf", "1,5", "", "x"])
+def test_no_number(value, run, capsys):
+    option = click.option("--t0", type=number)
+    assert run(lambda **_: None, "--t0", value, options=[option]) == 2
+    err = capsys.readouterr().err
+    assert f"Invalid value for '--t0': {value!r} is not a finite number." in err
+
+
+@pytest.mark.parametrize("value", ["K4", "=1", "K4=", "K4=x", "20,,80"])
+def test_no_setting(value):
+    with pytest.raises(click.BadParameter):
+        setting(value) if "," not in value else numbers(value)

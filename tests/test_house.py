@@ -1,0 +1,294 @@
+"""The house in order: who imports whom, how long things are, what starts up, what is told."""
+
+import ast
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from collections import Counter
+from importlib import import_module
+from pathlib import Path
+
+import click
+import pytest
+
+import accelcal
+from accelcal.cli.program import COMMANDS, program
+
+ROOT = Path(__file__).parents[1]
+SOURCE = ROOT / "src" / "accelcal"
+MODULES = sorted(SOURCE.rglob("*.py"))
+
+FLOORS = (
+    {"__init__", "__main__"},
+    {"cli"},
+    {"report"},
+    {"io", "batch"},
+    {"calibrate"},
+    {"gates", "simulate"},
+    {"estimate", "effects"},
+    {"printed"},
+    {"record", "results"},
+    {"model"},
+    {"geometry"},
+    {"units", "probability"},
+    {"errors", "version"},
+)
+"""The rooms, top floor first. Imports point downwards, and never to a room of the same floor."""
+
+SHOWN_AND_SAVED = {("results", "report"), ("results", "io")}
+"""A result shows and saves itself: it may reach these rooms from below, inside a function only."""
+
+FLOOR_OF = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
+
+LONGEST_MODULE = 400
+LONGEST_FUNCTION = 40
+
+HEAVY = {"numpy", "pandas", "scipy", "matplotlib", "importlib.metadata"}
+
+
+def name_of(path):
+    return path.relative_to(ROOT).as_posix()
+
+
+def tree_of(path):
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def room_of(module):
+    """The room of ``accelcal.io.text`` is io, that of ``accelcal`` itself ``__init__``."""
+    return [*module.split("."), "__init__"][1]
+
+
+def imported_modules(nodes):
+    """Modules of accelcal that are imported by some nodes of a syntax tree."""
+    for node in nodes:
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if room_is_ours(alias.name))
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, "imports name the whole path"
+            if node.module == "accelcal":
+                yield from (f"accelcal.{alias.name}" for alias in node.names)
+            elif room_is_ours(node.module):
+                yield node.module
+
+
+def room_is_ours(module):
+    return module.split(".")[0] == "accelcal"
+
+
+def functions_of(path):
+    for node in ast.walk(tree_of(path)):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            yield node
+
+
+def lines_without_docstring(function):
+    docstring = function.body[0] if ast.get_docstring(function) else None
+    told = docstring.end_lineno - docstring.lineno + 1 if docstring else 0
+    return function.end_lineno - function.lineno + 1 - told
+
+
+# -- rooms -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_imports_point_downwards(path):
+    room = path.relative_to(SOURCE).parts[0].removesuffix(".py")
+    assert room in FLOOR_OF, f"room {room} is on no floor"
+    if room == "__init__":
+        return
+    tree = tree_of(path)
+    at_the_top = set(imported_modules(tree.body))
+    for module in imported_modules(ast.walk(tree)):
+        other = room_of(module)
+        allowed = other == room or FLOOR_OF[other] > FLOOR_OF[room]
+        if module not in at_the_top:
+            allowed |= (room, other) in SHOWN_AND_SAVED
+        assert allowed, f"{room} imports {module}, which is not below it"
+
+
+@pytest.mark.parametrize("path", sorted(SOURCE.glob("*/__init__.py")), ids=name_of)
+def test_packages_hold_only_a_docstring(path):
+    tree = tree_of(path)
+    assert ast.get_docstring(tree)
+    assert len(tree.body) == 1
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_library_does_not_import_click(path):
+    if path.relative_to(SOURCE).parts[0] != "cli":
+        assert not re.search(r"^\s*(import|from) click\b", path.read_text("utf-8"), re.MULTILINE)
+
+
+def test_no_attic():
+    attic = {"util", "utils", "helper", "helpers", "misc", "common", "tools", "stuff", "shared"}
+    attic |= {"old", "new", "backup", "temp", "tmp", "legacy", "deprecated", "v2"}
+    words = {name_of(path): set(re.split(r"[_/]", path.stem)) for path in MODULES}
+    assert {path: found & attic for path, found in words.items() if found & attic} == {}
+
+
+# -- lengths ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_modules_are_short(path):
+    assert len(path.read_text("utf-8").splitlines()) <= LONGEST_MODULE
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_functions_are_short(path):
+    lengths = {item.name: lines_without_docstring(item) for item in functions_of(path)}
+    assert {name: n for name, n in lengths.items() if n > LONGEST_FUNCTION} == {}
+
+
+# -- public names ----------------------------------------------------------------------------------
+
+
+def names_for_type_checkers():
+    block = next(node for node in tree_of(SOURCE / "__init__.py").body if isinstance(node, ast.If))
+    assert ast.unparse(block.test) == "TYPE_CHECKING"
+    imports = [(node.module, alias) for node in block.body for alias in node.names]
+    assert all(alias.name == alias.asname for _, alias in imports), "re-exports are `X as X`"
+    return {alias.name: module for module, alias in imports}
+
+
+def test_public_names_agree():
+    assert names_for_type_checkers() == accelcal._HOME
+    assert accelcal.__all__ == sorted(["__version__", *accelcal._HOME])
+    assert dir(accelcal) == sorted(accelcal.__all__)
+
+
+@pytest.mark.parametrize("name", accelcal._HOME)
+def test_public_names_resolve(name):
+    home = import_module(accelcal._HOME[name])
+    assert getattr(accelcal, name) is getattr(home, name)
+    assert name in home.__all__
+
+
+def test_no_public_name_is_a_module():
+    """A module would take the place of the name when somebody imports it."""
+    assert {path.stem for path in SOURCE.glob("*.py")}.isdisjoint(accelcal.__all__)
+    assert {path.name for path in SOURCE.iterdir()}.isdisjoint(accelcal.__all__)
+
+
+def test_unknown_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="no attribute 'nosuch'"):
+        accelcal.nosuch  # noqa: B018
+
+
+# -- start-up --------------------------------------------------------------------------------------
+
+
+def loaded_by(code, *arguments):
+    """Heavy modules that a fresh interpreter has loaded after some code, and had not before."""
+    script = f"import sys; before = set(sys.modules)\n{code}\nprint(set(sys.modules) - before)"
+    done = subprocess.run(
+        [sys.executable, "-c", script, *arguments],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+        env=os.environ | {"PYTHONWARNINGS": "default"},
+    )
+    return ast.literal_eval(done.stdout.splitlines()[-1])
+
+
+RUN = "from accelcal.cli.main import main; assert main(sys.argv[1:]) == 0"
+
+
+def test_import_is_light():
+    assert loaded_by("import accelcal") & (HEAVY | {"click"}) == set()
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["fit", "--help"]], ids=" ".join)
+def test_help_is_light(arguments):
+    assert loaded_by(RUN, *arguments) & HEAVY == set()
+
+
+def test_fit_is_light():
+    loaded = loaded_by(RUN, "fit", "examples/al15.csv")
+    assert "numpy" in loaded
+    assert loaded & (HEAVY - {"numpy"}) == set()
+
+
+# -- commands --------------------------------------------------------------------------------------
+
+
+@pytest.fixture(params=COMMANDS)
+def command(request):
+    return program.get_command(click.Context(program), request.param)
+
+
+def test_command_has_its_name_and_help(command):
+    assert command.name in COMMANDS
+    assert command.get_short_help_str()
+    for option in command.params:
+        if isinstance(option, click.Option):
+            assert option.help, f"{command.name} {option.opts[0]} has no help"
+
+
+def test_command_is_documented(command):
+    pages = (ROOT / "docs" / "commands.md").read_text("utf-8")
+    assert f"```{{command-help}} {command.name}\n" in pages
+    assert f"`accelcal {command.name} " in (ROOT / "README.md").read_text("utf-8")
+
+
+def test_every_command_file_is_a_command():
+    shared = {"__init__", "deliver", "main", "options", "program"}
+    assert {path.stem for path in (SOURCE / "cli").glob("*.py")} - shared == set(COMMANDS)
+
+
+# -- papers ----------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def project():
+    return tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+
+
+def test_citation_has_the_version():
+    text = (ROOT / "CITATION.cff").read_text("utf-8")
+    assert re.findall(r"^version: (.+)$", text, re.MULTILINE) == [accelcal.__version__]
+
+
+def test_changelog_starts_with_the_version():
+    text = (ROOT / "CHANGELOG.md").read_text("utf-8")
+    assert re.findall(r"^## (\S+)", text, re.MULTILINE)[0] == accelcal.__version__
+
+
+def test_version_has_one_source(project):
+    assert project["dynamic"] == ["version"]
+    written = [name_of(p) for p in MODULES if accelcal.__version__ in p.read_text("utf-8")]
+    assert written == ["src/accelcal/version.py"]
+
+
+def test_classifiers_are_sane(project):
+    classifiers = project["classifiers"]
+    assert max(Counter(classifiers).values()) == 1
+    assert classifiers == sorted(classifiers)
+    versions = [item.split(" :: ")[-1] for item in classifiers if re.search(r":: 3\.\d+$", item)]
+    assert project["requires-python"] == f">={versions[0]}"
+    assert ("Typing :: Typed" in classifiers) == (SOURCE / "py.typed").exists()
+    assert not any(item.startswith("License ::") for item in classifiers), "SPDX has taken over"
+
+
+def files_of_the_project():
+    listed = subprocess.run(
+        ["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    names = listed.stdout.split("\0") if listed.returncode == 0 else [name_of(p) for p in MODULES]
+    return [ROOT / name for name in names if name and (ROOT / name).is_file()]
+
+
+def test_nothing_names_a_machine():
+    forbidden = [f"/{folder}/" for folder in ("work", "root", "tmp", "home")]
+    forbidden += [f"{word}" + end for word, end in [("package-host", "."), ("index", "-url")]]
+    pattern = re.compile("|".join(rf"(?<![\w.]){re.escape(word)}" for word in forbidden))
+    found = {
+        name_of(path): match[0]
+        for path in files_of_the_project()
+        if (match := pattern.search(path.read_text("utf-8", errors="replace")))
+    }
+    assert found == {}
