@@ -1,7 +1,7 @@
 """How long ``accelcal fit`` of a small table takes, against the imports it cannot do without.
 
 Prints the medians of runs that alternate with one another, as wall and processor time, and their
-ratios. Run it with the Python of the environment that accelcal is installed in::
+ratios. Run it, on a POSIX system, with the Python of the environment that accelcal is installed in::
 
     python benchmarks/startup.py --runs 21
 """
@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import os
 import platform
+import resource
 import subprocess
 import sys
 import sysconfig
@@ -35,11 +36,15 @@ def commands() -> dict[str, list[str]]:
 
 def timed(command: list[str]) -> tuple[float, float]:
     """Wall and processor time of one run [s]."""
-    before, start = os.times(), time.perf_counter()
+    before, start = processor_time(), time.perf_counter()
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    wall, after = time.perf_counter() - start, os.times()
-    processor = after.children_user - before.children_user
-    return wall, processor + after.children_system - before.children_system
+    return time.perf_counter() - start, processor_time() - before
+
+
+def processor_time() -> float:
+    """Time that all children have spent on a processor so far [s]."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
 
 
 def measure(runs: int) -> dict[str, tuple[float, float]]:

@@ -62,6 +62,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from accelcal.version import __version__
+
 if TYPE_CHECKING:
     from accelcal.errors import AccelcalError as AccelcalError
     from accelcal.errors import AccelcalWarning as AccelcalWarning
@@ -71,12 +73,13 @@ if TYPE_CHECKING:
     from accelcal.errors import TableError as TableError
     from accelcal.geometry import accelerations as accelerations
     from accelcal.geometry import position_angles as position_angles
+    from accelcal.io.tables import read_table as read_table
+    from accelcal.io.tables import read_tables as read_tables
+    from accelcal.io.writer import write_table as write_table
     from accelcal.model import design_matrix as design_matrix
     from accelcal.model import output as output
     from accelcal.record import Apparatus as Apparatus
     from accelcal.record import TumbleRecord as TumbleRecord
-
-__version__ = "0.1.0"
 
 __all__ = [
     "AccelcalError",
@@ -87,10 +90,14 @@ __all__ = [
     "InputError",
     "TableError",
     "TumbleRecord",
+    "__version__",
     "accelerations",
     "design_matrix",
     "output",
     "position_angles",
+    "read_table",
+    "read_tables",
+    "write_table",
 ]
 
 _HOME = {
@@ -106,6 +113,9 @@ _HOME = {
     "design_matrix": "accelcal.model",
     "output": "accelcal.model",
     "position_angles": "accelcal.geometry",
+    "read_table": "accelcal.io.tables",
+    "read_tables": "accelcal.io.tables",
+    "write_table": "accelcal.io.writer",
 }
 """Public name -> the module where it lives."""
 
@@ -121,4 +131,4 @@ if not TYPE_CHECKING:  # a type checker reads the imports above, and finds missp
         return value
 
     def __dir__() -> list[str]:
-        return sorted([*__all__, "__version__"])
+        return sorted(__all__)

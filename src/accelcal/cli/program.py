@@ -6,7 +6,7 @@ from importlib import import_module
 
 import click
 
-from accelcal import __version__
+from accelcal.version import __version__
 
 __all__ = ["COMMANDS", "program"]
 
