@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from accelcal.errors import DesignError
 from accelcal.estimate.tables import PreparedTable
 from accelcal.geometry import turn_angles
-from accelcal.printed import estimator_matrix
+from accelcal.model import COEFFICIENTS
+from accelcal.printed import documented_bias, estimator_matrix
 
-__all__ = ["CLOSED_FORMS", "closed_form_map"]
+__all__ = ["CLOSED_FORMS", "closed_form_map", "closed_form_meaning"]
 
 Array = NDArray[np.float64]
 
@@ -61,6 +62,41 @@ def closed_form_map(table: PreparedTable, method: str, delta0: float = 0.0) -> A
     means = _position_means(table.record.angle)
     sign = np.array([1, 1, 1, 1, -1, -1]) if table.record.mounting[0].endswith("-") else np.ones(6)
     return np.asarray(estimator_matrix(CLOSED_FORMS[method], delta0) @ means * sign[:, None])
+
+
+def closed_form_meaning(method: str) -> dict[str, str]:
+    """Say what the estimates of a closed form stand for, where it is not what they are named.
+
+    Parameters
+    ----------
+    method : str
+        One of `CLOSED_FORMS`.
+
+    Returns
+    -------
+    dict of str to str
+        Coefficient -> combination of coefficients that noise-free data at delta0 = 0 return.
+
+    Examples
+    --------
+    >>> closed_form_meaning("sign-corrected")
+    {'K1': 'K1 + 0.75 K3'}
+    """
+    rows = zip(COEFFICIENTS, documented_bias(CLOSED_FORMS[method]), np.eye(6), strict=True)
+    return {
+        name: _combination(row)
+        for name, row, itself in rows
+        if np.isfinite(row).all() and np.abs(row - itself).max() > 1e-9
+    }
+
+
+def _combination(shares: Array) -> str:
+    terms = [
+        f"{'-' if share < 0 else '+'} {'' if abs(abs(share) - 1) < 1e-9 else f'{abs(share):.3g} '}{name}"
+        for name, share in zip(COEFFICIENTS, shares, strict=True)
+        if abs(share) > 1e-9
+    ]
+    return " ".join(terms).removeprefix("+ ")
 
 
 def _position_means(angle: Array) -> Array:

@@ -37,6 +37,8 @@ class JointEstimate:
     ----------
     names : tuple of tuple of str
         Coefficients that are estimated in each table.
+    stands_for : tuple of mapping
+        What they really tell in each table, see `LinearEstimator`.
     coefficients : tuple of ndarray, shape (6,)
         Coefficients of each table, zero where not estimated [output unit / g^n].
     residuals : tuple of ndarray
@@ -55,6 +57,7 @@ class JointEstimate:
     """
 
     names: tuple[tuple[str, ...], ...]
+    stands_for: tuple[Mapping[str, str], ...]
     coefficients: tuple[Array, ...]
     residuals: tuple[Array, ...]
     noises: tuple[ReadingNoise, ...]
@@ -133,6 +136,7 @@ def estimate_jointly(
     bias, scale_factor = _run_shifts(estimators, errors, reading, apparatus)
     return JointEstimate(
         names=tuple(estimator.names for estimator in estimators),
+        stands_for=tuple(estimator.stands_for for estimator in estimators),
         coefficients=tuple(coefficients),
         residuals=tuple(
             t.record.output - t.design @ k for t, k in zip(tables, coefficients, strict=True)

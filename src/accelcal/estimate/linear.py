@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import InputError
-from accelcal.estimate.closed_form import CLOSED_FORMS, closed_form_map
+from accelcal.estimate.closed_form import CLOSED_FORMS, closed_form_map, closed_form_meaning
 from accelcal.estimate.tables import PreparedTable
 from accelcal.model import COEFFICIENTS
 
@@ -32,11 +33,14 @@ class LinearEstimator:
         The p coefficients that are estimated.
     map : ndarray, shape (p, n)
         The estimator.
+    stands_for : mapping of str to str
+        What an estimate really tells, where it is not the coefficient alone.
     """
 
     table: PreparedTable
     names: tuple[str, ...]
     map: Array
+    stands_for: Mapping[str, str]
 
     def coefficients(self, output: Array) -> Array:
         """Estimate from readings.
@@ -89,8 +93,9 @@ def linear_estimator(
     if method not in METHODS:
         raise InputError(f"method {method!r} is unknown; choose from {', '.join(METHODS)}")
     if method == METHODS[0]:
-        return LinearEstimator(table, table.estimability.kept, table.least_squares_map())
+        found = table.estimability
+        return LinearEstimator(table, found.kept, table.least_squares_map(), found.stands_for)
     matrix = closed_form_map(table, method, delta0)
     given = np.isfinite(matrix).all(axis=1)
     names = tuple(name for name, has in zip(COEFFICIENTS, given, strict=True) if has)
-    return LinearEstimator(table, names, matrix[given])
+    return LinearEstimator(table, names, matrix[given], closed_form_meaning(method))

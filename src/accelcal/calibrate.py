@@ -1,0 +1,252 @@
+"""From a record to a calibration: the rooms below, wired together."""
+
+from __future__ import annotations
+
+import warnings as python_warnings
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.errors import AccelcalWarning, InputError
+from accelcal.estimate.joint import JointEstimate, estimate_jointly
+from accelcal.estimate.linear import METHODS, linear_estimator
+from accelcal.estimate.tables import PreparedTable, prepare
+from accelcal.estimate.uncertainty import Component, Interval, intervals, propagate
+from accelcal.gates import record_gates, table_gates
+from accelcal.model import COEFFICIENTS, ERROR_TERMS, POWERS
+from accelcal.record import TumbleRecord
+from accelcal.results.calibration import Calibration
+from accelcal.results.quantity import ErrorSource, Quantity, Residuals
+from accelcal.results.table import TableCalibration
+from accelcal.version import __version__
+from accelcal.weaknesses import record_warnings, table_warnings
+
+__all__ = ["fit"]
+
+Array = NDArray[np.float64]
+
+_ERROR_UNITS = {"k0": "g", "k2": "g/g^2", "k3": "g/g^3", "delta": "rad", "delta_ip": "g/g^2"}
+_USUAL_TEMPERATURE = 20.0
+
+
+def fit(
+    record: TumbleRecord,
+    *,
+    method: str = METHODS[0],
+    robust: bool = False,
+    delta0: float = 0.0,
+    reference_temperature: float | None = None,
+    coefficients: Sequence[str] = COEFFICIENTS,
+    strict: bool = False,
+) -> Calibration:
+    """Calibrate an accelerometer from the record of its tumble test.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        All readings of one accelerometer.
+    method : str, default "least-squares"
+        ``"least-squares"``; the closed forms ``"closed-form"``, ``"sign-corrected"``,
+        ``"printed"``.
+    robust : bool, default False
+        Make the readings safe against outliers by their replicates first.
+    delta0 : float, default 0
+        Fixture angle between head zero and input axis, taken as given [rad].
+    reference_temperature : float, optional
+        T0; by default that of the record, else the level nearest to 20 degC [degC].
+    coefficients : sequence of str, default all six
+        Coefficients to estimate; the others are taken as zero.
+    strict : bool, default False
+        Refuse a design that does not determine all coefficients asked for.
+
+    Returns
+    -------
+    Calibration
+        A table of coefficients for each run and mounting, with uncertainties and gates.
+
+    Raises
+    ------
+    InputError
+        If the method is unknown or an argument is not finite.
+    DesignError
+        If the angles do not allow what is asked.
+
+    Warns
+    -----
+    AccelcalWarning
+        With ``method="printed"``, which is misprinted.
+
+    Notes
+    -----
+    Equations (1), (2) and (6). Each table has coefficients of its own; the errors of the head are
+    common to all of them.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> calibration = accelcal.fit(accelcal.simulate(seed=1))
+    >>> calibration.tables[0].error_model["k0"].unit
+    'g'
+    """
+    if reference_temperature is not None and not np.isfinite(reference_temperature):
+        raise InputError(f"T0 is {reference_temperature}; it is a finite number of degC")
+    if method == "printed":
+        python_warnings.warn(
+            "method 'printed' uses the misprinted equations (6); it is there for the record",
+            AccelcalWarning,
+            stacklevel=2,
+        )
+    asked = [name for name in COEFFICIENTS if name in coefficients] or list(coefficients)
+    tables = [prepare(t, delta0=delta0, asked=asked, strict=strict) for t in record.tables()]
+    estimate = estimate_jointly(
+        tables, record.apparatus, method=method, robust=robust, delta0=delta0
+    )
+    mountings = [str(table.record.mounting[0]) for table in tables]
+    return Calibration(
+        method=method,
+        robust=robust,
+        output_unit=record.unit,
+        tables=tuple(
+            _table_calibration(table, estimate, index, delta0) for index, table in enumerate(tables)
+        ),
+        serial=record.serial,
+        g_local_m_s2=record.apparatus.local_gravity,
+        T0_degC=_reference_temperature(record, reference_temperature),
+        delta0_rad=delta0,
+        source=record.source,
+        date=record.date,
+        error_sources=_error_sources(estimate, record.unit),
+        gates=record_gates(estimate),
+        warnings=record_warnings(estimate, method, delta0, mountings),
+        software=f"accelcal {__version__}",
+    )
+
+
+def _reference_temperature(record: TumbleRecord, given: float | None) -> float | None:
+    if given is not None or record.reference_temperature is not None:
+        return given if given is not None else record.reference_temperature
+    levels = [
+        float(record.temperature[record.run == i].mean()) for i in range(len(record.run_labels))
+    ]
+    known = [level for level in levels if np.isfinite(level)]
+    return min(known, key=lambda level: abs(level - _USUAL_TEMPERATURE)) if known else None
+
+
+def _table_calibration(
+    table: PreparedTable, estimate: JointEstimate, index: int, delta0: float
+) -> TableCalibration:
+    names = estimate.names[index]
+    values = estimate.coefficients[index]
+    residual = estimate.residuals[index]
+    noise = estimate.noises[index]
+    own = {name: c.part(estimate.part(index)) for name, c in estimate.components.items()}
+    covariance = sum(part.covariance for part in own.values())
+    unit = table.record.unit
+    dof = residual.size - len(names)
+    temperature = float(table.record.temperature.mean())
+    judged = linear_estimator(table).coefficients(table.record.output)
+    return TableCalibration(
+        run=table.record.run_labels[int(table.record.run[0])],
+        mounting=str(table.record.mounting[0]),
+        temperature_degC=temperature if np.isfinite(temperature) else None,
+        readings=residual.size,
+        dof=dof,
+        residual_rms=float(np.sqrt((residual**2).sum() / dof)) if dof > 0 else 0.0,
+        coefficients=_coefficients(names, values, own, unit),
+        error_model=_error_model(names, values, own),
+        covariance_names=names if np.isfinite(covariance).all() else (),
+        covariance_matrix=_rows(covariance) if np.isfinite(covariance).all() else (),
+        budget=_budget(names, own),
+        stands_for=dict(estimate.stands_for[index]),
+        residuals=Residuals(
+            angle_deg=tuple(table.record.angle.tolist()),
+            stroke=tuple(table.record.stroke.tolist()),
+            value=tuple((residual / judged[1]).tolist()),
+        ),
+        gates=table_gates(table, judged, noise, delta0),
+        warnings=table_warnings(table, noise),
+    )
+
+
+def _coefficients(
+    names: Sequence[str], values: Array, own: Mapping[str, Component], unit: str | None
+) -> dict[str, Quantity]:
+    found = dict(zip(names, intervals(own), strict=True))
+    return {
+        name: _quantity(value, found.get(name), _coefficient_unit(unit, POWERS[name]))
+        for name, value in zip(COEFFICIENTS, values.tolist(), strict=True)
+    }
+
+
+def _error_model(
+    names: Sequence[str], values: Array, own: Mapping[str, Component]
+) -> dict[str, Quantity]:
+    """Quotients by K1, last line of (6), with their uncertainty by the law of propagation."""
+    scale_factor = values[COEFFICIENTS.index("K1")]
+    jacobian = np.zeros((len(names), len(names)))
+    for row, name in enumerate(names):
+        jacobian[row, row] = 1.0 / scale_factor
+        jacobian[row, names.index("K1")] -= values[COEFFICIENTS.index(name)] / scale_factor**2
+    found = dict(zip(names, intervals(propagate(own, jacobian)), strict=True))
+    return {
+        error: _quantity(
+            float(values[COEFFICIENTS.index(name)] / scale_factor),
+            found.get(name),
+            _ERROR_UNITS[error],
+        )
+        for name, error in ERROR_TERMS.items()
+    }
+
+
+def _quantity(value: float, interval: Interval | None, unit: str) -> Quantity:
+    if interval is None:  # not estimated
+        return Quantity(None, None, unit)
+    dof = interval.dof if interval.dof is not None and np.isfinite(interval.dof) else None
+    return Quantity(value, interval.standard, unit, interval.expanded, dof)
+
+
+def _coefficient_unit(unit: str | None, power: int) -> str:
+    suffix = {0: "", 1: "/g"}.get(power, f"/g^{power}")
+    return f"{unit or 'output unit'}{suffix}"
+
+
+def _budget(names: Sequence[str], own: Mapping[str, Component]) -> dict[str, dict[str, float]]:
+    sigma = {
+        source: np.sqrt(np.maximum(np.diagonal(part.covariance), 0.0))
+        for source, part in own.items()
+    }
+    return {
+        name: {source: float(s[i]) for source, s in sigma.items() if s[i] > 0.0}
+        for i, name in enumerate(names)
+    }
+
+
+def _rows(matrix: Array) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(row) for row in matrix.tolist())
+
+
+def _error_sources(estimate: JointEstimate, unit: str | None) -> tuple[ErrorSource, ...]:
+    readings = [
+        ErrorSource("reading", _finite(n.factor), unit or "output unit", _finite(n.dof), n.source)
+        for n in estimate.noises
+    ]
+    others = [
+        ErrorSource(
+            name,
+            part.uncertainty if part.source != "none" else None,
+            unit_,
+            _finite(part.dof),
+            part.source,
+        )
+        for name, part, unit_ in (
+            ("head", estimate.head, "rad"),
+            ("launch", estimate.bias_shift, "g"),
+            ("launch_sf", estimate.scale_factor_shift, "1"),
+        )
+    ]
+    return (*readings, *others)
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,148 @@
+"""accelcal fit: from tables of readings to calibrations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import click
+
+from accelcal.cli.deliver import deliver
+from accelcal.cli.options import data_argument, format_option, number, output_option
+
+if TYPE_CHECKING:
+    from accelcal.results.calibration import Calibration
+
+__all__ = ["fit"]
+
+
+@click.command()
+@data_argument(many=True)
+@output_option("the calibration as JSON", metavar="CAL.json")
+@click.option(
+    "--method",
+    type=click.Choice(["least-squares", "closed-form", "sign-corrected", "printed"]),
+    default="least-squares",
+    show_default=True,
+    help="Estimator; the last three are the closed forms (6).",
+)
+@click.option("--robust", is_flag=True, help="Guard against outliers by comparing the strokes.")
+@click.option("--t0", type=number, metavar="DEG", help="Reference temperature T0 [degC].")
+@click.option("--g", type=number, metavar="M_S2", help="Local gravity [m/s^2].")
+@click.option(
+    "--delta0",
+    type=number,
+    default=0.0,
+    metavar="RAD",
+    help="Fixture angle between head zero and input axis, taken as given [rad].",
+)
+@click.option(
+    "--head-uncertainty",
+    type=number,
+    metavar="G",
+    help="Standard uncertainty of one head position [g, or rad: at 90 deg they are the same].",
+)
+@click.option(
+    "--launch-uncertainty",
+    type=number,
+    metavar="G",
+    help="Standard uncertainty of the bias from run to run [g].",
+)
+@click.option(
+    "--launch-sf-uncertainty",
+    type=number,
+    metavar="REL",
+    help="Relative standard uncertainty of the scale factor from run to run.",
+)
+@click.option("--positions", type=click.IntRange(1), metavar="N", help="Positions in a turn.")
+@click.option(
+    "--coefficients",
+    default="K0,K1,K2,K3,M,M_ip",
+    show_default=True,
+    help="Coefficients to estimate; the others are taken as zero.",
+)
+@click.option("--strict", is_flag=True, help="Refuse a table that cannot tell all of them apart.")
+@format_option("text", "json", "csv")
+def fit(  # noqa: PLR0913 - one parameter an option
+    data: Sequence[str],
+    path: str | None,
+    method: str,
+    robust: bool,
+    t0: float | None,
+    g: float | None,
+    delta0: float,
+    head_uncertainty: float | None,
+    launch_uncertainty: float | None,
+    launch_sf_uncertainty: float | None,
+    positions: int | None,
+    coefficients: str,
+    strict: bool,
+    form: str,
+) -> None:
+    r"""Calibrate from the tables DATA.
+
+    Each table gives bias, scale factor, nonlinearity and misalignment with their uncertainties,
+    the residuals by position and stroke, and the checks that warn before a number is believed.
+    Options win over the header lines of the table. "-" reads standard input.
+
+    \b
+    Examples:
+      accelcal fit table.csv
+      accelcal fit table.csv --head-uncertainty 1e-5 -o calibration.json
+      accelcal fit 2024/*.csv --format csv
+    """
+    from accelcal.calibrate import fit as calibrate
+    from accelcal.io.tables import read_tables
+
+    declared = {
+        "reference_temperature": t0,
+        "local_gravity": g,
+        "head_uncertainty": head_uncertainty,
+        "launch_uncertainty": launch_uncertainty,
+        "launch_sf_uncertainty": launch_sf_uncertainty,
+        "positions": positions,
+    }
+    calibrations = [
+        calibrate(
+            record,
+            method=method,
+            robust=robust,
+            delta0=delta0,
+            coefficients=[name.strip() for name in coefficients.split(",")],
+            strict=strict,
+        )
+        for source in data
+        for record in read_tables(source, overrides=declared)
+    ]
+    if path is not None:
+        from accelcal.results.documents import calibrations_to_json
+
+        deliver(calibrations_to_json(calibrations), path)
+    if path != "-":
+        deliver(_shown(calibrations, form))
+
+
+def _shown(calibrations: Sequence[Calibration], form: str) -> str:
+    if form == "text":
+        return ("\n\n" + "=" * 100 + "\n\n").join(map(str, calibrations))
+    if form == "csv":
+        return _csv(calibrations)
+    from accelcal.results.documents import calibrations_to_json
+
+    return calibrations_to_json(calibrations)
+
+
+def _csv(calibrations: Sequence[Calibration]) -> str:
+    import csv
+    import io
+
+    rows = [
+        {"source": calibration.source, **row}
+        for calibration in calibrations
+        for row in calibration.rows()
+    ]
+    text = io.StringIO()
+    writer = csv.DictWriter(text, rows[0], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()

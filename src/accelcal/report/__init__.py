@@ -1,0 +1,1 @@
+"""Results as a person reads them: text for a terminal, tables for a notebook."""

@@ -1,0 +1,65 @@
+"""Numbers as a person reads them: as many digits as the uncertainty bears."""
+
+from __future__ import annotations
+
+import math
+
+__all__ = ["matching_digits", "significant"]
+
+
+def matching_digits(value: float, uncertainty: float | None) -> tuple[str, str]:
+    """Write a value and its uncertainty with two significant digits of the uncertainty.
+
+    Parameters
+    ----------
+    value : float
+        The value.
+    uncertainty : float or None
+        Its uncertainty in the same unit; None where unknown.
+
+    Returns
+    -------
+    tuple of str
+        Value and uncertainty.
+
+    Examples
+    --------
+    >>> matching_digits(3.26924, 0.02256)
+    ('3.269', '0.023')
+    >>> matching_digits(-16321.7, 413.0)
+    ('-16320', '410')
+    >>> matching_digits(1.35, None)
+    ('1.35', 'unknown')
+    """
+    if uncertainty is None or not math.isfinite(uncertainty):
+        return f"{value:.6g}", "unknown"
+    if uncertainty <= 0.0:
+        return f"{value:.12g}", "0"
+    decimals = 1 - math.floor(math.log10(uncertainty))
+    if round(uncertainty, decimals) >= 10.0 ** (2 - decimals):  # 0.0996 becomes 0.10
+        decimals -= 1
+    shown = max(decimals, 0)
+    return f"{round(value, decimals):.{shown}f}", f"{round(uncertainty, decimals):.{shown}f}"
+
+
+def significant(value: float, digits: int = 3) -> str:
+    """Write a number with a few significant digits and without an exponent where it is short.
+
+    Parameters
+    ----------
+    value : float
+        The number.
+    digits : int, default 3
+        Significant digits.
+
+    Returns
+    -------
+    str
+        The number.
+
+    Examples
+    --------
+    >>> significant(45.678), significant(0.000012345, 2)
+    ('45.7', '1.2e-05')
+    """
+    return f"{value:.{digits}g}"

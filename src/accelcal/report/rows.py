@@ -1,0 +1,164 @@
+"""The lines of a calibration table, made once for the terminal and the notebook.
+
+Everything here works on the JSON document of a calibration, so that a file can be shown as well
+as a fresh result.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from accelcal.report.numbers import matching_digits, significant
+
+__all__ = ["CoefficientRow", "coefficient_rows", "residual_grid", "strong_correlations"]
+
+Document = Mapping[str, Any]
+
+_SHOWN = (  # name, symbol, coefficient of (1), factor, unit; the scale factor keeps its own unit
+    ("scale factor", "K1", "K1", 1.0, None),
+    ("bias", "k0", "K0", 1e3, "mg"),
+    ("second order", "k2", "K2", 1e6, "ug/g^2"),
+    ("third order", "k3", "K3", 1e6, "ug/g^3"),
+    ("misalignment", "delta", "M", 1e6, "urad"),
+    ("cross-coupling", "delta_ip", "M_ip", 1e6, "ug/g^2"),
+)
+_SOURCES = {
+    "reading": "reading noise",
+    "head": "head positions",
+    "launch": "launch to launch",
+    "launch_sf": "launch to launch",
+    "resolution": "resolution",
+}
+_STRONG = 0.8
+
+
+@dataclass(frozen=True, slots=True)
+class CoefficientRow:
+    """One coefficient, ready to print.
+
+    Attributes
+    ----------
+    name, symbol : str
+        What it is; the symbol tells what it stands for where it absorbs another coefficient.
+    value, expanded, unit : str
+        Value, half width of the 95 % interval, and their unit.
+    standard, factor : str
+        Standard uncertainty in the same unit, and the coverage factor.
+    dominated_by : str
+        The source of error that contributes most, with its share of the variance.
+    """
+
+    name: str
+    symbol: str
+    value: str
+    expanded: str
+    unit: str
+    standard: str
+    factor: str
+    dominated_by: str
+
+
+def coefficient_rows(table: Document) -> list[CoefficientRow]:
+    """Make the lines of one table.
+
+    Parameters
+    ----------
+    table : mapping
+        An entry of ``"tables"`` in the document of a calibration.
+
+    Returns
+    -------
+    list of CoefficientRow
+        Scale factor first, then the error model.
+    """
+    return [_row(table, *shown) for shown in _SHOWN]
+
+
+def _row(
+    table: Document, name: str, symbol: str, coefficient: str, factor: float, unit: str | None
+) -> CoefficientRow:
+    quantity = table["coefficients" if symbol == coefficient else "error_model"][symbol]
+    unit = unit or quantity["unit"]
+    if quantity["value"] is None:
+        return CoefficientRow(name, symbol, "not determined", "", unit, "", "", "")
+    standard, expanded = quantity["standard_uncertainty"], quantity["expanded_uncertainty"]
+    shown = [factor * part if part is not None else None for part in (standard, expanded)]
+    value, half_width = matching_digits(factor * quantity["value"], shown[1])
+    return CoefficientRow(
+        name=name,
+        symbol=_meaning(table, symbol, coefficient),
+        value=value,
+        expanded=half_width,
+        unit=unit,
+        standard="unknown" if shown[0] is None else significant(shown[0], 2),
+        factor=f"{expanded / standard:.2f}" if standard and expanded is not None else "",
+        dominated_by=_dominating(table["budget"].get(coefficient, {})),
+    )
+
+
+def _meaning(table: Document, symbol: str, coefficient: str) -> str:
+    absorbed = table["stands_for"].get(coefficient)
+    if absorbed is None:
+        return symbol
+    return absorbed if symbol == coefficient else f"({absorbed})/K1"
+
+
+def _dominating(budget: Mapping[str, float]) -> str:
+    total = sum(part**2 for part in budget.values())
+    if not total > 0.0:
+        return ""
+    source, size = max(budget.items(), key=lambda item: item[1])
+    return f"{_SOURCES.get(source, source)} {100 * size**2 / total:.0f} %"
+
+
+def residual_grid(table: Document) -> tuple[list[int], list[tuple[float, list[float | None]]]]:
+    """Arrange residuals by position and stroke.
+
+    Parameters
+    ----------
+    table : mapping
+        An entry of ``"tables"`` in the document of a calibration.
+
+    Returns
+    -------
+    strokes : list of int
+        The strokes, in order.
+    rows : list of tuple
+        Head angle [deg] and the residual in each stroke [g], None where there is no reading.
+    """
+    residuals = table["residuals"]
+    found = {
+        (angle, stroke): value
+        for angle, stroke, value in zip(
+            residuals["angle_deg"], residuals["stroke"], residuals["value"], strict=True
+        )
+    }
+    strokes = sorted({stroke for _, stroke in found})
+    angles = sorted({angle for angle, _ in found})
+    return strokes, [(angle, [found.get((angle, k)) for k in strokes]) for angle in angles]
+
+
+def strong_correlations(table: Document) -> list[tuple[str, str, float]]:
+    """Find the pairs of coefficients that are strongly correlated.
+
+    Parameters
+    ----------
+    table : mapping
+        An entry of ``"tables"`` in the document of a calibration.
+
+    Returns
+    -------
+    list of tuple
+        Two names and their correlation, where it is above 0.8 in size.
+    """
+    names: Sequence[str] = table["covariance"]["names"]
+    matrix = table["covariance"]["matrix"]
+    pairs = []
+    for i, first in enumerate(names):
+        for j in range(i + 1, len(names)):
+            scale = (matrix[i][i] * matrix[j][j]) ** 0.5
+            if scale > 0.0 and abs(matrix[i][j]) > _STRONG * scale:
+                pairs.append((first, names[j], matrix[i][j] / scale))
+    return pairs

@@ -1,0 +1,1 @@
+"""Results: frozen, complete at birth, and able to become a JSON document and come back."""

@@ -1,0 +1,266 @@
+"""The result of a fit: a frozen calibration to be printed, saved, read back and tabulated."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from accelcal.errors import DocumentError
+from accelcal.results.quantity import Document, ErrorSource, Gate, fields_document
+from accelcal.results.table import TableCalibration
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    import pandas as pd
+
+__all__ = ["SCHEMA", "Calibration", "parse_json"]
+
+SCHEMA = "accelcal/calibration/1"
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """Calibration of one accelerometer from one record.
+
+    Attributes
+    ----------
+    method : str
+        The estimator.
+    output_unit : str or None
+        Unit of the output.
+    tables : tuple of TableCalibration
+        One a run and mounting.
+    serial : str or None
+        Serial number.
+    g_local_m_s2 : float or None
+        Local gravity [m/s^2]; None where not given.
+    T0_degC : float or None
+        Reference temperature.
+    delta0_rad : float
+        Fixture angle that the fit took as given.
+    robust : bool
+        Whether the readings were made safe against outliers.
+    source : str
+        Where the readings came from.
+    date : str or None
+        Date of the test.
+    error_sources : tuple of ErrorSource
+        Size of each source of error and how it is known.
+    gates : tuple of Gate
+        Checks of the record as a whole.
+    warnings : tuple of str
+        What a reader must know before using the numbers.
+    software : str
+        Name and version of what made the calibration.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> calibration = accelcal.fit(accelcal.simulate(seed=1))
+    >>> accelcal.Calibration.from_json(calibration.to_json()) == calibration
+    True
+    """
+
+    method: str
+    output_unit: str | None
+    tables: tuple[TableCalibration, ...]
+    serial: str | None = None
+    g_local_m_s2: float | None = None
+    T0_degC: float | None = None
+    delta0_rad: float = 0.0
+    robust: bool = False
+    source: str = "<table>"
+    date: str | None = None
+    error_sources: tuple[ErrorSource, ...] = ()
+    gates: tuple[Gate, ...] = ()
+    warnings: tuple[str, ...] = ()
+    software: str = ""
+
+    def __str__(self) -> str:
+        from accelcal.report.text import calibration_text
+
+        return calibration_text(self.to_document())
+
+    def __repr__(self) -> str:
+        name = f"serial {self.serial}" if self.serial else self.source
+        return f"<Calibration {name}: {self.method}, {len(self.tables)} tables>"
+
+    def _repr_html_(self) -> str:
+        from accelcal.report.notebook import calibration_html
+
+        return calibration_html(self.to_document())
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the calibration as the JSON document of schema `SCHEMA`."""
+        return {
+            "schema": SCHEMA,
+            "software": self.software,
+            "method": self.method,
+            "robust": self.robust,
+            "acceleration_unit": "g_local",
+            "g_local_m_s2": self.g_local_m_s2,
+            "output_unit": self.output_unit,
+            "serial": self.serial,
+            "date": self.date,
+            "source": self.source,
+            "T0_degC": self.T0_degC,
+            "delta0_rad": self.delta0_rad,
+            "error_sources": [fields_document(source) for source in self.error_sources],
+            "tables": [table.to_document() for table in self.tables],
+            "temperature_model": None,
+            "effects": [],
+            "gates": [fields_document(gate) for gate in self.gates],
+            "warnings": list(self.warnings),
+        }
+
+    @classmethod
+    def from_document(cls, document: Document) -> Calibration:
+        """Read a calibration from its JSON document.
+
+        Parameters
+        ----------
+        document : mapping
+            What `to_document` returns.
+
+        Returns
+        -------
+        Calibration
+            Equal to the one that was written.
+
+        Raises
+        ------
+        DocumentError
+            If the document is of another type or version, in other units, or incomplete.
+        """
+        _check_schema(document)
+        plain = (
+            "method robust g_local_m_s2 output_unit serial date source T0_degC delta0_rad software"
+        )
+        try:
+            return cls(
+                **{key: document[key] for key in plain.split()},
+                tables=tuple(TableCalibration.from_document(t) for t in document["tables"]),
+                error_sources=tuple(ErrorSource(**s) for s in document["error_sources"]),
+                gates=tuple(Gate(**gate) for gate in document["gates"]),
+                warnings=tuple(document["warnings"]),
+            )
+        except (KeyError, TypeError, AttributeError) as error:
+            raise DocumentError(
+                f"the calibration is incomplete ({error}); write it anew with accelcal fit"
+            ) from error
+
+    def to_json(self, path: str | PathLike[str] | None = None) -> str:
+        """Write the calibration as JSON.
+
+        Parameters
+        ----------
+        path : path, optional
+            File to write, whole or not at all; without it the text is only returned.
+
+        Returns
+        -------
+        str
+            The JSON text; numbers keep all their digits.
+        """
+        text = json.dumps(self.to_document(), indent=1, allow_nan=False) + "\n"
+        if path is not None:
+            from accelcal.io.atomic import write_atomically
+
+            write_atomically(path, text.encode())
+        return text
+
+    @classmethod
+    def from_json(cls, text: str) -> Calibration:
+        """Read a calibration from JSON text.
+
+        Parameters
+        ----------
+        text : str
+            What `to_json` returns.
+
+        Returns
+        -------
+        Calibration
+            Equal to the one that was written.
+
+        Raises
+        ------
+        DocumentError
+            If the text is not JSON, or not such a document.
+        """
+        return cls.from_document(parse_json(text))
+
+    def rows(self) -> list[dict[str, Any]]:
+        """List all coefficients, a flat dictionary each.
+
+        Returns
+        -------
+        list of dict
+            Keys serial, run, mounting, temperature_degC, coefficient, value,
+            standard_uncertainty, unit, expanded_uncertainty, dof, stands_for.
+        """
+        return [
+            {
+                "serial": self.serial,
+                "run": table.run,
+                "mounting": table.mounting,
+                "temperature_degC": table.temperature_degC,
+                "coefficient": name,
+                **quantity.to_document(),
+                "stands_for": table.stands_for.get(name, name),
+            }
+            for table in self.tables
+            for name, quantity in {**table.coefficients, **table.error_model}.items()
+        ]
+
+    def to_frame(self) -> pd.DataFrame:
+        """Tabulate all coefficients.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A line each, with the columns of `rows`.
+        """
+        import pandas as pd
+
+        return pd.DataFrame(self.rows())
+
+
+def parse_json(text: str) -> Any:
+    """Parse JSON text, or say that it is none.
+
+    Parameters
+    ----------
+    text : str
+        JSON text.
+
+    Returns
+    -------
+    object
+        The document.
+
+    Raises
+    ------
+    DocumentError
+        If the text is not JSON.
+    """
+    try:
+        return json.loads(text)
+    except ValueError as error:
+        raise DocumentError(f"not JSON ({error}); give a file written by accelcal fit") from None
+
+
+def _check_schema(document: Any) -> None:
+    schema = document.get("schema") if isinstance(document, Mapping) else None
+    if schema != SCHEMA:
+        raise DocumentError(
+            f"schema {schema!r} in place of {SCHEMA!r}; give a file written by accelcal fit"
+        )
+    unit = document.get("acceleration_unit")
+    if unit != "g_local":
+        raise DocumentError(
+            f"acceleration_unit {unit!r}; this version reads coefficients per g_local only"
+        )

@@ -1,0 +1,52 @@
+"""Files of calibrations: one calibration, or several in one document."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+from accelcal.results.calibration import SCHEMA, Calibration, parse_json
+
+__all__ = ["calibrations_from_json", "calibrations_to_json"]
+
+
+def calibrations_to_json(calibrations: Sequence[Calibration]) -> str:
+    """Write calibrations as one JSON document.
+
+    Parameters
+    ----------
+    calibrations : sequence of Calibration
+        One or more.
+
+    Returns
+    -------
+    str
+        The document of the calibration, or one with the key ``"calibrations"`` for several.
+    """
+    if len(calibrations) == 1:
+        return calibrations[0].to_json()
+    document = {"schema": SCHEMA, "calibrations": [c.to_document() for c in calibrations]}
+    return json.dumps(document, indent=1, allow_nan=False) + "\n"
+
+
+def calibrations_from_json(text: str) -> tuple[Calibration, ...]:
+    """Read all calibrations of a JSON document.
+
+    Parameters
+    ----------
+    text : str
+        What `calibrations_to_json` returns.
+
+    Returns
+    -------
+    tuple of Calibration
+        One or more.
+
+    Raises
+    ------
+    DocumentError
+        If the text is not such a document.
+    """
+    document = parse_json(text)
+    several = document.get("calibrations") if isinstance(document, dict) else None
+    return tuple(Calibration.from_document(d) for d in ([document] if several is None else several))

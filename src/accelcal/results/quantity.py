@@ -1,0 +1,144 @@
+"""The parts that results are made of: a quantity, a gate, an error source, residuals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["ErrorSource", "Gate", "Quantity", "Residuals", "fields_document"]
+
+Document = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A value with its uncertainty.
+
+    Attributes
+    ----------
+    value : float or None
+        The estimate; None where the data do not determine it.
+    standard_uncertainty : float or None
+        Standard uncertainty; None where nothing tells it.
+    unit : str
+        Unit of value and uncertainties; ``g`` is local g.
+    expanded_uncertainty : float or None
+        Half width of the 95 % interval.
+    dof : float or None
+        Effective degrees of freedom of the interval; None where infinite or unknown.
+    """
+
+    value: float | None
+    standard_uncertainty: float | None
+    unit: str
+    expanded_uncertainty: float | None = None
+    dof: float | None = None
+
+    @property
+    def coverage_factor(self) -> float | None:
+        """Expanded over standard uncertainty."""
+        if not self.standard_uncertainty or self.expanded_uncertainty is None:
+            return None
+        return self.expanded_uncertainty / self.standard_uncertainty
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the quantity as it stands in the JSON document."""
+        return {
+            "value": self.value,
+            "standard_uncertainty": self.standard_uncertainty,
+            "unit": self.unit,
+            "expanded_uncertainty": self.expanded_uncertainty,
+            "dof": self.dof,
+        }
+
+    @classmethod
+    def from_document(cls, document: Document) -> Quantity:
+        """Read the quantity from its place in a JSON document."""
+        return cls(
+            document["value"],
+            document["standard_uncertainty"],
+            document["unit"],
+            document.get("expanded_uncertainty"),
+            document.get("dof"),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Gate:
+    """Outcome of one check.
+
+    Attributes
+    ----------
+    name : str
+        What was checked.
+    verdict : str
+        ``"pass"``, ``"warn"`` or ``"not assessed"``.
+    finding : str
+        What was found, or why it could not be assessed.
+    """
+
+    name: str
+    verdict: str
+    finding: str
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorSource:
+    """Size of one source of error and how it is known.
+
+    Attributes
+    ----------
+    name : str
+        ``"reading"``, ``"head"``, ``"launch"`` or ``"launch_sf"``.
+    value : float or None
+        Standard deviation; None where unknown.
+    unit : str
+        Its unit.
+    dof : float or None
+        Degrees of freedom; None where infinite or unknown.
+    source : str
+        ``"declared"``, ``"estimated"``, ``"none"``, or where a reading's noise was taken from.
+    """
+
+    name: str
+    value: float | None
+    unit: str
+    dof: float | None
+    source: str
+
+
+@dataclass(frozen=True, slots=True)
+class Residuals:
+    """Reading minus model, reading by reading.
+
+    Attributes
+    ----------
+    angle_deg : tuple of float
+        Head angle [deg].
+    stroke : tuple of int
+        Stroke.
+    value : tuple of float
+        Residual over K1 [g].
+    """
+
+    angle_deg: tuple[float, ...]
+    stroke: tuple[int, ...]
+    value: tuple[float, ...]
+
+
+def fields_document(item: Gate | ErrorSource | Residuals) -> dict[str, Any]:
+    """Return the fields of a simple result as they stand in a JSON document.
+
+    Parameters
+    ----------
+    item : Gate, ErrorSource or Residuals
+        A result whose fields are plain values or tuples of them.
+
+    Returns
+    -------
+    dict
+        Field names and values.
+    """
+    values = {name: getattr(item, name) for name in type(item).__slots__}
+    return {key: list(v) if isinstance(v, tuple) else v for key, v in values.items()}

@@ -1,0 +1,130 @@
+"""Calibration of one table: one run in one mounting."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from accelcal.results.quantity import Document, Gate, Quantity, Residuals, fields_document
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+__all__ = ["TableCalibration"]
+
+
+@dataclass(frozen=True, slots=True)
+class TableCalibration:
+    """Calibration of one table: one run in one mounting.
+
+    Attributes
+    ----------
+    run, mounting : str
+        Which table it is.
+    temperature_degC : float or None
+        Mean temperature; None where unknown.
+    readings : int
+        Number of readings.
+    dof : int
+        Readings minus coefficients.
+    residual_rms : float
+        Root of the sum of squared residuals over `dof` [output unit]; 0 where `dof` is 0.
+    coefficients : mapping of str to Quantity
+        K0, K1, K2, K3, M, M_ip [output unit / g^n].
+    error_model : mapping of str to Quantity
+        k0, k2, k3, delta, delta_ip.
+    covariance_names, covariance_matrix
+        Names of the estimated coefficients and their covariance; an empty matrix where unknown.
+    budget : mapping of str to mapping of str to float
+        For each coefficient the standard uncertainty from each source of error.
+    stands_for : mapping of str to str
+        What a coefficient really estimates where the angles cannot tell it from another.
+    residuals : Residuals
+        Reading minus model.
+    gates : tuple of Gate
+        Checks of this table.
+    warnings : tuple of str
+        What a reader must know before using the numbers.
+    """
+
+    run: str
+    mounting: str
+    temperature_degC: float | None
+    readings: int
+    dof: int
+    residual_rms: float
+    coefficients: Mapping[str, Quantity]
+    error_model: Mapping[str, Quantity]
+    covariance_names: tuple[str, ...]
+    covariance_matrix: tuple[tuple[float, ...], ...]
+    budget: Mapping[str, Mapping[str, float]]
+    stands_for: Mapping[str, str]
+    residuals: Residuals
+    gates: tuple[Gate, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def covariance(self) -> NDArray[np.float64]:
+        """Covariance of the coefficients `covariance_names`, shape (p, p)."""
+        import numpy as np
+
+        return np.array(self.covariance_matrix, dtype=np.float64)
+
+    @property
+    def correlation(self) -> NDArray[np.float64]:
+        """Correlation of the coefficients `covariance_names`, shape (p, p)."""
+        import numpy as np
+
+        covariance = self.covariance
+        sigma = np.sqrt(np.diagonal(covariance))
+        return np.asarray(covariance / np.outer(sigma, sigma))
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the table as it stands in the JSON document."""
+        return {
+            "run": self.run,
+            "mounting": self.mounting,
+            "temperature_degC": self.temperature_degC,
+            "readings": self.readings,
+            "dof": self.dof,
+            "residual_rms": self.residual_rms,
+            "coefficients": _documents(self.coefficients),
+            "error_model": _documents(self.error_model),
+            "covariance": {
+                "names": list(self.covariance_names),
+                "matrix": [list(row) for row in self.covariance_matrix],
+            },
+            "budget": {name: dict(parts) for name, parts in self.budget.items()},
+            "stands_for": dict(self.stands_for),
+            "residuals": fields_document(self.residuals),
+            "gates": [fields_document(gate) for gate in self.gates],
+            "warnings": list(self.warnings),
+        }
+
+    @classmethod
+    def from_document(cls, document: Document) -> TableCalibration:
+        """Read the table from its place in a JSON document."""
+        plain = ("run", "mounting", "temperature_degC", "readings", "dof", "residual_rms")
+        residuals = document["residuals"]
+        return cls(
+            **{key: document[key] for key in plain},
+            coefficients=_quantities(document["coefficients"]),
+            error_model=_quantities(document["error_model"]),
+            covariance_names=tuple(document["covariance"]["names"]),
+            covariance_matrix=tuple(tuple(row) for row in document["covariance"]["matrix"]),
+            budget=document["budget"],
+            stands_for=document["stands_for"],
+            residuals=Residuals(**{key: tuple(values) for key, values in residuals.items()}),
+            gates=tuple(Gate(**gate) for gate in document["gates"]),
+            warnings=tuple(document["warnings"]),
+        )
+
+
+def _documents(quantities: Mapping[str, Quantity]) -> dict[str, Any]:
+    return {name: quantity.to_document() for name, quantity in quantities.items()}
+
+
+def _quantities(document: Document) -> dict[str, Quantity]:
+    return {name: Quantity.from_document(item) for name, item in document.items()}

@@ -1,0 +1,109 @@
+"""What a reader must know before using the numbers of a fit, in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from accelcal.estimate.joint import JointEstimate
+from accelcal.estimate.noise import ReadingNoise
+from accelcal.estimate.tables import PreparedTable
+
+__all__ = ["record_warnings", "table_warnings"]
+
+_OF_METHOD = {
+    "printed": (
+        "NOT A CALIBRATION: the printed equations (6) are misprinted, and the symbols tell what"
+        " they return instead; use --method least-squares or closed-form"
+    ),
+    "sign-corrected": "sign-corrected (6) does not estimate K3; K1 stands for K1 + 0.75 K3",
+}
+
+
+def table_warnings(table: PreparedTable, noise: ReadingNoise) -> tuple[str, ...]:
+    """Say what one table cannot tell.
+
+    Parameters
+    ----------
+    table : PreparedTable
+        The table.
+    noise : ReadingNoise
+        Its reading noise.
+
+    Returns
+    -------
+    tuple of str
+        Sentences, without a full stop.
+    """
+    said = list(table.estimability.sentences())
+    if noise.source == "none":
+        said.append(
+            "no uncertainty: one reading a coefficient and no declared std; repeat strokes or give"
+            " the columns std and n"
+        )
+    if noise.source == "residuals":
+        said.append(
+            "reading noise from the residuals of the fit, head errors included; repeat strokes to"
+            " tell them apart"
+        )
+    if noise.excess is not None:
+        said.append(
+            f"the strokes scatter {noise.excess:.2g} times more than the declared std;"
+            " uncertainties follow the strokes"
+        )
+    return tuple(said)
+
+
+def record_warnings(
+    estimate: JointEstimate, method: str, delta0: float, mountings: Sequence[str]
+) -> tuple[str, ...]:
+    """Say what the record as a whole cannot tell.
+
+    Parameters
+    ----------
+    estimate : JointEstimate
+        The fit.
+    method : str
+        The estimator.
+    delta0 : float
+        Fixture angle that was taken as given [rad].
+    mountings : sequence of str
+        Mountings in the record.
+
+    Returns
+    -------
+    tuple of str
+        Sentences, without a full stop.
+    """
+    said = [_OF_METHOD[method]] if method in _OF_METHOD else []
+    given = "taken as 0" if delta0 == 0.0 else f"taken as {delta0:g} rad"
+    said.append(
+        f"M is the effective misalignment: it contains the fixture angle delta0, {given};"
+        " the reversed mounting would separate them"
+    )
+    if len({mounting[0] for mounting in mountings if mounting}) < len(set(mountings)):
+        said.append("each mounting is fitted by itself; M of both sides differs by 2 K1 delta0")
+    return (*said, *_of_head(estimate), *_of_launch(estimate))
+
+
+def _of_head(estimate: JointEstimate) -> list[str]:
+    head = estimate.head
+    if head.source == "estimated":
+        return [
+            f"head error estimated from the lack of fit with {head.dof:.0f} degrees of freedom;"
+            " declare head_uncertainty or measure more positions for narrower intervals"
+        ]
+    if head.source == "none":
+        return [
+            "head error neither declared nor visible at these angles: the intervals leave it out;"
+            " declare head_uncertainty"
+        ]
+    return []
+
+
+def _of_launch(estimate: JointEstimate) -> list[str]:
+    if estimate.bias_shift.source != "none":
+        return []
+    return [
+        "K0 is that of its run: the bias shift from launch to launch is neither declared nor"
+        " measured; declare launch_uncertainty or repeat a temperature"
+    ]
