@@ -337,7 +337,7 @@ ERRATA = (
     Erratum(
         "(5) Y2, Y4, Y6, Y8: M",
         r"$\pm M\frac{g}{\sqrt2}(1\mp\delta_0)$ with the signs of $K_1$",
-        r"$(1+\delta_0)$ in Y2 and Y6, $(1-\delta_0)$ in Y4 and Y8",
+        r"$(1+\delta_0-\frac12\delta_0^2)$ in Y2, Y6, $(1-\delta_0-\frac12\delta_0^2)$ in Y4, Y8",
         r"an output error of $\sqrt2\,M g\,\delta_0$",
     ),
     Erratum(
