@@ -1,7 +1,7 @@
 """How long ``accelcal fit`` of a small table takes, against the imports it cannot do without.
 
 Prints the medians of runs that alternate with one another, as wall and processor time, and their
-ratios. Run it, on a POSIX system, with the Python of the environment that accelcal is installed in::
+ratios. Run it with the Python of the environment that accelcal is installed in, on a POSIX system::
 
     python benchmarks/startup.py --runs 21
 """

@@ -1,7 +1,6 @@
 """The house in order: who imports whom, how long things are, what starts up, what is told."""
 
 import ast
-import os
 import re
 import subprocess
 import sys
@@ -26,7 +25,7 @@ FLOORS = (
     {"report"},
     {"io", "batch"},
     {"calibrate"},
-    {"gates", "simulate"},
+    {"gates", "weaknesses", "simulate"},
     {"estimate", "effects"},
     {"printed"},
     {"record", "results"},
@@ -84,10 +83,10 @@ def functions_of(path):
             yield node
 
 
-def lines_without_docstring(function):
-    docstring = function.body[0] if ast.get_docstring(function) else None
-    told = docstring.end_lineno - docstring.lineno + 1 if docstring else 0
-    return function.end_lineno - function.lineno + 1 - told
+def lines_of_body(function):
+    """Lines behind the signature and the docstring, which are as long as there is to tell."""
+    statements = function.body[1:] if ast.get_docstring(function) else function.body
+    return statements[-1].end_lineno - statements[0].lineno + 1 if statements else 0
 
 
 # -- rooms -----------------------------------------------------------------------------------------
@@ -134,12 +133,13 @@ def test_no_attic():
 
 @pytest.mark.parametrize("path", MODULES, ids=name_of)
 def test_modules_are_short(path):
-    assert len(path.read_text("utf-8").splitlines()) <= LONGEST_MODULE
+    lines = len(path.read_text("utf-8").splitlines())
+    assert lines <= LONGEST_MODULE
 
 
 @pytest.mark.parametrize("path", MODULES, ids=name_of)
 def test_functions_are_short(path):
-    lengths = {item.name: lines_without_docstring(item) for item in functions_of(path)}
+    lengths = {item.name: lines_of_body(item) for item in functions_of(path)}
     assert {name: n for name, n in lengths.items() if n > LONGEST_FUNCTION} == {}
 
 
@@ -189,9 +189,9 @@ def loaded_by(code, *arguments):
         cwd=ROOT,
         capture_output=True,
         text=True,
-        check=True,
-        env=os.environ | {"PYTHONWARNINGS": "default"},
+        check=False,
     )
+    assert done.returncode == 0, done.stderr
     return ast.literal_eval(done.stdout.splitlines()[-1])
 
 
