@@ -14,7 +14,7 @@ __all__ = ["check"]
 @data_argument()
 @format_option("text", "json")
 def check(data: str, form: str) -> None:
-    """Tell what the reader understands of the table DATA.
+    r"""Tell what the reader understands of the table DATA.
 
     Shows its form, encoding and columns, the runs and temperatures, positions that are missing,
     what is declared and what was set aside. Nothing is calculated.

@@ -92,7 +92,7 @@ class Column:
     def refuse(self, index: int, problem: str, remedy: str) -> TableError:
         """Error about one cell; ``{}`` in the problem stands for the column and the cell."""
         cell = self.cells[index]
-        what = f"{self.heading} {shown(cell) if isinstance(cell, str) else cell}"
+        what = f"{self.heading} {shown(str(cell))}" if cell != "" else self.heading
         line = int(self.lines[index])
         return TableError(problem.format(what), remedy, source=self.source, line=line)
 
@@ -246,7 +246,11 @@ def _float(cell: str, decimal: str, other: str) -> float:
 
 
 def _not_a_number(column: Column, index: int) -> TableError:
-    if re.fullmatch(r"[+-]?[0-9]*[.,][0-9.,]*", str(column.cells[index])):
+    cell = str(column.cells[index])
+    if cell.casefold() == column.heading.casefold():
+        remedy = "keep one table in a file, or tell several apart by a column serial or run"
+        return column.refuse(index, "the column headings stand here again", remedy)
+    if re.fullmatch(r"[+-]?[0-9]*[.,][0-9.,]*", cell):
         problem = f"{{}} does not fit the decimal mark {column.decimal!r}"
         remedy = "write numbers without thousands marks and with one decimal mark"
         return column.refuse(index, problem, remedy)

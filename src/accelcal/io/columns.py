@@ -12,12 +12,15 @@ from accelcal.errors import TableError
 from accelcal.io.cells import MISSING, Column
 from accelcal.io.engines import NUMERIC, Columns
 from accelcal.io.layout import Layout, shown
-from accelcal.io.vocabulary import UNITS_OF, Heading, is_unit_of
+from accelcal.io.vocabulary import UNITS_OF, Heading, has_unit, is_unit_of
 
 __all__ = ["Table", "choose_columns"]
 
 Engine = Callable[[Layout, Sequence[int], int], Columns]
 """Turns the rows of a table into columns."""
+
+CONSTANTS = ("temperature", "stroke", "run", "mounting", "std", "count")
+"""Columns that a header line may stand for."""
 
 _OPTIONAL = ("run", "time", "serial", "mounting", "std", "count", "unit")
 _OF_ONE_READING = ("time", "std", "count")
@@ -81,8 +84,10 @@ def choose_columns(layout: Layout, engine: Engine) -> Table:
     empty = [name for name in _OPTIONAL if name in roles and _is_blank(columns[roles[name]])]
     aside = _aside(layout, columns)
     decimal = columns[measured[0]].decimal
-    notes = [f"column {shown(name)} is not known and was set aside" for name in aside]
+    notes = [f"column {name} {reason} and was set aside" for name, reason in aside.items()]
     notes += [f"column {name} is empty and was set aside" for name in empty]
+    both = [name for name in CONSTANTS if name in layout.declared and name in roles]
+    notes += [f"header line {name} was set aside: the table has such a column" for name in both]
     return Table(
         form="wide" if wide else "long",
         columns=_constants(layout, decimal)
@@ -127,10 +132,10 @@ def _claim(taken: dict[Any, int], key: str | int, index: int, layout: Layout) ->
 
 def _check_unit(layout: Layout, heading: Heading) -> None:
     allowed = UNITS_OF.get(heading.role or "")
-    unit = (heading.unit or "").casefold()
-    if allowed and unit not in allowed and is_unit_of(heading.role or "", unit):
+    role, unit = heading.role or "", heading.unit or ""
+    if allowed and not has_unit(role, unit) and is_unit_of(role, unit):
         problem = f"column {shown(heading.text)} is in {heading.unit}"
-        raise _error(layout, problem, f"give it in {allowed[0].replace('degc', 'degC')}")
+        raise _error(layout, problem, f"give it in {allowed[0]}")
 
 
 def _require(layout: Layout, roles: Mapping[str, int], wide: bool) -> None:
@@ -152,7 +157,7 @@ def _constants(layout: Layout, decimal: str) -> dict[str, Column]:
     """Columns that header lines stand for; an error in one names its header line."""
     columns = {}
     size = len(layout.rows)
-    for name in ("temperature", "stroke", "run", "mounting", "std", "count"):
+    for name in CONSTANTS:
         if name in layout.declared:
             value, line = layout.declared[name]
             lines = np.full(size, line)
@@ -168,9 +173,14 @@ def _is_blank(column: Column) -> bool:
     return all(cell.casefold() in MISSING for cell in column.cells)
 
 
-def _aside(layout: Layout, columns: Columns) -> list[str]:
-    unused = [i for i in range(len(layout.headings)) if i not in columns]
-    return [layout.headings[i].text or f"number {i + 1}, without heading" for i in unused]
+def _aside(layout: Layout, columns: Columns) -> dict[str, str]:
+    """Names of the columns that are not used, with the reason."""
+    reasons = {}
+    for index, heading in enumerate(layout.headings):
+        if index not in columns:
+            name = shown(heading.text) if heading.text else f"{index + 1} without heading"
+            reasons[name] = "is of one reading, not of a row," if heading.role else "is not known"
+    return reasons
 
 
 def _error(layout: Layout, problem: str, remedy: str) -> TableError:

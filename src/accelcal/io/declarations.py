@@ -11,7 +11,7 @@ import numpy as np
 
 from accelcal.errors import InputError, TableError
 from accelcal.io.layout import Declared, Layout, shown, split_line
-from accelcal.io.vocabulary import KEYS, UNITS_OF
+from accelcal.io.vocabulary import KEYS, UNITS_OF, has_unit
 from accelcal.record import Apparatus
 from accelcal.units import canonical_unit
 
@@ -20,9 +20,6 @@ __all__ = ["OVERRIDES", "Declarations", "declarations"]
 APPARATUS = tuple(item.name for item in fields(Apparatus))
 OVERRIDES = (*APPARATUS, "reference_temperature", "positions", "unit", "serial")
 """What a caller may declare instead of the header."""
-
-CONSTANTS = ("temperature", "stroke", "run", "mounting", "std", "count")
-"""Columns that a header line may stand for."""
 
 _NUMBER = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*(.*)")
 
@@ -35,8 +32,6 @@ class Declarations:
     ----------
     record : mapping
         Fields of a `TumbleRecord` but for its readings and metadata.
-    constants : mapping of str to Declared
-        Columns that a header line stands for.
     runs : tuple of str
         Names of all runs in their order, empty where they are not declared.
     metadata : mapping of str to str
@@ -44,12 +39,13 @@ class Declarations:
     """
 
     record: Mapping[str, Any]
-    constants: Mapping[str, Declared]
     runs: tuple[str, ...]
     metadata: Mapping[str, str]
 
 
-def declarations(layout: Layout, decimal: str, overrides: Mapping[str, object]) -> Declarations:
+def declarations(
+    layout: Layout, decimal: str, unit: str | None, overrides: Mapping[str, object]
+) -> Declarations:
     """Read the header lines.
 
     Parameters
@@ -58,6 +54,8 @@ def declarations(layout: Layout, decimal: str, overrides: Mapping[str, object]) 
         The table.
     decimal : str
         Its decimal mark.
+    unit : str or None
+        Output unit that the table shows.
     overrides : mapping of str to object
         Declarations of the caller by the names in `OVERRIDES`; they win over the header. None
         leaves the header's.
@@ -78,7 +76,9 @@ def declarations(layout: Layout, decimal: str, overrides: Mapping[str, object]) 
     declared = {key: text for key, text in layout.declared.items() if key not in given}
     numeric = (*APPARATUS, "reference_temperature", "delta0")
     values: dict[str, Any] = {
-        key: _number(layout, key, declared[key], decimal) for key in numeric if key in declared
+        key: _number(layout, key, declared[key], decimal, unit)
+        for key in numeric
+        if key in declared
     }
     values["positions"] = _positions(layout, declared.get("positions"))
     values |= given
@@ -90,11 +90,10 @@ def declarations(layout: Layout, decimal: str, overrides: Mapping[str, object]) 
             "apparatus": Apparatus(**{key: values[key] for key in APPARATUS if key in values}),
             "reference_temperature": values.get("reference_temperature"),
             "positions": values["positions"],
-            "unit": values.get("unit") or _unit(declared.get("unit")),
+            "unit": values.get("unit") or unit,
             "serial": values.get("serial") or _text(declared.get("serial")),
             "date": _text(declared.get("date")),
         },
-        constants={key: declared[key] for key in CONSTANTS if key in declared},
         runs=tuple(split_line(declared["runs"].value, ",")) if "runs" in declared else (),
         metadata=metadata,
     )
@@ -118,16 +117,12 @@ def _text(declared: Declared | None) -> str | None:
     return (declared.value or None) if declared else None
 
 
-def _unit(declared: Declared | None) -> str | None:
-    return canonical_unit(declared.value) or None if declared else None
-
-
-def _number(layout: Layout, key: str, declared: Declared, decimal: str) -> float:
+def _number(
+    layout: Layout, key: str, declared: Declared, decimal: str, output_unit: str | None
+) -> float:
     match = _NUMBER.fullmatch(declared.value.replace("\u2212", "-"))
-    units = UNITS_OF.get(key, ())
-    if match and match[2] and units and match[2].casefold() not in units:
-        problem = f"{key} is given in {shown(match[2])}"
-        raise _refusal(layout, declared, problem, f"give it in {units[0]}")
+    if match and match[2]:
+        _check_unit(layout, key, declared, match[2], output_unit)
     try:
         text = match[1] if match else ""
         value = float(text.replace(",", ".") if decimal == "," else text)
@@ -139,6 +134,15 @@ def _number(layout: Layout, key: str, declared: Declared, decimal: str) -> float
     if key in APPARATUS:
         _check_apparatus(layout, key, declared, value)
     return value
+
+
+def _check_unit(
+    layout: Layout, key: str, declared: Declared, unit: str, output_unit: str | None
+) -> None:
+    right = UNITS_OF[key][0] if key in UNITS_OF else output_unit
+    if not (has_unit(key, unit) if key in UNITS_OF else canonical_unit(unit) == output_unit):
+        problem = f"{key} is given in {shown(unit)}"
+        raise _refusal(layout, declared, problem, f"give it in {right or 'the output unit'}")
 
 
 def _check_apparatus(layout: Layout, key: str, declared: Declared, value: float) -> None:

@@ -57,7 +57,8 @@ def columns_by_split(layout: Layout, used: Sequence[int], needed: int) -> Column
             table[index] = _fitted(cells, width, needed, layout, index)
     by_heading = list(zip(*table, strict=True))
     numeric = [by_heading[i] for i in used if _is_numeric(layout, i)]
-    comma = layout.separator != "," and any("," in "".join(cells) for cells in numeric)
+    text = "".join(cell for cells in numeric for cell in cells)
+    comma = layout.separator != "," and text.count(",") > text.count(".")
     lines = np.array(layout.lines, dtype=np.int64)
     decimal = "," if comma else "."
     return {i: _column(layout, i, by_heading[i], lines, decimal) for i in used}
@@ -150,13 +151,13 @@ def _fitted(cells: list[str], width: int, needed: int, layout: Layout, index: in
     place = {"source": layout.source, "line": layout.lines[index]}
     if len(cells) > width:
         problem = f"{len(cells)} fields under {width} column headings"
+        remedy = "give every column a heading"
         if layout.separator == ",":
-            remedy = "write numbers with a decimal point, or separate columns by a semicolon"
-        else:
-            remedy = "give every column a heading"
+            remedy += ", and with decimal commas separate the columns by semicolons"
         raise TableError(problem, remedy, **place)  # type: ignore[arg-type]
     if len(cells) < needed:
-        problem = f"{len(cells)} fields, but {layout.headings[needed - 1].text} is field {needed}"
+        fields = f"{len(cells)} field{'s' if len(cells) > 1 else ''}"
+        problem = f"{fields}, but {layout.headings[needed - 1].text} is field {needed}"
         raise TableError(problem, "complete the row or delete it", **place)  # type: ignore[arg-type]
     return cells + [""] * (width - len(cells))
 

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sized
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from accelcal.errors import TableError
 from accelcal.io.text import SourceText
-from accelcal.io.vocabulary import Heading, canonical_key, read_heading
+from accelcal.io.vocabulary import Heading, canonical_key, read_heading, split_unit
 
-__all__ = ["Declared", "Layout", "listed", "read_layout", "shown", "split_line"]
+__all__ = ["Declared", "Layout", "counted", "listed", "read_layout", "shown", "split_line"]
 
 _SEPARATORS = ("\t", ";", ",", None)
 _CORE = {"temperature", "position", "angle", "stroke", "output"}
@@ -92,7 +92,7 @@ def read_layout(source: SourceText) -> Layout:
     declared, aside = _declarations(above, source.name)
     rows, numbers, comments = _rows(lines, start, headings, source.name)
     if comments:
-        aside.append(f"comment lines inside the table were set aside ({listed(comments)})")
+        aside.append(f"{counted(comments, 'comment line')} set aside ({listed(comments)})")
     return Layout(
         source=source.name,
         declared=declared,
@@ -132,7 +132,10 @@ def split_line(line: str, separator: str | None) -> list[str]:
     import csv
 
     reader = csv.reader([line], delimiter=separator, skipinitialspace=True)
-    return [cell.strip() for cell in next(reader)]
+    try:
+        return [cell.strip() for cell in next(reader)]
+    except csv.Error:  # a cell of more than 128 KiB
+        return line.split(separator)
 
 
 def shown(text: str) -> str:
@@ -169,9 +172,32 @@ def listed(lines: Iterable[int]) -> str:
     >>> listed([7]), listed(range(1, 9))
     ('line 7', 'lines 1, 2, 3, 4, 5, ...')
     """
-    numbers = [str(line) for line in lines]
+    numbers = [str(line) for line in dict.fromkeys(lines)]
     more = ["..."] if len(numbers) > 5 else []
     return ("lines " if len(numbers) > 1 else "line ") + ", ".join(numbers[:5] + more)
+
+
+def counted(things: Sized, what: str) -> str:
+    """Count things for a note.
+
+    Parameters
+    ----------
+    things : sized
+        What to count.
+    what : str
+        Their name in the singular.
+
+    Returns
+    -------
+    str
+        Such as ``"2 rows were"``.
+
+    Examples
+    --------
+    >>> counted([7], "row"), counted([7, 8], "row")
+    ('1 row was', '2 rows were')
+    """
+    return f"{len(things)} {what}{' was' if len(things) == 1 else 's were'}"
 
 
 def _find_headings(lines: list[str], name: str) -> tuple[_Headings, list[tuple[int, str]], int]:
@@ -251,9 +277,10 @@ def _key_and_value(line: str) -> tuple[str, str]:
     text = line.strip(" \t,;").replace('"', "") if bare is None else bare
     for pattern in (_DECLARATION, _DECLARATION_IN_CELLS):
         match = pattern.fullmatch(text)
-        known = canonical_key(match[1]) if match else None
+        name, unit = split_unit(match[1]) if match else ("", "")
+        known = canonical_key(name)
         if match and known:
-            return known, match[2].strip()
+            return known, f"{match[2].strip()} {unit}".strip()
         if match and pattern is _DECLARATION and (bare is not None or match[1] == "sep"):
             return match[1].strip(), match[2].strip()
     return ("comment", text) if bare else ("" if bare is None else "sep", "")

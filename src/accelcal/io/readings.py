@@ -17,6 +17,12 @@ from accelcal.io.vocabulary import TIME_UNITS
 
 __all__ = ["Readings", "read_readings"]
 
+MAXIMUM_TEMPERATURE = 250.0
+"""Above it a temperature is taken for a mistake, most often kelvin [degC]."""
+
+MAXIMUM_ANGLE = 36000.0
+"""Above it an angle is taken for a mistake: a hundred turns of the head [deg]."""
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
@@ -155,14 +161,14 @@ def _temperature(column: Column) -> Floats:
     if not isinstance(column.cells, np.ndarray):
         blank = np.array([cell == "" for cell in column.cells])
     column.check(~blank, "{} is empty", "write it in every row, 'unknown' where it is not known")
-    below = values < -273.15
-    column.check(~below, "{} is below absolute zero", "write temperatures in degC")
+    outside = (values < -273.15) | (values > MAXIMUM_TEMPERATURE)
+    column.check(~outside, "{} is no temperature of a test", "write temperatures in degC")
     return values
 
 
 def _stroke(columns: Mapping[str, Column]) -> Ints:
     column = columns["stroke"]
-    stroke = whole_numbers(column, "strokes count from 1; odd ones go forward, even ones back")
+    stroke = whole_numbers(column, "strokes count from 1, odd ones go forward and even ones back")
     column.check(stroke > 0, "{} is missing", "write the stroke in every row")
     return stroke
 
@@ -171,7 +177,7 @@ def _places(columns: Mapping[str, Column], positions: int) -> tuple[Ints, Floats
     """Position numbers, 0 where there is none, and head angles [deg]."""
     position, angle = _position(columns.get("position"), positions), None
     if "angle" in columns:
-        angle = numbers(columns["angle"])
+        angle = _angle(columns["angle"])
     if position is None:
         column = columns["angle"]
         assert angle is not None  # one of the two is required
@@ -188,12 +194,19 @@ def _places(columns: Mapping[str, Column], positions: int) -> tuple[Ints, Floats
     return position, angle
 
 
+def _angle(column: Column) -> Floats:
+    values = numbers(column)
+    beyond = np.abs(values) > MAXIMUM_ANGLE
+    column.check(~beyond, "{} is no angle of a head", "write head angles in degrees")
+    return values
+
+
 def _position(column: Column | None, positions: int) -> Ints | None:
     if column is None:
         return None
-    last = f"with {positions} positions in a turn J runs from 1 to {positions + 1}"
+    last = f"J runs from 1 to {positions + 1} in a turn of {positions} positions"
     number = whole_numbers(column, last)
-    remedy = f"{last}; another number of positions is declared by '# positions: N'"
+    remedy = f"{last}, and a header line '# positions: N' declares another number"
     column.check(number <= positions + 1, "{} is outside the turn", remedy)
     return number
 

@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import TableError
+from accelcal.io.cells import MISSING
 from accelcal.io.columns import Engine, Table, choose_columns
 from accelcal.io.declarations import Declarations, declarations
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split
-from accelcal.io.layout import Layout, listed, read_layout
+from accelcal.io.layout import Layout, counted, listed, read_layout, shown
 from accelcal.io.readings import Readings, read_readings
 from accelcal.io.text import Source, SourceText, read_text
 from accelcal.record import TumbleRecord
@@ -119,7 +120,7 @@ def read_table(source: Source, *, overrides: Mapping[str, object] | None = None)
     """
     records = read_tables(source, overrides=overrides)
     if len(records) > 1:
-        names = ", ".join(str(record.serial) for record in records)
+        names = shown(", ".join(str(record.serial) for record in records))
         remedy = "read them by read_tables, or give one accelerometer a file"
         raise TableError(f"serials {names} in one table", remedy, source=records[0].source)
     return records[0]
@@ -163,15 +164,14 @@ def _read_by(
     engine: Engine, text: SourceText, layout: Layout, overrides: Mapping[str, object]
 ) -> tuple[TableForm, tuple[TumbleRecord, ...]]:
     table = choose_columns(layout, engine)
-    declared = declarations(layout, table.decimal, overrides)
+    given = overrides.get("unit")
+    unit = canonical_unit(str(given)) if given else _unit(layout, table)
+    declared = declarations(layout, table.decimal, unit, overrides)
     readings = read_readings(table, declared.record["positions"])
     notes = [*layout.notes, *table.notes]
     if text.encoding == "latin-1":
         notes.insert(0, "the text is not UTF-8 and was read as latin-1")
-    common = dict(declared.record)
-    if overrides.get("unit") is None:
-        common["unit"] = _unit(layout, table, declared)
-    common |= {"source": layout.source, "notes": tuple(notes)}
+    common = {**declared.record, "source": layout.source, "notes": tuple(notes)}
     records = tuple(_records(layout, readings, declared, common))
     return _form(text, layout, table), records
 
@@ -191,19 +191,21 @@ def _form(text: SourceText, layout: Layout, table: Table) -> TableForm:
     )
 
 
-def _unit(layout: Layout, table: Table, declared: Declarations) -> str | None:
+def _unit(layout: Layout, table: Table) -> str | None:
     """The one output unit of headings, cells, unit column and header."""
     line = layout.headings_line
     columns = [*table.outputs.values(), *filter(None, [table.columns.get("std")])]
-    units = [declared.record["unit"], *(column.unit for column in columns)]
+    header = layout.declared.get("unit")
+    units = [header.value if header else None, *(column.unit for column in columns)]
     found = [(canonical_unit(unit), line) for unit in units if unit]
     if "unit" in table.columns:
         column = table.columns["unit"]
         cells = zip(column.cells, column.lines, strict=True)
-        found += {canonical_unit(str(cell)): int(at) for cell, at in reversed([*cells])}.items()
+        given = {canonical_unit(str(cell)): int(at) for cell, at in reversed([*cells])}
+        found += [(unit, at) for unit, at in given.items() if unit.casefold() not in MISSING]
     for unit, at in found:
         if unit != found[0][0]:
-            problem = f"units {found[0][0]} and {unit} in one table"
+            problem = f"units {shown(found[0][0])} and {shown(unit)} in one table"
             remedy = "give all outputs in one unit"
             raise TableError(problem, remedy, source=layout.source, line=at)
     return found[0][0] if found else None
@@ -216,7 +218,7 @@ def _records(
     for index, serial in enumerate(serials):
         chosen = readings.of_serial(index) if len(serials) > 1 else readings
         if chosen.output.size == 0:
-            problem = f"serial {serial} has no output that is not missing"
+            problem = f"serial {shown(str(serial))} has no output that is not missing"
             remedy = "write its outputs or delete its rows"
             raise TableError(problem, remedy, source=layout.source, line=int(chosen.missing[0]))
         yield _record(chosen, declared, common | {"serial": serial})
@@ -228,7 +230,7 @@ def _serials(layout: Layout, readings: Readings, declared: str | None) -> tuple[
         return names or (declared,)
     header = layout.declared.get("serial")
     if len(names) > 1 or (header and header.value == declared):
-        problem = f"serial {', '.join(names)} in the table, but {declared} is declared"
+        problem = f"serial {shown(', '.join(names))} in the table, but {shown(declared)} declared"
         remedy = "leave the column or the declaration out"
         raise TableError(problem, remedy, source=layout.source, line=layout.headings_line)
     return (declared,)
@@ -239,11 +241,9 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
     kept = _without_repeats(readings, run, common["source"])
     notes = list(common["notes"])
     if readings.missing.size:
-        counted = _counted(readings.missing.size, "missing reading")
-        notes.append(f"{counted} left out ({listed(readings.missing)})")
+        notes.append(_left_out(readings.missing, "missing reading"))
     if not kept.all():
-        counted = _counted(int((~kept).sum()), "repeated row")
-        notes.append(f"{counted} left out ({listed(readings.line[~kept])})")
+        notes.append(_left_out(readings.line[~kept], "repeated reading"))
     readings = readings.select(kept)
     _require_change(readings, common["source"])
     time, start = _seconds(readings.time)
@@ -265,8 +265,8 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
     )
 
 
-def _counted(number: int, what: str) -> str:
-    return f"{number} {what}{'s were' if number > 1 else ' was'}"
+def _left_out(lines: NDArray[np.int64], what: str) -> str:
+    return f"{counted(lines, what)} left out ({listed(lines)})"
 
 
 def _unless_unknown(values: NDArray[np.float64] | None) -> NDArray[np.float64] | None:

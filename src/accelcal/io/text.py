@@ -77,7 +77,11 @@ def _read(source: Source) -> tuple[str, bytes | str]:
     if isinstance(source, str | os.PathLike):
         return os.fspath(source), _read_path(os.fspath(source))
     name = getattr(source, "name", "<table>")
-    content = source.read()
+    try:
+        content = source.read()
+    except UnicodeDecodeError:
+        remedy = "open the file in binary mode; the reader finds the encoding"
+        raise TableError("the text cannot be decoded", remedy, source=str(name)) from None
     return name if isinstance(name, str) else "<stdin>", content
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -16,8 +16,10 @@ __all__ = [
     "UNITS_OF",
     "Heading",
     "canonical_key",
+    "has_unit",
     "is_unit_of",
     "read_heading",
+    "split_unit",
 ]
 
 COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -68,22 +70,25 @@ TIME_UNITS: Mapping[str, float] = MappingProxyType(
 )
 """Unit of a time column -> seconds."""
 
+_CELSIUS = ("degC", "°C", "C", "deg_C", "deg C", "Celsius")
+
 UNITS_OF: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "temperature": ("degc", "°c", "c", "deg_c", "deg c", "celsius"),
+        "temperature": _CELSIUS,
         "angle": ("deg", "°", "degree", "degrees"),
         "time": tuple(TIME_UNITS),
         "local_gravity": ("m/s^2", "m/s2", "m/s²", "m/s**2"),
-        "reference_temperature": ("degc", "°c", "c", "deg_c", "deg c", "celsius"),
-        "temperature_uncertainty": ("degc", "°c", "c", "deg_c", "deg c", "celsius", "k"),
+        "reference_temperature": _CELSIUS,
+        "temperature_uncertainty": (*_CELSIUS, "K"),
         "head_uncertainty": ("rad", "g"),
         "launch_uncertainty": ("g",),
+        "launch_sf_uncertainty": ("1",),
         "delta0": ("rad",),
     }
 )
-"""Units that a quantity may be given in, the first ones being preferred; lower case."""
+"""Units that a quantity may be given in, in any case, the first being the one to recommend."""
 
-_WRONG_UNITS = {"temperature": ("k", "kelvin", "f", "°f", "degf"), "angle": ("rad", "mrad", "gon")}
+_WRONG_UNITS = {"temperature": ("K", "Kelvin", "F", "°F", "degF"), "angle": ("rad", "mrad", "gon")}
 _ROLES = {name: role for role, names in COLUMNS.items() for name in names}
 _CANONICAL_KEYS = {name: key for key, names in KEYS.items() for name in names}
 _BRACKET = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]")
@@ -132,7 +137,7 @@ def read_heading(text: str) -> Heading:
     >>> read_heading("Y3").stroke
     3
     """
-    text = text.strip()
+    text = " ".join(text.split())
     bracket = _BRACKET.fullmatch(text)
     name, unit = (bracket[1], bracket[2] or None) if bracket else (text, None)
     known = _known(text, name, unit)
@@ -167,7 +172,34 @@ def is_unit_of(role: str, unit: str) -> bool:
     """
     if role in ("output", "strokes", "std"):
         return is_output_unit(unit)
-    return unit.casefold() in UNITS_OF.get(role, ()) + _WRONG_UNITS.get(role, ())
+    return has_unit(role, unit) or unit.casefold() in _folded_units(_WRONG_UNITS.get(role, ()))
+
+
+def has_unit(quantity: str, unit: str) -> bool:
+    """Tell whether a quantity may be given in a unit.
+
+    Parameters
+    ----------
+    quantity : str
+        One of `UNITS_OF`.
+    unit : str
+        The unit as written.
+
+    Returns
+    -------
+    bool
+        True for one of its right units.
+
+    Examples
+    --------
+    >>> has_unit("temperature", "DEGC"), has_unit("temperature", "K")
+    (True, False)
+    """
+    return unit.casefold() in _folded_units(UNITS_OF.get(quantity, ()))
+
+
+def _folded_units(units: Iterable[str]) -> set[str]:
+    return {unit.casefold() for unit in units}
 
 
 def canonical_key(text: str) -> str | None:
@@ -188,8 +220,29 @@ def canonical_key(text: str) -> str | None:
     >>> canonical_key("T0"), canonical_key("g"), canonical_key("operator")
     ('reference_temperature', 'local_gravity', None)
     """
-    name = _BRACKET.sub(r"\1", text)
-    return "temperature" if name == "T" else _CANONICAL_KEYS.get(_folded(name))
+    return "temperature" if text == "T" else _CANONICAL_KEYS.get(_folded(text))
+
+
+def split_unit(key: str) -> tuple[str, str]:
+    """Split a header key such as ``T0 [degC]`` into its name and unit.
+
+    Parameters
+    ----------
+    key : str
+        The key as written.
+
+    Returns
+    -------
+    tuple of str
+        Name and unit; the unit is empty where there is none.
+
+    Examples
+    --------
+    >>> split_unit("T0 [degC]"), split_unit("date")
+    (('T0', 'degC'), ('date', ''))
+    """
+    match = _BRACKET.fullmatch(key)
+    return (match[1], match[2]) if match else (key, "")
 
 
 def _known(text: str, name: str, unit: str | None) -> Heading:
