@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import os
 import sys
-import traceback
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -60,8 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         click.echo(err=True)  # the prompt of the shell starts below the ^C
         return INTERRUPTED
     except Exception as error:
-        error.add_note(BUG_NOTICE)
-        traceback.print_exception(error)
+        _report_bug(error)
         return BUG
     return UNUSABLE_INPUT
 
@@ -98,6 +96,13 @@ def _tell(kind: str, message: object, *, prefix: bool = True) -> None:
     label = click.style(f"{kind}: ", fg={"error": "red", "warning": "yellow"}[kind], bold=True)
     line = " ".join(str(message).splitlines())
     click.echo(f"{label}{line}" if prefix else line, err=True, color=_colour())
+
+
+def _report_bug(error: Exception) -> None:
+    import traceback
+
+    error.add_note(BUG_NOTICE)
+    traceback.print_exception(error)
 
 
 @contextmanager
