@@ -8,6 +8,7 @@ it against scipy.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
 
 __all__ = ["dof_of_student_quantile", "f_survival", "student_quantile", "student_survival"]
@@ -137,14 +138,25 @@ def dof_of_student_quantile(level: float, factor: float) -> float:
     tail = 0.5 * (1.0 - level)
     if student_survival(factor, 1e6) >= tail:
         return math.inf
-    low, high = 1e-2, 1e6
-    while high / low > 1.0 + 1e-10:
-        middle = math.sqrt(low * high)
-        if student_survival(factor, middle) > tail:
-            low = middle
+    return 1.0 / _root(lambda x: student_survival(factor, 1.0 / x) - tail, 1e-6, 100.0)
+
+
+def _root(function: Callable[[float], float], low: float, high: float) -> float:
+    """Root of an increasing function (regula falsi with the Illinois rule)."""
+    f_low, f_high = function(low), function(high)
+    side = 0
+    for _ in range(100):
+        x = (low * f_high - high * f_low) / (f_high - f_low)
+        value = function(x)
+        if value * f_high > 0.0:
+            step, high, f_high = high - x, x, value
+            f_low, side = (f_low / 2.0 if side == 1 else f_low), 1
         else:
-            high = middle
-    return math.sqrt(low * high)
+            step, low, f_low = x - low, x, value
+            f_high, side = (f_high / 2.0 if side == -1 else f_high), -1
+        if value == 0.0 or step < 1e-12 * x:
+            break
+    return x
 
 
 def f_survival(ratio: float, dof1: float, dof2: float) -> float:
