@@ -65,6 +65,7 @@ from typing import TYPE_CHECKING
 from accelcal.version import __version__
 
 if TYPE_CHECKING:
+    from accelcal.calibrate import fit as fit
     from accelcal.errors import AccelcalError as AccelcalError
     from accelcal.errors import AccelcalWarning as AccelcalWarning
     from accelcal.errors import DesignError as DesignError
@@ -80,11 +81,13 @@ if TYPE_CHECKING:
     from accelcal.model import output as output
     from accelcal.record import Apparatus as Apparatus
     from accelcal.record import TumbleRecord as TumbleRecord
+    from accelcal.results.calibration import Calibration as Calibration
 
 __all__ = [
     "AccelcalError",
     "AccelcalWarning",
     "Apparatus",
+    "Calibration",
     "DesignError",
     "DocumentError",
     "InputError",
@@ -93,6 +96,7 @@ __all__ = [
     "__version__",
     "accelerations",
     "design_matrix",
+    "fit",
     "output",
     "position_angles",
     "read_table",
@@ -104,6 +108,7 @@ _HOME = {
     "AccelcalError": "accelcal.errors",
     "AccelcalWarning": "accelcal.errors",
     "Apparatus": "accelcal.record",
+    "Calibration": "accelcal.results.calibration",
     "DesignError": "accelcal.errors",
     "DocumentError": "accelcal.errors",
     "InputError": "accelcal.errors",
@@ -111,6 +116,7 @@ _HOME = {
     "TumbleRecord": "accelcal.record",
     "accelerations": "accelcal.geometry",
     "design_matrix": "accelcal.model",
+    "fit": "accelcal.calibrate",
     "output": "accelcal.model",
     "position_angles": "accelcal.geometry",
     "read_table": "accelcal.io.tables",
