@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from accelcal.errors import TableError
-from accelcal.io.cells import MISSING, Column
-from accelcal.io.engines import NUMERIC, Columns
+from accelcal.io.cells import Column
+from accelcal.io.engines import NUMERIC, BulkEngineGivesUp, Columns
 from accelcal.io.layout import Layout, shown
 from accelcal.io.vocabulary import UNITS_OF, Heading, has_unit, is_unit_of
 
@@ -168,9 +168,11 @@ def _constants(layout: Layout, decimal: str) -> dict[str, Column]:
 
 
 def _is_blank(column: Column) -> bool:
-    if isinstance(column.cells, np.ndarray):
-        return bool(np.isnan(column.cells).all())
-    return all(cell.casefold() in MISSING for cell in column.cells)
+    if not isinstance(column.cells, np.ndarray):
+        return not any(column.cells)
+    if np.isnan(column.cells).all():
+        raise BulkEngineGivesUp  # it does not tell an empty cell from one that says nan
+    return False
 
 
 def _aside(layout: Layout, columns: Columns) -> dict[str, str]:

@@ -82,9 +82,11 @@ def declarations(
     }
     values["positions"] = _positions(layout, declared.get("positions"))
     values |= given
-    metadata = {key: text.value for key, text in declared.items() if key not in KEYS}
-    if "delta0" in values:
-        metadata["delta0"] = repr(values["delta0"])
+    metadata = {
+        key: repr(values[key]) if key == "delta0" else text.value
+        for key, text in declared.items()
+        if key == "delta0" or key not in KEYS
+    }
     return Declarations(
         record={
             "apparatus": Apparatus(**{key: values[key] for key in APPARATUS if key in values}),
@@ -128,7 +130,7 @@ def _number(
         value = float(text.replace(",", ".") if decimal == "," else text)
     except ValueError:
         problem = f"{key} is {shown(declared.value)}"
-        raise _refusal(layout, declared, problem, "it is a number") from None
+        raise _refusal(layout, declared, problem, "give it as a number") from None
     if not np.isfinite(value):
         raise _refusal(layout, declared, f"{key} is {value}", "it is a finite number")
     if key in APPARATUS:
@@ -142,7 +144,10 @@ def _check_unit(
     right = UNITS_OF[key][0] if key in UNITS_OF else output_unit
     if not (has_unit(key, unit) if key in UNITS_OF else canonical_unit(unit) == output_unit):
         problem = f"{key} is given in {shown(unit)}"
-        raise _refusal(layout, declared, problem, f"give it in {right or 'the output unit'}")
+        remedy = f"give it in {right or 'the output unit'}"
+        if right == "1":
+            remedy = "give it as a plain number, a part of one"
+        raise _refusal(layout, declared, problem, remedy)
 
 
 def _check_apparatus(layout: Layout, key: str, declared: Declared, value: float) -> None:

@@ -104,10 +104,11 @@ def columns_by_pandas(layout: Layout, used: Sequence[int], needed: int) -> Colum
         "decimal": "," if comma else ".",
         "keep_default_na": False,
         "na_values": dict.fromkeys(numeric, blank),
-        "float_precision": "round_trip",
         "quoting": 3,
         "skip_blank_lines": False,
     }
+    if _version(pd.__version__) < (3, 1):  # later ones have no other converter
+        options["float_precision"] = "round_trip"
     try:
         frame = pd.read_csv(io.StringIO("\n".join(rows)), **options)
     except ValueError as error:
@@ -117,6 +118,10 @@ def columns_by_pandas(layout: Layout, used: Sequence[int], needed: int) -> Colum
     lines = np.array(layout.lines, dtype=np.int64)
     decimal = "," if comma else "."
     return {i: _column(layout, i, _cells(frame[i], i in numeric), lines, decimal) for i in used}
+
+
+def _version(text: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in text.split(".")[:2])
 
 
 def _cells(series: Any, numeric: bool) -> Any:

@@ -236,7 +236,9 @@ def _time(columns: Mapping[str, Column]) -> NDArray[Any] | None:
     column = columns["time"]
     values: NDArray[Any] = times(column)
     if values.dtype.kind == "f":
-        return values * TIME_UNITS.get((column.unit or "s").casefold(), 1.0)
+        with np.errstate(over="ignore"):
+            values = values * TIME_UNITS.get((column.unit or "s").casefold(), 1.0)
+        column.check(np.isfinite(values), "{} is infinite or too large", "write a finite number")
     return values
 
 

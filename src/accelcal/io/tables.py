@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import TableError
-from accelcal.io.cells import MISSING
+from accelcal.io.cells import MISSING, Column
 from accelcal.io.columns import Engine, Table, choose_columns
 from accelcal.io.declarations import Declarations, declarations
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split
@@ -199,16 +199,21 @@ def _unit(layout: Layout, table: Table) -> str | None:
     units = [header.value if header else None, *(column.unit for column in columns)]
     found = [(canonical_unit(unit), line) for unit in units if unit]
     if "unit" in table.columns:
-        column = table.columns["unit"]
-        cells = zip(column.cells, column.lines, strict=True)
-        given = {canonical_unit(str(cell)): int(at) for cell, at in reversed([*cells])}
-        found += [(unit, at) for unit, at in given.items() if unit.casefold() not in MISSING]
+        found += _units_of_rows(table.columns["unit"])
     for unit, at in found:
         if unit != found[0][0]:
             problem = f"units {shown(found[0][0])} and {shown(unit)} in one table"
             remedy = "give all outputs in one unit"
             raise TableError(problem, remedy, source=layout.source, line=at)
     return found[0][0] if found else None
+
+
+def _units_of_rows(column: Column) -> list[tuple[str, int]]:
+    """Each unit in a column of units, with the line where it first stands."""
+    first: dict[str, int] = {}
+    for cell, line in zip(column.cells, column.lines.tolist(), strict=True):
+        first.setdefault(str(cell), line)
+    return [(canonical_unit(u), at) for u, at in first.items() if u.casefold() not in MISSING]
 
 
 def _records(
@@ -257,8 +262,8 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
         mounting=readings.mounting,
         position=readings.position,
         time=time,
-        std=_unless_unknown(readings.std),
-        count=_unless_unknown(readings.count),
+        std=readings.std,
+        count=readings.count,
         line=readings.line,
         metadata={**declared.metadata, **start},
         **(common | {"notes": tuple(notes)}),
@@ -267,10 +272,6 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
 
 def _left_out(lines: NDArray[np.int64], what: str) -> str:
     return f"{counted(lines, what)} left out ({listed(lines)})"
-
-
-def _unless_unknown(values: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
-    return None if values is None or np.isnan(values).all() else values
 
 
 def _runs(
@@ -345,7 +346,7 @@ def _clash(readings: Readings, first: int, second: int, source: str) -> TableErr
 
 
 def _require_change(readings: Readings, source: str) -> None:
-    if readings.output.size > 1 and np.ptp(readings.output) == 0:
+    if readings.output.size > 1 and (readings.output == readings.output[0]).all():
         problem = f"all {readings.output.size} outputs are {readings.output[0]:g}"
         remedy = "check the voltmeter and the output column; the output changes with the angle"
         raise TableError(problem, remedy, source=source, line=int(readings.line[0]))

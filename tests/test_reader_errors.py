@@ -1,0 +1,350 @@
+"""A bad table gives one line: where, what is wrong, what would be right. Exact messages."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import re
+from pathlib import Path
+
+import pytest
+
+from accelcal.errors import AccelcalError, InputError, TableError
+from accelcal.io.tables import read_table, read_tables
+
+GUIDE = Path(__file__).parents[1] / "docs" / "csv-forms.md"
+
+H = "temperature,position,stroke,output\n"
+OK = H + "20,1,1,1.3\n20,3,1,0.01\n20,5,1,-1.3\n"
+NAMES = "the first row names the columns: temperature, position, stroke, output"
+MARKS = "write numbers without thousands marks and with one decimal mark"
+NUMBER = "write a number, or nothing where it is missing"
+TURN = "J runs from 1 to 9 in a turn of 8 positions"
+FOREIGN = "export the table as CSV text and give that file"
+
+ERRORS = {
+    # the file
+    "empty": ("", f"the file is empty; {NAMES}"),
+    "blank": ("\n , \n", f"the file is empty; {NAMES}"),
+    "header only": ("# serial: A\n", f"header lines, but no table; {NAMES}"),
+    "headings only": (H, "1: column headings but no readings; add a row for each reading"),
+    "no headings": ("20,1,1,1.3\n", f"1: numbers where the column headings belong; {NAMES}"),
+    "prose": ("\nDear all,\n", f"2: no column headings in 'Dear all,'; {NAMES}"),
+    "workbook": (
+        b"PK\x03\x04" + b"\0" * 9,
+        f"an Excel workbook or zip archive, not a text table; {FOREIGN}",
+    ),
+    "gzip": (
+        gzip.compress(OK.encode())[:-9],
+        "the gzip compression is damaged or cut short; copy the file again",
+    ),
+    "zero bytes": (
+        OK + "\0\0\0",
+        "5: a zero byte: the file is damaged or not text; export the table again as text",
+    ),
+    "utf-16": (
+        OK.encode("utf-16")[:-1],
+        "the UTF-16 text is damaged; export the file again, best as UTF-8",
+    ),
+    # the columns
+    "no temperature": (
+        "position,stroke,output\n1,1,1\n",
+        "1: no column for temperature among 'position, stroke, output';"
+        " add a column temperature or a line '# temperature: 20'",
+    ),
+    "no position": (
+        "temperature,stroke,output\n20,1,1\n",
+        "1: no column for position or angle among 'temperature, stroke, output';"
+        " add a column position or angle",
+    ),
+    "no stroke": (
+        "temperature,position,output\n20,1,1\n",
+        "1: no column for stroke among 'temperature, position, output';"
+        " add a column stroke or a line '# stroke: 1'",
+    ),
+    "no output": (
+        "temperature,position,stroke\n20,1,1\n",
+        "1: no column for output among 'temperature, position, stroke';"
+        " add a column output, or Y1, Y2, ... for the strokes",
+    ),
+    "column twice": (
+        "T,Temp,position,stroke,output\n20,20,1,1,1\n",
+        "1: columns 'T' and 'Temp' mean the same; keep one and rename the other",
+    ),
+    "stroke column twice": (
+        "T,J,Y1,k1\n20,1,1,1\n",
+        "1: columns 'Y1' and 'k1' mean the same; keep one and rename the other",
+    ),
+    "long and wide": (
+        "T,J,k,Y1\n20,1,1,1\n",
+        "1: columns 'k' and 'Y1' in one table;"
+        " use stroke and output, or one output column for each stroke",
+    ),
+    "wide stroke 0": ("T,J,Y0,Y1\n20,1,1,1\n", "1: column 'Y0' is stroke 0; strokes count from 1"),
+    "kelvin": (
+        "temp [K],J,k,Y\n293,1,1,1\n",
+        "1: column 'temp [K]' is in K; give it in degC",
+    ),
+    "radians": ("T,angle_rad,k,Y\n20,1,1,1\n", "1: column 'angle_rad' is in rad; give it in deg"),
+    # the rows
+    "too many fields": (
+        H + "20,1,1,1,3\n",
+        "2: 5 fields under 4 column headings; give every column a heading,"
+        " and with decimal commas separate the columns by semicolons",
+    ),
+    "too many fields, semicolon": (
+        H.replace(",", ";") + "20;1;1;1;3\n",
+        "2: 5 fields under 4 column headings; give every column a heading",
+    ),
+    "too few fields": (
+        OK + "20,7,1\n",
+        "5: 3 fields, but output is field 4; complete the row or delete it",
+    ),
+    "header line inside": (
+        OK + "# serial: B\n" + H,
+        "5: header line 'serial: B' inside the table;"
+        " write it above the headings; one table a file, or a column serial",
+    ),
+    "headings again": (
+        OK + OK,
+        "5: the column headings stand here again;"
+        " keep one table in a file, or tell several apart by a column serial or run",
+    ),
+    # the cells
+    "text": (OK + "20,7,1,over\n", f"5: output 'over' is not a number; {NUMBER}"),
+    "underscore": (OK + "20,7,1,1_0\n", f"5: output '1_0' is not a number; {NUMBER}"),
+    "infinite": (
+        OK + "20,7,1,-inf\n",
+        "5: output '-inf' is infinite or too large; write a finite number",
+    ),
+    "overflow": (
+        OK + "20,7,1,1e999\n",
+        "5: output '1e999' is infinite or too large; write a finite number",
+    ),
+    "thousands": (
+        OK.replace(",", ";") + "20;7;1;1,234.5\n",
+        f"5: output '1,234.5' does not fit the decimal mark '.'; {MARKS}",
+    ),
+    "thousands in quotes": (
+        OK + '20,7,1,"1,234"\n',
+        f"5: output '1,234' does not fit the decimal mark '.'; {MARKS}",
+    ),
+    "mixed decimal marks": (
+        OK.replace(",", ";").replace(".", ",") + "20;7;1;0.5\n",
+        f"5: output '0.5' does not fit the decimal mark ','; {MARKS}",
+    ),
+    "temperature empty": (
+        OK + ",7,1,1\n",
+        "5: temperature is empty; write it in every row, 'unknown' where it is not known",
+    ),
+    "cold": (
+        OK + "-300,7,1,1\n",
+        "5: temperature '-300' is no temperature of a test; write temperatures in degC",
+    ),
+    "hot": (
+        "# temperature: 293\nJ,k,Y\n1,1,1\n",
+        "1: temperature '293' is no temperature of a test; write temperatures in degC",
+    ),
+    "position 0": (OK + "20,0,1,1\n", f"5: position '0' is not a whole number from 1; {TURN}"),
+    "position 1.5": (
+        OK + "20,1.5,1,1\n",
+        f"5: position '1.5' is not a whole number from 1; {TURN}",
+    ),
+    "position 10": (
+        OK + "20,10,1,1\n",
+        f"5: position '10' is outside the turn; {TURN},"
+        " and a header line '# positions: N' declares another number",
+    ),
+    "position missing": (
+        OK + "20,,1,1\n",
+        "5: position is missing; write the position in every row",
+    ),
+    "angle missing": (
+        "T,angle,k,Y\n20,0,1,1\n20,,1,2\n",
+        "3: angle is missing; write the head angle in every row",
+    ),
+    "angle huge": (
+        "T,angle,k,Y\n20,1e9,1,1\n",
+        "2: angle '1e9' is no angle of a head; write head angles in degrees",
+    ),
+    "angle against position": (
+        "T,J,angle,k,Y\n20,1,360,1,1\n20,3,45,1,2\n",
+        "3: angle '45' does not belong to its position, which it misses by more than 22.5 deg;"
+        " correct one, or declare '# positions: N'",
+    ),
+    "stroke 0": (
+        OK + "20,7,0,1\n",
+        "5: stroke '0' is not a whole number from 1;"
+        " strokes count from 1, odd ones go forward and even ones back",
+    ),
+    "stroke missing": (OK + "20,7,,1\n", "5: stroke is missing; write the stroke in every row"),
+    "mounting": (
+        "T,J,k,Y,mounting\n20,1,1,1,q\n",
+        "2: mounting 'q' is unknown; it is one of o+, o-, p+, p-",
+    ),
+    "run empty": (
+        "T,J,k,Y,run\n20,1,1,1,a\n20,2,1,1,\n",
+        "3: run is empty; write the run in every row",
+    ),
+    "std": ("T,J,k,Y,std\n20,1,1,1,-1\n", "2: std '-1' is too small; it is 0 or more"),
+    "count": ("T,J,k,Y,n\n20,1,1,1,0\n", "2: n '0' is too small; it is 1 or more"),
+    "time missing": (
+        "T,J,k,Y,time\n20,1,1,1,5\n20,2,1,2,\n",
+        "3: time is missing; write the time of every reading, or leave the column out",
+    ),
+    "date": (
+        "T,J,k,Y,time\n20,1,1,1,2024-05-31 10:00\n20,2,1,2,10:01\n",
+        "3: time '10:01' is not a date and time; write it as 2024-05-31T14:30:00",
+    ),
+    # the readings together
+    "twice": (
+        OK + "20,1,1,1.4\n",
+        "5: position 1, stroke 1 at 20 degC has output 1.4, but 1.3 in line 2;"
+        " delete one, or tell the runs apart by a column run",
+    ),
+    "twice in a run": (
+        "T,angle,k,Y,run\n20,30,1,1.5,a\n21,30,1,1.25,a\n",
+        "3: angle 30, stroke 1 at 21 degC has output 1.25, but 1.5 in line 2;"
+        " delete one, or give each visit to a temperature its own label in the column run",
+    ),
+    "all equal": (
+        H + "20,1,1,1.5\n20,2,1,1.5\n",
+        "2: all 2 outputs are 1.5;"
+        " check the voltmeter and the output column; the output changes with the angle",
+    ),
+    "all missing": (
+        H + "20,1,1,\n20,2,1,NaN\n",
+        "2: all 2 outputs are missing; write at least one",
+    ),
+    "serial without readings": (
+        "serial,T,J,k,Y\nA,20,1,1,1\nB,20,1,1,\n",
+        "3: serial 'B' has no output that is not missing; write its outputs or delete its rows",
+    ),
+    "serial against column": (
+        "# serial: A\nserial,T,J,k,Y\nB,20,1,1,1\n",
+        "2: serial 'B' in the table, but 'A' declared; leave the column or the declaration out",
+    ),
+    "run not declared": (
+        "# runs: a,b\nT,J,k,Y,run\n20,1,1,1,c\n",
+        "3: run 'c' is not among the declared runs; add it to the line '# runs: ...'",
+    ),
+    "units": (
+        "# unit: V\ntemperature,position,stroke,output_mA\n20,1,1,1\n",
+        "2: units 'V' and 'mA' in one table; give all outputs in one unit",
+    ),
+    "units of the strokes": (
+        "T,J,Y1 [mA],Y2 [V]\n20,1,1,1\n",
+        "1: units 'mA' and 'V' in one table; give all outputs in one unit",
+    ),
+    "units in a column": (
+        "T,J,k,Y,unit\n20,1,1,1,V\n20,2,1,2,mV\n",
+        "3: units 'V' and 'mV' in one table; give all outputs in one unit",
+    ),
+    "units in the cells": (
+        H + "20,1,1,1 mA\n20,2,1,1 V\n",
+        "3: output '1 V' after cells in mA; use one unit in a column",
+    ),
+    "cell unit against heading": (
+        "T,J,k,Y [V]\n20,1,1,1 mA\n",
+        "2: Y [V] '1 mA' under a heading in V; use one unit in a column",
+    ),
+    # the header lines
+    "gravity": (
+        "# g: 981\n" + OK,
+        "1: local gravity 981.0 m/s^2 is found nowhere on Earth;"
+        " it lies between 9.76 and 9.84, in m/s^2",
+    ),
+    "header text": ("# g: local\n" + OK, "1: local_gravity is 'local'; give it as a number"),
+    "header infinite": (
+        "# T0: 1e999\n" + OK,
+        "1: reference_temperature is inf; it is a finite number",
+    ),
+    "header negative": (
+        "# resolution: -1\n" + OK,
+        "1: resolution is -1.0; it is a finite number, zero or more",
+    ),
+    "header unit": (
+        "# head_uncertainty (arcsec): 2\n" + OK,
+        "1: head_uncertainty is given in 'arcsec'; give it in rad",
+    ),
+    "header ppm": (
+        "# launch_sf_uncertainty: 15 ppm\n" + OK,
+        "1: launch_sf_uncertainty is given in 'ppm'; give it as a plain number, a part of one",
+    ),
+    "resolution unit": (
+        "# unit: mA\n# resolution: 1 uA\n" + OK,
+        "2: resolution is given in 'uA'; give it in mA",
+    ),
+    "positions": (
+        "# positions: many\n" + OK,
+        "1: positions is 'many'; it is the number of positions in a full turn, such as 8",
+    ),
+    "key twice": (
+        "# serial: A\n# S/N: B\n" + OK,
+        "2: serial is 'B', but 'A' in line 1; declare each key once",
+    ),
+}
+
+
+def message(content):
+    data = content.encode() if isinstance(content, str) else content
+    file = io.BytesIO(data)
+    file.name = "table.csv"
+    with pytest.raises(TableError) as caught:
+        read_tables(file)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("name", ERRORS)
+def test_message(name):
+    content, expected = ERRORS[name]
+    place = "table.csv:" if re.match(r"\d+: ", expected) else "table.csv: "
+    assert message(content) == place + expected
+
+
+def test_no_file(tmp_path):
+    path = tmp_path / "none.csv"
+    remedy = "give the path of a table, or - for standard input"
+    with pytest.raises(TableError, match=rf"none\.csv: no such file; {remedy}$"):
+        read_table(path)
+    with pytest.raises(TableError, match=r"is a folder; give the path of one table$"):
+        read_table(tmp_path)
+
+
+def test_text_file_in_the_wrong_encoding(tmp_path):
+    path = tmp_path / "latin.csv"
+    path.write_bytes(b"# operator: M\xfcller\n" + OK.encode())
+    with path.open(encoding="utf-8") as file, pytest.raises(TableError, match="cannot be decoded"):
+        read_table(file)
+
+
+@pytest.mark.parametrize(
+    "overrides", [{"local_gravity": 98.1}, {"positions": 0}, {"head_uncertainty": -1.0}]
+)
+def test_bad_overrides(overrides):
+    with pytest.raises(InputError) as caught:
+        read_table(io.StringIO(OK), overrides=overrides)
+    assert not isinstance(caught.value, TableError)
+
+
+def test_errors_are_of_the_family():
+    with pytest.raises(AccelcalError):
+        read_table(io.StringIO(""))
+
+
+def guide_errors():
+    """Messages of the guide as patterns; ``...`` stands for anything."""
+    text = GUIDE.read_text(encoding="utf-8").split("## Errors")[1]
+    rows = re.findall(r"^\| `(.+?)` \| (.+?) \|$", text, re.MULTILINE)
+    return [
+        re.compile(".+?".join(re.escape(piece) for piece in f"{problem}; {remedy}".split("...")))
+        for problem, remedy in rows
+    ]
+
+
+def test_the_guide_tells_every_error():
+    patterns = guide_errors()
+    told = {name: re.sub(r"^\d+: ", "", expected) for name, (_, expected) in ERRORS.items()}
+    untold = [text for text in told.values() if not any(p.fullmatch(text) for p in patterns)]
+    unproved = [p.pattern for p in patterns if not any(p.fullmatch(text) for text in told.values())]
+    assert (untold, unproved) == ([], [])

@@ -1,0 +1,451 @@
+"""Every form in which a table may be written is read to the same record."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from accelcal.errors import InputError, TableError
+from accelcal.io.description import describe, summary
+from accelcal.io.tables import read_table, read_tables, survey
+
+GUIDE = Path(__file__).parents[1] / "docs" / "csv-forms.md"
+
+ROWS = [
+    (temperature, position, stroke, round(1.3 * np.cos(np.pi * (position - 1) / 4) + k0, 6))
+    for temperature, k0 in ((20, 0.004), (80, 0.002), (-40, 0.007))
+    for stroke in (1, 2)
+    for position in range(1, 10)
+]
+HEADINGS = ("temperature", "position", "stroke", "output")
+
+
+def long_table(separator=",", decimal=".", headings=HEADINGS, rows=ROWS, end="\n"):
+    lines = [headings, *([str(value) for value in row] for row in rows)]
+    return end.join(separator.join(line).replace(".", decimal) for line in lines) + end
+
+
+def wide_table(separator=",", decimal=".", strokes=("Y1", "Y2")):
+    cells = {(t, p, k): str(y).replace(".", decimal) for t, p, k, y in ROWS}
+    lines = [separator.join(("temperature", "position", *strokes))]
+    for temperature in (20, 80, -40):
+        for position in range(1, 10):
+            outputs = [cells[temperature, position, stroke] for stroke in (1, 2)]
+            lines.append(separator.join([str(temperature), str(position), *outputs]))
+    return "\n".join(lines) + "\n"
+
+
+def read(content, **overrides):
+    data = content.encode() if isinstance(content, str) else content
+    return read_table(io.BytesIO(data), overrides=overrides)
+
+
+REFERENCE = read(long_table())
+
+
+def test_the_reference_holds_what_was_written():
+    record = REFERENCE
+    rows = zip(record.temperature, record.position, record.stroke, record.output, strict=True)
+    assert [tuple(row) for row in rows] == ROWS
+    assert record.run_labels == ("20", "80", "-40")
+    assert record.angle.tolist() == [(position - 1) * 45.0 for position in record.position]
+    assert record.line.tolist() == list(range(2, 2 + len(ROWS)))
+    assert set(record.mounting) == {"o+"}
+    assert record.notes == ()
+
+
+TEXT = long_table()
+SAME = {
+    "semicolon": long_table(";"),
+    "semicolon and decimal comma": long_table(";", ","),
+    "tab": long_table("\t"),
+    "tab and decimal comma": long_table("\t", ","),
+    "blanks": long_table("   "),
+    "blanks behind commas": long_table(", "),
+    "CRLF": long_table(end="\r\n"),
+    "CR": long_table(end="\r"),
+    "no line feed at the end": TEXT.rstrip("\n"),
+    "UTF-8 with BOM": TEXT.encode("utf-8-sig"),
+    "UTF-16 with BOM": TEXT.encode("utf-16"),
+    "UTF-16 little endian": TEXT.encode("utf-16-le"),
+    "UTF-16 big endian": TEXT.encode("utf-16-be"),
+    "gzip": gzip.compress(TEXT.encode()),
+    "gzip of UTF-16": gzip.compress(TEXT.encode("utf-16")),
+    "trailing blank fields": TEXT.replace("\n", "," * 3000 + "\n"),
+    "trailing blank fields in rows only": TEXT.replace("\n", ",,\n").replace(",,\n", "\n", 1),
+    "blank lines": TEXT.replace("\n", "\n\n,,,\n") + "\n" * 1000,
+    "quotes": re.sub(r"[^,\n]+", r'"\g<0>"', TEXT),
+    "Excel's sep line": "sep=;\n" + long_table(";"),
+    "numpy.savetxt headings": "# " + TEXT,
+    "capitals": long_table(headings=("TEMPERATURE", "Position", "sTROKE", "OUTPUT")),
+    "letters": long_table(headings=("T", "J", "k", "Y")),
+    "short words": long_table(headings=("temp", "pos", "k", "value")),
+    "units": long_table(headings=("T_degC", "J", "k", "reading")),
+    "units in brackets": long_table(headings=("temperature [°C]", "pos", "stroke", "signal")),
+    "wide": wide_table(),
+    "wide, k1": wide_table(strokes=("k1", "k2")),
+    "wide, 1": wide_table(strokes=("1", "2")),
+    "wide, stroke 1": wide_table(strokes=("Stroke 1", "Stroke 2")),
+    "wide, semicolon and decimal comma": wide_table(";", ","),
+    "unicode minus": TEXT.replace("-", "\u2212"),
+    "spaces above": "\n\n" + TEXT,
+}
+
+
+def by_place(record):
+    order = np.lexsort((record.position, record.stroke, record.run))
+    return record.select(order)
+
+
+@pytest.mark.parametrize("name", SAME)
+def test_form(name):
+    assert by_place(read(SAME[name])) == by_place(REFERENCE)
+
+
+def test_wide_keeps_the_order_of_the_file():
+    record = read(wide_table())
+    assert record.stroke.tolist()[:4] == [1, 2, 1, 2]
+    assert record.line.tolist()[:4] == [2, 2, 3, 3]
+
+
+def test_columns_in_any_order():
+    rows = [(row[3], row[0], row[2], row[1]) for row in ROWS]
+    assert read(long_table(headings=("Y", "T", "k", "J"), rows=rows)) == REFERENCE
+
+
+@pytest.mark.parametrize(
+    "heading", ["output [mA]", "output (mA)", "output_mA", "Y_ma", "Signal [ mA ]", "value mA"]
+)
+def test_unit_in_a_heading(heading):
+    assert read(long_table(headings=(*HEADINGS[:3], heading))).unit == "mA"
+
+
+def test_unit_in_the_cells():
+    rows = [(*row[:3], f"{row[3]} mA") for row in ROWS]
+    record = read(long_table(rows=rows))
+    assert record.unit == "mA"
+    assert record.output.tolist() == REFERENCE.output.tolist()
+
+
+def test_unit_column():
+    rows = [(*row, "volts") for row in ROWS]
+    assert read(long_table(headings=(*HEADINGS, "unit"), rows=rows)).unit == "V"
+
+
+def test_capital_t_is_temperature_and_small_t_time():
+    rows = [(*row, second) for second, row in enumerate(ROWS)]
+    record = read(long_table(headings=("T", "J", "k", "Y", "t"), rows=rows))
+    assert record.temperature.tolist() == REFERENCE.temperature.tolist()
+    assert record.time.tolist() == list(range(len(ROWS)))
+
+
+@pytest.mark.parametrize(("heading", "factor"), [("time", 1), ("t [min]", 60), ("time_ms", 1e-3)])
+def test_time_in_seconds(heading, factor):
+    rows = [(*row, second) for second, row in enumerate(ROWS)]
+    time = read(long_table(headings=(*HEADINGS, heading), rows=rows)).time
+    assert time.tolist() == [second * factor for second in range(len(ROWS))]
+
+
+@pytest.mark.parametrize("zone", ["", "Z", "+03:00"])
+def test_time_as_a_date(zone):
+    rows = [
+        (*row, f"2024-05-31 23:{i // 60 + 58}:{i % 60:02d}.5{zone}") for i, row in enumerate(ROWS)
+    ]
+    record = read(long_table(headings=(*HEADINGS, "time"), rows=rows))
+    assert record.time.tolist() == list(range(len(ROWS)))
+    hour = 20 if zone == "+03:00" else 23
+    assert record.metadata["start"] == f"2024-05-31T{hour}:58:00.500000"
+
+
+def test_header_lines():
+    header = """
+# serial: AL-15-003
+# Unit = milliamps
+# g [m/s^2]: 9.8106
+# T0: 20 degC
+# positions: 8
+# head_uncertainty: 2e-5 rad
+# launch_uncertainty: 2e-5
+# launch_sf_uncertainty: 1.5e-5
+# temperature_uncertainty: 0.1
+# resolution: 1e-6 mA
+# delta0: 0.001
+# date: 2009-05-31
+# operator: A. Nobody: on duty
+# measured after a week of rest
+"""
+    record = read(header + TEXT)
+    stand = record.apparatus
+    assert (record.serial, record.unit, record.date) == ("AL-15-003", "mA", "2009-05-31")
+    assert record.reference_temperature == 20.0
+    assert (stand.local_gravity, stand.head_uncertainty, stand.resolution) == (9.8106, 2e-5, 1e-6)
+    assert (stand.launch_uncertainty, stand.launch_sf_uncertainty) == (2e-5, 1.5e-5)
+    assert stand.temperature_uncertainty == 0.1
+    assert record.metadata == {
+        "operator": "A. Nobody: on duty",
+        "delta0": "0.001",
+        "comment": "measured after a week of rest",
+    }
+
+
+def test_header_lines_as_excel_saves_them():
+    header = '"# comment: first, second",,,\n# unit: mA,,,\nserial,A7,,\nTumble test,,,\n'
+    record = read(header + TEXT)
+    assert (record.serial, record.unit) == ("A7", "mA")
+    assert record.metadata == {"comment": "first, second"}
+    assert record.notes == ("text above the headings was set aside (line 4)",)
+
+
+def test_decimal_comma_in_header_lines():
+    record = read("# T0: 20,5\n# g: 9,8106\n" + long_table(";", ","))
+    assert (record.reference_temperature, record.apparatus.local_gravity) == (20.5, 9.8106)
+
+
+def test_overrides_win_over_the_header():
+    text = "# g: 9.8106\n# serial: A\n# unit: V\n# T0: 25\n" + TEXT
+    record = read(text, local_gravity=9.80665, serial="B", unit="mA", reference_temperature=None)
+    assert (record.serial, record.unit, record.reference_temperature) == ("B", "mA", 25.0)
+    assert record.apparatus.local_gravity == 9.80665
+
+
+def test_an_override_replaces_a_bad_header_line():
+    assert read("# g: somewhere\n" + TEXT, local_gravity=9.81).apparatus.local_gravity == 9.81
+
+
+def test_unknown_override():
+    with pytest.raises(InputError, match="'gravity' cannot be declared; it is one of"):
+        read(TEXT, gravity=9.81)
+
+
+def test_header_lines_stand_for_columns():
+    rows = [(row[1], row[3]) for row in ROWS[:9]]
+    header = "# temperature: 20\n# stroke: 1\n# run: 20\n# mounting: o\n"
+    record = read(header + long_table(headings=("position", "output"), rows=rows))
+    assert record == read(long_table(rows=ROWS[:9]))
+
+
+def test_temperature_unknown():
+    rows = [row[1:] for row in ROWS[:9]]
+    record = read("# temperature: unknown\n" + long_table(headings=HEADINGS[1:], rows=rows))
+    assert np.isnan(record.temperature).all()
+    assert record.run_labels == ("unknown",)
+
+
+def test_column_wins_over_the_header_line():
+    record = read("# temperature: 25\n" + TEXT)
+    assert record == REFERENCE
+    assert record.notes == ("header line temperature was set aside: the table has such a column",)
+
+
+def test_recorded_temperatures_scatter_about_a_level():
+    rows = [(row[0] + 0.3 * (i % 4), *row[1:]) for i, row in enumerate(ROWS)]
+    record = read(long_table(rows=rows))
+    assert record.run_labels == ("20", "80", "-40")
+    assert record.run.tolist() == REFERENCE.run.tolist()
+
+
+def test_run_column_tells_visits_apart():
+    rows = [(*row, "up") for row in ROWS[:18]] + [
+        (*row[:3], row[3] + 1e-3, "down") for row in ROWS[:18]
+    ]
+    record = read(long_table(headings=(*HEADINGS, "run"), rows=rows))
+    assert record.run_labels == ("up", "down")
+    assert record.run.tolist() == [0] * 18 + [1] * 18
+
+
+def test_angles_instead_of_positions():
+    rows = [(t, (j - 1) * 45, k, y) for t, j, k, y in ROWS]
+    record = read(long_table(headings=("T", "theta [deg]", "k", "Y"), rows=rows))
+    assert record.angle.tolist() == REFERENCE.angle.tolist()
+    assert not record.position.any()
+
+
+def test_angle_is_used_where_position_is_given_too():
+    rows = [(*row, (row[1] - 1) * 45 + 0.01) for row in ROWS]
+    rows[3] = (*rows[3][:4], "")
+    record = read(long_table(headings=(*HEADINGS, "angle"), rows=rows))
+    assert record.angle[2] == 90.01
+    assert record.angle[3] == 135.0
+    assert record.position.tolist() == REFERENCE.position.tolist()
+
+
+def test_twelve_positions():
+    rows = [(20, j, 1, 0.1 * j) for j in range(1, 14)]
+    record = read("# positions: 12\n" + long_table(rows=rows))
+    assert record.angle.tolist() == [30.0 * i for i in range(13)]
+
+
+@pytest.mark.parametrize(
+    ("written", "read_as"), [("o", "o+"), ("P", "p+"), ("p-", "p-"), ("O+", "o+")]
+)
+def test_mounting(written, read_as):
+    rows = [(*row, written) for row in ROWS]
+    record = read(long_table(headings=(*HEADINGS, "Mounting"), rows=rows))
+    assert set(record.mounting) == {read_as}
+
+
+def test_averaged_readings():
+    rows = [(*row, "" if i == 4 else 1e-6, 100) for i, row in enumerate(ROWS)]
+    record = read(long_table(headings=(*HEADINGS, "sd", "samples"), rows=rows))
+    assert np.isnan(record.std[4])
+    assert set(np.delete(record.std, 4)) == {1e-6}
+    assert set(record.count) == {100.0}
+
+
+@pytest.mark.parametrize("cell", ["", "NA", "NaN", "n/a", "#N/A", "-", "null"])
+def test_missing_readings_are_counted(cell):
+    rows = [(*row[:3], cell) if i in (0, 7) else row for i, row in enumerate(ROWS)]
+    record = read(long_table(rows=rows))
+    assert len(record) == len(ROWS) - 2
+    assert record.notes == ("2 missing readings were left out (lines 2, 9)",)
+
+
+def test_missing_readings_of_a_wide_table():
+    text = "temperature,position,Y1,Y2\n20,1,1.3,\n20,2\n20,5,-1.3,-1.2\n"
+    record = read(text)
+    assert record.output.tolist() == [1.3, -1.3, -1.2]
+    assert record.notes == ("3 missing readings were left out (lines 2, 3)",)
+
+
+def test_a_repeated_reading_is_kept_once():
+    record = read(long_table(rows=[*ROWS, ROWS[4]]))
+    assert record == REFERENCE
+    assert record.notes == (f"1 repeated reading was left out (line {len(ROWS) + 2})",)
+
+
+def test_unknown_and_empty_columns_are_set_aside():
+    rows = [(i, *row, "ok", "") for i, row in enumerate(ROWS)]
+    record = read(long_table(headings=("", *HEADINGS, "remark", "serial"), rows=rows))
+    assert record == REFERENCE
+    assert record.notes == (
+        "column 1 without heading is not known and was set aside",
+        "column 'remark' is not known and was set aside",
+        "column serial is empty and was set aside",
+    )
+
+
+def test_comment_inside_the_table():
+    record = read(TEXT.replace("\n80,", "\n# the chamber was heated\n80,", 1))
+    assert record == REFERENCE
+    assert record.notes == ("1 comment line was set aside (line 20)",)
+
+
+def test_an_excel_error_is_a_missing_reading_and_no_comment():
+    rows = [(row[3], *row[:3]) for row in ROWS]
+    rows[1] = ("#N/A", *rows[1][1:])
+    record = read(long_table(headings=("Y", "T", "J", "k"), rows=rows))
+    assert record.notes == ("1 missing reading was left out (line 3)",)
+
+
+def test_latin_1_is_noted():
+    record = read("# operator: Müller\n".encode("latin-1") + TEXT.encode())
+    assert record.metadata == {"operator": "Müller"}
+    assert record.notes == ("the text is not UTF-8 and was read as latin-1",)
+
+
+def test_several_accelerometers():
+    rows = [
+        (*row[:3], row[3] + shift, serial)
+        for row in ROWS
+        for serial, shift in (("B", 0), ("A", 1e-3))
+    ]
+    text = long_table(headings=(*HEADINGS, "S/N"), rows=rows)
+    first, second = read_tables(io.StringIO(text))
+    assert (first.serial, second.serial) == ("B", "A")
+    assert first.output.tolist() == REFERENCE.output.tolist()
+    with pytest.raises(TableError, match="serials 'B, A' in one table; read them by read_tables"):
+        read_table(io.StringIO(text))
+
+
+def test_missing_readings_are_counted_for_each_accelerometer():
+    text = "serial,T,J,k,Y\nA,20,1,1,\nA,20,2,1,1\nA,20,3,1,2\nB,20,1,1,3\nB,20,2,1,4\n"
+    first, second = read_tables(io.StringIO(text))
+    assert first.notes == ("1 missing reading was left out (line 2)",)
+    assert second.notes == ()
+
+
+def test_paths_and_standard_input(tmp_path, monkeypatch):
+    path = tmp_path / "table.csv"
+    path.write_text(TEXT, encoding="utf-8")
+    assert read_table(path) == read_table(str(path)) == REFERENCE
+    assert read_table(path).source == str(path)
+    monkeypatch.setattr(sys, "stdin", io.StringIO(TEXT))
+    assert read_table("-") == REFERENCE
+
+
+def test_survey_tells_the_form():
+    form, _ = survey(io.BytesIO(gzip.compress(wide_table(";", ",").encode("utf-16"))))
+    assert (form.form, form.separator, form.decimal) == ("wide", ";", ",")
+    assert (form.encoding, form.compressed) == ("utf-16", True)
+    assert form.columns["output of stroke 2"] == "Y2"
+
+
+def test_describe_tells_what_was_understood():
+    rows = [(*row, "x") for row in ROWS if row[1] != 4]
+    text = "# serial: A7\n# g: 9.8106\n" + long_table(headings=(*HEADINGS, "remark"), rows=rows)
+    form, (record,) = survey(io.StringIO(text))
+    lines = dict(
+        re.split(r"\s{2,}", line, maxsplit=1) for line in describe(record, form).split("\n")
+    )
+    assert lines["form"] == "long, separator comma, decimal point"
+    assert lines["set aside"] == "'remark'"
+    assert lines["serial"] == "A7"
+    assert lines["run -40"] == "16 readings, -40 degC, mounting o+, 8 positions, strokes 1 to 2"
+    assert lines["positions missing"] == "4 of 9"
+    assert lines["local_gravity"] == "9.8106 m/s^2"
+
+
+def test_summary_is_plain():
+    form, records = survey(io.StringIO("# temperature: unknown\nJ,Y1\n1,1.0\n5,-1.0\n"))
+    document = json.loads(json.dumps(summary(records, form), allow_nan=False))
+    assert document["schema"] == "accelcal/check/1"
+    assert document["records"][0]["runs"][0]["temperature_degC"] is None
+
+
+def test_check_command(tmp_path, capsys):
+    from accelcal.cli.main import main
+
+    path = tmp_path / "table.csv"
+    path.write_text(TEXT, encoding="utf-8")
+    assert main(["check", str(path)]) == 0
+    assert "run 80    18 readings, 80 degC" in capsys.readouterr().out
+    assert main(["check", str(path), "--format", "json"]) == 0
+    assert json.loads(capsys.readouterr().out)["records"][0]["readings"] == len(ROWS)
+    assert main(["check", str(tmp_path)]) == 2
+    assert capsys.readouterr().err == f"{tmp_path}: is a folder; give the path of one table\n"
+
+
+def samples():
+    return re.findall(r"```csv\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.DOTALL)
+
+
+@pytest.mark.parametrize("sample", samples())
+def test_samples_of_the_guide(sample):
+    assert all(len(record) >= 2 for record in read_tables(io.StringIO(sample)))
+
+
+def test_the_guide_lists_every_word():
+    from accelcal.io.vocabulary import COLUMNS, KEYS
+
+    prose = re.sub(r"```.*?```", "", GUIDE.read_text(encoding="utf-8"), flags=re.DOTALL)
+    told = {name.casefold() for name in re.findall(r"`([^`]+)`", prose)}
+    words = {name for table in (COLUMNS, KEYS) for names in table.values() for name in names}
+    assert words - told == set()
+
+
+def test_light_reading_imports_nothing_heavy():
+    code = (
+        "import io, sys; from accelcal.io.tables import read_table;"
+        "read_table(io.StringIO('T,J,k,Y\\n20,1,1,1\\n20,5,1,-1\\n'));"
+        "print(*{'pandas', 'scipy', 'gzip', 'tempfile', 'importlib.metadata'} & set(sys.modules))"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == ""
