@@ -154,7 +154,7 @@ def _forward_against_back(table: PreparedTable, coefficients: Array) -> Gate:
 def _order(table: PreparedTable, delta0: float) -> Gate:
     """Look for a mirrored, shifted or negated order under which the fit would be far better."""
     labels, angles, signs = _other_orders(table)
-    if not labels or len(table.record) <= len(table.estimability.kept):
+    if len(labels) < 2 or len(table.record) <= len(table.estimability.kept):
         return Gate("order of positions", "not assessed", "no residual to compare orders by")
     mounting = str(table.record.mounting[0])
     designs = design_matrix(accelerations(angles, delta0, mounting), mounting)
