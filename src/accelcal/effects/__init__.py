@@ -1,0 +1,7 @@
+"""The catalogue of effects: what may disturb a tumble test beyond the model (1).
+
+One effect is one entry in one place. The entries stand in files by what they belong to: `shape` of
+the conversion function, `temperature`, `time` and history, `stand`, `readings`. To add an entry,
+append it to the ``EFFECTS`` of its file; nothing else changes. Simulation and discovery read the
+catalogue through `accelcal.effects.catalogue`.
+"""

@@ -1,0 +1,179 @@
+"""The conditions under which each reading was taken: what the term of an effect may depend on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.geometry import accelerations
+from accelcal.record import TumbleRecord
+
+__all__ = ["LEVEL_CHANGE", "SECONDS_PER_READING", "Conditions", "conditions_of"]
+
+Array = NDArray[np.float64]
+
+SECONDS_PER_READING = 60.0
+"""Time from one reading to the next where a record has no times [s]."""
+
+LEVEL_CHANGE = 2.0
+"""Runs closer than this are at one level, reached the same way [degC]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Conditions:
+    """Conditions of n readings; every array has shape (n,).
+
+    Attributes
+    ----------
+    number : ndarray of int
+        Number of the reading in the order of measuring, from 1.
+    angle : ndarray
+        Head angle [deg].
+    input : ndarray
+        Acceleration along the input axis a_i [local g].
+    cross : ndarray
+        Acceleration along the cross axis in the rotation plane, called a_p [local g].
+    excess : ndarray
+        Temperature above the reference, dT = T - T0 [degC].
+    approach : ndarray
+        How the level of the run was reached: +1 by heating, -1 by cooling, 0 first level.
+    stroke : ndarray of int
+        Stroke k from 1.
+    run : ndarray of int
+        Index of the run.
+    time : ndarray
+        Time since the first reading of the record [s].
+    run_time : ndarray
+        Time since the first reading of the run [s].
+    indicated : ndarray
+        What the accelerometer indicates without the effect, Y / K1 [local g].
+    gain : ndarray
+        Scale factor at the temperature of the reading over that at T0 [1].
+    per_radian : ndarray
+        Change of `indicated` with the head angle [g/rad].
+    per_degree : ndarray
+        Change of `indicated` with the temperature [g/degC].
+    draws : ndarray
+        Standard normal numbers, for effects that are random; zero where nothing is drawn.
+    """
+
+    number: NDArray[np.int64]
+    angle: Array
+    input: Array
+    cross: Array
+    excess: Array
+    approach: Array
+    stroke: NDArray[np.int64]
+    run: NDArray[np.int64]
+    time: Array
+    run_time: Array
+    indicated: Array
+    gain: Array
+    per_radian: Array
+    per_degree: Array
+    draws: Array
+
+    @property
+    def rotation(self) -> Array:
+        """Sense of rotation of the head: +1 on forward strokes, -1 on back strokes."""
+        return np.where(self.stroke % 2 == 1, 1.0, -1.0)
+
+    @property
+    def order(self) -> NDArray[np.int64]:
+        """Indices of the readings in the order of measuring, shape (n,)."""
+        return np.argsort(self.number)
+
+
+def conditions_of(
+    record: TumbleRecord, reference_temperature: float, delta0: float = 0.0
+) -> Conditions:
+    """Conditions of the readings of a record, as the record states them.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        The readings.
+    reference_temperature : float
+        T0 [degC].
+    delta0 : float, default 0
+        Fixture angle [rad].
+
+    Returns
+    -------
+    Conditions
+        Those of an ideal accelerometer: `indicated` is a_i, `gain` 1, `per_radian` the derivative
+        of a_i, `per_degree` 0. Who knows better replaces them.
+
+    Notes
+    -----
+    Without times, readings follow one another by run, stroke and, on back strokes, falling head
+    angle, one in `SECONDS_PER_READING`. An unknown temperature counts as T0.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from accelcal.record import TumbleRecord
+    >>> record = TumbleRecord(
+    ...     output=np.zeros(4), angle=np.array([0.0, 90.0, 0.0, 90.0]),
+    ...     temperature=np.full(4, 80.0), stroke=np.array([1, 1, 2, 2]),
+    ...     run=np.zeros(4, dtype=int), run_labels=("1",), mounting=np.full(4, "o+"),
+    ...     position=np.zeros(4, dtype=int))
+    >>> conditions = conditions_of(record, 20.0)
+    >>> conditions.number.tolist(), conditions.rotation.tolist(), conditions.excess.tolist()
+    ([1, 2, 4, 3], [1.0, 1.0, -1.0, -1.0], [60.0, 60.0, 60.0, 60.0])
+    """
+    number, time = _sequence(record)
+    sensed = accelerations(record.angle, delta0, record.mounting)
+    excess = np.nan_to_num(record.temperature - reference_temperature, nan=0.0)
+    nothing = np.zeros(len(record))
+    return Conditions(
+        number=number,
+        angle=record.angle,
+        input=sensed.input,
+        cross=sensed.pendulous + sensed.output,  # one of the two is zero
+        excess=excess,
+        approach=_approach(record.run, excess),
+        stroke=record.stroke,
+        run=record.run,
+        time=time,
+        run_time=_since_start_of_run(record.run, time),
+        indicated=sensed.input,
+        gain=np.ones(len(record)),
+        per_radian=accelerations(record.angle + 90.0, delta0).input,  # d cos / d th = cos(th + 90)
+        per_degree=nothing,
+        draws=nothing,
+    )
+
+
+def _sequence(record: TumbleRecord) -> tuple[NDArray[np.int64], Array]:
+    """Numbers of the readings in the order of measuring, and their times from the first one."""
+    time = record.time if record.time is not None else np.full(len(record), np.nan)
+    timed = bool(np.isfinite(time).all())
+    travel = np.where(record.stroke % 2 == 1, record.angle, -record.angle)
+    by_layout = (travel, record.stroke, record.mounting, record.run)
+    order = np.argsort(time, kind="stable") if timed else np.lexsort(by_layout)
+    number = np.empty(len(record), dtype=np.int64)
+    number[order] = np.arange(1, len(record) + 1)
+    steps = np.asarray(number - 1, dtype=np.float64)
+    return number, time - np.min(time) if timed else steps * SECONDS_PER_READING
+
+
+def _since_start_of_run(run: NDArray[np.int64], time: Array) -> Array:
+    start = np.full(run.max() + 1, np.inf)
+    np.minimum.at(start, run, time)
+    return time - start[run]
+
+
+def _approach(run: NDArray[np.int64], excess: Array) -> Array:
+    """Sense of the last change of level before each run."""
+    approach = np.zeros(run.size)
+    sense, before = 0.0, None
+    for index in np.unique(run):
+        level = excess[run == index].mean()
+        if before is not None and abs(level - before) >= LEVEL_CHANGE:
+            sense = np.sign(level - before)
+        approach[run == index] = sense
+        before = level
+    return approach

@@ -1,0 +1,250 @@
+"""What an entry of the catalogue is: an effect, its parameters, and an effect of a given size."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.effects.conditions import Conditions
+from accelcal.errors import InputError
+
+__all__ = ["ActsOn", "Disturbance", "Effect", "Parameter"]
+
+Array = NDArray[np.float64]
+ActsOn = Literal["angle", "temperature", "output", "readings"]
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A parameter of an effect.
+
+    Attributes
+    ----------
+    name, unit, meaning : str
+        Its name, its unit ("1" for a ratio or a number), and what it is.
+    default : float or None
+        Value where none is given; None where one must be.
+    minimum : float
+        Smallest value allowed.
+    linear : bool
+        True for an amplitude: the change of the readings is proportional to it.
+    small : float
+        Size at which the column of an amplitude is taken. Below 1 only where the term is
+        proportional to the amplitude as long as that is small.
+    search : callable or None
+        For a parameter that enters nonlinearly: `Conditions` -> the values to try, rising.
+    discrete : bool
+        True where nothing lies between the values of `search`.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    default: float | None = None
+    minimum: float = -math.inf
+    linear: bool = True
+    small: float = 1.0
+    search: Callable[[Conditions], Array] | None = None
+    discrete: bool = False
+
+    def checked(self, value: float) -> float:
+        """Give the value back if it obeys the rules of the parameter.
+
+        Parameters
+        ----------
+        value : float
+            A value of the parameter [its unit].
+
+        Returns
+        -------
+        float
+            The same value.
+
+        Raises
+        ------
+        InputError
+            If it is not finite or below the minimum.
+        """
+        if not math.isfinite(value):
+            raise InputError(f"{self.name} is {value}; it is a finite number [{self.unit}]")
+        if value < self.minimum:
+            raise InputError(
+                f"{self.name} is {value}; it is {self.minimum:g} or more [{self.unit}]"
+            )
+        return float(value)
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """An effect of the catalogue.
+
+    Attributes
+    ----------
+    id : str
+        Fixed identifier.
+    name : str
+        What people call it.
+    physics : str
+        What happens, in a sentence.
+    formula : str
+        The term, in the symbols of the paper.
+    signature : str
+        What it looks like in the residuals.
+    to_tell_apart : str
+        The measurement that separates it from what looks alike.
+    acts_on : {"angle", "temperature", "output", "readings"}
+        What the term adds to: the true head angle [rad], the true temperature [degC], the
+        indication Y / K1 [g], or the reading after noise [g].
+    parameters : tuple of Parameter
+        The first one has no default: it is the value of the effect.
+    term : callable
+        ``term(conditions, **values)`` -> addition to what the effect acts on, shape (n,).
+    """
+
+    id: str
+    name: str
+    physics: str
+    formula: str
+    signature: str
+    to_tell_apart: str
+    acts_on: ActsOn
+    parameters: tuple[Parameter, ...]
+    term: Callable[..., Array]
+
+    @property
+    def amplitudes(self) -> tuple[Parameter, ...]:
+        """Parameters that the readings are proportional to, one column each."""
+        return tuple(item for item in self.parameters if item.linear)
+
+    @property
+    def shapes(self) -> tuple[Parameter, ...]:
+        """Parameters that enter nonlinearly and have values to try."""
+        return tuple(item for item in self.parameters if item.search is not None)
+
+    def of(self, value: float, **others: float) -> Disturbance:
+        """Give the effect a size.
+
+        Parameters
+        ----------
+        value : float
+            Value of the first parameter [its unit].
+        **others : float
+            Other parameters by name; those left out have their defaults.
+
+        Returns
+        -------
+        Disturbance
+            The effect with its values.
+
+        Raises
+        ------
+        InputError
+            If a parameter is unknown or breaks a rule.
+
+        Examples
+        --------
+        >>> from accelcal.effects.catalogue import effect
+        >>> effect("warm-up").of(1e-4, tau=900).values
+        {'amplitude': 0.0001, 'tau': 900.0}
+        """
+        return Disturbance(self, self._complete({self.parameters[0].name: value, **others}))
+
+    def columns(self, conditions: Conditions, **shape: float) -> Array:
+        """Change of the readings per unit of each amplitude, for small amplitudes.
+
+        Parameters
+        ----------
+        conditions : Conditions
+            Of n readings.
+        **shape : float
+            Parameters that enter nonlinearly, by name.
+
+        Returns
+        -------
+        ndarray, shape (n, m)
+            One column for each of the m `amplitudes` [g per unit]; m is 0 for an effect that
+            has none.
+
+        Raises
+        ------
+        InputError
+            If a parameter is unknown or breaks a rule.
+
+        Notes
+        -----
+        An effect on the angle comes in through dY/dth, one on the temperature through dY/dT.
+        """
+        names = [item.name for item in self.amplitudes]
+        if not names:
+            return np.empty((conditions.angle.size, 0))
+        values = self._complete({**dict.fromkeys(names, 0.0), **shape})
+        slope = {"angle": conditions.per_radian, "temperature": conditions.per_degree}
+        return np.stack(
+            [
+                self.term(conditions, **(values | {item.name: item.small})) / item.small
+                for item in self.amplitudes
+            ],
+            axis=-1,
+        ) * np.expand_dims(slope.get(self.acts_on, np.ones(conditions.angle.size)), -1)
+
+    def _complete(self, given: Mapping[str, float]) -> dict[str, float]:
+        known = {item.name: item for item in self.parameters}
+        unknown = [name for name in given if name not in known]
+        if unknown:
+            raise InputError(
+                f"{self.id} has no parameter {unknown[0]!r}; it has {', '.join(known)}"
+            )
+        try:
+            return {
+                name: item.checked(given[name]) if name in given else _default(item)
+                for name, item in known.items()
+            }
+        except InputError as error:
+            raise InputError(f"{self.id}: {error}") from None
+
+
+def _default(parameter: Parameter) -> float:
+    if parameter.default is None:
+        raise InputError(f"{parameter.name} is missing; it is needed [{parameter.unit}]")
+    return parameter.default
+
+
+@dataclass(frozen=True, slots=True)
+class Disturbance:
+    """An effect of a given size, from `Effect.of`.
+
+    Attributes
+    ----------
+    effect : Effect
+        The effect.
+    values : mapping of str to float
+        All its parameters.
+    """
+
+    effect: Effect
+    values: Mapping[str, float]
+
+    def __str__(self) -> str:
+        """As ``--effect`` takes it: ``ID=VALUE,NAME=VALUE``."""
+        first, *others = self.values.items()
+        return ",".join([f"{self.effect.id}={first[1]!r}", *(f"{k}={v!r}" for k, v in others)])
+
+    def change(self, conditions: Conditions) -> Array:
+        """Addition to what the effect acts on, exact at any size.
+
+        Parameters
+        ----------
+        conditions : Conditions
+            Of n readings.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            In rad, degC or g, by ``effect.acts_on``.
+        """
+        return self.effect.term(conditions, **self.values)

@@ -1,0 +1,94 @@
+"""Effects of the stand: errors of the head angle."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.effects.conditions import Conditions
+from accelcal.effects.effect import Effect, Parameter
+from accelcal.errors import InputError
+
+__all__ = ["EFFECTS"]
+
+Array = NDArray[np.float64]
+
+_SAME_ANGLE = 1e-6
+"""Head angles closer than this are one position [deg]."""
+
+
+def _position_error(c: Conditions, error: float, at: float) -> Array:
+    here = np.abs(np.mod(c.angle - at + 180.0, 360.0) - 180.0) < _SAME_ANGLE
+    if not here.any():
+        angles = ", ".join(f"{angle:g}" for angle in _head_positions(c))
+        raise InputError(f"position-error: no reading at {at:g} deg; there are some at {angles}")
+    return np.where(here, error, 0.0)
+
+
+def _head_positions(c: Conditions) -> Array:
+    """Distinct head angles in a turn [deg]."""
+    return np.unique(np.mod(np.round(c.angle, 6), 360.0))
+
+
+EFFECTS = (
+    Effect(
+        id="backlash",
+        name="backlash of the head",
+        physics="The shaft lags behind the head by a fixed angle, by the sense of rotation.",
+        formula="d th = -b forward, +b back",
+        signature="Forward minus back goes with sin th: its ratio at 45 and 90 deg is 0.71.",
+        to_tell_apart="all positions approached in one sense of rotation",
+        acts_on="angle",
+        parameters=(Parameter("lag", "rad", "angle b, half of the play of the drive"),),
+        term=lambda c, lag: -lag * c.rotation,
+    ),
+    Effect(
+        id="fixture-offset",
+        name="offset of the fixture",
+        physics="The angle between head zero and input axis is not the given one.",
+        formula="d th = e",
+        signature="None in one mounting: the misalignment M absorbs it.",
+        to_tell_apart="the reversed mounting: M changes its sign, the offset does not",
+        acts_on="angle",
+        parameters=(Parameter("angle", "rad", "true minus given fixture angle"),),
+        term=lambda c, angle: np.full(c.angle.size, angle),
+    ),
+    Effect(
+        id="head-eccentricity",
+        name="eccentricity of the head",
+        physics="The circle of the head sits off its axis, so that the angle errs once a turn.",
+        formula="d th = s sin th + c cos th = e sin(th + phi)",
+        signature="None in one clamping: K0 and K2 absorb s, M_ip absorbs c.",
+        to_tell_apart="the unit clamped at another head angle, or the certificate of the head",
+        acts_on="angle",
+        parameters=(
+            Parameter("sine", "rad", "part s = e cos(phi)"),
+            Parameter("cosine", "rad", "part c = e sin(phi)", 0.0),
+        ),
+        term=lambda c, sine, cosine: (
+            sine * np.sin(np.radians(c.angle)) + cosine * np.cos(np.radians(c.angle))
+        ),
+    ),
+    Effect(
+        id="position-error",
+        name="error of one head position",
+        physics="One head position stands at a wrong angle, the same in all strokes and runs.",
+        formula="d th = e at one head position",
+        signature="One position lies off in all strokes, in proportion to sin th.",
+        to_tell_apart="the unit clamped at another head angle: the error stays with the head",
+        acts_on="angle",
+        parameters=(
+            Parameter("error", "rad", "angle error e"),
+            Parameter(
+                "at",
+                "deg",
+                "nominal head angle of the position",
+                default=45.0,
+                linear=False,
+                search=_head_positions,
+                discrete=True,
+            ),
+        ),
+        term=_position_error,
+    ),
+)

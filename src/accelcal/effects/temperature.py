@@ -1,0 +1,119 @@
+"""Effects of temperature beyond the bilinear laws of the bias and of the scale factor."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.effects.conditions import Conditions
+from accelcal.effects.effect import Effect, Parameter
+
+__all__ = ["EFFECTS"]
+
+Array = NDArray[np.float64]
+
+_MORE_LEVELS = "two or more temperatures on either side of T0"
+
+
+def _kink(excess: Array, shift: float) -> Array:
+    return np.maximum(excess - shift, 0.0) - max(-shift, 0.0)
+
+
+def _break_shift(c: Conditions, shift: float, slope_change: float) -> Array:
+    return slope_change * (_kink(c.excess, shift) - _kink(c.excess, 0.0))
+
+
+def _between_levels(c: Conditions) -> Array:
+    """Shifts of the break that leave a level of the test on either side."""
+    return np.linspace(c.excess.min(), c.excess.max(), 23)[1:-1]
+
+
+EFFECTS = (
+    Effect(
+        id="k2-temperature",
+        name="temperature dependence of k2",
+        physics="The second-order nonlinearity changes with temperature.",
+        formula="c dT a_i^2",
+        signature="K2 of the runs rises or falls with their temperature.",
+        to_tell_apart="more temperatures, or K2 of each run from more strokes",
+        acts_on="output",
+        parameters=(Parameter("slope", "g/g^2/degC", "change of k2 with temperature"),),
+        term=lambda c, slope: slope * c.excess * c.input**2,
+    ),
+    Effect(
+        id="k3-temperature",
+        name="temperature dependence of k3",
+        physics="The third-order nonlinearity changes with temperature.",
+        formula="c dT a_i^3",
+        signature="K3 of the runs rises or falls with their temperature.",
+        to_tell_apart="more temperatures, or K3 of each run from more strokes",
+        acts_on="output",
+        parameters=(Parameter("slope", "g/g^3/degC", "change of k3 with temperature"),),
+        term=lambda c, slope: slope * c.excess * c.input**3,
+    ),
+    Effect(
+        id="bias-temperature-quadratic",
+        name="quadratic temperature law of the bias",
+        physics="The bias bends with temperature on top of its bilinear law.",
+        formula="c dT^2",
+        signature="K0 of the runs lies off the two straight lines; none with three temperatures.",
+        to_tell_apart=_MORE_LEVELS,
+        acts_on="output",
+        parameters=(Parameter("coefficient", "g/degC^2", "coefficient of dT^2 in k0"),),
+        term=lambda c, coefficient: coefficient * c.excess**2,
+    ),
+    Effect(
+        id="scale-factor-temperature-quadratic",
+        name="quadratic temperature law of the scale factor",
+        physics="The scale factor bends with temperature on top of its bilinear law.",
+        formula="K1 = K1N (1 + beta dT + c dT^2)",
+        signature="K1 of the runs lies off the two straight lines; none with three temperatures.",
+        to_tell_apart=_MORE_LEVELS,
+        acts_on="output",
+        parameters=(Parameter("coefficient", "1/degC^2", "coefficient of dT^2 in K1 / K1N"),),
+        term=lambda c, coefficient: coefficient * c.excess**2 * c.indicated / c.gain,
+    ),
+    Effect(
+        id="break-shift",
+        name="shifted break of the bias law",
+        physics="The bilinear law of the bias breaks at a temperature other than T0.",
+        formula="(lam1 - lam2) [max(dT - s, 0) - max(dT, 0) - max(-s, 0)]",
+        signature="K0 of the runs between T0 and the break lies off the line; none with three"
+        " temperatures.",
+        to_tell_apart=f"{_MORE_LEVELS}, some near T0",
+        acts_on="output",
+        parameters=(
+            Parameter("shift", "degC", "break minus T0, s", linear=False, search=_between_levels),
+            Parameter(
+                "slope_change",
+                "g/degC",
+                "slope above minus slope below the break; it moves the break and adds no second"
+                " one where it is that of the accelerometer, as the default is for the AL-15",
+                default=6e-6,
+            ),
+        ),
+        term=_break_shift,
+    ),
+    Effect(
+        id="temperature-hysteresis",
+        name="temperature hysteresis of the bias",
+        physics="The bias differs between levels reached by heating and by cooling.",
+        formula="+h after heating, -h after cooling",
+        signature="K0 of the same temperature differs by 2 h with the way to it.",
+        to_tell_apart="a level met both by heating and by cooling",
+        acts_on="output",
+        parameters=(Parameter("amplitude", "g", "half the width h of the loop"),),
+        term=lambda c, amplitude: amplitude * c.approach,
+    ),
+    Effect(
+        id="chamber-drift",
+        name="drift of the chamber",
+        physics="The temperature moves within a run while the table says that it is constant.",
+        formula="T + r t, t from the start of the run",
+        signature="K0 and K1 drift together in each run, as their temperature slopes have it.",
+        to_tell_apart="the actual temperature of each reading; without it, the same as a drift",
+        acts_on="temperature",
+        parameters=(Parameter("rate", "degC/h", "change of temperature with time"),),
+        term=lambda c, rate: rate * c.run_time / 3600.0,
+    ),
+)

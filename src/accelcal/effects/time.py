@@ -1,0 +1,174 @@
+"""Effects of time and of history: what depends on when, and on what came before."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.effects.conditions import Conditions
+from accelcal.effects.effect import Effect, Parameter
+from accelcal.errors import InputError
+from accelcal.geometry import accelerations
+
+__all__ = ["EFFECTS"]
+
+Array = NDArray[np.float64]
+
+HOUR = 3600.0  # s
+DAY = 24.0 * HOUR
+
+_APPROACH = 45.0
+"""The head comes to the first position of a run from this far before it [deg]."""
+
+
+def _time_constants(c: Conditions) -> Array:
+    """From half the interval between readings to the longest run, about two a factor of e."""
+    intervals = np.diff(np.sort(c.time))
+    intervals = intervals[intervals > 0.0]
+    shortest = 0.5 * float(np.median(intervals)) if intervals.size else 1.0
+    longest = max(float(c.run_time.max()), 2.0 * shortest)
+    return np.geomspace(shortest, longest, 1 + math.ceil(2.0 * math.log(longest / shortest)))
+
+
+def _bias_step(c: Conditions, step: float, reading: float) -> Array:
+    first = reading or c.number.size // 2 + 1
+    if not 2 <= first <= c.number.size or first % 1:
+        raise InputError(
+            f"bias-step: reading is {reading:g}; the first reading after the step is a whole number"
+            f" from 2 to {c.number.size}, or 0 for the middle"
+        )
+    return np.where(c.number >= first, step, 0.0)
+
+
+def _play(c: Conditions, half_width: float) -> Array:
+    """Play operator on a_i, started afresh in each run by coming to the first position."""
+    lag = np.zeros(c.angle.size)
+    run, state = -1, 0.0
+    coming_from = accelerations(c.angle - _APPROACH * c.rotation).input
+    for index in c.order:
+        if c.run[index] != run:
+            run, state = int(c.run[index]), float(coming_from[index])
+        sensed = float(c.input[index])
+        state = min(max(state, sensed - half_width), sensed + half_width)
+        lag[index] = state - sensed
+    return lag
+
+
+def _tilt(c: Conditions, rate: float, sine: float, cosine: float) -> Array:
+    day = 2.0 * np.pi * c.time / DAY
+    return rate * c.time / HOUR + sine * np.sin(day) + cosine * np.cos(day)
+
+
+EFFECTS = (
+    Effect(
+        id="bias-drift",
+        name="drift of the bias",
+        physics="The bias changes linearly with time over the whole record.",
+        formula="r t",
+        signature="The closure Y9 - Y1 of each stroke has the sign of the stroke; K0 of the runs"
+        " rises or falls.",
+        to_tell_apart="times of the readings, and a longer record",
+        acts_on="output",
+        parameters=(Parameter("rate", "g/h", "change of the bias with time"),),
+        term=lambda c, rate: rate * c.time / HOUR,
+    ),
+    Effect(
+        id="scale-factor-drift",
+        name="drift of the scale factor",
+        physics="The scale factor changes linearly with time over the whole record.",
+        formula="K1 (1 + r t)",
+        signature="Residuals grow with time times a_i.",
+        to_tell_apart="times of the readings, and a longer record",
+        acts_on="output",
+        parameters=(Parameter("rate", "1/h", "relative change of the scale factor with time"),),
+        term=lambda c, rate: rate * c.time / HOUR * c.indicated,
+    ),
+    Effect(
+        id="warm-up",
+        name="warm-up of the bias",
+        physics="From the start of each run the bias settles exponentially.",
+        formula="A exp(-t / tau), t from the start of the run",
+        signature="The first readings of each run lie on one side; nearly the same as a drift.",
+        to_tell_apart="a longer run, and readings at rest just after switching on",
+        acts_on="output",
+        parameters=(
+            Parameter("amplitude", "g", "excess A at the start of the run"),
+            Parameter(
+                "tau",
+                "s",
+                "time constant",
+                default=600.0,
+                minimum=1e-3,
+                linear=False,
+                search=_time_constants,
+            ),
+        ),
+        term=lambda c, amplitude, tau: amplitude * np.exp(-c.run_time / tau),
+    ),
+    Effect(
+        id="bias-step",
+        name="step of the bias",
+        physics="The bias jumps once.",
+        formula="s from one reading on",
+        signature="Residuals change their level at one moment.",
+        to_tell_apart="a repeated run: a step of the unit does not come back at the same moment",
+        acts_on="output",
+        parameters=(
+            Parameter("step", "g", "size of the jump"),
+            Parameter(
+                "reading",
+                "1",
+                "first reading after the jump, in the order of measuring; 0 is the middle",
+                default=0.0,
+                minimum=0.0,
+                linear=False,
+                search=lambda c: np.arange(2.0, c.number.size + 1.0),
+                discrete=True,
+            ),
+        ),
+        term=_bias_step,
+    ),
+    Effect(
+        id="stroke-offset",
+        name="offset between forward and back strokes",
+        physics="The output is higher on forward than on back strokes, by a constant.",
+        formula="+c/2 forward, -c/2 back",
+        signature="Forward minus back is the same at all positions.",
+        to_tell_apart="strokes in another order, to exclude a drift",
+        acts_on="output",
+        parameters=(Parameter("offset", "g", "forward minus back, c"),),
+        term=lambda c, offset: 0.5 * offset * c.rotation,
+    ),
+    Effect(
+        id="hysteresis",
+        name="hysteresis of the sensor",
+        physics="The output lags behind the input by a constant, after the sign of its last"
+        " change.",
+        formula="play operator of half width w on a_i",
+        signature="Forward minus back goes with sign(sin th): its ratio at 45 and 90 deg is 1.",
+        to_tell_apart="positions between 0 and 45 deg in both senses, where backlash falls with"
+        " sin th",
+        acts_on="output",
+        parameters=(
+            Parameter("half_width", "g", "half the width w of the play", minimum=0.0, small=1e-6),
+        ),
+        term=_play,
+    ),
+    Effect(
+        id="foundation-tilt",
+        name="tilt of the foundation",
+        physics="The vertical moves in the frame of the head, linearly in time and daily.",
+        formula="d th = r t + s sin(2 pi t / 24 h) + c cos(2 pi t / 24 h)",
+        signature="M of the strokes wanders with time.",
+        to_tell_apart="a record over a day, or level readings beside it",
+        acts_on="angle",
+        parameters=(
+            Parameter("rate", "rad/h", "linear part"),
+            Parameter("sine", "rad", "daily part in phase with sin, t from the first reading", 0.0),
+            Parameter("cosine", "rad", "daily part in phase with cos", 0.0),
+        ),
+        term=_tilt,
+    ),
+)
