@@ -1,0 +1,167 @@
+"""accelcal simulate: the readings of a tumble test, simulated."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from accelcal.cli.deliver import deliver
+from accelcal.cli.options import number, numbers, output_option, setting
+
+if TYPE_CHECKING:
+    from accelcal.effects.effect import Effect
+    from accelcal.record import TumbleRecord
+
+__all__ = ["simulate"]
+
+Settings = list[tuple[str, float]]
+
+
+def settings(text: str) -> Settings:
+    """Type of an option: names and their numbers, as in ``warm-up=1e-4,tau=900``."""
+    return [setting(item) for item in text.split(",")]
+
+
+@click.command()
+@output_option("the table", metavar="DATA.csv")
+@click.option(
+    "--effect",
+    "effects",
+    type=settings,
+    multiple=True,
+    metavar="ID=VALUE[,NAME=VALUE...]",
+    help="An effect that the model does not have; may be given several times.",
+)
+@click.option("--list-effects", is_flag=True, help="List the effects with their units, and stop.")
+@click.option("--seed", type=click.IntRange(0), metavar="N", help="Seed of the random errors.")
+@click.option("--positions", type=click.IntRange(1), metavar="N", help="Positions in a turn [8].")
+@click.option(
+    "--angles", type=numbers, metavar="DEG,...", help="Head angles instead of positions [deg]."
+)
+@click.option("--strokes", type=click.IntRange(1), metavar="N", help="Strokes in a run [6].")
+@click.option(
+    "--temperatures",
+    type=numbers,
+    metavar="DEG,...",
+    help="Temperatures in their order [20,80,-40 degC].",
+)
+@click.option(
+    "--mounting",
+    "mountings",
+    multiple=True,
+    metavar="SIDE",
+    help="Mounting o+, o-, p+ or p-; several are taken in turn.",
+)
+@click.option("--delta0", type=number, metavar="RAD", help="Fixture angle [0 rad].")
+@click.option("--reading-noise", type=number, metavar="G", help="Noise of a reading [5e-6 g].")
+@click.option(
+    "--head-error", type=number, metavar="RAD", help="Error of a head position [6.7e-6 rad]."
+)
+@click.option(
+    "--launch-shift",
+    type=number,
+    metavar="G",
+    help="Shift of the bias from run to run [6.7e-6 g].",
+)
+@click.option(
+    "--launch-sf-shift",
+    type=number,
+    metavar="REL",
+    help="Relative shift of the scale factor from run to run [5e-6].",
+)
+@click.option(
+    "--temperature-error",
+    type=number,
+    metavar="DEG",
+    help="True minus recorded temperature, from run to run [0 degC].",
+)
+@click.option(
+    "--resolution",
+    type=number,
+    default=1e-7,
+    metavar="MA",
+    help="Step of the output, 0 for none [1e-7 mA].",
+)
+@click.option("--times", "timed", is_flag=True, help="Write a column of times.")
+@click.option("--undeclared", is_flag=True, help="Leave out the header lines on uncertainties.")
+@click.option("--g", "local_gravity", type=number, metavar="M_S2", help="Local gravity to declare.")
+@click.option("--serial", default="AL-15", metavar="TEXT", help="Serial number [AL-15].")
+def simulate(path: str | None, list_effects: bool, **options: Any) -> None:
+    r"""Simulate the tumble test of an AL-15, the accelerometer of the paper.
+
+    Each reading is computed from the true head angle and temperature, with random errors that are
+    given as standard deviations. A stroke ends with the return to its first position. Without -o
+    the table goes to standard output.
+
+    \b
+    Examples:
+      accelcal simulate --seed 15 -o al15.csv
+      accelcal simulate --effect backlash=2e-5 --effect warm-up=1e-4,tau=900 --seed 1
+      accelcal simulate --positions 12 --strokes 2 --temperatures 20
+    """
+    if list_effects:
+        from accelcal.effects.catalogue import catalogue
+
+        deliver("\n".join(map(_described, catalogue())), path)
+        return
+    from accelcal.io.writer import write_table
+
+    record = _simulated(options)
+    if path not in (None, "-"):
+        write_table(record, path)
+        return
+    import io
+
+    text = io.StringIO()
+    write_table(record, text)
+    deliver(text.getvalue())
+
+
+_NOISE = {
+    "reading_noise": "reading",
+    "head_error": "head",
+    "launch_shift": "launch",
+    "launch_sf_shift": "launch_sf",
+    "temperature_error": "temperature",
+}
+"""Option -> field of `NoiseComponents`."""
+
+_PLAN = (
+    "positions",
+    "angles",
+    "strokes",
+    "temperatures",
+    "mountings",
+    "delta0",
+    "resolution",
+    "timed",
+    "local_gravity",
+)
+"""Options that are fields of `TumblePlan`."""
+
+
+def _simulated(options: dict[str, Any]) -> TumbleRecord:
+    from accelcal.effects.catalogue import effect
+    from accelcal.simulate import Accelerometer, NoiseComponents, TumblePlan
+    from accelcal.simulate import simulate as run
+
+    given = {name: value for name, value in options.items() if value not in (None, ())}
+    return run(
+        Accelerometer(serial=given["serial"]),
+        TumblePlan(**{name: given[name] for name in _PLAN if name in given}),
+        NoiseComponents(**{_NOISE[name]: given[name] for name in _NOISE if name in given}),
+        [effect(name).of(value, **dict(rest)) for (name, value), *rest in options["effects"]],
+        seed=given.get("seed"),
+        declare=not given["undeclared"],
+    )
+
+
+def _described(entry: Effect) -> str:
+    first, *others = entry.parameters
+    more = "".join(f",{item.name}={item.default:g} [{item.unit}]" for item in others)
+    meanings = "; ".join(f"{item.name}: {item.meaning}" for item in entry.parameters)
+    return (
+        f"{entry.id}={first.name.upper()} [{first.unit}]{more}\n"
+        f"    {entry.physics}\n    {meanings}."
+    )
