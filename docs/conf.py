@@ -3,6 +3,7 @@
 import click
 from docutils import nodes
 from docutils.parsers.rst import Directive
+from pygments.lexers.special import TextLexer
 from sphinx.application import Sphinx
 
 from accelcal import __version__
@@ -43,5 +44,6 @@ class CommandHelp(Directive):
 
 
 def setup(app: Sphinx) -> None:
-    """Register the directive."""
+    """Register the directive, and tables as plain text."""
     app.add_directive("command-help", CommandHelp)
+    app.add_lexer("csv", TextLexer)
