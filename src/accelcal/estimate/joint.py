@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from accelcal.estimate.head import HeadError, LackOfFit, head_error, lack_of_fit, sensitivity
 from accelcal.estimate.launch import RunShift, run_shift
@@ -210,14 +210,14 @@ def _shift_component(
     estimators: Sequence[LinearEstimator], errors: _Errors, name: str, shift: RunShift
 ) -> Component:
     """Shift of one coefficient from run to run, common to the mountings of a run."""
-    runs = np.array([e.table.record.run[0] for e in estimators])
+    runs, index = np.unique([e.table.record.run[0] for e in estimators], return_inverse=True)
     by_run = np.concatenate(
         [
-            shift.uncertainty * k[_SCALE_FACTOR] * np.outer(e.unit(name), np.unique(runs) == run)
-            for e, k, run in zip(estimators, errors.coefficients, runs, strict=True)
+            k[_SCALE_FACTOR] * np.outer(e.unit(name), shift.of_run * (np.arange(runs.size) == i))
+            for e, k, i in zip(estimators, errors.coefficients, index, strict=True)
         ]
     )
-    return Component(by_run @ by_run.T, np.full(by_run.shape[0], shift.dof))
+    return Component(by_run @ by_run.T, _per_coefficient(estimators, shift.dof_of_run[index]))
 
 
 def _resolution_component(
@@ -261,7 +261,7 @@ def _run_shifts(
     )
 
 
-def _per_coefficient(estimators: Sequence[LinearEstimator], values: Sequence[float]) -> Array:
+def _per_coefficient(estimators: Sequence[LinearEstimator], values: ArrayLike) -> Array:
     """Repeat a value of each table for each of its coefficients."""
     return np.repeat(np.asarray(values, dtype=np.float64), [len(e.names) for e in estimators])
 

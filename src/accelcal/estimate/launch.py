@@ -19,7 +19,7 @@ _SAME_LEVEL = 1.0
 _OTHERS_SHARE = 0.5
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class RunShift:
     """Standard uncertainty of a quantity from run to run.
 
@@ -31,11 +31,16 @@ class RunShift:
         Degrees of freedom; infinite where declared.
     source : str
         ``"declared"``, ``"estimated"`` or ``"none"``.
+    of_run, dof_of_run : ndarray, shape (runs,)
+        The same for the shift of each run. Estimated, it comes from the other runs, so that the
+        shift of a run and its uncertainty are independent, as Student's factor asks.
     """
 
     uncertainty: float
     dof: float
     source: str
+    of_run: Array
+    dof_of_run: Array
 
 
 def run_shift(
@@ -59,23 +64,46 @@ def run_shift(
     RunShift
         Its size and source; ``"none"`` where no level was met twice.
 
+    Notes
+    -----
+    Where only two runs share a level, each must take the scatter of both, and its interval is
+    wider than needed.
+
     Examples
     --------
     >>> import numpy as np
-    >>> run_shift(None, np.array([1.0, 3.0]), np.zeros(2), [20.0, 20.1]).dof
-    1.0
+    >>> shift = run_shift(None, np.array([1.0, 2.0, 3.0]), np.zeros(3), [20.0, 20.1, 19.9])
+    >>> shift.uncertainty, shift.dof, shift.dof_of_run.tolist()
+    (1.0, 2.0, [1.0, 1.0, 1.0])
     """
+    runs = np.arange(values.size)
     if declared is not None:
-        return RunShift(declared, np.inf, "declared")
+        return _same_in_all(runs, declared, "declared")
+    temperature = np.asarray(levels, dtype=np.float64)
+    size, dof = _scatter(values, variances, temperature)
+    if dof == 0.0:
+        return _same_in_all(runs, 0.0, "none")
+    others = [_scatter(values, variances, np.where(runs == r, np.nan, temperature)) for r in runs]
+    own = np.array([other if other[1] > 0.0 else (size, dof) for other in others])
+    return RunShift(size, dof, "estimated", own[:, 0], own[:, 1])
+
+
+def _same_in_all(runs: NDArray[np.intp], uncertainty: float, source: str) -> RunShift:
+    infinite = np.full(runs.size, np.inf)
+    return RunShift(uncertainty, np.inf, source, np.full(runs.size, uncertainty), infinite)
+
+
+def _scatter(values: Array, variances: Array, temperature: Array) -> tuple[float, float]:
+    """Standard deviation from run to run at one level, and its degrees of freedom."""
     squares = dof = 0.0
-    for level in _levels(np.asarray(levels)):
+    for level in _levels(temperature):
         deviation = values[level] - values[level].mean()
         squares += float(deviation @ deviation)
-        dof += level.size - 1
         squares -= _OTHERS_SHARE * float(variances[level].mean()) * (level.size - 1)
-    if dof == 0 or np.isnan(squares):
-        return RunShift(0.0, np.inf, "none")
-    return RunShift(max(squares / dof, 0.0) ** 0.5, dof, "estimated")
+        dof += level.size - 1.0
+    if dof == 0.0 or np.isnan(squares):
+        return 0.0, 0.0
+    return max(squares / dof, 0.0) ** 0.5, dof
 
 
 def _levels(temperature: Array) -> list[NDArray[np.intp]]:

@@ -1,11 +1,13 @@
 """From components of error to standard and expanded uncertainties (GUM).
 
 A component is a covariance matrix of what is estimated, with degrees of freedom. The standard
-uncertainty adds the variances of the components; the expanded uncertainty adds the squares of
-their own expanded uncertainties, each with its own Student factor. Where one component dominates,
-as the head does with two degrees of freedom on 8 positions, this gives Student's interval for it;
-the Welch-Satterthwaite formula falls short there, because it trusts a variance that happened to
-come out small.
+uncertainty adds the variances of the components. For the expanded uncertainty there are two known
+ways, and with the two degrees of freedom of a head error on 8 positions neither keeps the level:
+the formula of Welch and Satterthwaite (GUM G.4) trusts a variance that happened to come out small,
+and holds the truth in 92 to 95 % where 95 % are meant; adding the squares of the components' own
+expanded uncertainties holds it in 95 to 97.6 %. accelcal takes 0.6 of the one and 0.4 of the
+other, which holds it in 93.7 to 96.1 % at every share of the components. Where one component is
+all there is, the three agree and give Student's interval. benchmarks/coverage.py measures it.
 """
 
 from __future__ import annotations
@@ -25,6 +27,8 @@ Array = NDArray[np.float64]
 
 LEVEL = 0.95
 """Probability of the intervals that accelcal prints."""
+
+_SHARE_OF_ADDED = 0.4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,7 +122,10 @@ def intervals(components: Mapping[str, Component], level: float = LEVEL) -> list
     """
     parts = list(components.values())
     size = parts[0].dof.size
-    return [_interval([(p.covariance[i, i], p.dof[i]) for p in parts], level) for i in range(size)]
+    return [
+        _interval([(float(p.covariance[i, i]), float(p.dof[i])) for p in parts], level)
+        for i in range(size)
+    ]
 
 
 def _interval(parts: list[tuple[float, float]], level: float) -> Interval:
@@ -127,11 +134,23 @@ def _interval(parts: list[tuple[float, float]], level: float) -> Interval:
         return Interval(None, None, None, None)
     if variance <= 0.0:
         return Interval(0.0, 0.0, student_quantile(level, math.inf), math.inf)
-    squares = sum(v * student_quantile(level, float(dof)) ** 2 for v, dof in parts if v > 0.0)
-    factor = math.sqrt(squares / variance)
+    factor = (1.0 - _SHARE_OF_ADDED) * _welch_satterthwaite(parts, variance, level)
+    factor += _SHARE_OF_ADDED * _added(parts, variance, level)
     return Interval(
         standard=math.sqrt(variance),
-        expanded=math.sqrt(squares),
+        expanded=factor * math.sqrt(variance),
         factor=factor,
         dof=dof_of_student_quantile(level, factor),
     )
+
+
+def _welch_satterthwaite(parts: list[tuple[float, float]], variance: float, level: float) -> float:
+    """Coverage factor for the effective degrees of freedom, GUM (G.2b)."""
+    inverse = sum(v**2 / dof for v, dof in parts) / variance**2
+    return student_quantile(level, 1.0 / inverse if inverse > 0.0 else math.inf)
+
+
+def _added(parts: list[tuple[float, float]], variance: float, level: float) -> float:
+    """Coverage factor from the squares of the components' own expanded uncertainties."""
+    squares = sum(v * student_quantile(level, dof) ** 2 for v, dof in parts if v > 0.0)
+    return math.sqrt(squares / variance)

@@ -1,0 +1,169 @@
+"""Coverage of the 95 % intervals: how often they hold the truth, over many simulated tables.
+
+Run ``python benchmarks/coverage.py`` (minutes) or with ``--smoke`` (seconds). The tables come from
+`tumble`, which shares no code with accelcal. Each regime is fitted as a user would fit it. A figure
+passes where it lies in 93.5 .. 96.5 %; regimes marked with a star stand outside that promise and
+say why.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+from tumble import Stand, Unit, readings
+
+import accelcal
+
+COEFFICIENTS = ("K0", "K1", "K2", "K3", "M", "M_ip")
+LOWEST, HIGHEST = 93.5, 96.5
+THREE = (20.0, 80.0, -40.0)
+REPEATED = (20.0,) * 6
+
+
+@dataclass(frozen=True)
+class Regime:
+    """Errors that are present, what the user declares, and the design of the test."""
+
+    name: str
+    stand: Stand
+    declared: dict[str, float] = field(default_factory=dict)
+    temperatures: tuple[float, ...] = (20.0,)
+    positions: int = 8
+    aside: str = ""
+
+
+HEAD = 2e-5
+NO_HEAD = {"head_uncertainty": 0.0}
+LAUNCH = {"launch_uncertainty": 1e-5, "launch_sf_uncertainty": 1e-5}
+REGIMES = (
+    Regime("noise only, head declared 0", Stand(), NO_HEAD),
+    Regime("head 2e-5 declared", Stand(head=HEAD), {"head_uncertainty": HEAD}),
+    Regime("head 2e-5 estimated", Stand(head=HEAD)),
+    Regime("head 2e-5 estimated, 12 positions", Stand(head=HEAD), positions=12),
+    Regime("launch declared", Stand(launch=1e-5, launch_sf=1e-5), NO_HEAD | LAUNCH),
+    Regime("launch estimated from 6 runs", Stand(launch=1e-5, launch_sf=1e-5), NO_HEAD, REPEATED),
+    Regime(
+        "3 temperatures, all declared",
+        Stand(head=HEAD, launch=1e-5, launch_sf=1e-5),
+        {"head_uncertainty": HEAD} | LAUNCH,
+        THREE,
+    ),
+    Regime(
+        "3 temperatures, head estimated",
+        Stand(head=HEAD, launch=1e-5, launch_sf=1e-5),
+        LAUNCH,
+        THREE,
+    ),
+    Regime("* noise only, nothing declared", Stand(), aside="wider than needed"),
+    Regime("* head as large as the noise", Stand(head=5e-6), aside="2 dof cannot resolve it"),
+    Regime(
+        "* launch neither declared nor repeated",
+        Stand(launch=1e-5),
+        NO_HEAD,
+        aside="no honest interval of K0: the report says so",
+    ),
+)
+
+
+def record_of(columns: dict[str, list[float]], declared: dict[str, float]) -> accelcal.TumbleRecord:
+    """Columns of the generator as a record."""
+    run = np.array(columns["run"], dtype=np.int64)
+    n = run.size
+    return accelcal.TumbleRecord(
+        output=np.array(columns["output"]),
+        angle=np.array(columns["angle"]),
+        temperature=np.array(columns["temperature"]),
+        stroke=np.array(columns["stroke"], dtype=np.int64),
+        run=run,
+        run_labels=tuple(str(label) for label in range(int(run.max()) + 1)),
+        mounting=np.full(n, "o+"),
+        position=np.zeros(n, dtype=np.int64),
+        apparatus=accelcal.Apparatus(**declared),
+    )
+
+
+def one_table(regime: Regime, seed: int) -> tuple[dict[str, bool], dict[str, float]]:
+    """Which intervals hold the truth, and how wide they are over K1."""
+    rng = np.random.default_rng([2026, seed])
+    unit = Unit()
+    columns = readings(
+        unit,
+        regime.stand,
+        rng,
+        positions=regime.positions,
+        temperatures=regime.temperatures,
+    )
+    calibration = accelcal.fit(record_of(columns, regime.declared))
+    hits, widths = {}, {}
+    for table in calibration.tables[:3]:
+        truth = unit.at(table.temperature_degC)
+        for name in COEFFICIENTS:
+            key = f"{table.run} {name}"
+            quantity = table.coefficients[name]
+            hits[key] = abs(quantity.value - truth[name]) <= quantity.expanded_uncertainty
+            widths[key] = quantity.expanded_uncertainty / unit.K1
+    return hits, widths
+
+
+def measure(regime: Regime, tables: int, pool: Any) -> dict[str, tuple[float, float]]:
+    """Coverage [%] and median half width [g] of each coefficient of each table."""
+    results = list(pool.map(partial(one_table, regime), range(tables), chunksize=25))
+    return {
+        key: (
+            100.0 * float(np.mean([hits[key] for hits, _ in results])),
+            float(np.median([widths[key] for _, widths in results])),
+        )
+        for key in results[0][0]
+    }
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the table; exit 1 where a promised figure lies outside its range."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--tables", type=int, default=4000, help="tables a regime")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--smoke", action="store_true", help="60 tables a regime, no verdict")
+    options = parser.parse_args(arguments)
+    tables = 60 if options.smoke else options.tables
+    print(f"{tables} tables a regime, accelcal {accelcal.__version__}; coverage [%] and, below it,")
+    print("the median half width of the interval [1e-6 of K1]; standard error of a coverage of")
+    print(f"95 %: {100 * (0.95 * 0.05 / tables) ** 0.5:.2f} %")
+    print(f"{'regime':40s} {'run':>3s}" + "".join(f"{name:>7s}" for name in COEFFICIENTS))
+    missed = []
+    start = time.monotonic()
+    with ProcessPoolExecutor(options.jobs) as pool:
+        for regime in REGIMES:
+            figures = measure(regime, tables, pool)
+            missed += _show(regime, figures)
+    print(f"{time.monotonic() - start:.0f} s with {options.jobs} processes")
+    print("outside 93.5 .. 96.5 %: " + (", ".join(missed) or "none"))
+    return 1 if missed and not options.smoke else 0
+
+
+def _show(regime: Regime, figures: dict[str, tuple[float, float]]) -> list[str]:
+    missed = []
+    for run in dict.fromkeys(key.split()[0] for key in figures):
+        row = [figures[f"{run} {name}"] for name in COEFFICIENTS]
+        print(f"{regime.name:40s} {run:>3s}" + "".join(f"{cover:7.1f}" for cover, _ in row))
+        print(f"  {regime.aside:38s}    " + "".join(f"{1e6 * width:7.2f}" for _, width in row))
+        if not regime.name.startswith("*"):
+            missed += [
+                f"{regime.name}, run {run}, {name}: {cover:.1f}"
+                for name, (cover, _) in zip(COEFFICIENTS, row, strict=True)
+                if not LOWEST <= cover <= HIGHEST
+            ]
+    sys.stdout.flush()
+    return missed
+
+
+if __name__ == "__main__":
+    sys.exit(main())

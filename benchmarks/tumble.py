@@ -1,0 +1,92 @@
+"""Readings of a tumble test from the physics, sharing no code with accelcal.
+
+The generator behind the benchmarks: it walks through the test as the operator does, reading by
+reading, and keeps the truth.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = ["Stand", "Unit", "readings"]
+
+
+@dataclass(frozen=True)
+class Unit:
+    """Truth of an accelerometer; slopes above and below 20 degC."""
+
+    K1: float = 1.35
+    k0: float = 3.324e-3
+    k2: float = 105e-6
+    k3: float = 87e-6
+    delta: float = 1.15e-3
+    delta_ip: float = 20e-6
+    lam: tuple[float, float] = (-3.9e-5, -4.5e-5)
+    beta: tuple[float, float] = (520e-6, 480e-6)
+    gam: tuple[float, float] = (2e-6, -1e-6)
+
+    def at(self, temperature: float) -> dict[str, float]:
+        """Coefficients of the output (1) at a temperature."""
+        rise = temperature - 20.0
+        side = 0 if rise > 0 else 1
+        scale = self.K1 * (1.0 + self.beta[side] * rise)
+        return {
+            "K0": scale * (self.k0 + self.lam[side] * rise),
+            "K1": scale,
+            "K2": scale * self.k2,
+            "K3": scale * self.k3,
+            "M": scale * (self.delta + self.gam[side] * rise),
+            "M_ip": scale * self.delta_ip,
+        }
+
+
+@dataclass(frozen=True)
+class Stand:
+    """Standard deviations of the errors of a stand."""
+
+    reading: float = 5e-6
+    head: float = 0.0
+    launch: float = 0.0
+    launch_sf: float = 0.0
+
+
+def readings(
+    unit: Unit,
+    stand: Stand,
+    rng: np.random.Generator,
+    *,
+    positions: int = 8,
+    strokes: int = 6,
+    temperatures: tuple[float, ...] = (20.0,),
+) -> dict[str, list[float]]:
+    """Columns run, temperature, angle [deg], stroke and output of one test."""
+    step = 2.0 * math.pi / positions
+    head = rng.standard_normal(positions) * stand.head
+    columns: dict[str, list[float]] = {
+        name: [] for name in ("run", "temperature", "angle", "stroke", "output")
+    }
+    for run, temperature in enumerate(temperatures):
+        k = unit.at(temperature)
+        bias = k["K0"] + k["K1"] * stand.launch * rng.standard_normal()
+        scale = k["K1"] * (1.0 + stand.launch_sf * rng.standard_normal())
+        for stroke in range(1, strokes + 1):
+            walk = range(positions + 1) if stroke % 2 else range(positions, -1, -1)
+            for j in walk:
+                angle = j * step + head[j % positions]
+                a_i, a_p = math.cos(angle), math.sin(angle)
+                output = (
+                    bias
+                    + scale * a_i
+                    + k["K2"] * a_i * a_i
+                    + k["K3"] * a_i * a_i * a_i
+                    + k["M"] * a_p
+                    + k["M_ip"] * a_i * a_p
+                    + k["K1"] * stand.reading * rng.standard_normal()
+                )
+                row = (run, temperature, 360.0 * j / positions, stroke, output)
+                for name, value in zip(columns, row, strict=True):
+                    columns[name].append(value)
+    return columns
