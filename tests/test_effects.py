@@ -214,7 +214,7 @@ def test_break_shift_default_is_the_break_of_the_al15():
 
 
 def test_temperature_hysteresis_knows_the_way_to_a_level():
-    plan = TumblePlan(strokes=1, temperatures=(20.0, 80.0, 81.0, 20.0, -40.0, 20.0))
+    plan = TumblePlan(strokes=1, temperatures=(20.0, 80.0, 79.0, 20.0, -40.0, 20.0))
     by_run = change("temperature-hysteresis", 1e-4, plan=plan)[:, 0, 0]
     np.testing.assert_allclose(by_run, [0, 1e-4, 1e-4, -1e-4, -1e-4, 1e-4], atol=1e-15)
 
@@ -268,6 +268,12 @@ def test_hysteresis_lags_by_the_last_change_of_the_input():
         # falling a_i leaves the output high; at 360 deg the back stroke repeats the last position
         np.testing.assert_allclose(forward, 1e-4 * np.array([-1, 1, 1, 1, 1, -1, -1, -1, -1]))
         np.testing.assert_allclose(back, 1e-4 * np.array([-1, 1, 1, 1, 1, -1, -1, -1, -1]))
+
+
+def test_hysteresis_starts_afresh_in_each_run():
+    """Each run comes to 60 deg from 45 deg before it, whatever the position that ended the last."""
+    plan = TumblePlan(angles=(60.0, 120.0), strokes=1)
+    np.testing.assert_allclose(change("hysteresis", 1e-4, plan=plan), 1e-4)
 
 
 def test_play_follows_only_beyond_its_width():
