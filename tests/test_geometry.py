@@ -53,7 +53,7 @@ def test_a_position_outside_the_turn_is_refused(position: int, positions: int) -
         position_angles([1, position, 99], positions)
     assert str(caught.value) == (
         f"position {position} is outside the turn; with {positions} positions"
-        f" J runs from 1 to {positions + 1}"
+        f" J is a whole number from 1 to {positions + 1}"
     )
 
 
@@ -142,3 +142,19 @@ def test_an_unknown_mounting_is_refused(mounting: str) -> None:
 def test_a_fixture_angle_that_is_not_finite_is_refused(delta0: float) -> None:
     with pytest.raises(InputError, match=rf"^delta0 is {delta0}; .* finite number in rad$"):
         accelerations(0.0, delta0)
+
+
+def test_a_position_between_two_is_refused():
+    with pytest.raises(InputError, match=r"position 1\.5 is outside .* whole number"):
+        position_angles([1, 1.5])
+
+
+@pytest.mark.parametrize("angle", [np.nan, np.inf])
+def test_an_angle_that_is_no_number_is_refused(angle):
+    with pytest.raises(InputError, match="angle (nan|inf); it is a finite number"):
+        accelerations([0.0, angle])
+
+
+def test_all_axes_take_the_shape_of_angle_and_mounting_together():
+    found = accelerations(np.zeros((3, 1)), mounting=np.array(["o+", "o-", "p+", "p-"]))
+    assert {axis.shape for axis in found} == {(3, 4)}

@@ -81,12 +81,13 @@ def position_angles(position: ArrayLike, positions: int = 8) -> NDArray[np.float
     """
     if positions < 1:
         raise InputError(f"{positions} positions in a turn; a turn has at least 1 position")
-    number = np.asarray(position, dtype=np.int64)
-    outside = (number < 1) | (number > positions + 1)
+    given = np.asarray(position)
+    number = np.asarray(given, dtype=np.int64)
+    outside = (number < 1) | (number > positions + 1) | (number != given)
     if outside.any():
         raise InputError(
-            f"position {number[outside].flat[0]} is outside the turn; with {positions} positions"
-            f" J runs from 1 to {positions + 1}"
+            f"position {given[outside].flat[0]} is outside the turn; with {positions} positions"
+            f" J is a whole number from 1 to {positions + 1}"
         )
     return (number - 1) * 360.0 / positions
 
@@ -139,7 +140,7 @@ def accelerations(
     Raises
     ------
     InputError
-        If a mounting is not one of `MOUNTINGS` or `delta0` is not finite.
+        If a mounting is not one of `MOUNTINGS`, or an angle or `delta0` is not finite.
 
     Notes
     -----
@@ -155,8 +156,11 @@ def accelerations(
     """
     if not np.isfinite(delta0):
         raise InputError(f"delta0 is {delta0}; the fixture angle is a finite number in rad")
-    angle = np.asarray(angle_deg, dtype=np.float64)
-    kind = np.asarray(mounting)
+    angle, kind = np.broadcast_arrays(np.asarray(angle_deg, dtype=np.float64), mounting)
+    if not np.isfinite(angle).all():
+        raise InputError(
+            f"angle {angle[~np.isfinite(angle)].flat[0]}; it is a finite number of deg"
+        )
     unknown = ~np.isin(kind, MOUNTINGS)
     if unknown.any():
         raise InputError(

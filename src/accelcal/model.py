@@ -187,8 +187,10 @@ def error_coefficients(
     {'k0': 0.004}
     """
     scale = coefficients.get("K1", 0.0)
-    if scale == 0.0:
-        raise InputError("K1 is missing or zero; the error model (2) divides by the scale factor")
+    if not abs(scale) > 0.0:
+        raise InputError(
+            "K1 is missing, zero or not a number; the error model (2) divides by the scale factor"
+        )
     errors = {
         _error_name(name): value / scale for name, value in coefficients.items() if name != "K1"
     }
@@ -231,10 +233,11 @@ def acceleration_error(errors: Mapping[str, float], acceleration: Acceleration) 
     >>> acceleration_error({"k0": 3e-3, "k2": 1e-4}, accelerations([0, 90])).round(6).tolist()
     [0.0031, 0.003]
     """
-    return output(
-        {name.replace("delta", "M").replace("k", "K"): value for name, value in errors.items()},
-        acceleration,
-    )
+    names = {_error_name(name): name for name in _TERMS}
+    unknown = [name for name in errors if name not in names]
+    if unknown:
+        raise InputError(f"coefficient {unknown[0]!r} is not in (2); it has {', '.join(names)}")
+    return output({names[name]: value for name, value in errors.items()}, acceleration)
 
 
 def bias_bound(time: ArrayLike, launch: float, drift_rate: float, fluctuation: float) -> Array:

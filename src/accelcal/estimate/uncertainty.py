@@ -5,8 +5,8 @@ uncertainty adds the variances of the components. For the expanded uncertainty t
 ways, and with the two degrees of freedom of a head error on 8 positions neither keeps the level:
 the formula of Welch and Satterthwaite (GUM G.4) trusts a variance that happened to come out small,
 and holds the truth in 92 to 95 % where 95 % are meant; adding the squares of the components' own
-expanded uncertainties holds it in 95 to 97.6 %. accelcal takes 0.6 of the one and 0.4 of the
-other, which holds it in 93.7 to 96.1 % at every share of the components. Where one component is
+expanded uncertainties holds it in 95 to 97.6 %. accelcal takes 0.7 of the one and 0.3 of the
+other, which holds it in 93.6 to 96.1 % at every share of the components. Where one component is
 all there is, the three agree and give Student's interval. benchmarks/coverage.py measures it.
 """
 
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 LEVEL = 0.95
 """Probability of the intervals that accelcal prints."""
 
-_SHARE_OF_ADDED = 0.4
+_SHARE_OF_ADDED = 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
