@@ -3,9 +3,12 @@
 import errno
 import io
 import os
+import re
+import signal
 import subprocess
 import sys
 import warnings
+from pathlib import Path
 
 import click
 import pytest
@@ -24,6 +27,8 @@ from accelcal.cli.options import (
 from accelcal.cli.program import COMMANDS, LazyGroup
 from accelcal.errors import AccelcalWarning, InputError, TableError
 from accelcal.version import __version__
+
+ROOT = Path(__file__).parents[1]
 
 posix_only = pytest.mark.skipif(sys.platform == "win32", reason="a matter of POSIX shells")
 
@@ -212,6 +217,31 @@ def test_a_full_standard_output_is_told(monkeypatch):
     monkeypatch.setattr(sys, "stdout", Full())
     with pytest.raises(InputError, match="cannot be written: No space left on device; name a file"):
         deliver("result")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the full device is Linux's")
+@pytest.mark.parametrize("arguments", [["--help"], ["check", "examples/al15.csv"]], ids=" ".join)
+def test_a_full_device_is_one_line(arguments):
+    with Path("/dev/full").open("wb") as full:
+        done = accelcal(
+            *arguments, cwd=ROOT, capture_output=False, stdout=full, stderr=subprocess.PIPE
+        )
+    assert done.returncode == 2
+    assert re.fullmatch("error: .*No space left on device.*\n", done.stderr)
+
+
+@posix_only
+def test_ctrl_c_while_reading_standard_input():
+    process = subprocess.Popen(
+        [sys.executable, "-c", WAITING], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    assert process.stdout.readline() == b"reading\n"
+    process.send_signal(signal.SIGINT)
+    process.communicate()
+    assert process.returncode == 130
+
+
+WAITING = TRIAL.format(body="print('reading', flush=True); sys.stdin.read()")
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1", "cp437", "utf-8"])

@@ -282,13 +282,31 @@ def files_of_the_project():
     return [ROOT / name for name in names if name and (ROOT / name).is_file()]
 
 
+OF_A_MACHINE = re.compile(
+    "|".join(
+        [rf"(?<![\w.])/{folder}/" for folder in ("work", "root", "tmp", "home", "opt")]
+        + [rf"{word}\b" for word in ("python" + "hosted", "index" + "-url")]
+    )
+)
+
+
 def test_nothing_names_a_machine():
-    forbidden = [f"/{folder}/" for folder in ("work", "root", "tmp", "home")]
-    forbidden += [f"{word}" + end for word, end in [("package-host", "."), ("index", "-url")]]
-    pattern = re.compile("|".join(rf"(?<![\w.]){re.escape(word)}" for word in forbidden))
     found = {
         name_of(path): match[0]
         for path in files_of_the_project()
-        if (match := pattern.search(path.read_text("utf-8", errors="replace")))
+        if (match := OF_A_MACHINE.search(path.read_text("utf-8", errors="replace")))
     }
     assert found == {}
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("see /{}/main/x.py".format("work"), True),
+        ("https://files.python{}.org/".format("hosted"), True),
+        ("--index{} https://mirror".format("-url"), True),
+        ("docs/work/plan.md", False),
+    ],
+)
+def test_names_of_a_machine_are_found(text, found):
+    assert bool(OF_A_MACHINE.search(text)) is found
