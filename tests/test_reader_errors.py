@@ -192,6 +192,11 @@ ERRORS = {
         "T,J,k,Y,time\n20,1,1,1,5\n20,2,1,2,\n",
         "3: time is missing; write the time of every reading, or leave the column out",
     ),
+    "clock": (
+        "T,J,k,Y,time\n20,1,1,1,10:01:05\n",
+        "2: time '10:01:05' is not a number;"
+        " write seconds, or the date and time as 2024-05-31T14:30:00",
+    ),
     "date": (
         "T,J,k,Y,time\n20,1,1,1,2024-05-31 10:00\n20,2,1,2,10:01\n",
         "3: time '10:01' is not a date and time; write it as 2024-05-31T14:30:00",

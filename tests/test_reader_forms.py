@@ -232,6 +232,26 @@ def test_header_lines_stand_for_columns():
     assert record == read(long_table(rows=ROWS[:9]))
 
 
+def test_header_line_stands_for_an_empty_column():
+    rows = [(*row[1:], "") for row in ROWS[:9]]
+    text = "# mounting: p\n" + long_table(headings=(*HEADINGS[1:], "mounting"), rows=rows)
+    record = read("# temperature: 20\n" + text)
+    assert set(record.mounting) == {"p+"}
+    assert record.notes == ("column mounting is empty and was set aside",)
+
+
+def test_header_line_of_the_stroke_in_a_wide_table():
+    record = read("# stroke: 7\n" + wide_table())
+    assert set(record.stroke) == {1, 2}
+    assert record.notes == ("header line stroke was set aside: the table has such a column",)
+
+
+def test_a_comment_that_looks_like_headings_stays_a_comment():
+    record = read("# position temperature\n# runs: 20,80,-40,k,T\n" + TEXT)
+    assert record.metadata == {"comment": "position temperature"}
+    assert record.run_labels == ("20", "80", "-40", "k", "T")
+
+
 def test_temperature_unknown():
     rows = [row[1:] for row in ROWS[:9]]
     record = read("# temperature: unknown\n" + long_table(headings=HEADINGS[1:], rows=rows))
@@ -261,9 +281,10 @@ def test_run_column_tells_visits_apart():
     assert record.run.tolist() == [0] * 18 + [1] * 18
 
 
-def test_angles_instead_of_positions():
+@pytest.mark.parametrize("heading", ["theta [deg]", "Angle", "position (deg)", "TH_deg"])
+def test_angles_instead_of_positions(heading):
     rows = [(t, (j - 1) * 45, k, y) for t, j, k, y in ROWS]
-    record = read(long_table(headings=("T", "theta [deg]", "k", "Y"), rows=rows))
+    record = read(long_table(headings=("T", heading, "k", "Y"), rows=rows))
     assert record.angle.tolist() == REFERENCE.angle.tolist()
     assert not record.position.any()
 

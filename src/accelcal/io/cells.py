@@ -255,4 +255,6 @@ def _not_a_number(column: Column, index: int) -> TableError:
         remedy = "write numbers without thousands marks and with one decimal mark"
         return column.refuse(index, problem, remedy)
     remedy = "write a number, or nothing where it is missing"
+    if column.role == "time":
+        remedy = "write seconds, or the date and time as 2024-05-31T14:30:00"
     return column.refuse(index, "{} is not a number", remedy)

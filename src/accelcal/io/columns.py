@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from typing import Any
 
@@ -84,10 +84,7 @@ def choose_columns(layout: Layout, engine: Engine) -> Table:
     empty = [name for name in _OPTIONAL if name in roles and _is_blank(columns[roles[name]])]
     aside = _aside(layout, columns)
     decimal = columns[measured[0]].decimal
-    notes = [f"column {name} {reason} and was set aside" for name, reason in aside.items()]
-    notes += [f"column {name} is empty and was set aside" for name in empty]
-    both = [name for name in CONSTANTS if name in layout.declared and name in roles]
-    notes += [f"header line {name} was set aside: the table has such a column" for name in both]
+    by_columns = {*roles, *(["stroke"] if wide else [])}.difference(empty)
     return Table(
         form="wide" if wide else "long",
         columns=_constants(layout, decimal)
@@ -95,8 +92,20 @@ def choose_columns(layout: Layout, engine: Engine) -> Table:
         outputs={k: columns[i] for k, i in strokes.items()} or {0: columns[roles["output"]]},
         decimal=decimal,
         aside=(*aside, *empty),
-        notes=tuple(notes),
+        notes=tuple(_notes(layout, aside, empty, by_columns)),
     )
+
+
+def _notes(
+    layout: Layout, aside: Mapping[str, str], empty: Sequence[str], by_columns: Set[str]
+) -> Iterator[str]:
+    for name, reason in aside.items():
+        yield f"column {name} {reason} and was set aside"
+    for name in empty:
+        yield f"column {name} is empty and was set aside"
+    for name in CONSTANTS:
+        if name in layout.declared and name in by_columns:
+            yield f"header line {name} was set aside: the table has such a column"
 
 
 def _roles(layout: Layout) -> tuple[dict[str, int], dict[int, int]]:

@@ -74,30 +74,24 @@ def declarations(
     """
     given = _checked(overrides)
     declared = {key: text for key, text in layout.declared.items() if key not in given}
-    numeric = (*APPARATUS, "reference_temperature", "delta0")
-    values: dict[str, Any] = {
-        key: _number(layout, key, declared[key], decimal, unit)
-        for key in numeric
-        if key in declared
-    }
+    values: dict[str, Any] = {key: text.value or None for key, text in declared.items()}
+    for key in (*APPARATUS, "reference_temperature", "delta0"):
+        if key in declared:
+            values[key] = _number(layout, key, declared[key], decimal, unit)
     values["positions"] = _positions(layout, declared.get("positions"))
+    values["unit"] = unit
     values |= given
-    metadata = {
-        key: repr(values[key]) if key == "delta0" else text.value
-        for key, text in declared.items()
-        if key == "delta0" or key not in KEYS
-    }
+    plain = ("reference_temperature", "positions", "unit", "serial", "date")
+    record = {name: values.get(name) for name in plain}
+    record["apparatus"] = Apparatus(**{key: values[key] for key in APPARATUS if key in values})
     return Declarations(
-        record={
-            "apparatus": Apparatus(**{key: values[key] for key in APPARATUS if key in values}),
-            "reference_temperature": values.get("reference_temperature"),
-            "positions": values["positions"],
-            "unit": values.get("unit") or unit,
-            "serial": values.get("serial") or _text(declared.get("serial")),
-            "date": _text(declared.get("date")),
-        },
+        record=record,
         runs=tuple(split_line(declared["runs"].value, ",")) if "runs" in declared else (),
-        metadata=metadata,
+        metadata={
+            key: repr(values[key]) if key == "delta0" else text.value
+            for key, text in declared.items()
+            if key == "delta0" or key not in KEYS
+        },
     )
 
 
@@ -113,10 +107,6 @@ def _checked(overrides: Mapping[str, object]) -> dict[str, Any]:
             f"{given['positions']} positions in a turn; a turn has at least 1 position"
         )
     return given
-
-
-def _text(declared: Declared | None) -> str | None:
-    return (declared.value or None) if declared else None
 
 
 def _number(

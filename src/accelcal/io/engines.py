@@ -92,21 +92,7 @@ def columns_by_pandas(layout: Layout, used: Sequence[int], needed: int) -> Colum
 
     rows = _even_rows(layout, needed)
     comma = layout.separator != "," and any("," in row for row in rows)
-    numeric = [i for i in used if _is_numeric(layout, i)]
-    blank = sorted(MISSING | {text.upper() for text in MISSING} | {"NaN"})
-    options: dict[str, Any] = {
-        "sep": layout.separator,
-        "header": None,
-        "names": list(range(len(layout.headings))),
-        "index_col": False,
-        "usecols": list(used),
-        "dtype": {i: np.float64 if i in numeric else object for i in used},
-        "decimal": "," if comma else ".",
-        "keep_default_na": False,
-        "na_values": dict.fromkeys(numeric, blank),
-        "quoting": 3,
-        "skip_blank_lines": False,
-    }
+    options = _options(layout, used, "," if comma else ".")
     if _version(pd.__version__) < (3, 1):  # later ones have no other converter
         options["float_precision"] = "round_trip"
     try:
@@ -116,8 +102,26 @@ def columns_by_pandas(layout: Layout, used: Sequence[int], needed: int) -> Colum
     if len(frame) != len(rows):
         raise BulkEngineGivesUp
     lines = np.array(layout.lines, dtype=np.int64)
-    decimal = "," if comma else "."
-    return {i: _column(layout, i, _cells(frame[i], i in numeric), lines, decimal) for i in used}
+    cells = {i: _cells(frame[i], _is_numeric(layout, i)) for i in used}
+    return {i: _column(layout, i, cells[i], lines, options["decimal"]) for i in used}
+
+
+def _options(layout: Layout, used: Sequence[int], decimal: str) -> dict[str, Any]:
+    numeric = [i for i in used if _is_numeric(layout, i)]
+    blank = sorted(MISSING | {text.upper() for text in MISSING} | {"NaN"})
+    return {
+        "sep": layout.separator,
+        "header": None,
+        "names": list(range(len(layout.headings))),
+        "index_col": False,
+        "usecols": list(used),
+        "dtype": {i: np.float64 if i in numeric else object for i in used},
+        "decimal": decimal,
+        "keep_default_na": False,
+        "na_values": dict.fromkeys(numeric, blank),
+        "quoting": 3,  # csv.QUOTE_NONE
+        "skip_blank_lines": False,
+    }
 
 
 def _version(text: str) -> tuple[int, ...]:

@@ -210,14 +210,16 @@ def _find_headings(lines: list[str], name: str) -> tuple[_Headings, list[tuple[i
         if len(above) > _PREAMBLE_LINES:
             break
         bare = _uncomment(line)
-        found = _headings(line if bare is None else bare, index + 1)
-        if bare is None and (found or commented):
-            return (found, above, index + 1) if found else (commented, above, index)  # type: ignore[return-value]
-        if bare is not None and found:
-            commented = found  # as numpy.savetxt writes them
-        else:
-            above.append((index + 1, line))
-    raise _no_headings(above, commented, name)
+        found = None
+        if bare is None or not _DECLARATION.fullmatch(bare):
+            found = _headings(line if bare is None else bare, index + 1)
+        if bare is None and found:
+            return found, above, index + 1
+        if bare is None and commented:  # headings as numpy.savetxt writes them
+            return commented, [item for item in above if item[0] != commented.line], index
+        commented = found or commented
+        above.append((index + 1, line))
+    raise _no_headings(above, name)
 
 
 def _headings(line: str, number: int) -> _Headings | None:
@@ -323,9 +325,9 @@ def _comments(lines: list[str], numbers: list[int], name: str) -> Iterator[int]:
         yield number
 
 
-def _no_headings(above: list[tuple[int, str]], commented: object, name: str) -> TableError:
+def _no_headings(above: list[tuple[int, str]], name: str) -> TableError:
     table = [(number, line) for number, line in above if _uncomment(line) is None]
-    if not above and not commented:
+    if not above:
         return TableError("the file is empty", _HEADINGS_REMEDY, source=name)
     if not table:
         return TableError("header lines, but no table", _HEADINGS_REMEDY, source=name)

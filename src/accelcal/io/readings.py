@@ -111,33 +111,44 @@ def read_readings(table: Table, positions: int) -> Readings:
     first = next(iter(table.outputs.values()))
     present = ~np.isnan(outputs)
     _require_any(present, first)
+    serial, serials = _labels(table.columns, "serial")
     kept: NDArray[np.bool_] = np.any(present, axis=1)
     columns = {name: column.take(kept) for name, column in table.columns.items()}
-    row, stroke_column = np.nonzero(present[kept])
-    serial, serials = _labels(table.columns, "serial")
-    run, run_labels = _labels(columns, "run")
-    position, angle = _places(columns, positions)
-    strokes = np.array(list(table.outputs), dtype=np.int64)
-    per_row = _stroke(columns) if table.form == "long" else None
+    by_row, run_labels = _by_row(columns, positions)
+    by_row |= {"line": first.lines[kept], "serial": _at(serial, np.nonzero(kept)[0])}
+    row, output = np.nonzero(present[kept])
+    values: dict[str, Any] = {name: _at(array, row) for name, array in by_row.items()}
+    if table.form == "wide":
+        values["stroke"] = np.array(list(table.outputs), dtype=np.int64)[output]
     missing_row = np.nonzero(~present)[0]
     return Readings(
+        **values,
         output=outputs[present],
-        temperature=_temperature(columns["temperature"])[row],
-        angle=angle[row],
-        position=position[row],
-        stroke=strokes[stroke_column] if per_row is None else per_row[row],
-        line=first.lines[kept][row],
-        mounting=_mounting(columns.get("mounting"), int(kept.sum()))[row],
-        time=_at(_time(columns), row),
-        std=_at(_not_below(columns, "std", 0.0), row),
-        count=_at(_not_below(columns, "count", 1.0), row),
-        run=_at(run, row),
-        serial=_at(serial, np.nonzero(present)[0]),
         run_labels=run_labels,
         serials=serials,
         missing=first.lines[missing_row],
         missing_serial=_at(serial, missing_row),
     )
+
+
+def _by_row(
+    columns: Mapping[str, Column], positions: int
+) -> tuple[dict[str, NDArray[Any] | None], tuple[str, ...]]:
+    """Fields of `Readings` that each row holds once, and the run labels."""
+    temperature = _temperature(columns["temperature"])
+    position, angle = _places(columns, positions)
+    run, run_labels = _labels(columns, "run")
+    return {
+        "temperature": temperature,
+        "position": position,
+        "angle": angle,
+        "stroke": _stroke(columns["stroke"]) if "stroke" in columns else None,
+        "mounting": _mounting(columns.get("mounting"), temperature.size),
+        "time": _time(columns),
+        "std": _not_below(columns, "std", 0.0),
+        "count": _not_below(columns, "count", 1.0),
+        "run": run,
+    }, run_labels
 
 
 def _at(values: NDArray[Any] | None, index: Ints) -> NDArray[Any] | None:
@@ -166,8 +177,7 @@ def _temperature(column: Column) -> Floats:
     return values
 
 
-def _stroke(columns: Mapping[str, Column]) -> Ints:
-    column = columns["stroke"]
+def _stroke(column: Column) -> Ints:
     stroke = whole_numbers(column, "strokes count from 1, odd ones go forward and even ones back")
     column.check(stroke > 0, "{} is missing", "write the stroke in every row")
     return stroke

@@ -33,6 +33,9 @@ BULK_CHARACTERS = 2_000_000
 LEVEL_GAP = 2.0
 """Gap between sorted temperatures that separates two levels [degC]."""
 
+_NEEDED = ("output", "angle", "temperature", "stroke", "mounting", "position")
+_OPTIONAL = ("std", "count", "line")
+
 
 @dataclass(frozen=True, slots=True)
 class TableForm:
@@ -177,7 +180,11 @@ def _read_by(
 
 
 def _form(text: SourceText, layout: Layout, table: Table) -> TableForm:
-    columns = {name: column.heading for name, column in table.columns.items()}
+    roles = {heading.role for heading in layout.headings}
+    columns = {
+        name: column.heading if name in roles else "header line"
+        for name, column in table.columns.items()
+    }
     for stroke, column in table.outputs.items():
         columns[f"output of stroke {stroke}" if stroke else "output"] = column.heading
     return TableForm(
@@ -252,21 +259,13 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
     readings = readings.select(kept)
     _require_change(readings, common["source"])
     time, start = _seconds(readings.time)
+    values = common | {name: getattr(readings, name) for name in (*_NEEDED, *_OPTIONAL)}
     return TumbleRecord(
-        output=readings.output,
-        angle=readings.angle,
-        temperature=readings.temperature,
-        stroke=readings.stroke,
+        **values | {"notes": tuple(notes)},
         run=run[kept],
         run_labels=run_labels,
-        mounting=readings.mounting,
-        position=readings.position,
         time=time,
-        std=readings.std,
-        count=readings.count,
-        line=readings.line,
         metadata={**declared.metadata, **start},
-        **(common | {"notes": tuple(notes)}),
     )
 
 

@@ -134,8 +134,8 @@ def read_heading(text: str) -> Heading:
     --------
     >>> read_heading("Output_mA")[1:3], read_heading("T")[1], read_heading("t [s]")[1]
     (('output', 'mA'), 'temperature', 'time')
-    >>> read_heading("Y3").stroke
-    3
+    >>> read_heading("Y3").stroke, read_heading("position (deg)").role
+    (3, 'angle')
     """
     text = " ".join(text.split())
     bracket = _BRACKET.fullmatch(text)
@@ -250,7 +250,8 @@ def _known(text: str, name: str, unit: str | None) -> Heading:
     if folded == "t":
         return Heading(text, _temperature_or_time(name, unit), unit)
     if folded in _ROLES:
-        return Heading(text, _ROLES[folded], unit)
+        in_degrees = _ROLES[folded] == "position" and unit and has_unit("angle", unit)
+        return Heading(text, "angle" if in_degrees else _ROLES[folded], unit)
     stroke = _STROKE.fullmatch(folded)
     if stroke:
         return Heading(text, "strokes", unit, int(stroke[1]))
