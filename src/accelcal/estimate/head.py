@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 # nothing about the head.
 _LEAST_STRENGTH = 0.05
 
+_ROUNDING = 1e-9  # what is left of the head's action below this share of it is rounding error
+
 # Share of the reading noise that is taken off the lack of fit when the head's variance is
 # estimated from it. With 1 (restricted maximum likelihood) the estimate is zero too often where
 # head error and noise are alike, and the 95 % intervals hold the truth in 91 % only; with 1/2 they
@@ -141,16 +143,17 @@ def lack_of_fit(
     if any(np.isnan(noise.factor) for noise in noises):
         nothing = np.zeros(0)
         return LackOfFit(positions, nothing, nothing, np.zeros((positions.size, 0)))
-    seen, readings = [], []
+    seen, readings, whole = [], [], 0.0
     for table, y, noise, k in zip(tables, outputs, noises, coefficients, strict=True):
         spread = noise.factor * table.scatter
         basis = LeastSquares(table.kept_design / spread[:, None]).basis
         acting = sensitivity(table, k, positions) / spread[:, None]
         seen.append(acting - basis @ (basis.T @ acting))
+        whole = max(whole, float(np.abs(acting).max()))
         # taking the fit off first keeps the digits: the contrasts ignore it anyway
         readings.append((y - table.design @ k) / spread)
     left, strengths, right = np.linalg.svd(np.concatenate(seen), full_matrices=False)
-    telling = strengths > _LEAST_STRENGTH * strengths.max()
+    telling = strengths > max(_LEAST_STRENGTH * strengths.max(), _ROUNDING * whole)
     return LackOfFit(
         positions=positions,
         contrasts=left[:, telling].T @ np.concatenate(readings),
