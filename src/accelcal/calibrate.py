@@ -13,12 +13,14 @@ from accelcal.estimate.joint import JointEstimate, estimate_jointly
 from accelcal.estimate.linear import METHODS, linear_estimator
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.estimate.uncertainty import Component, Interval, intervals, propagate
-from accelcal.gates import record_gates, table_gates
+from accelcal.gates.record import record_gates
+from accelcal.gates.table import table_gates
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, POWERS
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource, Quantity, Residuals
 from accelcal.results.table import TableCalibration
+from accelcal.temperature import temperature_model
 from accelcal.version import __version__
 from accelcal.weaknesses import record_warnings, table_warnings
 
@@ -103,6 +105,7 @@ def fit(
         tables, record.apparatus, method=method, robust=robust, delta0=delta0
     )
     mountings = [str(table.record.mounting[0]) for table in tables]
+    reference = _reference_temperature(record, reference_temperature)
     return Calibration(
         method=method,
         robust=robust,
@@ -112,15 +115,27 @@ def fit(
         ),
         serial=record.serial,
         g_local_m_s2=record.apparatus.local_gravity,
-        T0_degC=_reference_temperature(record, reference_temperature),
+        T0_degC=reference,
         delta0_rad=delta0,
         source=record.source,
         date=record.date,
         error_sources=_error_sources(estimate, record.unit),
-        gates=record_gates(estimate),
+        gates=record_gates(estimate, _table_names(tables)),
         warnings=record_warnings(estimate, method, delta0, mountings),
         software=f"accelcal {__version__}",
+        temperature_model=temperature_model(
+            tables, estimate, reference, record.apparatus.temperature_uncertainty, record.unit
+        ),
     )
+
+
+def _table_names(tables: Sequence[PreparedTable]) -> list[str]:
+    names = [
+        (f"run {t.record.run_labels[int(t.record.run[0])]}", str(t.record.mounting[0]))
+        for t in tables
+    ]
+    several = len({mounting for _, mounting in names}) > 1
+    return [f"{run}, mounting {mounting}" if several else run for run, mounting in names]
 
 
 def _reference_temperature(record: TumbleRecord, given: float | None) -> float | None:
@@ -141,7 +156,7 @@ def _table_calibration(
     residual = estimate.residuals[index]
     noise = estimate.noises[index]
     own = {name: c.part(estimate.part(index)) for name, c in estimate.components.items()}
-    covariance = sum(part.covariance for part in own.values())
+    covariance = np.sum([part.covariance for part in own.values()], axis=0)
     unit = table.record.unit
     dof = residual.size - len(names)
     temperature = float(table.record.temperature.mean())

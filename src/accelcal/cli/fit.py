@@ -63,7 +63,7 @@ __all__ = ["fit"]
 )
 @click.option("--strict", is_flag=True, help="Refuse a table that cannot tell all of them apart.")
 @format_option("text", "json", "csv")
-def fit(  # noqa: PLR0913 - one parameter an option
+def fit(
     data: Sequence[str],
     path: str | None,
     method: str,

@@ -12,7 +12,13 @@ from typing import Any
 
 from accelcal.report.numbers import matching_digits, significant
 
-__all__ = ["CoefficientRow", "coefficient_rows", "residual_grid", "strong_correlations"]
+__all__ = [
+    "CoefficientRow",
+    "coefficient_rows",
+    "residual_grid",
+    "strong_correlations",
+    "temperature_rows",
+]
 
 Document = Mapping[str, Any]
 
@@ -96,6 +102,51 @@ def _row(
         factor=f"{expanded / standard:.2f}" if standard and expanded is not None else "",
         dominated_by=_dominating(table["budget"].get(coefficient, {})),
     )
+
+
+_LAWS = (  # name, symbol, law, part, factor, unit; the scale factor keeps its own unit
+    ("bias at T0", "k0N", "k0", "at_T0", 1e3, "mg"),
+    ("  slope above", "lam1", "k0", "above", 1e6, "ug/degC"),
+    ("  slope below", "lam2", "k0", "below", 1e6, "ug/degC"),
+    ("scale factor at T0", "K1N", "K1", "at_T0", 1.0, None),
+    ("  slope above", "beta1", "K1", "above", 1e6, "ppm/degC"),
+    ("  slope below", "beta2", "K1", "below", 1e6, "ppm/degC"),
+    ("misalignment at T0", "deltaN", "delta", "at_T0", 1e6, "urad"),
+    ("  slope above", "gam1", "delta", "above", 1e6, "urad/degC"),
+    ("  slope below", "gam2", "delta", "below", 1e6, "urad/degC"),
+)
+
+
+def temperature_rows(model: Document) -> list[tuple[str, str, str, str, str]]:
+    """Make the lines of the temperature laws.
+
+    Parameters
+    ----------
+    model : mapping
+        ``"temperature_model"`` of the document of a calibration.
+
+    Returns
+    -------
+    list of tuple of str
+        Name, symbol, value, half width of the 95 % interval, unit.
+    """
+    rows = [
+        _law_row(name, symbol, model[law][part], factor, unit)
+        for name, symbol, law, part, factor, unit in _LAWS
+    ]
+    return [*rows, _law_row("hysteresis of bias", "h_T", model["hysteresis"], 1e6, "ug")]
+
+
+def _law_row(
+    name: str, symbol: str, quantity: Document | None, factor: float, unit: str | None
+) -> tuple[str, str, str, str, str]:
+    if quantity is None:
+        return name, symbol, "not determined", "", unit or ""
+    expanded = quantity["expanded_uncertainty"]
+    shown = matching_digits(
+        factor * quantity["value"], None if expanded is None else factor * expanded
+    )
+    return name, symbol, *shown, unit or quantity["unit"]
 
 
 def _meaning(table: Document, symbol: str, coefficient: str) -> str:

@@ -7,7 +7,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from accelcal.report.numbers import significant
-from accelcal.report.rows import coefficient_rows, residual_grid, strong_correlations
+from accelcal.report.rows import (
+    coefficient_rows,
+    residual_grid,
+    strong_correlations,
+    temperature_rows,
+)
 
 __all__ = ["calibration_text"]
 
@@ -36,6 +41,8 @@ def calibration_text(document: Document) -> str:
     lines += [] if document["warnings"] == [] else ["", *_open(document)]
     for table in document["tables"]:
         lines += ["", *_table(table, document)]
+    if document["temperature_model"]:
+        lines += ["", *_temperature(document["temperature_model"], document["T0_degC"])]
     lines += ["", *_errors(document), *_gates(document["gates"])]
     return "\n".join(lines)
 
@@ -115,6 +122,14 @@ def _residuals(table: Document) -> Iterator[str]:
 
 def _micro(value: float) -> str:
     return f"{value * _MICRO:.1f}"
+
+
+def _temperature(model: Document, reference: float) -> Iterator[str]:
+    yield f"Temperature laws, bilinear about T0 = {reference:g} degC"
+    yield from _columns(
+        [("", "", "value", "+- U (95 %)", "unit"), *temperature_rows(model)], right={2, 3}
+    )
+    yield from _items("note", model["warnings"])
 
 
 def _errors(document: Document) -> Iterator[str]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from accelcal.errors import DocumentError
 from accelcal.results.quantity import Document, ErrorSource, Gate, fields_document
 from accelcal.results.table import TableCalibration
+from accelcal.results.temperature import TemperatureModel
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -55,6 +56,8 @@ class Calibration:
         What a reader must know before using the numbers.
     software : str
         Name and version of what made the calibration.
+    temperature_model : TemperatureModel or None
+        Temperature laws; None where there is one level only.
 
     Examples
     --------
@@ -78,6 +81,7 @@ class Calibration:
     gates: tuple[Gate, ...] = ()
     warnings: tuple[str, ...] = ()
     software: str = ""
+    temperature_model: TemperatureModel | None = None
 
     def __str__(self) -> str:
         from accelcal.report.text import calibration_text
@@ -110,7 +114,9 @@ class Calibration:
             "delta0_rad": self.delta0_rad,
             "error_sources": [fields_document(source) for source in self.error_sources],
             "tables": [table.to_document() for table in self.tables],
-            "temperature_model": None,
+            "temperature_model": (
+                self.temperature_model.to_document() if self.temperature_model else None
+            ),
             "effects": [],
             "gates": [fields_document(gate) for gate in self.gates],
             "warnings": list(self.warnings),
@@ -146,6 +152,11 @@ class Calibration:
                 error_sources=tuple(ErrorSource(**s) for s in document["error_sources"]),
                 gates=tuple(Gate(**gate) for gate in document["gates"]),
                 warnings=tuple(document["warnings"]),
+                temperature_model=(
+                    TemperatureModel.from_document(document["temperature_model"])
+                    if document["temperature_model"]
+                    else None
+                ),
             )
         except (KeyError, TypeError, AttributeError) as error:
             raise DocumentError(

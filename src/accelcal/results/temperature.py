@@ -1,0 +1,88 @@
+"""Temperature laws of a calibration: bilinear in T - T0, and the hysteresis of the bias."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from accelcal.results.quantity import Document, Quantity
+
+__all__ = ["BilinearLaw", "TemperatureModel"]
+
+
+@dataclass(frozen=True, slots=True)
+class BilinearLaw:
+    """A quantity at T0 and its slopes above and below, continuous at T0.
+
+    Attributes
+    ----------
+    at_T0 : Quantity or None
+        The quantity at T0; None where not determined.
+    above, below : Quantity or None
+        Slope for T > T0 and for T < T0 [per degC]; None where not determined.
+    """
+
+    at_T0: Quantity | None
+    above: Quantity | None
+    below: Quantity | None
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the law as it stands in the JSON document."""
+        return {
+            name: part.to_document() if part is not None else None
+            for name, part in (("at_T0", self.at_T0), ("above", self.above), ("below", self.below))
+        }
+
+    @classmethod
+    def from_document(cls, document: Document) -> BilinearLaw:
+        """Read the law from its place in a JSON document."""
+        return cls(*(_optional(document[name]) for name in ("at_T0", "above", "below")))
+
+
+@dataclass(frozen=True, slots=True)
+class TemperatureModel:
+    """Temperature laws of bias, scale factor and misalignment.
+
+    Attributes
+    ----------
+    k0 : BilinearLaw
+        Bias k0 [g] and slopes lam1, lam2 [g/degC].
+    K1 : BilinearLaw
+        Scale factor [output unit / g] and relative slopes beta1, beta2 [1/degC].
+    delta : BilinearLaw
+        Misalignment [rad] and slopes gam1, gam2 [rad/degC].
+    hysteresis : Quantity or None
+        h_T: half the difference of the bias between levels reached by heating and by cooling [g];
+        None where no level was reached both ways.
+    warnings : tuple of str
+        What is missing, and why.
+    """
+
+    k0: BilinearLaw
+    K1: BilinearLaw
+    delta: BilinearLaw
+    hysteresis: Quantity | None = None
+    warnings: tuple[str, ...] = ()
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the model as it stands in the JSON document."""
+        return {
+            "k0": self.k0.to_document(),
+            "K1": self.K1.to_document(),
+            "delta": self.delta.to_document(),
+            "hysteresis": self.hysteresis.to_document() if self.hysteresis is not None else None,
+            "warnings": list(self.warnings),
+        }
+
+    @classmethod
+    def from_document(cls, document: Document) -> TemperatureModel:
+        """Read the model from its place in a JSON document."""
+        return cls(
+            *(BilinearLaw.from_document(document[name]) for name in ("k0", "K1", "delta")),
+            hysteresis=_optional(document["hysteresis"]),
+            warnings=tuple(document["warnings"]),
+        )
+
+
+def _optional(document: Document | None) -> Quantity | None:
+    return None if document is None else Quantity.from_document(document)
