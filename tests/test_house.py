@@ -25,7 +25,7 @@ FLOORS = (
     {"report"},
     {"io", "batch"},
     {"calibrate"},
-    {"gates", "weaknesses", "simulate"},
+    {"gates", "weaknesses", "temperature", "simulate"},
     {"estimate", "effects"},
     {"printed"},
     {"record", "results"},
