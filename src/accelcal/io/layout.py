@@ -17,8 +17,8 @@ _SEPARATORS = ("\t", ";", ",", None)
 _CORE = {"temperature", "position", "angle", "stroke", "output"}
 _PREAMBLE_LINES = 200
 _HEADINGS_REMEDY = "the first row names the columns: temperature, position, stroke, output"
-_DECLARATION = re.compile(r"([^:=,;\t]+?)\s*[:=]\s*(.*)")
-_DECLARATION_IN_CELLS = re.compile(r"([^,;\t]+?)\s*[:=]?\s*[,;\t]\s*(.*)")
+_DECLARATION = re.compile(r"([^:=,;\t]+)[:=](.*)")
+_DECLARATION_IN_CELLS = re.compile(r"([^,;\t]+)[,;\t](.*)")
 _EXCEL_ERROR = re.compile(r"#(N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)")
 
 
@@ -279,12 +279,13 @@ def _key_and_value(line: str) -> tuple[str, str]:
     text = line.strip(" \t,;").replace('"', "") if bare is None else bare
     for pattern in (_DECLARATION, _DECLARATION_IN_CELLS):
         match = pattern.fullmatch(text)
-        name, unit = split_unit(match[1]) if match else ("", "")
+        key = match[1].strip(" :=") if match else ""
+        name, unit = split_unit(key)
         known = canonical_key(name)
         if match and known:
             return known, f"{match[2].strip()} {unit}".strip()
-        if match and pattern is _DECLARATION and (bare is not None or match[1] == "sep"):
-            return match[1].strip(), match[2].strip()
+        if match and pattern is _DECLARATION and (bare is not None or key == "sep"):
+            return key, match[2].strip()
     return ("comment", text) if bare else ("" if bare is None else "sep", "")
 
 
@@ -318,7 +319,7 @@ def _comments(lines: list[str], numbers: list[int], name: str) -> Iterator[int]:
         if text is None or _EXCEL_ERROR.match(line.strip(' \t"')):
             continue
         declaration = _DECLARATION.fullmatch(text)
-        if declaration and canonical_key(declaration[1]):
+        if declaration and canonical_key(declaration[1].strip()):
             problem = f"header line {shown(text)} inside the table"
             remedy = "write it above the headings; one table a file, or a column serial"
             raise TableError(problem, remedy, source=name, line=number)

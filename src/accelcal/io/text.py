@@ -147,7 +147,7 @@ def _utf16(data: bytes) -> str:
 def _tidy(text: str, name: str) -> str:
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
-    text = text.removeprefix("\ufeff")
+    text = text.removeprefix("\ufeff").removesuffix("\x1a")  # end of file as DOS wrote it
     if "\0" in text:
         line = text.count("\n", 0, text.index("\0")) + 1
         problem = "a zero byte: the file is damaged or not text"

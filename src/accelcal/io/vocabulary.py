@@ -12,6 +12,7 @@ from accelcal.units import is_output_unit
 __all__ = [
     "COLUMNS",
     "KEYS",
+    "LONGEST",
     "TIME_UNITS",
     "UNITS_OF",
     "Heading",
@@ -88,11 +89,14 @@ UNITS_OF: Mapping[str, tuple[str, ...]] = MappingProxyType(
 )
 """Units that a quantity may be given in, in any case, the first being the one to recommend."""
 
+LONGEST = 100
+"""Characters of a heading or key that may have a meaning."""
+
 _WRONG_UNITS = {"temperature": ("K", "Kelvin", "F", "°F", "degF"), "angle": ("rad", "mrad", "gon")}
 _ROLES = {name: role for role, names in COLUMNS.items() for name in names}
 _CANONICAL_KEYS = {name: key for key, names in KEYS.items() for name in names}
 _BRACKET = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]")
-_SUFFIX = re.compile(r"(.+)[_ ]([^_ ]+)")
+_SUFFIX = re.compile(r"(.+?)\s*[/,]\s*(.+)|(.+)[_ ]([^_ ]+)")
 _STROKE = re.compile(r"(?:y|k|stroke|output|reading)?_?([0-9]{1,6})")
 
 
@@ -138,14 +142,17 @@ def read_heading(text: str) -> Heading:
     (3, 'angle')
     """
     text = " ".join(text.split())
+    if len(text) > LONGEST:
+        return Heading(text, None)
     bracket = _BRACKET.fullmatch(text)
     name, unit = (bracket[1], bracket[2] or None) if bracket else (text, None)
     known = _known(text, name, unit)
     if known.role is None and not bracket:
         suffix = _SUFFIX.fullmatch(text)
         if suffix:
-            known = _known(text, suffix[1], suffix[2])
-            if known.role is None or not is_unit_of(known.role, suffix[2]):
+            name, unit = suffix[1] or suffix[3], suffix[2] or suffix[4]
+            known = _known(text, name, unit)
+            if known.role is None or not is_unit_of(known.role, unit):
                 return Heading(text, None)
     return known
 
@@ -241,7 +248,7 @@ def split_unit(key: str) -> tuple[str, str]:
     >>> split_unit("T0 [degC]"), split_unit("date")
     (('T0', 'degC'), ('date', ''))
     """
-    match = _BRACKET.fullmatch(key)
+    match = _BRACKET.fullmatch(key) if len(key) <= LONGEST else None
     return (match[1], match[2]) if match else (key, "")
 
 
