@@ -11,42 +11,69 @@ import math
 from collections.abc import Callable
 from functools import lru_cache
 
+from accelcal.errors import InputError
+
 __all__ = ["dof_of_student_quantile", "f_survival", "student_quantile", "student_survival"]
 
 _TINY = 1e-300
+_AS_GOOD_AS_INFINITE = 1e15  # degrees of freedom
 
 
-def _beta_continued_fraction(a: float, b: float, x: float) -> float:
-    """Continued fraction of the incomplete beta function by the modified Lentz method."""
-    c = 1.0
-    d = 1.0 / _away_from_zero(1.0 - (a + b) * x / (a + 1.0))
-    fraction = d
+def _regularised_beta(a: float, b: float, x: float, y: float) -> float:
+    """Regularised incomplete beta function I_x(a, b); y = 1 - x keeps the digits where x is near 1.
+
+    The continued fraction is (DLMF 8.17.22) contracted to its even part, as in TOMS 708; its terms
+    hold y and not 1 - x, so that large a lose no digits.
+    """
+    if x <= 0.0:
+        return 0.0
+    if y <= 0.0:
+        return 1.0
+    if x * (a + b + 2.0) > a + 1.0:
+        return 1.0 - _regularised_beta_tail(b, a, y, x)
+    return _regularised_beta_tail(a, b, x, y)
+
+
+def _regularised_beta_tail(a: float, b: float, x: float, y: float) -> float:
+    c = fraction = _away_from_zero(a * (a * y - b * x + 1.0) / (a + 1.0))
+    d = 0.0
     for m in range(1, 10_000):
-        even = m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m))
-        odd = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1))
-        for term in (even, odd):
-            d = 1.0 / _away_from_zero(1.0 + term * d)
-            c = _away_from_zero(1.0 + term / c)
-            fraction *= c * d
+        before = a + 2 * m - 1
+        numerator = (a + m - 1) / before * ((a + b + m - 1) / before) * m * (b - m) * x * x
+        term = m + m * (b - m) * x / before
+        term += (a + m) * (a * y - b * x + 1.0 + m * (1.0 + y)) / (before + 2)
+        d = 1.0 / _away_from_zero(term + numerator * d)  # modified Lentz method
+        c = _away_from_zero(term + numerator / c)
+        fraction *= c * d
         if abs(c * d - 1.0) < 1e-15:
             break
-    return fraction
+    return _beta_density(a, b, x, y) / fraction
 
 
 def _away_from_zero(x: float) -> float:
     return x if abs(x) > _TINY else _TINY
 
 
-def _regularised_beta(a: float, b: float, x: float) -> float:
-    """Regularised incomplete beta function I_x(a, b)."""
-    if x <= 0.0 or x >= 1.0:
-        return 0.0 if x <= 0.0 else 1.0
-    log_front = (
-        math.lgamma(a + b) - math.lgamma(a) - math.lgamma(b) + a * math.log(x) + b * math.log1p(-x)
-    )
-    if x < (a + 1.0) / (a + b + 2.0):
-        return math.exp(log_front) * _beta_continued_fraction(a, b, x) / a
-    return 1.0 - math.exp(log_front) * _beta_continued_fraction(b, a, 1.0 - x) / b
+def _beta_density(a: float, b: float, x: float, y: float) -> float:
+    """x^a y^b / B(a, b), with Stirling's formula taken out, which cancels for large a and b."""
+    n = a + b
+    excess = b * x - a * y  # n x - a, without its loss of digits
+    exponent = _log_power(a, excess, n * x) + _log_power(b, -excess, n * y)
+    rest = _beyond_stirling(n) - _beyond_stirling(a) - _beyond_stirling(b)
+    return math.sqrt(a / n * b / (2.0 * math.pi)) * math.exp(exponent + rest)
+
+
+def _log_power(a: float, excess: float, total: float) -> float:
+    """Logarithm of (total / a)^a, where total = a + excess."""
+    return a * (math.log1p(excess / a) if abs(excess) < 0.5 * a else math.log(total / a))
+
+
+def _beyond_stirling(z: float) -> float:
+    """Logarithm of the gamma function minus Stirling's formula."""
+    if z < 16.0:
+        return math.lgamma(z) - ((z - 0.5) * math.log(z) - z + 0.5 * math.log(2.0 * math.pi))
+    w = 1.0 / (z * z)
+    return (1 / 12 - w * (1 / 360 - w * (1 / 1260 - w * (1 / 1680 - w / 1188)))) / z  # DLMF 5.11.1
 
 
 def student_survival(t: float, dof: float) -> float:
@@ -69,9 +96,10 @@ def student_survival(t: float, dof: float) -> float:
     >>> round(student_survival(4.302653, 2), 6)
     0.025
     """
-    if math.isinf(dof) or dof > 1e8:
+    if math.isinf(dof):
         return 0.5 * math.erfc(t / math.sqrt(2.0))
-    tail = 0.5 * _regularised_beta(dof / 2.0, 0.5, dof / (dof + t * t))
+    ratio = t * t / dof
+    tail = 0.5 * _regularised_beta(dof / 2.0, 0.5, 1.0 / (1.0 + ratio), ratio / (1.0 + ratio))
     return tail if t >= 0 else 1.0 - tail
 
 
@@ -91,11 +119,20 @@ def student_quantile(level: float, dof: float) -> float:
     float
         t with P(|T| <= t) = `level`.
 
+    Raises
+    ------
+    InputError
+        If `level` is not between 0 and 1, or `dof` is not above 0.
+
     Examples
     --------
     >>> round(student_quantile(0.95, 2), 4), round(student_quantile(0.95, float("inf")), 4)
     (4.3027, 1.96)
     """
+    if not 0.0 < level < 1.0:
+        raise InputError(f"level {level}; the probability of an interval lies between 0 and 1")
+    if not dof > 0.0:
+        raise InputError(f"{dof} degrees of freedom; Student's factor needs more than 0")
     tail = 0.5 * (1.0 - level)
     t = 0.0
     for _ in range(200):  # the tail is convex: Newton's steps from the left never overshoot
@@ -107,12 +144,11 @@ def student_quantile(level: float, dof: float) -> float:
 
 
 def _student_density(t: float, dof: float) -> float:
-    if math.isinf(dof) or dof > 1e8:
+    if math.isinf(dof):
         return math.exp(-0.5 * t * t) / math.sqrt(2.0 * math.pi)
-    log_front = math.lgamma((dof + 1.0) / 2.0) - math.lgamma(dof / 2.0)
-    return math.exp(log_front - (dof + 1.0) / 2.0 * math.log1p(t * t / dof)) / math.sqrt(
-        dof * math.pi
-    )
+    rest = _beyond_stirling((dof + 1.0) / 2.0) - _beyond_stirling(dof / 2.0)
+    front = math.exp(rest + 0.5 * dof * math.log1p(1.0 / dof) - 0.5) / math.sqrt(2.0 * math.pi)
+    return front * math.exp(-(dof + 1.0) / 2.0 * math.log1p(t * t / dof))
 
 
 def dof_of_student_quantile(level: float, factor: float) -> float:
@@ -167,7 +203,8 @@ def f_survival(ratio: float, dof1: float, dof2: float) -> float:
     ratio : float
         The ratio of two mean squares.
     dof1, dof2 : float
-        Degrees of freedom of numerator and denominator, finite and above 0.
+        Degrees of freedom of numerator and denominator, above 0; `dof2` may be infinite, where the
+        variance is known.
 
     Returns
     -------
@@ -181,4 +218,6 @@ def f_survival(ratio: float, dof1: float, dof2: float) -> float:
     """
     if ratio <= 0:
         return 1.0
-    return _regularised_beta(dof2 / 2.0, dof1 / 2.0, dof2 / (dof2 + dof1 * ratio))
+    odds = dof1 * ratio / min(dof2, _AS_GOOD_AS_INFINITE)
+    parts = 1.0 / (1.0 + odds), odds / (1.0 + odds)
+    return _regularised_beta(min(dof2, _AS_GOOD_AS_INFINITE) / 2.0, dof1 / 2.0, *parts)
