@@ -20,7 +20,7 @@ from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource, Quantity, Residuals
 from accelcal.results.table import TableCalibration
-from accelcal.temperature import temperature_model
+from accelcal.temperature.from_tables import laws_from_tables
 from accelcal.version import __version__
 from accelcal.weaknesses import record_warnings, table_warnings
 
@@ -123,7 +123,7 @@ def fit(
         gates=record_gates(estimate, _table_names(tables)),
         warnings=record_warnings(estimate, method, delta0, mountings),
         software=f"accelcal {__version__}",
-        temperature_model=temperature_model(
+        temperature_model=laws_from_tables(
             tables, estimate, reference, record.apparatus.temperature_uncertainty, record.unit
         ),
     )

@@ -1,0 +1,1 @@
+"""Temperature laws: bilinear about T0, from the tables' coefficients or from all readings."""
