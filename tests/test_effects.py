@@ -9,7 +9,7 @@ import pytest
 from accelcal.effects.catalogue import catalogue, effect
 from accelcal.effects.conditions import conditions_of
 from accelcal.errors import InputError
-from accelcal.simulate import NOISE_FREE, Accelerometer, BilinearLaw, TumblePlan, simulate
+from accelcal.simulation import NOISE_FREE, Accelerometer, BilinearLaw, TumblePlan, simulate
 
 IDS = [
     "scale-factor-asymmetry",

@@ -25,7 +25,7 @@ FLOORS = (
     {"report"},
     {"io", "batch"},
     {"calibrate"},
-    {"gates", "weaknesses", "temperature", "simulate"},
+    {"gates", "weaknesses", "temperature", "simulation"},
     {"estimate", "effects"},
     {"printed"},
     {"record", "results"},

@@ -14,7 +14,7 @@ from accelcal.cli.main import main
 from accelcal.effects.catalogue import catalogue, effect
 from accelcal.errors import InputError
 from accelcal.io.tables import read_table
-from accelcal.simulate import (
+from accelcal.simulation import (
     AL15,
     NOISE_FREE,
     Accelerometer,

@@ -82,16 +82,25 @@ if TYPE_CHECKING:
     from accelcal.record import Apparatus as Apparatus
     from accelcal.record import TumbleRecord as TumbleRecord
     from accelcal.results.calibration import Calibration as Calibration
+    from accelcal.simulation import AL15 as AL15
+    from accelcal.simulation import Accelerometer as Accelerometer
+    from accelcal.simulation import NoiseComponents as NoiseComponents
+    from accelcal.simulation import TumblePlan as TumblePlan
+    from accelcal.simulation import simulate as simulate
 
 __all__ = [
+    "AL15",
     "AccelcalError",
     "AccelcalWarning",
+    "Accelerometer",
     "Apparatus",
     "Calibration",
     "DesignError",
     "DocumentError",
     "InputError",
+    "NoiseComponents",
     "TableError",
+    "TumblePlan",
     "TumbleRecord",
     "__version__",
     "accelerations",
@@ -101,18 +110,23 @@ __all__ = [
     "position_angles",
     "read_table",
     "read_tables",
+    "simulate",
     "write_table",
 ]
 
 _HOME = {
+    "AL15": "accelcal.simulation",
     "AccelcalError": "accelcal.errors",
     "AccelcalWarning": "accelcal.errors",
+    "Accelerometer": "accelcal.simulation",
     "Apparatus": "accelcal.record",
     "Calibration": "accelcal.results.calibration",
     "DesignError": "accelcal.errors",
     "DocumentError": "accelcal.errors",
     "InputError": "accelcal.errors",
+    "NoiseComponents": "accelcal.simulation",
     "TableError": "accelcal.errors",
+    "TumblePlan": "accelcal.simulation",
     "TumbleRecord": "accelcal.record",
     "accelerations": "accelcal.geometry",
     "design_matrix": "accelcal.model",
@@ -121,6 +135,7 @@ _HOME = {
     "position_angles": "accelcal.geometry",
     "read_table": "accelcal.io.tables",
     "read_tables": "accelcal.io.tables",
+    "simulate": "accelcal.simulation",
     "write_table": "accelcal.io.writer",
 }
 """Public name -> the module where it lives."""

@@ -143,8 +143,8 @@ _PLAN = (
 
 def _simulated(options: dict[str, Any]) -> TumbleRecord:
     from accelcal.effects.catalogue import effect
-    from accelcal.simulate import Accelerometer, NoiseComponents, TumblePlan
-    from accelcal.simulate import simulate as run
+    from accelcal.simulation import Accelerometer, NoiseComponents, TumblePlan
+    from accelcal.simulation import simulate as run
 
     given = {name: value for name, value in options.items() if value not in (None, ())}
     return run(
