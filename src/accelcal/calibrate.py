@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import warnings as python_warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.errors import AccelcalWarning, InputError
+from accelcal.errors import AccelcalWarning, DesignError, InputError
 from accelcal.estimate.joint import JointEstimate, estimate_jointly
 from accelcal.estimate.linear import METHODS, linear_estimator
 from accelcal.estimate.tables import PreparedTable, prepare
@@ -20,16 +21,21 @@ from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource, Quantity, Residuals
 from accelcal.results.table import TableCalibration
+from accelcal.results.temperature import TemperatureModel
+from accelcal.temperature.from_readings import laws_from_readings
 from accelcal.temperature.from_tables import laws_from_tables
 from accelcal.version import __version__
 from accelcal.weaknesses import record_warnings, table_warnings
 
-__all__ = ["fit"]
+__all__ = ["TEMPERATURE_LAWS", "fit"]
 
 Array = NDArray[np.float64]
 
 _ERROR_UNITS = {"k0": "g", "k2": "g/g^2", "k3": "g/g^3", "delta": "rad", "delta_ip": "g/g^2"}
 _USUAL_TEMPERATURE = 20.0
+
+TEMPERATURE_LAWS = ("tables", "readings")
+"""What the temperature laws are fitted to; the first is the default."""
 
 
 def fit(
@@ -37,10 +43,11 @@ def fit(
     *,
     method: str = METHODS[0],
     robust: bool = False,
-    delta0: float = 0.0,
+    delta0: float | None = None,
     reference_temperature: float | None = None,
     coefficients: Sequence[str] = COEFFICIENTS,
     strict: bool = False,
+    temperature_laws: str = "tables",
 ) -> Calibration:
     """Calibrate an accelerometer from the record of its tumble test.
 
@@ -53,14 +60,18 @@ def fit(
         ``"printed"``.
     robust : bool, default False
         Make the readings safe against outliers by their replicates first.
-    delta0 : float, default 0
-        Fixture angle between head zero and input axis, taken as given [rad].
+    delta0 : float, optional
+        Fixture angle between head zero and input axis, taken as given [rad]; by default that of
+        the record's metadata, else 0.
     reference_temperature : float, optional
         T0; by default that of the record, else the level nearest to 20 degC [degC].
     coefficients : sequence of str, default all six
         Coefficients to estimate; the others are taken as zero.
     strict : bool, default False
         Refuse a design that does not determine all coefficients asked for.
+    temperature_laws : str, default "tables"
+        Fit the temperature laws to the coefficients of the ``"tables"``, or to all ``"readings"``,
+        each at its own temperature.
 
     Returns
     -------
@@ -93,17 +104,24 @@ def fit(
     """
     if reference_temperature is not None and not np.isfinite(reference_temperature):
         raise InputError(f"T0 is {reference_temperature}; it is a finite number of degC")
+    if temperature_laws not in TEMPERATURE_LAWS:
+        raise InputError(
+            f"temperature_laws is {temperature_laws!r}; choose from {', '.join(TEMPERATURE_LAWS)}"
+        )
     if method == "printed":
         python_warnings.warn(
             "method 'printed' uses the misprinted equations (6); it is there for the record",
             AccelcalWarning,
             stacklevel=2,
         )
-    asked = [name for name in COEFFICIENTS if name in coefficients] or list(coefficients)
-    tables = [prepare(t, delta0=delta0, asked=asked, strict=strict) for t in record.tables()]
-    estimate = estimate_jointly(
-        tables, record.apparatus, method=method, robust=robust, delta0=delta0
-    )
+    delta0 = _fixture_angle(record, delta0)
+    with _naming(record):
+        tables = [
+            prepare(t, delta0=delta0, asked=coefficients, strict=strict) for t in record.tables()
+        ]
+        estimate = estimate_jointly(
+            tables, record.apparatus, method=method, robust=robust, delta0=delta0
+        )
     mountings = [str(table.record.mounting[0]) for table in tables]
     reference = _reference_temperature(record, reference_temperature)
     return Calibration(
@@ -119,14 +137,35 @@ def fit(
         delta0_rad=delta0,
         source=record.source,
         date=record.date,
-        error_sources=_error_sources(estimate, record.unit),
+        error_sources=_error_sources(tables, estimate, record.unit),
         gates=record_gates(estimate, _table_names(tables)),
         warnings=record_warnings(estimate, method, delta0, mountings),
         software=f"accelcal {__version__}",
-        temperature_model=laws_from_tables(
-            tables, estimate, reference, record.apparatus.temperature_uncertainty, record.unit
-        ),
+        temperature_model=_temperature_model(tables, estimate, reference, temperature_laws),
     )
+
+
+def _temperature_model(
+    tables: Sequence[PreparedTable],
+    estimate: JointEstimate,
+    reference: float | None,
+    laws_from: str,
+) -> TemperatureModel | None:
+    record = tables[0].record
+    uncertainty = record.apparatus.temperature_uncertainty
+    model = laws_from_tables(tables, estimate, reference, uncertainty, record.unit)
+    if model is None or reference is None or laws_from == "tables":
+        return model
+    return laws_from_readings(tables, estimate, model, reference, uncertainty, record.unit)
+
+
+@contextmanager
+def _naming(record: TumbleRecord) -> Iterator[None]:
+    """Say of which file a design error is."""
+    try:
+        yield
+    except DesignError as error:
+        raise DesignError(f"{record.source}: {error}") from None
 
 
 def _table_names(tables: Sequence[PreparedTable]) -> list[str]:
@@ -136,6 +175,16 @@ def _table_names(tables: Sequence[PreparedTable]) -> list[str]:
     ]
     several = len({mounting for _, mounting in names}) > 1
     return [f"{run}, mounting {mounting}" if several else run for run, mounting in names]
+
+
+def _fixture_angle(record: TumbleRecord, given: float | None) -> float:
+    declared = record.metadata.get("delta0", "0")
+    try:
+        return float(declared.replace(",", ".")) if given is None else given
+    except ValueError:
+        raise InputError(
+            f"{record.source}: delta0 is {declared!r}; it is a number in rad, as in 0.001"
+        ) from None
 
 
 def _reference_temperature(record: TumbleRecord, given: float | None) -> float | None:
@@ -241,10 +290,18 @@ def _rows(matrix: Array) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(row) for row in matrix.tolist())
 
 
-def _error_sources(estimate: JointEstimate, unit: str | None) -> tuple[ErrorSource, ...]:
+def _error_sources(
+    tables: Sequence[PreparedTable], estimate: JointEstimate, unit: str | None
+) -> tuple[ErrorSource, ...]:
     readings = [
-        ErrorSource("reading", _finite(n.factor), unit or "output unit", _finite(n.dof), n.source)
-        for n in estimate.noises
+        ErrorSource(
+            "reading",
+            _finite(noise.factor * float(np.median(table.scatter))),
+            unit or "output unit",
+            _finite(noise.dof),
+            noise.source,
+        )
+        for table, noise in zip(tables, estimate.noises, strict=True)
     ]
     others = [
         ErrorSource(

@@ -32,7 +32,6 @@ __all__ = ["fit"]
 @click.option(
     "--delta0",
     type=number,
-    default=0.0,
     metavar="RAD",
     help="Fixture angle between head zero and input axis, taken as given [rad].",
 )
@@ -62,6 +61,13 @@ __all__ = ["fit"]
     help="Coefficients to estimate; the others are taken as zero.",
 )
 @click.option("--strict", is_flag=True, help="Refuse a table that cannot tell all of them apart.")
+@click.option(
+    "--temperature-laws",
+    type=click.Choice(["tables", "readings"]),
+    default="tables",
+    show_default=True,
+    help="Fit the temperature laws to the coefficients of the tables or to all readings.",
+)
 @format_option("text", "json", "csv")
 def fit(
     data: Sequence[str],
@@ -70,13 +76,14 @@ def fit(
     robust: bool,
     t0: float | None,
     g: float | None,
-    delta0: float,
+    delta0: float | None,
     head_uncertainty: float | None,
     launch_uncertainty: float | None,
     launch_sf_uncertainty: float | None,
     positions: int | None,
     coefficients: str,
     strict: bool,
+    temperature_laws: str,
     form: str,
 ) -> None:
     r"""Calibrate from the tables DATA.
@@ -110,6 +117,7 @@ def fit(
             delta0=delta0,
             coefficients=[name.strip() for name in coefficients.split(",")],
             strict=strict,
+            temperature_laws=temperature_laws,
         )
         for source in data
         for record in read_tables(source, overrides=declared)

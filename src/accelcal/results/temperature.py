@@ -78,7 +78,9 @@ class TemperatureModel:
     def from_document(cls, document: Document) -> TemperatureModel:
         """Read the model from its place in a JSON document."""
         return cls(
-            *(BilinearLaw.from_document(document[name]) for name in ("k0", "K1", "delta")),
+            k0=BilinearLaw.from_document(document["k0"]),
+            K1=BilinearLaw.from_document(document["K1"]),
+            delta=BilinearLaw.from_document(document["delta"]),
             hysteresis=_optional(document["hysteresis"]),
             warnings=tuple(document["warnings"]),
         )
