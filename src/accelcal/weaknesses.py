@@ -89,8 +89,14 @@ def _of_head(estimate: JointEstimate) -> list[str]:
     head = estimate.head
     if head.source == "estimated":
         return [
-            f"head error estimated from the lack of fit with {head.dof:.0f} degrees of freedom;"
+            f"head error estimated from the lack of fit with {head.dof:.0f} degree"
+            f"{'' if round(head.dof) == 1 else 's'} of freedom;"
             " declare head_uncertainty or measure more positions for narrower intervals"
+        ]
+    if head.source == "none" and any(noise.source == "residuals" for noise in estimate.noises):
+        return [
+            "head error not declared: the intervals hold it as far as the residuals show it;"
+            " declare head_uncertainty"
         ]
     if head.source == "none":
         return [

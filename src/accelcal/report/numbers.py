@@ -59,7 +59,11 @@ def significant(value: float, digits: int = 3) -> str:
 
     Examples
     --------
-    >>> significant(45.678), significant(0.000012345, 2)
-    ('45.7', '1.2e-05')
+    >>> significant(45.678), significant(187.3, 2), significant(0.0000052, 2), significant(3e-12)
+    ('45.7', '190', '0.0000052', '3e-12')
     """
-    return f"{value:.{digits}g}"
+    size = abs(value)
+    if not 1e-8 <= size < 1e9:
+        return f"{value:.{digits}g}"
+    decimals = digits - 1 - math.floor(math.log10(float(f"{size:.{digits - 1}e}")))
+    return f"{round(value, decimals):.{max(decimals, 0)}f}"

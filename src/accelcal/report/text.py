@@ -6,15 +6,12 @@ import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from accelcal.report.numbers import significant
-from accelcal.report.rows import (
-    coefficient_rows,
-    residual_grid,
-    strong_correlations,
-    temperature_rows,
-)
+from accelcal.report.columns import aligned
+from accelcal.report.numbers import matching_digits, significant
+from accelcal.report.residuals import residual_lines
+from accelcal.report.rows import coefficient_rows, strong_correlations, temperature_rows
 
-__all__ = ["calibration_text"]
+__all__ = ["calibration_text", "counted", "printable"]
 
 Document = Mapping[str, Any]
 
@@ -38,43 +35,115 @@ def calibration_text(document: Document) -> str:
         Lines of at most 100 characters, in ASCII.
     """
     lines = [*_heading(document)]
-    lines += [] if document["warnings"] == [] else ["", *_open(document)]
+    for part in (_alarms(document), _open(document["warnings"])):
+        lines += _apart(part)
     for table in document["tables"]:
-        lines += ["", *_table(table, document)]
+        lines += _apart(_table(table, document))
     if document["temperature_model"]:
-        lines += ["", *_temperature(document["temperature_model"], document["T0_degC"])]
-    lines += ["", *_errors(document), *_gates(document["gates"])]
-    return "\n".join(lines)
+        lines += _apart(_temperature(document["temperature_model"], document["T0_degC"]))
+    lines += _apart(_errors(document))
+    lines += _apart(_record_gates(document["gates"]))
+    return "\n".join(map(printable, lines))
+
+
+def printable(text: str) -> str:
+    r"""Replace what is not printable ASCII, so that no name of a file can move the cursor.
+
+    Parameters
+    ----------
+    text : str
+        Any text.
+
+    Returns
+    -------
+    str
+        The text with escapes.
+
+    Examples
+    --------
+    >>> printable("AL-15\x1b[2J µ")
+    'AL-15\\x1b[2J \\xb5'
+    """
+    safe = (c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    return "".join(safe).encode("ascii", "backslashreplace").decode()
+
+
+def _apart(lines: Iterable[str]) -> list[str]:
+    """Set a part off by an empty line; nothing for an empty part."""
+    found = list(lines)
+    return ["", *found] if found else []
 
 
 def _heading(document: Document) -> Iterator[str]:
     name = f"serial {document['serial']}, " if document["serial"] else ""
     date = f", {document['date']}" if document["date"] else ""
-    yield f"Calibration of {name}{document['source']}{date}"
+    yield from _wrapped(printable(f"Calibration of {name}{document['source']}{date}"))
     tables = document["tables"]
-    readings = sum(table["readings"] for table in tables)
+    readings = counted(sum(table["readings"] for table in tables), "reading")
     robust = ", robust" if document["robust"] else ""
-    count = f"{len(tables)} table{'s' if len(tables) > 1 else ''}"
     yield (
-        f"{document['method']}{robust}, {readings} readings in {count}; g is local g"
+        f"{document['method']}{robust}, {readings} in {counted(len(tables), 'table')}; g is local g"
         + (f" = {document['g_local_m_s2']:g} m/s^2" if document["g_local_m_s2"] else "")
         + (f"; T0 = {document['T0_degC']:g} degC" if document["T0_degC"] is not None else "")
     )
+
+
+def counted(number: int, what: str) -> str:
+    """Write a number of things.
+
+    Parameters
+    ----------
+    number : int
+        How many.
+    what : str
+        One of them.
+
+    Returns
+    -------
+    str
+        Number and noun.
+
+    Examples
+    --------
+    >>> counted(1, "degree") + ", " + counted(3, "table")
+    '1 degree, 3 tables'
+    """
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def _alarms(document: Document) -> Iterator[str]:
+    """Gates that warn, before anyone believes the numbers below."""
+    found = [(_title(t) + ", ", gate) for t in document["tables"] for gate in t["gates"]]
+    found += [("", gate) for gate in document["gates"]]
+    warned = [(where, gate) for where, gate in found if gate["verdict"] == "warn"]
+    if warned:
+        yield "DO NOT BELIEVE THE NUMBERS BELOW BEFORE THESE WARNINGS ARE CLEARED UP"
+    for where, gate in warned:
+        yield from _item("WARNING", f"{where}{gate['name']}: {gate['finding']}")
+
+
+def _title(table: Document) -> str:
+    side = "" if table["mounting"] == "o+" else f" {table['mounting']}"
+    return printable(f"run {table['run']}{side}")
 
 
 def _table(table: Document, document: Document) -> Iterator[str]:
     temperature = table["temperature_degC"]
     where = "temperature unknown" if temperature is None else f"{temperature:.2f} degC"
     yield (
-        f"Run {table['run']}: {where}, mounting {table['mounting']}, {table['readings']} readings,"
-        f" {table['dof']} degrees of freedom"
+        f"Run {table['run']}: {where}, mounting {table['mounting']},"
+        f" {counted(table['readings'], 'reading')}, {_degrees(table['dof'])}"
     )
     yield from _coefficients(table)
     yield from _scale_factor_elsewhere(table, document["g_local_m_s2"])
     yield from _correlations(table)
-    yield from _residuals(table)
+    yield from (f"  {line}" for line in residual_lines(table))
     yield from _gates(table["gates"])
     yield from _items("note", table["warnings"])
+
+
+def _degrees(dof: float) -> str:
+    return f"{dof:.0f} degree{'' if round(dof) == 1 else 's'} of freedom"
 
 
 def _coefficients(table: Document) -> Iterator[str]:
@@ -83,23 +152,24 @@ def _coefficients(table: Document) -> Iterator[str]:
         for r in coefficient_rows(table)
     ]
     heading = ("", "", "value", "+- U (95 %)", "unit", "u", "k", "mostly from")
-    yield from _columns([heading, *rows], right={2, 3, 5, 6})
+    yield from (f"  {line}" for line in aligned([heading, *rows], right={2, 3, 5, 6}))
 
 
 def _scale_factor_elsewhere(table: Document, local_gravity: float | None) -> Iterator[str]:
     """Scale factor in ppm, and per m/s^2 and standard g, which need the local gravity."""
     quantity = table["coefficients"]["K1"]
-    if quantity["expanded_uncertainty"] is not None:
-        relative = quantity["expanded_uncertainty"] / abs(quantity["value"])
-        yield f"  K1 is known to {significant(relative * _MICRO, 2)} ppm (U)"
+    value, expanded = quantity["value"], quantity["expanded_uncertainty"]
+    if expanded is not None:
+        yield f"  K1 is known to {significant(expanded / abs(value) * _MICRO, 2)} ppm (U)"
     if not local_gravity:
         return
-    per_si = quantity["value"] / local_gravity
     unit = quantity["unit"].removesuffix("/g")
-    yield (
-        f"  K1 = {per_si:.9g} {unit}/(m/s^2) = {per_si * _STANDARD_GRAVITY:.9g} {unit} per standard"
-        f" g ({_STANDARD_GRAVITY} m/s^2)"
-    )
+    for factor, per in (
+        (1.0 / local_gravity, "per m/s^2"),
+        (_STANDARD_GRAVITY / local_gravity, f"per standard g ({_STANDARD_GRAVITY} m/s^2)"),
+    ):
+        shown = matching_digits(factor * value, None if expanded is None else factor * expanded)
+        yield f"  K1 = {shown[0]} +- {shown[1]} {unit} {per}"
 
 
 def _correlations(table: Document) -> Iterator[str]:
@@ -108,27 +178,11 @@ def _correlations(table: Document) -> Iterator[str]:
         yield f"  strongly correlated: {', '.join(pairs)}"
 
 
-def _residuals(table: Document) -> Iterator[str]:
-    strokes, rows = residual_grid(table)
-    yield "  residuals [ug] by head angle and stroke"
-    heading = ["deg", *(f"k={stroke}" for stroke in strokes), "mean"]
-    lines = [heading]
-    for angle, values in rows:
-        seen = [value for value in values if value is not None]
-        shown = ["" if value is None else _micro(value) for value in values]
-        lines.append([f"{angle:g}", *shown, _micro(sum(seen) / len(seen))])
-    yield from _columns(lines, right=set(range(len(heading))))
-
-
-def _micro(value: float) -> str:
-    return f"{value * _MICRO:.1f}"
-
-
 def _temperature(model: Document, reference: float) -> Iterator[str]:
     yield f"Temperature laws, bilinear about T0 = {reference:g} degC"
-    yield from _columns(
-        [("", "", "value", "+- U (95 %)", "unit"), *temperature_rows(model)], right={2, 3}
-    )
+    heading = ("", "", "value", "+- U (95 %)", "unit")
+    lines = aligned([heading, *temperature_rows(model)], right={2, 3})
+    yield from (f"  {line}" for line in lines)
     yield from _items("note", model["warnings"])
 
 
@@ -147,32 +201,37 @@ def _errors(document: Document) -> Iterator[str]:
 def _size(source: Document) -> str:
     if source["value"] is None:
         return "unknown"
-    dof = f", {source['dof']:.0f} degrees of freedom" if source["dof"] is not None else ""
+    dof = f", {_degrees(source['dof'])}" if source["dof"] is not None else ""
     factor, unit = _READABLE.get(source["unit"], (1.0, source["unit"]))
     return f"{significant(factor * source['value'])} {unit} ({source['source']}{dof})"
 
 
 def _in_micro_g(source: Document, table: Document) -> str:
     scale_factor = table["coefficients"]["K1"]["value"]
-    if source["value"] is None or not scale_factor or source["source"] == "declared":
+    if source["value"] is None or not scale_factor:
         return ""
     return f" = {significant(abs(source['value'] / scale_factor) * _MICRO)} ug"
 
 
+def _record_gates(gates: Sequence[Document]) -> Iterator[str]:
+    lines = list(_gates(gates))
+    yield from ["The record as a whole", *lines] if lines else []
+
+
 def _gates(gates: Sequence[Document]) -> Iterator[str]:
-    passed = [gate["name"] for gate in gates if gate["verdict"] == "pass"]
-    if passed:
-        yield f"  gates passed: {', '.join(passed)}"
+    for verdict, said in (("warn", "gates that WARN, see above"), ("pass", "gates passed")):
+        names = [gate["name"] for gate in gates if gate["verdict"] == verdict]
+        if names:
+            yield f"  {said}: {', '.join(names)}"
     for gate in gates:
-        if gate["verdict"] == "warn":
-            yield from _item("WARNING", f"{gate['name']}: {gate['finding']}")
-        elif gate["verdict"] != "pass":
+        if gate["verdict"] not in ("warn", "pass"):
             yield from _item("not assessed", f"{gate['name']}: {gate['finding']}")
 
 
-def _open(document: Document) -> Iterator[str]:
-    yield "What these numbers leave open"
-    yield from _items("-", document["warnings"])
+def _open(warnings: Sequence[str]) -> Iterator[str]:
+    if warnings:
+        yield "What these numbers leave open"
+    yield from _items("-", warnings)
 
 
 def _items(mark: str, sentences: Iterable[str]) -> Iterator[str]:
@@ -182,16 +241,8 @@ def _items(mark: str, sentences: Iterable[str]) -> Iterator[str]:
 
 def _item(mark: str, sentence: str) -> list[str]:
     mark = mark if mark == "-" else f"{mark}:"
-    return textwrap.wrap(
-        f"{mark} {sentence}", _WIDTH, initial_indent="  ", subsequent_indent="    "
-    )
+    return _wrapped(printable(f"{mark} {sentence}"), indent="  ")
 
 
-def _columns(rows: Sequence[Sequence[str]], right: set[int]) -> Iterator[str]:
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    for row in rows:
-        cells = (
-            cell.rjust(width) if i in right else cell.ljust(width)
-            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
-        )
-        yield ("  " + "  ".join(cells)).rstrip()
+def _wrapped(text: str, indent: str = "") -> list[str]:
+    return textwrap.wrap(text, _WIDTH, initial_indent=indent, subsequent_indent=indent + "  ")

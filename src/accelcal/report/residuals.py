@@ -1,0 +1,81 @@
+"""Residuals by position and stroke, as text."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from accelcal.report.columns import aligned
+from accelcal.report.rows import residual_grid
+
+__all__ = ["residual_lines"]
+
+Document = Mapping[str, Any]
+Residual = float | None
+
+_UNITS = ((1e-6, "ug"), (1e-3, "mg"), (1.0, "g"))
+_LONGEST_ROW = 96
+_SUMMARY = ("mean", "forward", "back", "lowest", "highest")
+
+
+def residual_lines(table: Document) -> Iterator[str]:
+    """Write the residuals of a table.
+
+    Parameters
+    ----------
+    table : mapping
+        An entry of ``"tables"`` in the document of a calibration.
+
+    Yields
+    ------
+    str
+        A grid of positions and strokes; where it is too wide, a summary of each.
+    """
+    strokes, rows = residual_grid(table)
+    largest = max((abs(value) for value in table["residuals"]["value"]), default=0.0)
+    size, unit = next((item for item in _UNITS if largest < 0.99995 * 1e4 * item[0]), _UNITS[-1])
+    decimals = _decimals(largest / size)
+
+    def shown(value: Residual) -> str:
+        return "" if value is None else f"{round(value / size, decimals) + 0.0:.{decimals}f}"
+
+    grid = [["deg", *(f"k={stroke}" for stroke in strokes), "mean"]]
+    grid += [[f"{angle:g}", *map(shown, [*values, _mean(values)])] for angle, values in rows]
+    lines = list(aligned(grid, right=range(len(grid[0]))))
+    if max(map(len, lines)) <= _LONGEST_ROW:
+        yield f"residuals [{unit}] by head angle and stroke"
+        yield from lines
+        return
+    yield f"residuals [{unit}] by head angle, over {len(strokes)} strokes (the JSON has them all)"
+    forward = [stroke % 2 == 1 for stroke in strokes]
+    columns = [["deg", *_SUMMARY]]
+    columns += [[f"{angle:g}", *map(shown, _summary(values, forward))] for angle, values in rows]
+    yield from aligned(columns, right=range(len(columns[0])))
+    yield f"residuals [{unit}] by stroke: mean"
+    means = [_mean([values[i] for _, values in rows]) for i in range(len(strokes))]
+    yield from _in_lines([f"k={k} {shown(mean)}" for k, mean in zip(strokes, means, strict=True)])
+
+
+def _decimals(largest: float) -> int:
+    """Three digits for the largest residual, and one decimal at most below a thousand."""
+    return min(max(1, 2 - math.floor(math.log10(largest))), 6) if 0.0 < largest < 1000.0 else 1
+
+
+def _mean(values: Sequence[Residual]) -> Residual:
+    seen = [value for value in values if value is not None]
+    return sum(seen) / len(seen) if seen else None
+
+
+def _summary(values: Sequence[Residual], forward: Sequence[bool]) -> list[Residual]:
+    one_way = [v for v, ahead in zip(values, forward, strict=True) if ahead]
+    other_way = [v for v, ahead in zip(values, forward, strict=True) if not ahead]
+    seen = [value for value in values if value is not None]
+    return [_mean(seen), _mean(one_way), _mean(other_way), min(seen), max(seen)]
+
+
+def _in_lines(items: Sequence[str]) -> Iterator[str]:
+    width = max(map(len, items)) + 2
+    per_line = _LONGEST_ROW // width
+    for start in range(0, len(items), per_line):
+        yield "".join(item.ljust(width) for item in items[start : start + per_line]).rstrip()
