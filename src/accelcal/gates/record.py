@@ -40,8 +40,10 @@ def record_gates(estimate: JointEstimate, names: Sequence[str]) -> tuple[Gate, .
     Returns
     -------
     tuple of Gate
-        Lack of fit of the positions, and agreement of the tables with one another.
+        Lack of fit of the positions, and agreement of the tables where there are several.
     """
+    if len(names) < 2:
+        return (_lack_of_fit(estimate),)
     return (_lack_of_fit(estimate), _agreement(estimate.coefficients, names))
 
 
@@ -74,8 +76,6 @@ def _lack_of_fit(estimate: JointEstimate) -> Gate:
 def _agreement(coefficients: Sequence[Array], names: Sequence[str]) -> Gate:
     """Compare scale factors and biases of the tables."""
     name = "agreement of tables"
-    if len(coefficients) < 2:
-        return not_assessed(name, "one table only")
     k = np.array(coefficients)
     scale_factor = k[:, 1] / float(np.sort(k[:, 1])[(len(k) - 1) // 2])
     bias = k[:, 0] / k[:, 1]

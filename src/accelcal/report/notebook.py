@@ -11,7 +11,7 @@ from accelcal.report.rows import coefficient_rows
 
 __all__ = ["calibration_html"]
 
-_HEADINGS = ("", "", "value", "± U (95 %)", "unit", "u", "k", "mostly from")
+_HEADINGS = ("", "", "value", "± U (95 %)", "unit", "u", "U/u", "mostly from")
 
 
 def calibration_html(document: Mapping[str, Any]) -> str:

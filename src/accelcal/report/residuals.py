@@ -42,6 +42,8 @@ def residual_lines(table: Document) -> Iterator[str]:
 
     grid = [["deg", *(f"k={stroke}" for stroke in strokes), "mean"]]
     grid += [[f"{angle:g}", *map(shown, [*values, _mean(values)])] for angle, values in rows]
+    if len(strokes) == 1:
+        grid = [line[:-1] for line in grid]
     lines = list(aligned(grid, right=range(len(grid[0]))))
     if max(map(len, lines)) <= _LONGEST_ROW:
         yield f"residuals [{unit}] by head angle and stroke"

@@ -151,7 +151,7 @@ def _coefficients(table: Document) -> Iterator[str]:
         (r.name, r.symbol, r.value, r.expanded, r.unit, r.standard, r.factor, r.dominated_by)
         for r in coefficient_rows(table)
     ]
-    heading = ("", "", "value", "+- U (95 %)", "unit", "u", "k", "mostly from")
+    heading = ("", "", "value", "+- U (95 %)", "unit", "u", "U/u", "mostly from")
     yield from (f"  {line}" for line in aligned([heading, *rows], right={2, 3, 5, 6}))
 
 
@@ -160,7 +160,7 @@ def _scale_factor_elsewhere(table: Document, local_gravity: float | None) -> Ite
     quantity = table["coefficients"]["K1"]
     value, expanded = quantity["value"], quantity["expanded_uncertainty"]
     if expanded is not None:
-        yield f"  K1 is known to {significant(expanded / abs(value) * _MICRO, 2)} ppm (U)"
+        yield f"  scale factor known to {significant(expanded / abs(value) * _MICRO, 2)} ppm (U)"
     if not local_gravity:
         return
     unit = quantity["unit"].removesuffix("/g")
