@@ -121,4 +121,4 @@ def _position_means(angle: Array) -> Array:
             f"no reading at position J = {', '.join(missing)}; the closed forms need all eight"
             " positions, so use --method least-squares"
         )
-    return at / at.sum(axis=1, keepdims=True)
+    return np.asarray(at / at.sum(axis=1, keepdims=True), dtype=np.float64)

@@ -129,7 +129,8 @@ def estimate_jointly(
     estimators = [linear_estimator(table, method, delta0) for table in tables]
     errors = _judge_errors(tables, outputs, apparatus, predict=method == METHODS[0])
     coefficients = [
-        estimator.coefficients(y - acting @ errors.head.predicted)
+        # two terms, because taking the small one off the readings would round them
+        estimator.coefficients(y) - estimator.expand(estimator.map @ acting @ errors.head.predicted)
         for estimator, y, acting in zip(estimators, outputs, errors.acting, strict=True)
     ]
     reading = _reading_component(estimators, errors)
@@ -157,7 +158,8 @@ def estimate_jointly(
 
 
 def _readings(table: PreparedTable, robust: bool) -> Array:
-    return pseudo_values(table.record.output, table.head) if robust else table.record.output
+    y = table.record.output
+    return pseudo_values(y, table.head, table.scatter) if robust else y
 
 
 def _judge_errors(
@@ -245,11 +247,13 @@ def _run_shifts(
     levels = [float(np.mean(estimators[i].table.record.temperature)) for i in tables]
     k = np.array(errors.coefficients)[tables]
     scale_factor = k[:, _SCALE_FACTOR].mean()
-    variances = np.diagonal(reading.covariance) / scale_factor**2
+    starts = np.cumsum([0, *(len(e.names) for e in estimators)])
 
     def of(name: str) -> Array:
-        chosen = np.concatenate([e.unit(name) * (i in tables) for i, e in enumerate(estimators)])
-        return variances[chosen > 0] if chosen.any() else np.zeros(len(tables))
+        """Variance by the reading noise, NaN where the coefficient is not estimated."""
+        variance = np.diagonal(reading.covariance) / scale_factor**2
+        names = [(starts[i], estimators[i].names) for i in tables]
+        return np.array([variance[s + n.index(name)] if name in n else np.nan for s, n in names])
 
     return (
         run_shift(

@@ -55,7 +55,7 @@ def run_shift(
     values : ndarray, shape (runs,)
         The quantity in each run.
     variances : ndarray, shape (runs,)
-        Variance that errors new in each run (reading noise) give to it.
+        Variance that errors new in each run (reading noise) give to it; NaN where unknown.
     levels : sequence of float
         Temperature of each run [degC]; NaN where unknown.
 

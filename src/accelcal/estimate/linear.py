@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +33,8 @@ class LinearEstimator:
         The p coefficients that are estimated.
     map : ndarray, shape (p, n)
         The estimator.
+    solve : callable
+        The same as a function of n readings, with less rounding error.
     stands_for : mapping of str to str
         What an estimate really tells, where it is not the coefficient alone.
     """
@@ -40,6 +42,7 @@ class LinearEstimator:
     table: PreparedTable
     names: tuple[str, ...]
     map: Array
+    solve: Callable[[Array], Array]
     stands_for: Mapping[str, str]
 
     def coefficients(self, output: Array) -> Array:
@@ -55,8 +58,12 @@ class LinearEstimator:
         ndarray, shape (6,)
             Coefficients, zero where not estimated [output unit / g^n].
         """
+        return self.expand(self.solve(output))
+
+    def expand(self, values: Array) -> Array:
+        """Put the p values of the estimated coefficients among all six, the others zero."""
         full = np.zeros(len(COEFFICIENTS))
-        full[[COEFFICIENTS.index(name) for name in self.names]] = self.map @ output
+        full[[COEFFICIENTS.index(name) for name in self.names]] = values
         return full
 
     def unit(self, name: str) -> Array:
@@ -86,16 +93,23 @@ def linear_estimator(
     Raises
     ------
     InputError
-        If the method is unknown.
+        If the method is unknown, or a closed form is asked for some of the coefficients only.
     DesignError
         If a closed form meets a table that is not an 8-position test.
     """
     if method not in METHODS:
         raise InputError(f"method {method!r} is unknown; choose from {', '.join(METHODS)}")
     if method == METHODS[0]:
-        found = table.estimability
-        return LinearEstimator(table, found.kept, table.least_squares_map(), found.stands_for)
+        found, solver = table.estimability, table.least_squares
+        return LinearEstimator(table, found.kept, solver.map, solver.solve, found.stands_for)
+    lost = [name for name in COEFFICIENTS if name not in table.estimability.kept]
+    if lost:
+        raise InputError(
+            f"no {', '.join(lost)} with --method {method}; a closed form has a fixed set of"
+            " coefficients, so use --method least-squares to choose"
+        )
     matrix = closed_form_map(table, method, delta0)
-    given = np.isfinite(matrix).all(axis=1)
+    given = [bool(np.isfinite(row).all()) for row in matrix]
     names = tuple(name for name, has in zip(COEFFICIENTS, given, strict=True) if has)
-    return LinearEstimator(table, names, matrix[given], closed_form_meaning(method))
+    rows = matrix[given]
+    return LinearEstimator(table, names, rows, rows.__matmul__, closed_form_meaning(method))

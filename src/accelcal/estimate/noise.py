@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,12 +78,14 @@ def reading_noise(tables: Sequence[PreparedTable], outputs: Sequence[Array]) -> 
     Notes
     -----
     Pure error is the scatter of the readings at one head position of one table about their mean.
-    A table with fewer than three degrees of freedom of it borrows from the others; without any,
-    the residuals of the fit are taken, which then contain the head errors as well.
+    A table with fewer than three degrees of freedom of it borrows from the others that declare no
+    scatter; without any, the residuals of their fits are taken, which then contain the head errors
+    as well.
     """
     pure = [_pure_error(table, y) for table, y in zip(tables, outputs, strict=True)]
-    pooled = sum(pure, _Scatter(0.0, 0))
-    residual = sum(map(_residual_scatter, tables, outputs), _Scatter(0.0, 0))
+    bare = [table.scatter_dof is None for table in tables]
+    pooled = sum(compress(pure, bare), _Scatter(0.0, 0))
+    residual = sum(compress(map(_residual_scatter, tables, outputs), bare), _Scatter(0.0, 0))
     return [
         _choose(table, y, own, pooled, residual)
         for table, y, own in zip(tables, outputs, pure, strict=True)
@@ -108,11 +111,9 @@ def _choose(
 
 def _declared(own: _Scatter, declared_dof: float) -> ReadingNoise:
     """Declared scatter, unless the replicates contradict it."""
-    if own.dof >= _FEW:
-        finite = min(declared_dof, 1e9)
-        if f_survival(own.variance, own.dof, finite) < _SIGNIFICANT:
-            factor = own.variance**0.5
-            return ReadingNoise(factor, own.dof, "replicates", excess=factor)
+    if own.dof >= _FEW and f_survival(own.variance, own.dof, declared_dof) < _SIGNIFICANT:
+        factor = own.variance**0.5
+        return ReadingNoise(factor, own.dof, "replicates", excess=factor)
     return ReadingNoise(1.0, declared_dof, "declared")
 
 
@@ -126,6 +127,6 @@ def _pure_error(table: PreparedTable, y: Array) -> _Scatter:
 
 
 def _residual_scatter(table: PreparedTable, y: Array) -> _Scatter:
-    residual = y - table.kept_design @ (table.least_squares_map() @ y)
+    residual = y - table.kept_design @ table.least_squares.solve(y)
     squares = float(((residual / table.scatter) ** 2).sum())
     return _Scatter(squares, y.size - len(table.estimability.kept))

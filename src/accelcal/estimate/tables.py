@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.errors import DesignError
+from accelcal.errors import InputError
 from accelcal.estimate.estimability import Estimability, estimability
 from accelcal.estimate.solver import LeastSquares
-from accelcal.geometry import accelerations
+from accelcal.geometry import Acceleration, accelerations
 from accelcal.model import COEFFICIENTS, design_matrix
 from accelcal.record import TumbleRecord
 
@@ -40,6 +41,8 @@ class PreparedTable:
         Degrees of freedom of the declared scatter; None where none is declared.
     estimability : Estimability
         What the angles determine.
+    least_squares : LeastSquares
+        Weighted least squares for the coefficients that are estimated.
     """
 
     record: TumbleRecord
@@ -49,15 +52,12 @@ class PreparedTable:
     scatter: Array
     scatter_dof: float | None
     estimability: Estimability
+    least_squares: LeastSquares
 
     @property
     def kept_design(self) -> Array:
         """Columns of the coefficients that are estimated, shape (n, p)."""
         return self.design[:, self.estimability.columns]
-
-    def least_squares_map(self) -> Array:
-        """Return the weighted least-squares estimator as a matrix, shape (p, n)."""
-        return LeastSquares(self.kept_design / self.scatter[:, None]).map / self.scatter
 
 
 def prepare(
@@ -87,17 +87,19 @@ def prepare(
 
     Raises
     ------
+    InputError
+        If all outputs are equal.
     DesignError
-        If the table is too small, or by `strict`.
+        If the angles do not determine K1, or by `strict`.
     """
+    if np.ptp(record.output) == 0.0:
+        raise InputError(
+            f"all {len(record)} outputs are {record.output[0]:g}; the output of a tumble test"
+            " changes with the angle, so give the readings of the accelerometer"
+        )
     mounting = str(record.mounting[0])
     design = design_matrix(accelerations(record.angle, delta0, mounting), mounting)
     found = estimability(design, asked, strict=strict)
-    if len(record) < len(found.kept):
-        raise DesignError(
-            f"{len(record)} readings for {len(found.kept)} coefficients;"
-            " measure more positions or ask for fewer coefficients"
-        )
     scatter, dof = _declared_scatter(record)
     return PreparedTable(
         record=record,
@@ -107,6 +109,7 @@ def prepare(
         scatter=scatter,
         scatter_dof=dof,
         estimability=found,
+        least_squares=LeastSquares(design[:, found.columns], scatter),
     )
 
 
@@ -133,17 +136,22 @@ def head_positions(angle: Array) -> Array:
 
 
 def _angular_derivative(angle: Array, delta0: float, mounting: str) -> Array:
-    """Derivative of the design matrix by the head angle [1/rad], by central differences."""
-    step = 1e-4
-    ahead = design_matrix(accelerations(angle, delta0 + step, mounting), mounting)
-    behind = design_matrix(accelerations(angle, delta0 - step, mounting), mounting)
-    return (ahead - behind) / (2.0 * step)
+    """Derivative of the design matrix by the head angle [1/rad], exact by a complex step."""
+    step = 1e-30
+    here = accelerations(angle, delta0, mounting)
+    rates = accelerations(angle + 90.0, delta0, mounting)  # derivatives of cosine and sine
+    aside: Any = (a + 1j * step * rate for a, rate in zip(here, rates, strict=True))
+    return design_matrix(Acceleration(*aside), mounting).imag / step
 
 
 def _declared_scatter(record: TumbleRecord) -> tuple[Array, float | None]:
-    """Standard uncertainty of each averaged reading, where the table declares them all."""
+    """Standard uncertainty of each averaged reading, where the table declares them all.
+
+    Without the numbers of samples, `std` is the standard uncertainty of the reading itself.
+    """
     if record.std is None or not np.all(record.std > 0):
         return np.ones(len(record)), None
-    if record.count is None or not np.all(record.count >= 2):
+    if record.count is None or not np.all(record.count >= 1):
         return record.std.copy(), np.inf
-    return record.std / np.sqrt(record.count), float((record.count - 1.0).sum())
+    dof = float((record.count - 1.0).sum())
+    return record.std / np.sqrt(record.count), dof if dof > 0.0 else np.inf

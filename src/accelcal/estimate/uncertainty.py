@@ -146,7 +146,7 @@ def _interval(parts: list[tuple[float, float]], level: float) -> Interval:
 
 def _welch_satterthwaite(parts: list[tuple[float, float]], variance: float, level: float) -> float:
     """Coverage factor for the effective degrees of freedom, GUM (G.2b)."""
-    inverse = sum(v**2 / dof for v, dof in parts) / variance**2
+    inverse = sum((v / variance) ** 2 / dof for v, dof in parts if v > 0.0)
     return student_quantile(level, 1.0 / inverse if inverse > 0.0 else math.inf)
 
 
