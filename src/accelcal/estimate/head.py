@@ -14,18 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.noise import ReadingNoise
-from accelcal.estimate.solver import LeastSquares
 from accelcal.estimate.tables import PreparedTable
 
 __all__ = ["HeadError", "LackOfFit", "head_error", "lack_of_fit", "sensitivity"]
 
 Array = NDArray[np.float64]
 
-# A contrast in which the head shows less than this much of what it shows in the best one tells
-# nothing about the head.
+# A contrast in which the head shows less than this much of what it shows in the best one is left
+# out where the size of the head error is estimated: it tells of the noise only.
 _LEAST_STRENGTH = 0.05
 
-_ROUNDING = 1e-9  # what is left of the head's action below this share of it is rounding error
+# A contrast that shows less than this much of the head's action would bring rounding errors into
+# the prediction, and nothing else.
+_ROUNDING = 1e-6
 
 # Share of the reading noise that is taken off the lack of fit when the head's variance is
 # estimated from it. With 1 (restricted maximum likelihood) the estimate is zero too often where
@@ -146,19 +147,19 @@ def lack_of_fit(
     seen, readings, whole = [], [], 0.0
     for table, y, noise, k in zip(tables, outputs, noises, coefficients, strict=True):
         spread = noise.factor * table.scatter
-        basis = LeastSquares(table.kept_design / spread[:, None]).basis
+        basis = table.least_squares.basis
         acting = sensitivity(table, k, positions) / spread[:, None]
         seen.append(acting - basis @ (basis.T @ acting))
         whole = max(whole, float(np.abs(acting).max()))
         # taking the fit off first keeps the digits: the contrasts ignore it anyway
         readings.append((y - table.design @ k) / spread)
     left, strengths, right = np.linalg.svd(np.concatenate(seen), full_matrices=False)
-    telling = strengths > max(_LEAST_STRENGTH * strengths.max(), _ROUNDING * whole)
+    shown = strengths > _ROUNDING * whole
     return LackOfFit(
         positions=positions,
-        contrasts=left[:, telling].T @ np.concatenate(readings),
-        strengths=strengths[telling],
-        directions=right[telling].T,
+        contrasts=left[:, shown].T @ np.concatenate(readings),
+        strengths=strengths[shown],
+        directions=right[shown].T,
     )
 
 
@@ -182,20 +183,22 @@ def head_error(found: LackOfFit, declared: float | None, *, separable: bool = Tr
 
     Notes
     -----
-    Estimated, the degrees of freedom are the number of contrasts: two on 8 positions.
+    Estimated, the degrees of freedom are the number of contrasts that tell of the head: two on 8
+    positions.
     """
     if declared is not None:
         return _predict(found, declared, np.inf, "declared")
     if not separable or found.contrasts.size == 0:
         return _predict(found, 0.0, np.inf, "none")
-    estimated = _most_likely(found.contrasts, found.strengths)
-    return _predict(found, estimated, float(found.contrasts.size), "estimated")
+    telling = found.strengths > _LEAST_STRENGTH * found.strengths.max()
+    estimated = _most_likely(found.contrasts[telling], found.strengths[telling])
+    return _predict(found, estimated, float(telling.sum()), "estimated")
 
 
 def _most_likely(contrasts: Array, strengths: Array) -> float:
     """Uncertainty that makes the contrasts most likely, on a grid of 0.5 % steps [rad]."""
     unit = 1.0 / float(strengths.max())
-    top = 2.0 + float(np.abs(contrasts).max())
+    top = 2.0 + float(np.abs(contrasts / strengths).max()) / unit
     grid = np.concatenate([[0.0], np.geomspace(0.01, 2.0 * top, int(np.log(200 * top) / 0.005))])
     variance = _NOISE_SHARE + (unit * grid[:, None] * strengths) ** 2
     likelihood = -(np.log(variance) + contrasts**2 / variance).sum(axis=1)
