@@ -18,8 +18,8 @@ Array = NDArray[np.float64]
 # The order in which coefficients are kept where not all can be had: what a user needs first.
 _PRIORITY = ("K1", "K0", "M", "K2", "M_ip", "K3")
 
-# A column of which less than this is left behind the others cannot be told apart in practice:
-# it would multiply the standard uncertainty by a hundred.
+# A column of which less than this is left behind the others, as an rms over the readings, cannot be
+# told apart in practice: its coefficient would be a hundred times less certain than a mean.
 _LEAST_REMAINDER = 0.01
 
 
@@ -79,7 +79,8 @@ def estimability(
     Raises
     ------
     DesignError
-        If K1 cannot be determined; if a name is unknown; if `strict` and something is lost.
+        If K1 cannot be determined or told apart from K0; if a name is unknown; if `strict` and
+        something is lost.
 
     Examples
     --------
@@ -102,7 +103,7 @@ def estimability(
             if name in absorbed
         },
     )
-    if "K1" not in kept:
+    if "K1" not in kept or "K1" in found.absorbed_by.get("K0", ()):
         raise DesignError(
             "the readings do not determine the scale factor K1; a tumble test needs readings at"
             " two or more angles where the input axis senses different accelerations"
@@ -133,9 +134,8 @@ def _sort_out(
     basis = np.zeros((design.shape[0], 0))
     for name in candidates:
         column = design[:, COEFFICIENTS.index(name)]
-        length = np.linalg.norm(column)
         rest = column - basis @ (basis.T @ column)
-        if np.linalg.norm(rest) > _LEAST_REMAINDER * length > 0:
+        if np.linalg.norm(rest) > _LEAST_REMAINDER * np.sqrt(column.size):
             basis = np.column_stack([basis, rest / np.linalg.norm(rest)])
             kept.append(name)
         else:
