@@ -6,8 +6,12 @@ the errors of the head positions hide a bad reading.
 
 References
 ----------
-P. J. Huber, Robust Statistics, Wiley 1981, section 7.8: with pseudo-values in place of the
-readings, ordinary least squares gives the M-estimate and its standard uncertainty.
+P. J. Huber, Robust Statistics, Wiley 1981, sections 7.6 and 7.8: with pseudo-values in place of
+the readings, ordinary least squares gives the M-estimate and its standard uncertainty.
+
+M. I. Shamos, "Geometry and statistics: problems at the interface", in Algorithms and Complexity,
+Academic Press 1976: the scale from the median difference of pairs. A median deviation from the
+median would be a third too small for three strokes.
 """
 
 from __future__ import annotations
@@ -22,7 +26,7 @@ __all__ = ["pseudo_values"]
 Array = NDArray[np.float64]
 
 _BEND = 1.345  # 95 % efficiency on normal errors (Huber 1981)
-_NORMAL_MAD = 1.4826  # standard deviation of a normal distribution over its median deviation
+_NORMAL_PAIRS = 1.0483  # standard deviation of a normal distribution over that median difference
 
 
 def pseudo_values(
@@ -38,7 +42,7 @@ def pseudo_values(
         Label of the replicates that each reading belongs to.
     scatter : array_like, shape (n,), default 1
         Standard uncertainty of each reading, or anything proportional to it.
-    iterations : int, default 50
+    iterations : int, default 100
         Most rounds of the M-estimate of each centre.
 
     Returns
@@ -53,9 +57,9 @@ def pseudo_values(
 
     Notes
     -----
-    All positions share one scale, so that one with a single reading or two has a share in it; but
-    of two readings nothing tells which one is wrong, and an outlier there stays what it is. Where
-    more than half of all readings equal the median of their position, it takes their place.
+    All positions share one scale. Of two readings at a position nothing tells which one is wrong,
+    so an outlier is made harmless only where there are three or more. Where more than half of all
+    pairs of replicates are equal, each position takes its median.
 
     Examples
     --------
@@ -72,7 +76,7 @@ def pseudo_values(
         )
     weight = np.broadcast_to(1.0 / np.asarray(scatter, dtype=np.float64), output.shape)
     centre = _medians(output, index, members.size)
-    scale = _spread(weight * (output - centre[index]), members[index])
+    scale = _scale(output, index, weight)
     if scale == 0.0:
         return centre[index]
     for _ in range(iterations):
@@ -83,6 +87,7 @@ def pseudo_values(
             break
     residual = weight * (output - centre[index]) / scale
     straight = float(np.mean(np.abs(residual) < _BEND))  # mean of the derivative of psi
+    straight /= 1.0 + members.size / output.size * (1.0 - straight) / straight  # Huber (7.6.10)
     return centre[index] + scale * np.clip(residual, -_BEND, _BEND) / (straight * weight)
 
 
@@ -90,8 +95,11 @@ def _medians(output: Array, index: NDArray[np.intp], cells: int) -> Array:
     return np.array([np.median(output[index == k]) for k in range(cells)])
 
 
-def _spread(deviation: Array, members: NDArray[np.intp]) -> float:
-    """Robust standard deviation of a reading about the centre of its replicates."""
-    several = members >= 3
-    shrinkage = np.sqrt(members[several] / (members[several] - 1.0))  # the centre is fitted too
-    return float(_NORMAL_MAD * np.median(np.abs(deviation[several]) * shrinkage))
+def _scale(output: Array, index: NDArray[np.intp], weight: Array) -> float:
+    """Robust standard deviation of a reading of weight 1, from the differences of replicates."""
+    differences = []
+    for cell in range(index.max() + 1):
+        y, variance = output[index == cell], weight[index == cell] ** -2.0
+        i, j = np.triu_indices(y.size, 1)
+        differences.append(np.abs(y[i] - y[j]) / np.sqrt(0.5 * (variance[i] + variance[j])))
+    return float(_NORMAL_PAIRS * np.median(np.concatenate(differences)))
