@@ -76,12 +76,14 @@ def record_warnings(
     """
     said = [_OF_METHOD[method]] if method in _OF_METHOD else []
     given = "taken as 0" if delta0 == 0.0 else f"taken as {delta0:g} rad"
-    said.append(
-        f"M is the effective misalignment: it contains the fixture angle delta0, {given};"
-        " the reversed mounting would separate them"
-    )
-    if len({mounting[0] for mounting in mountings if mounting}) < len(set(mountings)):
-        said.append("each mounting is fitted by itself; M of both sides differs by 2 K1 delta0")
+    effective = f"M is the effective misalignment: it contains the fixture angle delta0, {given};"
+    if len({mounting[0] for mounting in mountings}) < len(set(mountings)):
+        said.append(
+            f"{effective} the mean of M of both sides is free of it, and M of the side - minus M"
+            " of the side + is 2 K1 delta0"
+        )
+    else:
+        said.append(f"{effective} the reversed mounting would separate them")
     return (*said, *_of_head(estimate), *_of_launch(estimate))
 
 

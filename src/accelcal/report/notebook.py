@@ -7,11 +7,12 @@ from dataclasses import astuple
 from html import escape
 from typing import Any
 
-from accelcal.report.rows import coefficient_rows
+from accelcal.report.rows import alarms, coefficient_rows, temperature_rows
 
 __all__ = ["calibration_html"]
 
 _HEADINGS = ("", "", "value", "± U (95 %)", "unit", "u", "U/u", "mostly from")
+_LAW_HEADINGS = _HEADINGS[:5]
 
 
 def calibration_html(document: Mapping[str, Any]) -> str:
@@ -29,25 +30,40 @@ def calibration_html(document: Mapping[str, Any]) -> str:
     """
     name = document["serial"] or document["source"]
     parts = [f"<p><b>Calibration of {escape(str(name))}</b>, {escape(document['method'])}</p>"]
+    parts.append(_list(map(_bold_warning, alarms(document))))
     parts += [_table(table) for table in document["tables"]]
-    gates = [*document["gates"], *(gate for t in document["tables"] for gate in t["gates"])]
-    warned = [f"{g['name']}: {g['finding']}" for g in gates if g["verdict"] == "warn"]
-    told = [w for t in document["tables"] for w in t["warnings"]]
-    return "".join([*parts, _list([*warned, *told, *document["warnings"]])])
+    model = document["temperature_model"]
+    if model:
+        caption = f"temperature laws, T0 = {document['T0_degC']:g} °C"
+        parts.append(_rows(caption, _LAW_HEADINGS, temperature_rows(model)))
+    told = [w for part in (*document["tables"], model or {}) for w in part.get("warnings", ())]
+    parts.append(_list(map(escape, [*told, *document["warnings"]])))
+    return "".join(parts)
+
+
+def _bold_warning(sentence: str) -> str:
+    return f"<b>WARNING</b> {escape(sentence)}"
 
 
 def _table(table: Mapping[str, Any]) -> str:
     temperature = table["temperature_degC"]
     where = "" if temperature is None else f", {temperature:.2f} °C"
-    caption = escape(f"run {table['run']}{where}, mounting {table['mounting']}")
-    body = "".join(_line("td", astuple(row)) for row in coefficient_rows(table))
-    return f"<table><caption>{caption}</caption>{_line('th', _HEADINGS)}{body}</table>"
+    caption = f"run {table['run']}{where}, mounting {table['mounting']}"
+    found = coefficient_rows(table)
+    rows = [(r.name, r.meaning or r.symbol, *astuple(r)[3:]) for r in found]
+    return _rows(caption, _HEADINGS, rows)
+
+
+def _rows(caption: str, headings: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    body = "".join(_line("td", row) for row in rows)
+    return f"<table><caption>{escape(caption)}</caption>{_line('th', headings)}{body}</table>"
 
 
 def _line(tag: str, cells: Iterable[str]) -> str:
     return f"<tr>{''.join(f'<{tag}>{escape(cell)}</{tag}>' for cell in cells)}</tr>"
 
 
-def _list(sentences: Iterable[str]) -> str:
-    items = "".join(f"<li>{escape(sentence)}</li>" for sentence in dict.fromkeys(sentences))
-    return f"<ul>{items}</ul>" if items else ""
+def _list(items: Iterable[str]) -> str:
+    """List of items that are HTML already, each once."""
+    found = "".join(f"<li>{item}</li>" for item in dict.fromkeys(items))
+    return f"<ul>{found}</ul>" if found else ""

@@ -39,7 +39,8 @@ def matching_digits(value: float, uncertainty: float | None) -> tuple[str, str]:
     if round(uncertainty, decimals) >= 10.0 ** (2 - decimals):  # 0.0996 becomes 0.10
         decimals -= 1
     shown = max(decimals, 0)
-    return f"{round(value, decimals):.{shown}f}", f"{round(uncertainty, decimals):.{shown}f}"
+    rounded = round(value, decimals) + 0.0  # + 0.0 turns -0.0 into 0.0
+    return f"{rounded:.{shown}f}", f"{round(uncertainty, decimals):.{shown}f}"
 
 
 def significant(value: float, digits: int = 3) -> str:

@@ -14,6 +14,7 @@ from accelcal.report.numbers import matching_digits, significant
 
 __all__ = [
     "CoefficientRow",
+    "alarms",
     "coefficient_rows",
     "residual_grid",
     "strong_correlations",
@@ -47,7 +48,9 @@ class CoefficientRow:
     Attributes
     ----------
     name, symbol : str
-        What it is; the symbol tells what it stands for where it absorbs another coefficient.
+        What it is.
+    meaning : str
+        What it stands for, where that is not the coefficient alone.
     value, expanded, unit : str
         Value, half width of the 95 % interval, and their unit.
     standard, factor : str
@@ -58,12 +61,40 @@ class CoefficientRow:
 
     name: str
     symbol: str
+    meaning: str
     value: str
     expanded: str
     unit: str
     standard: str
     factor: str
     dominated_by: str
+
+
+def alarms(document: Document) -> list[str]:
+    """List the gates that warn, before anyone believes the numbers.
+
+    Parameters
+    ----------
+    document : mapping
+        Document of a calibration.
+
+    Returns
+    -------
+    list of str
+        Run, gate and finding.
+    """
+    found = [(f"{_title(t)}, ", gate) for t in document["tables"] for gate in t["gates"]]
+    found += [("", gate) for gate in document["gates"]]
+    return [
+        f"{where}{gate['name']}: {gate['finding']}"
+        for where, gate in found
+        if gate["verdict"] == "warn"
+    ]
+
+
+def _title(table: Document) -> str:
+    side = "" if table["mounting"] == "o+" else f" {table['mounting']}"
+    return f"run {table['run']}{side}"
 
 
 def coefficient_rows(table: Document) -> list[CoefficientRow]:
@@ -88,13 +119,14 @@ def _row(
     quantity = table["coefficients" if symbol == coefficient else "error_model"][symbol]
     unit = unit or quantity["unit"]
     if quantity["value"] is None:
-        return CoefficientRow(name, symbol, "not determined", "", unit, "", "", "")
+        return CoefficientRow(name, symbol, "", "not determined", "", unit, "", "", "")
     standard, expanded = quantity["standard_uncertainty"], quantity["expanded_uncertainty"]
     shown = [factor * part if part is not None else None for part in (standard, expanded)]
     value, half_width = matching_digits(factor * quantity["value"], shown[1])
     return CoefficientRow(
         name=name,
-        symbol=_meaning(table, symbol, coefficient),
+        symbol=symbol,
+        meaning=_meaning(table, symbol, coefficient),
         value=value,
         expanded=half_width,
         unit=unit,
@@ -152,7 +184,7 @@ def _law_row(
 def _meaning(table: Document, symbol: str, coefficient: str) -> str:
     absorbed = table["stands_for"].get(coefficient)
     if absorbed is None:
-        return symbol
+        return ""
     return absorbed if symbol == coefficient else f"({absorbed})/K1"
 
 

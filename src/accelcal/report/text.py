@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import astuple
 from typing import Any
 
 from accelcal.report.columns import aligned
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.report.residuals import residual_lines
-from accelcal.report.rows import coefficient_rows, strong_correlations, temperature_rows
+from accelcal.report.rows import alarms, coefficient_rows, strong_correlations, temperature_rows
 
 __all__ = ["calibration_text", "counted", "printable"]
 
@@ -112,19 +113,10 @@ def counted(number: int, what: str) -> str:
 
 
 def _alarms(document: Document) -> Iterator[str]:
-    """Gates that warn, before anyone believes the numbers below."""
-    found = [(_title(t) + ", ", gate) for t in document["tables"] for gate in t["gates"]]
-    found += [("", gate) for gate in document["gates"]]
-    warned = [(where, gate) for where, gate in found if gate["verdict"] == "warn"]
-    if warned:
+    found = alarms(document)
+    if found:
         yield "DO NOT BELIEVE THE NUMBERS BELOW BEFORE THESE WARNINGS ARE CLEARED UP"
-    for where, gate in warned:
-        yield from _item("WARNING", f"{where}{gate['name']}: {gate['finding']}")
-
-
-def _title(table: Document) -> str:
-    side = "" if table["mounting"] == "o+" else f" {table['mounting']}"
-    return printable(f"run {table['run']}{side}")
+    yield from _items("WARNING", found)
 
 
 def _table(table: Document, document: Document) -> Iterator[str]:
@@ -147,12 +139,11 @@ def _degrees(dof: float) -> str:
 
 
 def _coefficients(table: Document) -> Iterator[str]:
-    rows = [
-        (r.name, r.symbol, r.value, r.expanded, r.unit, r.standard, r.factor, r.dominated_by)
-        for r in coefficient_rows(table)
-    ]
+    found = coefficient_rows(table)
     heading = ("", "", "value", "+- U (95 %)", "unit", "u", "U/u", "mostly from")
+    rows = [(r.name, r.symbol + " *" * bool(r.meaning), *astuple(r)[3:]) for r in found]
     yield from (f"  {line}" for line in aligned([heading, *rows], right={2, 3, 5, 6}))
+    yield from (f"  * {r.symbol} stands for {r.meaning}" for r in found if r.meaning)
 
 
 def _scale_factor_elsewhere(table: Document, local_gravity: float | None) -> Iterator[str]:

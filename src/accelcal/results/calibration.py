@@ -90,7 +90,9 @@ class Calibration:
 
     def __repr__(self) -> str:
         name = f"serial {self.serial}" if self.serial else self.source
-        return f"<Calibration {name}: {self.method}, {len(self.tables)} tables>"
+        name = name if name.isprintable() else ascii(name)
+        count = f"{len(self.tables)} table{'' if len(self.tables) == 1 else 's'}"
+        return f"<Calibration {name}: {self.method}, {count}>"
 
     def _repr_html_(self) -> str:
         from accelcal.report.notebook import calibration_html
@@ -158,10 +160,14 @@ class Calibration:
                     else None
                 ),
             )
-        except (KeyError, TypeError, AttributeError) as error:
+        except KeyError as error:
             raise DocumentError(
-                f"the calibration is incomplete ({error}); write it anew with accelcal fit"
-            ) from error
+                f"the calibration lacks {error}; write it anew with accelcal fit"
+            ) from None
+        except (TypeError, AttributeError) as error:
+            raise DocumentError(
+                f"the calibration is damaged ({error}); write it anew with accelcal fit"
+            ) from None
 
     def to_json(self, path: str | PathLike[str] | None = None) -> str:
         """Write the calibration as JSON.
@@ -221,7 +227,7 @@ class Calibration:
                 "temperature_degC": table.temperature_degC,
                 "coefficient": name,
                 **quantity.to_document(),
-                "stands_for": table.stands_for.get(name, name),
+                "stands_for": table.meaning(name),
             }
             for table in self.tables
             for name, quantity in {**table.coefficients, **table.error_model}.items()
@@ -259,9 +265,13 @@ def parse_json(text: str) -> Any:
         If the text is not JSON.
     """
     try:
-        return json.loads(text)
-    except ValueError as error:
+        return json.loads(text, parse_constant=_refuse)
+    except (ValueError, RecursionError) as error:
         raise DocumentError(f"not JSON ({error}); give a file written by accelcal fit") from None
+
+
+def _refuse(constant: str) -> None:
+    raise ValueError(f"{constant} is not a number of JSON")
 
 
 def _check_schema(document: Any) -> None:

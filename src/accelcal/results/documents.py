@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 
+from accelcal.errors import DocumentError
 from accelcal.results.calibration import SCHEMA, Calibration, parse_json
 
 __all__ = ["calibrations_from_json", "calibrations_to_json"]
@@ -48,5 +49,11 @@ def calibrations_from_json(text: str) -> tuple[Calibration, ...]:
         If the text is not such a document.
     """
     document = parse_json(text)
-    several = document.get("calibrations") if isinstance(document, dict) else None
-    return tuple(Calibration.from_document(d) for d in ([document] if several is None else several))
+    if not isinstance(document, dict) or "calibrations" not in document:
+        return (Calibration.from_document(document),)
+    several = document["calibrations"]
+    if not isinstance(several, list) or not several:
+        raise DocumentError(
+            "'calibrations' holds no list of calibrations; give a file written by accelcal fit"
+        )
+    return tuple(Calibration.from_document(each) for each in several)

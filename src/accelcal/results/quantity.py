@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["ErrorSource", "Gate", "Quantity", "Residuals", "fields_document"]
+__all__ = ["ErrorSource", "Gate", "Quantity", "Residuals", "fields_document", "number_or_none"]
 
 Document = Mapping[str, Any]
 
@@ -56,12 +56,35 @@ class Quantity:
     def from_document(cls, document: Document) -> Quantity:
         """Read the quantity from its place in a JSON document."""
         return cls(
-            document["value"],
-            document["standard_uncertainty"],
-            document["unit"],
-            document.get("expanded_uncertainty"),
-            document.get("dof"),
+            value=number_or_none(document["value"]),
+            standard_uncertainty=number_or_none(document["standard_uncertainty"]),
+            unit=document["unit"],
+            expanded_uncertainty=number_or_none(document.get("expanded_uncertainty")),
+            dof=number_or_none(document.get("dof")),
         )
+
+
+def number_or_none(value: Any) -> float | None:
+    """Take a number of a JSON document.
+
+    Parameters
+    ----------
+    value : object
+        What stands there.
+
+    Returns
+    -------
+    float or None
+        The number.
+
+    Raises
+    ------
+    TypeError
+        If something else stands there.
+    """
+    if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
+        raise TypeError(f"{value!r} in place of a number")
+    return value
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from accelcal.results.mapping import FrozenMapping
 from accelcal.results.quantity import Document, Gate, Quantity, Residuals, fields_document
 
 if TYPE_CHECKING:
@@ -65,6 +66,14 @@ class TableCalibration:
     gates: tuple[Gate, ...] = ()
     warnings: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        freeze = object.__setattr__  # the fields are frozen: so is what they hold
+        freeze(self, "coefficients", FrozenMapping(self.coefficients))
+        freeze(self, "error_model", FrozenMapping(self.error_model))
+        freeze(self, "stands_for", FrozenMapping(self.stands_for))
+        parts = {name: FrozenMapping(sources) for name, sources in self.budget.items()}
+        freeze(self, "budget", FrozenMapping(parts))
+
     @property
     def covariance(self) -> NDArray[np.float64]:
         """Covariance of the coefficients `covariance_names`, shape (p, p)."""
@@ -80,6 +89,27 @@ class TableCalibration:
         covariance = self.covariance
         sigma = np.sqrt(np.diagonal(covariance))
         return np.asarray(covariance / np.outer(sigma, sigma))
+
+    def meaning(self, name: str) -> str:
+        """Say what a coefficient really estimates at these angles.
+
+        Parameters
+        ----------
+        name : str
+            One of `coefficients` or `error_model`.
+
+        Returns
+        -------
+        str
+            The coefficient itself, or what it cannot be told apart from as well.
+        """
+        from accelcal.model import ERROR_TERMS  # here, as numpy comes with it
+
+        coefficient_of = {error: coefficient for coefficient, error in ERROR_TERMS.items()}
+        absorbed = self.stands_for.get(coefficient_of.get(name, name))
+        if absorbed is None:
+            return name
+        return f"({absorbed})/K1" if name in coefficient_of else absorbed
 
     def to_document(self) -> dict[str, Any]:
         """Return the table as it stands in the JSON document."""
