@@ -35,23 +35,19 @@ def _regularised_beta(a: float, b: float, x: float, y: float) -> float:
 
 
 def _regularised_beta_tail(a: float, b: float, x: float, y: float) -> float:
-    c = fraction = _away_from_zero(a * (a * y - b * x + 1.0) / (a + 1.0))
+    c = fraction = a * (a * y - b * x + 1.0) / (a + 1.0) or _TINY
     d = 0.0
     for m in range(1, 10_000):
         before = a + 2 * m - 1
         numerator = (a + m - 1) / before * ((a + b + m - 1) / before) * m * (b - m) * x * x
         term = m + m * (b - m) * x / before
         term += (a + m) * (a * y - b * x + 1.0 + m * (1.0 + y)) / (before + 2)
-        d = 1.0 / _away_from_zero(term + numerator * d)  # modified Lentz method
-        c = _away_from_zero(term + numerator / c)
+        d = 1.0 / (term + numerator * d or _TINY)  # modified Lentz method
+        c = term + numerator / c or _TINY
         fraction *= c * d
         if abs(c * d - 1.0) < 1e-15:
             break
     return _beta_density(a, b, x, y) / fraction
-
-
-def _away_from_zero(x: float) -> float:
-    return x if abs(x) > _TINY else _TINY
 
 
 def _beta_density(a: float, b: float, x: float, y: float) -> float:
@@ -134,7 +130,7 @@ def student_quantile(level: float, dof: float) -> float:
     if not dof > 0.0:
         raise InputError(f"{dof} degrees of freedom; Student's factor needs more than 0")
     tail = 0.5 * (1.0 - level)
-    t = 0.0
+    t = 0.0 if math.isinf(dof) else student_quantile(level, math.inf)
     for _ in range(200):  # the tail is convex: Newton's steps from the left never overshoot
         step = (student_survival(t, dof) - tail) / _student_density(t, dof)
         t += step

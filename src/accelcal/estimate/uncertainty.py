@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.probability import dof_of_student_quantile, student_quantile
+from accelcal.probability import student_quantile
 
 __all__ = ["LEVEL", "Component", "Interval", "intervals", "propagate"]
 
@@ -64,7 +64,7 @@ class Interval:
     factor : float or None
         Coverage factor, expanded over standard.
     dof : float or None
-        Effective degrees of freedom: those of the Student factor that equals `factor`.
+        Effective degrees of freedom of Welch and Satterthwaite.
     """
 
     standard: float | None
@@ -134,20 +134,16 @@ def _interval(parts: list[tuple[float, float]], level: float) -> Interval:
         return Interval(None, None, None, None)
     if variance <= 0.0:
         return Interval(0.0, 0.0, student_quantile(level, math.inf), math.inf)
-    factor = (1.0 - _SHARE_OF_ADDED) * _welch_satterthwaite(parts, variance, level)
+    dof = _effective_dof(parts, variance)
+    factor = (1.0 - _SHARE_OF_ADDED) * student_quantile(level, dof)
     factor += _SHARE_OF_ADDED * _added(parts, variance, level)
-    return Interval(
-        standard=math.sqrt(variance),
-        expanded=factor * math.sqrt(variance),
-        factor=factor,
-        dof=dof_of_student_quantile(level, factor),
-    )
+    return Interval(math.sqrt(variance), factor * math.sqrt(variance), factor, dof)
 
 
-def _welch_satterthwaite(parts: list[tuple[float, float]], variance: float, level: float) -> float:
-    """Coverage factor for the effective degrees of freedom, GUM (G.2b)."""
+def _effective_dof(parts: list[tuple[float, float]], variance: float) -> float:
+    """Effective degrees of freedom of Welch and Satterthwaite, GUM (G.2b)."""
     inverse = sum((v / variance) ** 2 / dof for v, dof in parts if v > 0.0)
-    return student_quantile(level, 1.0 / inverse if inverse > 0.0 else math.inf)
+    return 1.0 / inverse if inverse > 0.0 else math.inf
 
 
 def _added(parts: list[tuple[float, float]], variance: float, level: float) -> float:
