@@ -38,6 +38,7 @@ class Regime:
     declared: dict[str, float] = field(default_factory=dict)
     temperatures: tuple[float, ...] = (20.0,)
     positions: int = 8
+    laws: str = ""
     aside: str = ""
 
 
@@ -62,6 +63,20 @@ REGIMES = (
         Stand(head=HEAD, launch=1e-5, launch_sf=1e-5),
         LAUNCH,
         THREE,
+    ),
+    Regime(
+        "temperature laws from the tables",
+        Stand(head=HEAD, launch=1e-5, launch_sf=1e-5),
+        LAUNCH,
+        THREE,
+        laws="tables",
+    ),
+    Regime(
+        "temperature laws from all readings",
+        Stand(head=HEAD, launch=1e-5, launch_sf=1e-5),
+        {"head_uncertainty": HEAD} | LAUNCH,
+        THREE,
+        laws="readings",
     ),
     Regime("* noise only, nothing declared", Stand(), aside="wider than needed"),
     Regime("* head as large as the noise", Stand(head=5e-6), aside="2 dof cannot resolve it"),
@@ -91,8 +106,10 @@ def record_of(columns: dict[str, list[float]], declared: dict[str, float]) -> ac
     )
 
 
-def one_table(regime: Regime, seed: int) -> tuple[dict[str, bool], dict[str, float]]:
-    """Which intervals hold the truth, and how wide they are over K1."""
+def one_table(
+    regime: Regime, seed: int
+) -> tuple[dict[tuple[str, str], bool], dict[tuple[str, str], float]]:
+    """Which intervals hold the truth, and how wide they are."""
     rng = np.random.default_rng([2026, seed])
     unit = Unit()
     columns = readings(
@@ -102,19 +119,51 @@ def one_table(regime: Regime, seed: int) -> tuple[dict[str, bool], dict[str, flo
         positions=regime.positions,
         temperatures=regime.temperatures,
     )
-    calibration = accelcal.fit(record_of(columns, regime.declared))
-    hits, widths = {}, {}
-    for table in calibration.tables[:3]:
-        truth = unit.at(table.temperature_degC)
-        for name in COEFFICIENTS:
-            key = f"{table.run} {name}"
-            quantity = table.coefficients[name]
-            hits[key] = abs(quantity.value - truth[name]) <= quantity.expanded_uncertainty
-            widths[key] = quantity.expanded_uncertainty / unit.K1
-    return hits, widths
+    calibration = accelcal.fit(
+        record_of(columns, regime.declared), temperature_laws=regime.laws or "tables"
+    )
+    compared = (
+        laws_against_truth(calibration, unit)
+        if regime.laws
+        else tables_against_truth(calibration, unit)
+    )
+    hits = {key: abs(q.value - truth) <= q.expanded_uncertainty for key, q, truth, _ in compared}
+    return hits, {key: q.expanded_uncertainty / size for key, q, _, size in compared}
 
 
-def measure(regime: Regime, tables: int, pool: Any) -> dict[str, tuple[float, float]]:
+Compared = list[tuple[tuple[str, str], accelcal.Quantity, float, float]]
+
+
+def tables_against_truth(calibration: accelcal.Calibration, unit: Unit) -> Compared:
+    """Where and what, the estimate, the truth, and what the half width is divided by."""
+    return [
+        (
+            (table.run, name),
+            table.coefficients[name],
+            unit.at(table.temperature_degC)[name],
+            unit.K1,
+        )
+        for table in calibration.tables[:3]
+        for name in COEFFICIENTS
+    ]
+
+
+def laws_against_truth(calibration: accelcal.Calibration, unit: Unit) -> Compared:
+    """The same for the value at T0 and the two slopes of each law."""
+    model = calibration.temperature_model
+    truths = (
+        ("k0", unit.k0, unit.lam),
+        ("K1", unit.K1, unit.beta),
+        ("delta", unit.delta, unit.gam),
+    )
+    return [
+        ((name, part), getattr(getattr(model, name), part), value, 1.0)
+        for name, at_reference, slopes in truths
+        for part, value in zip(("at_T0", "above", "below"), (at_reference, *slopes), strict=True)
+    ]
+
+
+def measure(regime: Regime, tables: int, pool: Any) -> dict[tuple[str, str], tuple[float, float]]:
     """Coverage [%] and median half width [g] of each coefficient of each table."""
     results = list(pool.map(partial(one_table, regime), range(tables), chunksize=25))
     return {
@@ -135,9 +184,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     tables = 60 if options.smoke else options.tables
     print(f"{tables} tables a regime, accelcal {accelcal.__version__}; coverage [%] and, below it,")
-    print("the median half width of the interval [1e-6 of K1]; standard error of a coverage of")
-    print(f"95 %: {100 * (0.95 * 0.05 / tables) ** 0.5:.2f} %")
-    print(f"{'regime':40s} {'run':>3s}" + "".join(f"{name:>7s}" for name in COEFFICIENTS))
+    print("the median half width of the interval [1e-6 of K1; of laws 1e-6 of their unit];")
+    print(f"standard error of a coverage of 95 %: {100 * (0.95 * 0.05 / tables) ** 0.5:.2f} %")
     missed = []
     start = time.monotonic()
     with ProcessPoolExecutor(options.jobs) as pool:
@@ -149,20 +197,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 1 if missed and not options.smoke else 0
 
 
-def _show(regime: Regime, figures: dict[str, tuple[float, float]]) -> list[str]:
-    missed = []
-    for run in dict.fromkeys(key.split()[0] for key in figures):
-        row = [figures[f"{run} {name}"] for name in COEFFICIENTS]
-        print(f"{regime.name:40s} {run:>3s}" + "".join(f"{cover:7.1f}" for cover, _ in row))
-        print(f"  {regime.aside:38s}    " + "".join(f"{1e6 * width:7.2f}" for _, width in row))
-        if not regime.name.startswith("*"):
-            missed += [
-                f"{regime.name}, run {run}, {name}: {cover:.1f}"
-                for name, (cover, _) in zip(COEFFICIENTS, row, strict=True)
-                if not LOWEST <= cover <= HIGHEST
-            ]
+def _show(regime: Regime, figures: dict[tuple[str, str], tuple[float, float]]) -> list[str]:
+    """Print a regime; return the figures that it promised and missed."""
+    print(f"\n{regime.name}" + (f" ({regime.aside})" if regime.aside else ""))
+    for where in dict.fromkeys(where for where, _ in figures):
+        row = {what: figures[key] for key in figures for what in key[1:] if key[0] == where}
+        print(f"  {where:>6s}  " + "".join(f"{what:>8s}" for what in row))
+        print("          " + "".join(f"{cover:8.1f}" for cover, _ in row.values()))
+        print("          " + "".join(f"{1e6 * width:8.2f}" for _, width in row.values()))
     sys.stdout.flush()
-    return missed
+    if regime.name.startswith("*"):
+        return []
+    return [
+        f"{regime.name}, {' '.join(key)}: {cover:.1f}"
+        for key, (cover, _) in figures.items()
+        if not LOWEST <= cover <= HIGHEST
+    ]
 
 
 if __name__ == "__main__":

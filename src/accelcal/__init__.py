@@ -82,6 +82,7 @@ if TYPE_CHECKING:
     from accelcal.record import Apparatus as Apparatus
     from accelcal.record import TumbleRecord as TumbleRecord
     from accelcal.results.calibration import Calibration as Calibration
+    from accelcal.results.quantity import Quantity as Quantity
     from accelcal.simulation import AL15 as AL15
     from accelcal.simulation import Accelerometer as Accelerometer
     from accelcal.simulation import NoiseComponents as NoiseComponents
@@ -99,6 +100,7 @@ __all__ = [
     "DocumentError",
     "InputError",
     "NoiseComponents",
+    "Quantity",
     "TableError",
     "TumblePlan",
     "TumbleRecord",
@@ -125,6 +127,7 @@ _HOME = {
     "DocumentError": "accelcal.errors",
     "InputError": "accelcal.errors",
     "NoiseComponents": "accelcal.simulation",
+    "Quantity": "accelcal.results.quantity",
     "TableError": "accelcal.errors",
     "TumblePlan": "accelcal.simulation",
     "TumbleRecord": "accelcal.record",
