@@ -44,14 +44,14 @@ def closure(table: PreparedTable, noise: ReadingNoise, scale: float) -> Gate:
     Two tests of Student, each at half the false-alarm rate.
     """
     pairs = list(_returns(table))
-    scatter, dof = _clean_scatter(table) or (noise.factor * np.median(table.scatter), noise.dof)
     if not pairs:
         return not_assessed("closure", "no stroke holds both the first position and the return")
+    scatter, dof = _clean_scatter(table, noise)
     if not dof > 0.0:
         return not_assessed("closure", "nothing tells the reading noise; repeat the strokes")
     difference = np.array([after - before for after, before, _ in pairs])
     forward = np.array([1.0 if odd else -1.0 for _, _, odd in pairs])
-    error = float(scatter) * np.sqrt(2.0 / len(pairs))
+    error = max(scatter, _smallest(table)) * np.sqrt(2.0 / len(pairs))
     means = float(difference.mean()), float((forward * difference).mean())
     p = 2.0 * min(2.0 * student_survival(abs(m) / error, dof) for m in means)
     sizes = (acceleration(value / scale) for value in (*means, error))
@@ -101,11 +101,20 @@ class _Directions:
         return cls(counts, means, angles, within)
 
 
-def _clean_scatter(table: PreparedTable) -> tuple[float, float] | None:
-    """Scatter of the readings, and its dof, enlarged neither by closure nor by direction."""
+def _clean_scatter(table: PreparedTable, noise: ReadingNoise) -> tuple[float, float]:
+    """Scatter of the readings that a fault of closure does not enlarge, and its dof."""
+    if noise.source == "declared":
+        return noise.factor * float(np.median(table.scatter)), noise.dof
     found = _Directions.of(table.record.angle, table.record)
     dof = float(np.maximum(found.counts - 1.0, 0.0).sum())
-    return (float(np.sqrt(found.within.sum() / dof)), dof) if dof >= _FEW else None
+    if dof >= _FEW:
+        return float(np.sqrt(found.within.sum() / dof)), dof
+    returned = table.record.angle > table.record.angle.min() + 360.0 - 1e-6
+    design = np.column_stack([table.kept_design, returned])
+    basis = np.linalg.qr(design).Q
+    residual = table.record.output - basis @ (basis.T @ table.record.output)
+    dof = float(len(residual) - design.shape[1])
+    return (float(np.sqrt(residual @ residual / dof)), dof) if dof > 0.0 else (np.nan, 0.0)
 
 
 def forward_against_back(table: PreparedTable, scale: float) -> Gate:
@@ -144,7 +153,7 @@ def forward_against_back(table: PreparedTable, scale: float) -> Gate:
         squares, part, rest, dof = _backlash_like(standard, found.angles[both])
     if dof < 1.0:
         return not_assessed(name, "needs more positions, or two strokes in each direction")
-    variance = max(rest / dof, _smallest_variance(table))
+    variance = max(rest / dof, _smallest(table) ** 2)
     worst = int(np.argmax(np.abs(difference)))
     return warn_if(
         name,
@@ -163,9 +172,9 @@ def _backlash_like(difference: Array, angle: Array) -> tuple[float, int, float, 
     return float(fitted @ fitted), 3, float(rest @ rest), float(difference.size - 3)
 
 
-def _smallest_variance(table: PreparedTable) -> float:
-    """Rounding error of a reading, squared: readings alike to the last digit still have it."""
-    return float((4.0 * np.finfo(float).eps * np.abs(table.record.output).max()) ** 2)
+def _smallest(table: PreparedTable) -> float:
+    """Rounding error of a reading: readings alike to the last digit still have it."""
+    return float(4.0 * np.finfo(float).eps * np.abs(table.record.output).max())
 
 
 def outlier(table: PreparedTable, scale: float) -> Gate:
@@ -196,7 +205,7 @@ def outlier(table: PreparedTable, scale: float) -> Gate:
         return not_assessed("outlier", "no position is read often enough; repeat the strokes")
     size = members[cell]
     free = np.where(size > 1, 1.0 - 1.0 / size, np.inf)
-    rest = np.maximum((deviation**2).sum() - deviation**2 / free, _smallest_variance(table))
+    rest = np.maximum((deviation**2).sum() - deviation**2 / free, _smallest(table) ** 2)
     t = np.abs(deviation) / np.sqrt(free * rest / dof)
     worst = int(np.argmax(t))
     p = 2.0 * len(record) * student_survival(float(t[worst]), dof)
