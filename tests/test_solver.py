@@ -49,11 +49,12 @@ def test_the_certified_data_are_read_whole():
 
 def solved_in_50_digits(design, y, sigma):
     with mpmath.workdps(50):
+        system = np.column_stack([design, y])
         weighted = mpmath.matrix(
-            [[mpmath.mpf(a) / s for a in row] for row, s in zip(design, sigma)]
+            [[mpmath.mpf(a) / s for a in row] for row, s in zip(system, sigma, strict=True)]
         )
-        right = mpmath.matrix([mpmath.mpf(a) / s for a, s in zip(y, sigma)])
-        return np.array([float(x) for x in mpmath.qr_solve(weighted, right)[0]])
+        solution, _ = mpmath.qr_solve(weighted[:, :-1], weighted[:, weighted.cols - 1])
+        return np.array([float(x) for x in solution])
 
 
 @pytest.mark.parametrize("noise", [0.0, 5e-6, 1e-3])
