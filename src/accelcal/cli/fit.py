@@ -12,6 +12,7 @@ from accelcal.cli.options import data_argument, format_option, number, output_op
 
 if TYPE_CHECKING:
     from accelcal.results.calibration import Calibration
+    from accelcal.results.verdict import Verdict
 
 __all__ = ["fit"]
 
@@ -68,6 +69,11 @@ __all__ = ["fit"]
     show_default=True,
     help="Fit the temperature laws to the coefficients of the tables or to all readings.",
 )
+@click.option(
+    "--spec",
+    metavar="SPEC.toml",
+    help="Judge against this data sheet; the exit code is 1 where a limit fails.",
+)
 @format_option("text", "json", "csv")
 def fit(
     data: Sequence[str],
@@ -84,6 +90,7 @@ def fit(
     coefficients: str,
     strict: bool,
     temperature_laws: str,
+    spec: str | None,
     form: str,
 ) -> None:
     r"""Calibrate from the tables DATA.
@@ -97,6 +104,7 @@ def fit(
       accelcal fit table.csv
       accelcal fit table.csv --head-uncertainty 1e-5 -o calibration.json
       accelcal fit 2024/*.csv --format csv
+      accelcal fit table.csv --spec examples/al15.toml
     """
     from accelcal.calibrate import fit as calibrate
     from accelcal.io.tables import read_tables
@@ -122,22 +130,50 @@ def fit(
         for source in data
         for record in read_tables(source, overrides=declared)
     ]
+    verdicts = _judged(calibrations, spec)
     if path is not None:
-        from accelcal.results.documents import calibrations_to_json
-
-        deliver(calibrations_to_json(calibrations), path)
+        deliver(_json(calibrations, verdicts), path)
     if path != "-":
-        deliver(_shown(calibrations, form))
+        deliver(_shown(calibrations, verdicts, form))
+    if any(verdict.outcome == "fail" for verdict in verdicts):
+        click.get_current_context().exit(1)
 
 
-def _shown(calibrations: Sequence[Calibration], form: str) -> str:
-    if form == "text":
-        return ("\n\n" + "=" * 100 + "\n\n").join(map(str, calibrations))
+def _judged(calibrations: Sequence[Calibration], spec: str | None) -> list[Verdict]:
+    if spec is None:
+        return []
+    from accelcal.io.specification import read_specification
+    from accelcal.verdict import judge
+
+    specification = read_specification(spec)
+    return [judge(calibration, specification) for calibration in calibrations]
+
+
+def _shown(calibrations: Sequence[Calibration], verdicts: Sequence[Verdict], form: str) -> str:
+    if form == "json":
+        return _json(calibrations, verdicts)
     if form == "csv":
+        click.echo("\n\n".join(map(str, verdicts)), err=True, nl=bool(verdicts))
         return _csv(calibrations)
+    texts = [str(calibration) for calibration in calibrations]
+    for index, verdict in enumerate(verdicts):
+        texts[index] += f"\n\n{verdict}"
+    return ("\n\n" + "=" * 100 + "\n\n").join(texts)
+
+
+def _json(calibrations: Sequence[Calibration], verdicts: Sequence[Verdict]) -> str:
     from accelcal.results.documents import calibrations_to_json
 
-    return calibrations_to_json(calibrations)
+    text = calibrations_to_json(calibrations)
+    if not verdicts:
+        return text
+    import json
+
+    document = json.loads(text)
+    parts = document.get("calibrations", [document])
+    for part, verdict in zip(parts, verdicts, strict=True):
+        part["verdict"] = verdict.to_document()
+    return json.dumps(document, indent=1, allow_nan=False) + "\n"
 
 
 def _csv(calibrations: Sequence[Calibration]) -> str:

@@ -1,0 +1,96 @@
+"""Data sheets as TOML."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from typing import Any
+
+from accelcal.errors import InputError, TableError
+from accelcal.io.text import Source, read_text
+from accelcal.specification import Limit, Specification
+
+__all__ = ["SCHEMA", "read_specification"]
+
+SCHEMA = "accelcal/specification/1"
+
+_KEYS = {"schema": str, "name": str, "source": str, "rule": str, "limits": dict}
+_LIMIT_KEYS = {"unit": str, "minimum": float, "maximum": float, "at": str, "condition": str}
+_TYPE_NAMES = {str: "a text in quotes", float: "a number", dict: "a table such as [limits.bias]"}
+
+
+def read_specification(source: Source) -> Specification:
+    """Read a data sheet.
+
+    Parameters
+    ----------
+    source : path, "-" or file object
+        A TOML file with the keys schema, name, limits and, if you like, source and rule.
+
+    Returns
+    -------
+    Specification
+        The limits in the order of the file.
+
+    Raises
+    ------
+    TableError
+        If the file cannot be read, is not TOML, or has a key that is unknown, missing or of the
+        wrong type, or a unit that is none of its quantity.
+
+    Examples
+    --------
+    >>> from io import StringIO
+    >>> text = '''
+    ... schema = "accelcal/specification/1"
+    ... name = "AL-15"
+    ... [limits.bias]
+    ... maximum = 5.0
+    ... unit = "mg"
+    ... '''
+    >>> read_specification(StringIO(text)).limits
+    (Limit(name='bias', unit='mg', minimum=None, maximum=5.0, at='T0', condition=''),)
+    """
+    given = read_text(source)
+    try:
+        return _specification(tomllib.loads(given.text))
+    except tomllib.TOMLDecodeError as error:
+        problem, remedy = f"not TOML ({error})", "write key = value lines under [limits.NAME]"
+    except InputError as error:
+        problem, _, remedy = str(error).partition("; ")
+    raise TableError(problem, remedy, source=given.name)
+
+
+def _specification(document: Mapping[str, Any]) -> Specification:
+    _check(document, _KEYS, required=("schema", "name", "limits"), where="")
+    if document["schema"] != SCHEMA:
+        raise InputError(f"schema {document['schema']!r} is unknown; write {SCHEMA!r}")
+    limits = tuple(_limit(name, entry) for name, entry in document["limits"].items())
+    rest = {key: document[key] for key in ("source", "rule") if key in document}
+    return Specification(document["name"], limits, **rest)
+
+
+def _limit(name: str, entry: Any) -> Limit:
+    if not isinstance(entry, dict):
+        raise InputError(f"limits.{name} is {entry!r}; make it a table [limits.{name}]")
+    _check(entry, _LIMIT_KEYS, required=("unit",), where=f"limits.{name}: ")
+    return Limit(name, **entry)
+
+
+def _check(
+    entry: Mapping[str, Any], keys: Mapping[str, type], *, required: tuple[str, ...], where: str
+) -> None:
+    for key, value in entry.items():
+        if key not in keys:
+            raise InputError(f"{where}key {key!r} is unknown; there are {', '.join(keys)}")
+        if not _is(value, keys[key]):
+            raise InputError(f"{where}{key} is {value!r}; it is {_TYPE_NAMES[keys[key]]}")
+    for key in required:
+        if key not in entry:
+            raise InputError(f"{where}key {key!r} is missing; add {key} = ...")
+
+
+def _is(value: Any, kind: type) -> bool:
+    if kind is float:
+        return isinstance(value, int | float) and not isinstance(value, bool)
+    return isinstance(value, kind)

@@ -1,0 +1,108 @@
+"""A verdict as text for an engineer."""
+
+from __future__ import annotations
+
+import textwrap
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from accelcal.report.columns import aligned
+from accelcal.report.numbers import matching_digits
+from accelcal.report.text import printable
+
+__all__ = ["verdict_text"]
+
+Document = Mapping[str, Any]
+
+_WIDTH = 100
+_HEADING = ("", "", "value", "+- U", "limit", "")
+
+
+def verdict_text(document: Document) -> str:
+    """Write a verdict as text.
+
+    Parameters
+    ----------
+    document : mapping
+        Document of a verdict, as of `accelcal.results.verdict.Verdict.to_document`.
+
+    Returns
+    -------
+    str
+        A line for each limit and place, the remarks, and the decision rule, in ASCII.
+
+    Examples
+    --------
+    >>> from accelcal.results.verdict import Judgement, Verdict
+    >>> found = Judgement("bias", "k0", "at T0", "pass", "mg", None, 5.0, 3.3, 0.1, 1.0)
+    >>> print(verdict_text(Verdict("AL-15", "", "guard band", "w = U", (found,)).to_document()))
+    Verdict against AL-15: PASS (1 pass)
+                value  +- U  limit
+      PASS  k0   3.30  0.10  |x| <= 5 mg  bias, at T0
+      decision rule: w = U
+    """
+    return "\n".join(map(printable, _lines(document)))
+
+
+def _lines(document: Document) -> Iterator[str]:
+    limits = document["limits"]
+    counts = Counter(limit["outcome"] for limit in limits)
+    told = ", ".join(f"{count} {outcome}" for outcome, count in counts.items())
+    yield from _wrapped(
+        f"Verdict against {document['specification']}: {document['outcome'].upper()} ({told})", ""
+    )
+    rows = [_HEADING, *map(_row, limits)]
+    yield from (f"  {line}" for line in aligned(rows, right={2, 3}))
+    for limit in limits:
+        if remark := _remark(limit):
+            yield from _wrapped(f"{limit['symbol']}: {remark}")
+    yield from _wrapped(f"decision rule: {document['rule_statement']}")
+
+
+def _row(limit: Document) -> tuple[str, ...]:
+    outcome = limit["outcome"]
+    return (
+        outcome.upper() if outcome in ("pass", "fail") else outcome,
+        limit["symbol"],
+        *_found(limit),
+        f"{_range(limit)} {limit['unit']}",
+        _name(limit),
+    )
+
+
+def _name(limit: Document) -> str:
+    """Name of the limit and where it was tested; of a slope, the symbol tells the side of T0."""
+    name, where = limit["limit"].replace("_", " "), limit["where"]
+    return name if not where or name.endswith("sensitivity") else f"{name}, {where}"
+
+
+def _found(limit: Document) -> tuple[str, str]:
+    if limit["value"] is None:
+        return "", ""
+    return matching_digits(limit["value"], limit["expanded_uncertainty"])
+
+
+def _range(limit: Document) -> str:
+    low, high = limit["minimum"], limit["maximum"]
+    if low is None:
+        return f"|x| <= {high:g}"
+    return f"|x| >= {low:g}" if high is None else f"{low:g} to {high:g}"
+
+
+def _remark(limit: Document) -> str:
+    probability = limit["probability"]
+    if limit["outcome"] != "undecided" or probability is None:
+        return str(limit["remark"])
+    chance = f"it keeps the limit with a probability of {_percent(probability)}"
+    return "; ".join(part for part in (chance, limit["remark"]) if part)
+
+
+def _percent(probability: float) -> str:
+    if not 0.001 <= probability <= 0.999:
+        return "below 0.1 %" if probability < 0.001 else "above 99.9 %"
+    return f"{100.0 * probability:.1f} %"
+
+
+def _wrapped(sentence: str, indent: str = "  ") -> list[str]:
+    return textwrap.wrap(sentence, _WIDTH, initial_indent=indent, subsequent_indent=f"{indent}  ")

@@ -1,0 +1,94 @@
+"""A verdict: what was found against each limit of a data sheet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["OUTCOMES", "Judgement", "Verdict"]
+
+OUTCOMES = ("fail", "undecided", "not tested", "pass")
+"""Outcomes of a limit, the worst first; that of the whole is the worst of its limits."""
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """What was found against one limit in one place.
+
+    Attributes
+    ----------
+    limit, symbol : str
+        Name of the limit and symbol of the quantity.
+    where : str
+        The temperature, the run, or the side of T0.
+    outcome : str
+        One of `OUTCOMES`.
+    unit : str
+        Unit of all numbers here, that of the data sheet.
+    minimum, maximum : float or None
+        The limit.
+    value, expanded_uncertainty : float or None
+        What was found, and half the width of its 95 % interval; None where unknown.
+    probability : float or None
+        Probability that the true value keeps the limit; None where the uncertainty is unknown.
+    remark : str
+        Why it was not tested, or what else must be known.
+    """
+
+    limit: str
+    symbol: str
+    where: str
+    outcome: str
+    unit: str
+    minimum: float | None
+    maximum: float | None
+    value: float | None = None
+    expanded_uncertainty: float | None = None
+    probability: float | None = None
+    remark: str = ""
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the judgement as it stands in the JSON document."""
+        return {name: getattr(self, name) for name in type(self).__slots__}
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What was found against a data sheet, limit by limit.
+
+    Attributes
+    ----------
+    specification, source : str
+        Name of the data sheet, and where it was printed.
+    rule, rule_statement : str
+        Name of the decision rule, and the rule in words.
+    judgements : tuple of Judgement
+        In the order of the data sheet; a limit has one for each place where it holds.
+    """
+
+    specification: str
+    source: str
+    rule: str
+    rule_statement: str
+    judgements: tuple[Judgement, ...]
+
+    @property
+    def outcome(self) -> str:
+        """The worst outcome of all."""
+        return min((j.outcome for j in self.judgements), key=OUTCOMES.index)
+
+    def __str__(self) -> str:
+        from accelcal.report.verdict import verdict_text
+
+        return verdict_text(self.to_document())
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the verdict as it stands in the JSON document of a calibration."""
+        return {
+            "specification": self.specification,
+            "source": self.source,
+            "rule": self.rule,
+            "rule_statement": self.rule_statement,
+            "outcome": self.outcome,
+            "limits": [judgement.to_document() for judgement in self.judgements],
+        }

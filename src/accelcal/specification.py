@@ -1,0 +1,308 @@
+"""A data sheet: limits on what a calibration finds, each in the unit in which it was printed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from accelcal.errors import InputError
+from accelcal.units import canonical_unit, is_output_unit
+
+__all__ = [
+    "PLACES",
+    "QUANTITIES",
+    "RULES",
+    "DecisionRule",
+    "Limit",
+    "LimitedQuantity",
+    "Specification",
+    "conversion_factor",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class LimitedQuantity:
+    """A quantity that a data sheet limits.
+
+    Attributes
+    ----------
+    symbol : str
+        The paper's symbol.
+    kind : str
+        What its numerator is: ``"acceleration"``, ``"angle"``, ``"ratio"``, ``"output"`` or
+        ``"temperature"``.
+    per : str
+        What it is divided by: empty, ``"g"``, ``"g^2"``, ``"g^3"`` or ``"degC"``.
+    """
+
+    symbol: str
+    kind: str
+    per: str = ""
+
+
+QUANTITIES: Mapping[str, LimitedQuantity] = MappingProxyType(
+    {
+        "bias": LimitedQuantity("k0", "acceleration"),
+        "scale_factor": LimitedQuantity("K1", "output", "g"),
+        "second_order": LimitedQuantity("k2", "acceleration", "g^2"),
+        "third_order": LimitedQuantity("k3", "acceleration", "g^3"),
+        "misalignment": LimitedQuantity("delta", "angle"),
+        "cross_coupling": LimitedQuantity("delta_ip", "acceleration", "g^2"),
+        "bias_temperature_sensitivity": LimitedQuantity("lam", "acceleration", "degC"),
+        "scale_factor_temperature_sensitivity": LimitedQuantity("beta", "ratio", "degC"),
+        "misalignment_temperature_sensitivity": LimitedQuantity("gam", "angle", "degC"),
+        "bias_temperature_hysteresis": LimitedQuantity("h_T", "acceleration"),
+        "bias_repeatability": LimitedQuantity("k0L", "acceleration"),
+        "bias_drift": LimitedQuantity("k0D", "acceleration"),
+        "bias_fluctuation": LimitedQuantity("k0F", "acceleration"),
+        "threshold": LimitedQuantity("p", "acceleration"),
+        "scale_factor_stability": LimitedQuantity("k1", "ratio"),
+        "operating_temperatures": LimitedQuantity("T", "temperature"),
+    }
+)
+"""Name of a limit -> the quantity that it limits."""
+
+PLACES = ("T0", "every temperature")
+"""Where a limit holds: at the reference temperature, or at each level of the test."""
+
+_POWERS_OF_TEN = {"": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9}
+_DEGREE = math.pi / 180.0
+_UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
+    {  # kind -> unit -> its size in the unit of the calibration
+        "acceleration": {f"{prefix}g": size for prefix, size in _POWERS_OF_TEN.items()},
+        "angle": {f"{prefix}rad": size for prefix, size in _POWERS_OF_TEN.items()}
+        | {"deg": _DEGREE, "arcmin": _DEGREE / 60.0, "arcsec": _DEGREE / 3600.0},
+        "ratio": {"1": 1.0, "%": 1e-2, "ppm": 1e-6, "ppb": 1e-9},
+        "temperature": {"degC": 1.0},
+    }
+)
+_OUTPUT_FAMILIES: tuple[Mapping[str, float], ...] = (
+    {f"{prefix}V": size for prefix, size in _POWERS_OF_TEN.items()},
+    {f"{prefix}A": size for prefix, size in _POWERS_OF_TEN.items()},
+    {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6},
+)
+_SPELLINGS = (("µ", "u"), ("μ", "u"), ("°C", "degC"), ("²", "^2"), ("³", "^3"), (" ", ""))
+
+
+def conversion_factor(unit: str, name: str, output_unit: str | None = None) -> float:
+    """Factor from the unit of a data sheet to that of a calibration.
+
+    Parameters
+    ----------
+    unit : str
+        Unit as written, such as ``"ug/degC"``.
+    name : str
+        Name of the limited quantity, of `QUANTITIES`.
+    output_unit : str, optional
+        Output unit of the calibration; needed for the scale factor only.
+
+    Returns
+    -------
+    float
+        Value in g, rad, 1, degC or output unit, each with its divisor, per value in `unit`.
+
+    Raises
+    ------
+    InputError
+        If the unit is not one of the quantity.
+
+    Examples
+    --------
+    >>> conversion_factor("ug/degC", "bias_temperature_sensitivity")
+    1e-06
+    >>> conversion_factor("uA/g", "scale_factor", output_unit="mA")
+    0.001
+    """
+    quantity = QUANTITIES[name]
+    numerator, _, per = _tidy(unit).rpartition("/") if quantity.per else (_tidy(unit), "", "")
+    if per.replace("K", "degC") != quantity.per and per != quantity.per:
+        raise _wrong_unit(unit, name)
+    if quantity.kind == "output":
+        return _output_factor(unit, canonical_unit(numerator), output_unit, name)
+    if numerator not in _UNITS[quantity.kind]:
+        raise _wrong_unit(unit, name)
+    return _UNITS[quantity.kind][numerator]
+
+
+def _tidy(unit: str) -> str:
+    for written, plain in _SPELLINGS:
+        unit = unit.replace(written, plain)
+    return unit
+
+
+def _output_factor(unit: str, numerator: str, output_unit: str | None, name: str) -> float:
+    if not is_output_unit(numerator):
+        raise _wrong_unit(unit, name)
+    if output_unit is None or numerator == output_unit:
+        return 1.0
+    for sizes in _OUTPUT_FAMILIES:
+        if numerator in sizes and output_unit in sizes:
+            return sizes[numerator] / sizes[output_unit]
+    raise InputError(
+        f"{name}: unit {unit!r} does not fit a calibration in {output_unit}; give the limit in"
+        f" {output_unit}/g"
+    )
+
+
+def _wrong_unit(unit: str, name: str) -> InputError:
+    quantity = QUANTITIES[name]
+    known = _UNITS.get(quantity.kind, {"mA": 1.0, "mV": 1.0, "V": 1.0, "counts": 1.0})
+    per = f"/{quantity.per}" if quantity.per else ""
+    return InputError(
+        f"{name}: unit {unit!r} is none of this quantity; it has"
+        f" {', '.join(f'{numerator}{per}' for numerator in known)}"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class DecisionRule:
+    """How the uncertainty enters a verdict.
+
+    Attributes
+    ----------
+    guard_band : float
+        Width of the guard band, as a multiple of the expanded uncertainty U (95 %).
+    statement : str
+        The rule in words, with the document that has it.
+    """
+
+    guard_band: float
+    statement: str
+
+
+RULES: Mapping[str, DecisionRule] = MappingProxyType(
+    {
+        "guard band": DecisionRule(
+            1.0,
+            "guard band w = U (95 %), ISO 14253-1:2013 and ILAC-G8:09/2019: pass or fail only"
+            " where the whole interval value +- U lies on one side of the limit",
+        ),
+        "ISO 14253-1:2017": DecisionRule(
+            0.83,
+            "guard band w = 0.83 U, ISO 14253-1:2017 in ILAC-G8:09/2019: pass or fail only where"
+            " its probability is at least 95 %",
+        ),
+        "simple acceptance": DecisionRule(
+            0.0,
+            "simple acceptance, w = 0, ILAC-G8:09/2019: the value alone decides, at a risk of up"
+            " to 50 % where it lies at the limit",
+        ),
+    }
+)
+"""Name of a decision rule -> the rule."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """One line of a data sheet.
+
+    Attributes
+    ----------
+    name : str
+        One of `QUANTITIES`.
+    unit : str
+        Unit of `minimum` and `maximum`.
+    minimum, maximum : float or None
+        With both, the value itself lies between them; one alone limits the size of the value,
+        whatever its sign.
+    at : str
+        One of `PLACES`; it tells nothing where the quantity is itself one of temperature.
+    condition : str
+        Condition of the data sheet that goes with the limit, such as ``"in 6 h"``; only printed.
+
+    Raises
+    ------
+    InputError
+        If there is no such quantity or place, no limit, or a unit of something else.
+
+    Examples
+    --------
+    >>> Limit("bias", "mg", maximum=5.0).within(0.0, 5.1, -5.1)
+    (True, False, False)
+    """
+
+    name: str
+    unit: str
+    minimum: float | None = None
+    maximum: float | None = None
+    at: str = PLACES[0]
+    condition: str = ""
+
+    def __post_init__(self) -> None:
+        if self.name not in QUANTITIES:
+            raise InputError(f"limit {self.name!r} is unknown; there are {', '.join(QUANTITIES)}")
+        conversion_factor(self.unit, self.name)
+        if self.at not in PLACES:
+            raise InputError(f"{self.name}: at is {self.at!r}; it is one of {', '.join(PLACES)}")
+        self._check_bounds()
+
+    def _check_bounds(self) -> None:
+        given = [bound for bound in (self.minimum, self.maximum) if bound is not None]
+        if not given or not all(math.isfinite(bound) for bound in given):
+            raise InputError(f"{self.name}: no finite limit; give minimum, maximum or both")
+        if given != sorted(given):
+            raise InputError(
+                f"{self.name}: minimum {self.minimum} lies above maximum {self.maximum};"
+                " exchange them"
+            )
+        if len(given) == 1 and self.name == "operating_temperatures":
+            raise InputError(f"{self.name}: one end only; give minimum and maximum")
+        if len(given) == 1 and given[0] < 0.0:
+            raise InputError(
+                f"{self.name}: {given[0]} alone is a limit on the size of the value, which is"
+                " never negative; give minimum and maximum for a range"
+            )
+
+    @property
+    def intervals(self) -> tuple[tuple[float, float], ...]:
+        """Where the value may lie, in `unit`; the size above a minimum makes two intervals."""
+        if self.minimum is not None and self.maximum is not None:
+            return ((self.minimum, self.maximum),)
+        if self.maximum is not None:
+            return ((-self.maximum, self.maximum),)
+        assert self.minimum is not None
+        return ((-math.inf, -self.minimum), (self.minimum, math.inf))
+
+    def within(self, *values: float) -> tuple[bool, ...]:
+        """Tell of each value in `unit` whether it keeps the limit."""
+        return tuple(any(low <= v <= high for low, high in self.intervals) for v in values)
+
+
+@dataclass(frozen=True, slots=True)
+class Specification:
+    """A data sheet.
+
+    Attributes
+    ----------
+    name : str
+        What it is the data sheet of.
+    limits : tuple of Limit
+        The limits, in their order.
+    source : str
+        Where it was printed.
+    rule : str
+        Name of the decision rule, of `RULES`.
+
+    Raises
+    ------
+    InputError
+        If there is no limit, or no such rule.
+
+    Examples
+    --------
+    >>> Specification("AL-15", (Limit("bias", "mg", maximum=5.0),)).rule
+    'guard band'
+    """
+
+    name: str
+    limits: tuple[Limit, ...]
+    source: str = ""
+    rule: str = "guard band"
+
+    def __post_init__(self) -> None:
+        if self.rule not in RULES:
+            raise InputError(f"rule {self.rule!r} is unknown; there are {', '.join(RULES)}")
+        if not self.limits:
+            raise InputError("no limits; give a table such as [limits.bias]")
