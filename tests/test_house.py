@@ -22,16 +22,16 @@ MODULES = sorted(SOURCE.rglob("*.py"))
 FLOORS = (
     {"__init__", "__main__"},
     {"cli"},
-    {"report"},
+    {"report", "export"},
     {"io", "batch"},
     {"calibrate"},
-    {"gates", "weaknesses", "temperature", "simulation", "verdict"},
+    {"gates", "weaknesses", "temperature", "simulation", "verdict", "compensate"},
     {"estimate", "effects"},
     {"printed"},
     {"record", "results", "specification"},
     {"model"},
     {"geometry"},
-    {"units", "probability"},
+    {"units", "probability", "grouping"},
     {"errors", "version"},
 )
 """The rooms, top floor first. Imports point downwards, and never to a room of the same floor."""

@@ -66,6 +66,8 @@ from accelcal.version import __version__
 
 if TYPE_CHECKING:
     from accelcal.calibrate import fit as fit
+    from accelcal.compensate.apply import MeasuredAcceleration as MeasuredAcceleration
+    from accelcal.compensate.apply import apply as apply
     from accelcal.errors import AccelcalError as AccelcalError
     from accelcal.errors import AccelcalWarning as AccelcalWarning
     from accelcal.errors import DesignError as DesignError
@@ -99,6 +101,7 @@ __all__ = [
     "DesignError",
     "DocumentError",
     "InputError",
+    "MeasuredAcceleration",
     "NoiseComponents",
     "Quantity",
     "TableError",
@@ -106,6 +109,7 @@ __all__ = [
     "TumbleRecord",
     "__version__",
     "accelerations",
+    "apply",
     "design_matrix",
     "fit",
     "output",
@@ -126,12 +130,14 @@ _HOME = {
     "DesignError": "accelcal.errors",
     "DocumentError": "accelcal.errors",
     "InputError": "accelcal.errors",
+    "MeasuredAcceleration": "accelcal.compensate.apply",
     "NoiseComponents": "accelcal.simulation",
     "Quantity": "accelcal.results.quantity",
     "TableError": "accelcal.errors",
     "TumblePlan": "accelcal.simulation",
     "TumbleRecord": "accelcal.record",
     "accelerations": "accelcal.geometry",
+    "apply": "accelcal.compensate.apply",
     "design_matrix": "accelcal.model",
     "fit": "accelcal.calibrate",
     "output": "accelcal.model",

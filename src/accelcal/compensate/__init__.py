@@ -1,0 +1,1 @@
+"""From the output of a calibrated accelerometer back to acceleration: equation (1) inverted."""

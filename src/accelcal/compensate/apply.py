@@ -1,0 +1,263 @@
+"""From outputs to accelerations with their standard uncertainties."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from accelcal.compensate.choice import compensation
+from accelcal.compensate.coefficients import TEMPERATURE_MARGIN, Compensation
+from accelcal.compensate.inversion import invert, slope
+from accelcal.errors import AccelcalWarning, InputError
+from accelcal.results.calibration import Calibration
+
+__all__ = ["MeasuredAcceleration", "apply", "compensate"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeasuredAcceleration:
+    """Acceleration along the input axis, sample by sample.
+
+    Attributes
+    ----------
+    value : ndarray
+        Acceleration a_i, NaN where the output or temperature is missing or has no solution [g].
+    standard_uncertainty : ndarray
+        Its standard uncertainty, NaN where unknown [g].
+    within_temperatures : ndarray of bool
+        Whether the temperature lies in the calibrated range.
+    within_accelerations : ndarray of bool
+        Whether the acceleration lies in the range of the test, +-1 g for a whole turn; beyond it
+        the nonlinearity is extrapolated.
+    """
+
+    value: Array
+    standard_uncertainty: Array
+    within_temperatures: NDArray[np.bool_]
+    within_accelerations: NDArray[np.bool_]
+
+    @property
+    def inside(self) -> NDArray[np.bool_]:
+        """Whether a sample lies in the calibrated ranges."""
+        return self.within_temperatures & self.within_accelerations
+
+
+def apply(
+    calibration: Calibration,
+    output: ArrayLike,
+    temperature: ArrayLike | None = None,
+    a_p: ArrayLike | None = None,
+    a_o: ArrayLike | None = None,
+    *,
+    run: str | None = None,
+    extrapolate: bool = False,
+    output_uncertainty: float = 0.0,
+    temperature_uncertainty: float = 0.0,
+) -> MeasuredAcceleration:
+    """Turn outputs of a calibrated accelerometer into accelerations.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    output : array_like
+        Outputs Y [output unit of the calibration].
+    temperature : array_like, optional
+        Temperatures, or one for all samples; needed with temperature laws [degC].
+    a_p, a_o : array_like, optional
+        Acceleration along the pendulous and the output axis, 0 by default [g].
+    run : str, optional
+        Use the table of this run only.
+    extrapolate : bool, default False
+        Accept temperatures outside the calibrated range, with a warning.
+    output_uncertainty : float, default 0
+        Standard uncertainty of an output, its noise included [output unit].
+    temperature_uncertainty : float, default 0
+        Standard uncertainty of a temperature [degC].
+
+    Returns
+    -------
+    MeasuredAcceleration
+        Accelerations along the input axis, in the shape of the arguments broadcast.
+
+    Raises
+    ------
+    InputError
+        If a temperature is needed or outside the calibrated range, a cross axis was not
+        calibrated, or the calibration is not usable.
+
+    Warns
+    -----
+    AccelcalWarning
+        About every coefficient that was not determined, and what is assumed in its place.
+
+    Notes
+    -----
+    Equation (1) in its product form is solved by Newton's method:
+    Y = K1(T) [k0(T) + a_i + k2 a_i^2 + k3 a_i^3 + delta(T) a_p + delta_ip a_i a_p].
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> calibration = accelcal.fit(accelcal.simulate(seed=1))
+    >>> measured = accelcal.apply(calibration, [1.3547, -1.3455], temperature=20.0)
+    >>> measured.value.round(4).tolist()
+    [1.0, -1.0]
+    >>> bool(measured.inside.all())
+    True
+    """
+    found = compensation(calibration, run)
+    for assumption in found.assumptions:
+        warnings.warn(assumption, AccelcalWarning, stacklevel=2)
+    measured = compensate(
+        found,
+        output,
+        temperature,
+        a_p,
+        a_o,
+        output_uncertainty=output_uncertainty,
+        temperature_uncertainty=temperature_uncertainty,
+    )
+    outside = ~measured.within_temperatures & np.isfinite(measured.value)
+    if outside.any():
+        example = np.broadcast_to(np.asarray(temperature, dtype=np.float64), outside.shape)
+        problem = outside_temperatures(found, float(example[outside].flat[0]))
+        if not extrapolate:
+            raise InputError(f"{problem}; calibrate there, or extrapolate")
+        count = int(outside.sum())
+        warnings.warn(f"{problem}, as {count} samples are", AccelcalWarning, stacklevel=2)
+    return measured
+
+
+def outside_temperatures(found: Compensation, temperature: float) -> str:
+    """Say that a temperature is outside the calibrated range."""
+    assert found.temperatures is not None
+    low, high = found.temperatures
+    levels = f"{low:g} to {high:g} degC" if low < high else f"{low:g} degC only"
+    return (
+        f"temperature {temperature:g} degC is more than {TEMPERATURE_MARGIN:g} degC outside the"
+        f" calibration, which is for {levels}"
+    )
+
+
+def compensate(
+    found: Compensation,
+    output: ArrayLike,
+    temperature: ArrayLike | None = None,
+    a_p: ArrayLike | None = None,
+    a_o: ArrayLike | None = None,
+    *,
+    output_uncertainty: float = 0.0,
+    temperature_uncertainty: float = 0.0,
+) -> MeasuredAcceleration:
+    """Turn outputs into accelerations, and flag what is outside the calibrated ranges.
+
+    Parameters
+    ----------
+    found : Compensation
+        The coefficients.
+    output, temperature, a_p, a_o, output_uncertainty, temperature_uncertainty
+        As for `apply`.
+
+    Returns
+    -------
+    MeasuredAcceleration
+        Accelerations along the input axis.
+
+    Raises
+    ------
+    InputError
+        If a temperature is needed, or a cross axis was not calibrated.
+
+    Notes
+    -----
+    The calibration tells the covariance C of its coefficients at T0, but not how they correlate
+    with the temperature slopes. So the uncertainty at T0, sqrt(J C J'), and that of each slope
+    times abs(T - T0) are added linearly, which is never too small. The uncertainties of output
+    and temperature are independent of it and added in squares.
+    """
+    rise = _rise(found, temperature)
+    Y, rise, *cross = np.broadcast_arrays(
+        np.asarray(output, dtype=np.float64), rise, *_cross(found, {"a_p": a_p, "a_o": a_o})
+    )
+    scale = found.K1.at_T0 * (1.0 + found.K1.change(rise))
+    bracket = Y / scale  # k0 + a_i + ...
+    tilt, coupling = np.zeros(()), np.ones(())
+    for axis, along in zip(found.axes, cross, strict=True):
+        tilt = tilt + (axis.delta.at_T0 + axis.delta.change(rise)) * along
+        coupling = coupling + axis.delta_ip * along
+    target = bracket - (found.k0.at_T0 + found.k0.change(rise)) - tilt
+    a_i = invert(target, coupling, found.k2, found.k3)
+    of_coefficients = _coefficient_error(found, a_i, bracket, rise, cross)
+    of_output = output_uncertainty / scale
+    of_heat = temperature_uncertainty * _heat_sensitivity(found, bracket, rise, cross)
+    sensitivity = slope(a_i, coupling, found.k2, found.k3)
+    return MeasuredAcceleration(
+        value=a_i,
+        standard_uncertainty=np.sqrt(of_coefficients**2 + of_output**2 + of_heat**2) / sensitivity,
+        within_temperatures=found.within_temperatures(rise + (found.T0 or 0.0)),
+        within_accelerations=found.within_accelerations(a_i),
+    )
+
+
+def _rise(found: Compensation, temperature: ArrayLike | None) -> Array:
+    if temperature is not None and found.T0 is not None:
+        return np.asarray(temperature, dtype=np.float64) - found.T0
+    if found.several_levels:
+        raise InputError(
+            "the calibration depends on temperature; give the temperature of the samples"
+        )
+    return np.zeros(())
+
+
+def _cross(found: Compensation, given: dict[str, ArrayLike | None]) -> list[Array]:
+    """Accelerations along the calibrated cross axes, in their order."""
+    names = [axis.name for axis in found.axes]
+    for name, values in given.items():
+        if values is not None and name not in names:
+            raise InputError(
+                f"{name} is given, but the calibration tells only what {' and '.join(names)} does;"
+                " leave it out, or calibrate in the other mounting"
+            )
+    chosen = (given[name] for name in names)
+    return [np.asarray(0.0 if a is None else a, dtype=np.float64) for a in chosen]
+
+
+def _coefficient_error(
+    found: Compensation, a_i: Array, bracket: Array, rise: Array, cross: list[Array]
+) -> Array:
+    """Standard uncertainty of the bracket of the model from the coefficients [g]."""
+    along = cross[0]
+    ones = np.ones_like(a_i)
+    rows = [ones, bracket, a_i**2, a_i**3, along, a_i * along]
+    total = _propagated(found.covariance, rows)
+    if found.other is not None:
+        total = total + _propagated(found.other_covariance, [cross[1], a_i * cross[1]])
+    relative = np.abs(bracket) / (1.0 + found.K1.change(rise))
+    return np.asarray(
+        total
+        + found.k0.change_uncertainty(rise)
+        + found.K1.change_uncertainty(rise) * relative
+        + found.cross.delta.change_uncertainty(rise) * np.abs(along)
+    )
+
+
+def _propagated(covariance: tuple[tuple[float, ...], ...], rows: list[Array]) -> Array:
+    """sqrt(J C J'), J given by its columns."""
+    jacobian = np.stack(rows, axis=-1)
+    squares = np.einsum("...i,...i->...", jacobian @ np.array(covariance), jacobian)
+    return np.asarray(np.sqrt(np.maximum(squares, 0.0)))
+
+
+def _heat_sensitivity(
+    found: Compensation, bracket: Array, rise: Array, cross: list[Array]
+) -> Array:
+    """Change of the bracket of the model with temperature [g/degC]."""
+    scale = found.K1.local_slope(rise) / (1.0 + found.K1.change(rise))
+    tilt = found.cross.delta.local_slope(rise) * cross[0]
+    return np.asarray(found.k0.local_slope(rise) + scale * bracket + tilt)

@@ -1,0 +1,173 @@
+"""What a calibration gives to those who use the accelerometer: coefficients at any temperature."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = [
+    "ACCELERATION_MARGIN",
+    "PARAMETERS",
+    "TEMPERATURE_MARGIN",
+    "Compensation",
+    "CrossAxis",
+    "Law",
+    "Slope",
+]
+
+Array = NDArray[np.float64]
+
+PARAMETERS = ("k0", "K1", "k2", "k3", "delta", "delta_ip")
+"""Parameters at T0 in the order of the covariance; that of K1 is relative."""
+
+TEMPERATURE_MARGIN = 1.0
+"""A calibration is good this far outside the temperatures of its tables [degC]."""
+
+ACCELERATION_MARGIN = 0.01
+"""A calibration is good this far outside the accelerations of its positions [g]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Slope:
+    """Change of a parameter with temperature on one side of T0.
+
+    Attributes
+    ----------
+    value : float
+        The slope [per degC].
+    standard_uncertainty : float
+        Its standard uncertainty [per degC].
+    determined : bool
+        False where it was not measured, but taken from somewhere else.
+    """
+
+    value: float = 0.0
+    standard_uncertainty: float = 0.0
+    determined: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Law:
+    """A parameter at T0 with its slopes above and below.
+
+    Attributes
+    ----------
+    at_T0 : float
+        Value at T0.
+    above, below : Slope
+        Slopes; those of K1 are relative.
+    """
+
+    at_T0: float
+    above: Slope = Slope()
+    below: Slope = Slope()
+
+    def change(self, rise: Array) -> Array:
+        """Slope times T - T0, in the unit of the slopes times degC."""
+        return np.where(rise > 0.0, self.above.value, self.below.value) * rise
+
+    def local_slope(self, rise: Array) -> Array:
+        """Slope at each temperature; at T0 the mean of both."""
+        both = 0.5 * (self.above.value + self.below.value)
+        return np.where(rise > 0.0, self.above.value, np.where(rise < 0.0, self.below.value, both))
+
+    def change_uncertainty(self, rise: Array) -> Array:
+        """Standard uncertainty of `change`."""
+        above, below = self.above.standard_uncertainty, self.below.standard_uncertainty
+        return np.abs(np.where(rise > 0.0, above, below) * rise)
+
+
+@dataclass(frozen=True, slots=True)
+class CrossAxis:
+    """What acceleration along one cross axis does to the output.
+
+    Attributes
+    ----------
+    name : str
+        ``"a_p"`` or ``"a_o"``.
+    delta : Law
+        Misalignment, added as + delta a as in the paper [rad].
+    delta_ip : float
+        Cross-coupling with the input axis [g/g^2].
+    """
+
+    name: str
+    delta: Law
+    delta_ip: float
+
+
+@dataclass(frozen=True, slots=True)
+class Compensation:
+    """Coefficients at any temperature, with what is known of their errors.
+
+    Attributes
+    ----------
+    k0, K1 : Law
+        Bias [g] and scale factor [output unit / g]; the slopes of K1 are relative [1/degC].
+    k2, k3 : float
+        Nonlinearity [g/g^2], [g/g^3].
+    cross : CrossAxis
+        The cross axis that the tables turned.
+    covariance : tuple of tuple of float
+        Covariance of `PARAMETERS` at T0; of `cross` for the last two. NaN where unknown.
+    T0 : float or None
+        Reference temperature [degC]; None where no temperature is known.
+    temperatures : tuple of float, or None
+        Lowest and highest temperature of the tables [degC].
+    accelerations : tuple of float
+        Lowest and highest a_i of the positions [g].
+    other : CrossAxis or None
+        The other cross axis, where tables in another mounting turned it.
+    other_covariance : tuple of tuple of float
+        Covariance of its delta and delta_ip.
+    output_unit : str or None
+        Unit of the output.
+    local_gravity : float or None
+        Gravity where the accelerometer was calibrated [m/s^2].
+    serial : str or None
+        Serial number.
+    assumptions : tuple of str
+        What was not determined, and what is assumed in its place.
+    """
+
+    k0: Law
+    K1: Law
+    k2: float
+    k3: float
+    cross: CrossAxis
+    covariance: tuple[tuple[float, ...], ...]
+    T0: float | None
+    temperatures: tuple[float, float] | None
+    accelerations: tuple[float, float] = (-1.0, 1.0)
+    other: CrossAxis | None = None
+    other_covariance: tuple[tuple[float, ...], ...] = ()
+    output_unit: str | None = None
+    local_gravity: float | None = None
+    serial: str | None = None
+    assumptions: tuple[str, ...] = ()
+
+    @property
+    def several_levels(self) -> bool:
+        """Whether the coefficients depend on temperature."""
+        return self.temperatures is not None and self.temperatures[0] < self.temperatures[1]
+
+    @property
+    def axes(self) -> tuple[CrossAxis, ...]:
+        """The cross axes that were calibrated."""
+        return (self.cross,) if self.other is None else (self.cross, self.other)
+
+    def within_temperatures(self, temperature: ArrayLike) -> NDArray[np.bool_]:
+        """Tell which temperatures lie in the calibrated range, `TEMPERATURE_MARGIN` included."""
+        if self.temperatures is None:
+            return np.ones(np.shape(temperature), dtype=bool)
+        low, high = self.temperatures
+        given = np.asarray(temperature, dtype=np.float64)
+        return (low - TEMPERATURE_MARGIN <= given) & (given <= high + TEMPERATURE_MARGIN)
+
+    def within_accelerations(self, acceleration: ArrayLike) -> NDArray[np.bool_]:
+        """Tell which accelerations lie in the tested range, `ACCELERATION_MARGIN` included."""
+        low, high = self.accelerations
+        given = np.asarray(acceleration, dtype=np.float64)
+        return (low - ACCELERATION_MARGIN <= given) & (given <= high + ACCELERATION_MARGIN)
