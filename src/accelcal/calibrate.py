@@ -16,13 +16,13 @@ from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.estimate.uncertainty import Component, Interval, intervals, propagate
 from accelcal.gates.record import record_gates
 from accelcal.gates.table import table_gates
+from accelcal.grouping import median
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, POWERS
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource, Quantity, Residuals
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
-from accelcal.temperature.from_readings import laws_from_readings
 from accelcal.temperature.from_tables import laws_from_tables
 from accelcal.version import __version__
 from accelcal.weaknesses import record_warnings, table_warnings
@@ -156,6 +156,8 @@ def _temperature_model(
     model = laws_from_tables(tables, estimate, reference, uncertainty, record.unit)
     if model is None or reference is None or laws_from == "tables":
         return model
+    from accelcal.temperature.from_readings import laws_from_readings
+
     return laws_from_readings(tables, estimate, model, reference, uncertainty, record.unit)
 
 
@@ -296,7 +298,7 @@ def _error_sources(
     readings = [
         ErrorSource(
             "reading",
-            _finite(noise.factor * float(np.median(table.scatter))),
+            _finite(noise.factor * median(table.scatter)),
             unit or "output unit",
             _finite(noise.dof),
             noise.source,

@@ -20,14 +20,21 @@ cross axis in the plane changes its sign, the input axis does not.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from accelcal.errors import InputError
 
-__all__ = ["MOUNTINGS", "Acceleration", "accelerations", "position_angles", "turn_angles"]
+__all__ = [
+    "MOUNTINGS",
+    "Acceleration",
+    "accelerations",
+    "is_mounting",
+    "position_angles",
+    "turn_angles",
+]
 
 MOUNTINGS = ("o+", "o-", "p+", "p-")
 
@@ -118,6 +125,29 @@ def turn_angles(positions: int = 8) -> NDArray[np.float64]:
     return position_angles(np.arange(1, positions + 2), positions)
 
 
+def is_mounting(name: NDArray[Any]) -> NDArray[np.bool_]:
+    """Tell which names are mountings.
+
+    Parameters
+    ----------
+    name : ndarray of str
+        Names.
+
+    Returns
+    -------
+    ndarray of bool
+        True where the name is one of `MOUNTINGS`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> is_mounting(np.array(["o+", "q"])).tolist()
+    [True, False]
+    """
+    found = [np.asarray(name == mounting) for mounting in MOUNTINGS]
+    return np.asarray(np.logical_or.reduce(found), dtype=np.bool_)
+
+
 def accelerations(
     angle_deg: ArrayLike, delta0: float = 0.0, mounting: ArrayLike = "o+"
 ) -> Acceleration:
@@ -161,7 +191,7 @@ def accelerations(
         raise InputError(
             f"angle {angle[~np.isfinite(angle)].flat[0]}; it is a finite number of deg"
         )
-    unknown = ~np.isin(kind, MOUNTINGS)
+    unknown = ~is_mounting(kind)
     if unknown.any():
         raise InputError(
             f"mounting {str(kind[unknown].flat[0])!r} is unknown;"

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import InputError
-from accelcal.geometry import MOUNTINGS
+from accelcal.geometry import MOUNTINGS, is_mounting
+from accelcal.grouping import distinct
 
 __all__ = ["Apparatus", "TumbleRecord"]
 
@@ -166,7 +167,7 @@ class TumbleRecord:
             ("angle", np.isfinite(self.angle), "a finite number of degrees"),
             ("stroke", self.stroke >= 1, "1 or more"),
             ("run", (self.run >= 0) & (self.run < len(self.run_labels)), "an index of run_labels"),
-            ("mounting", np.isin(self.mounting, MOUNTINGS), f"one of {', '.join(MOUNTINGS)}"),
+            ("mounting", is_mounting(self.mounting), f"one of {', '.join(MOUNTINGS)}"),
             ("temperature", ~np.isinf(self.temperature), "a finite number of degC or unknown"),
         ]
         for name, good, rule in rules:
@@ -192,7 +193,7 @@ class TumbleRecord:
         name = f"serial {self.serial}" if self.serial else self.source
         return (
             f"<TumbleRecord {name}: {len(self)} readings, {len(self.run_labels)} runs,"
-            f" {np.unique(np.mod(self.angle, 360.0)).size} positions>"
+            f" {distinct(np.mod(self.angle, 360.0)).size} positions>"
         )
 
     def select(self, mask: NDArray[np.bool_]) -> TumbleRecord:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
+from accelcal.grouping import distinct
 
 __all__ = ["HeadError", "LackOfFit", "head_error", "lack_of_fit", "sensitivity"]
 
@@ -140,7 +141,7 @@ def lack_of_fit(
     LackOfFit
         Contrasts, none where the noise is unknown or the angles leave no residual.
     """
-    positions = np.unique(np.concatenate([table.head for table in tables]))
+    positions = distinct(np.concatenate([table.head for table in tables]))
     if any(np.isnan(noise.factor) for noise in noises):
         nothing = np.zeros(0)
         return LackOfFit(positions, nothing, nothing, np.zeros((positions.size, 0)))

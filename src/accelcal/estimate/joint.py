@@ -15,9 +15,9 @@ from accelcal.estimate.head import HeadError, LackOfFit, head_error, lack_of_fit
 from accelcal.estimate.launch import RunShift, run_shift
 from accelcal.estimate.linear import METHODS, LinearEstimator, linear_estimator
 from accelcal.estimate.noise import ReadingNoise, reading_noise
-from accelcal.estimate.robust import pseudo_values
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
+from accelcal.grouping import distinct, grouped
 from accelcal.model import COEFFICIENTS
 from accelcal.record import Apparatus
 
@@ -158,8 +158,11 @@ def estimate_jointly(
 
 
 def _readings(table: PreparedTable, robust: bool) -> Array:
-    y = table.record.output
-    return pseudo_values(y, table.head, table.scatter) if robust else y
+    if not robust:
+        return table.record.output
+    from accelcal.estimate.robust import pseudo_values
+
+    return pseudo_values(table.record.output, table.head, table.scatter)
 
 
 def _judge_errors(
@@ -212,7 +215,7 @@ def _shift_component(
     estimators: Sequence[LinearEstimator], errors: _Errors, name: str, shift: RunShift
 ) -> Component:
     """Shift of one coefficient from run to run, common to the mountings of a run."""
-    runs, index = np.unique([e.table.record.run[0] for e in estimators], return_inverse=True)
+    runs, index, _ = grouped(np.array([e.table.record.run[0] for e in estimators]))
     by_run = np.concatenate(
         [
             k[_SCALE_FACTOR] * np.outer(e.unit(name), shift.of_run * (np.arange(runs.size) == i))
@@ -230,7 +233,7 @@ def _resolution_component(
     for estimator, noise in zip(estimators, errors.noises, strict=True):
         hidden = step is not None and not noise.factor * estimator.table.scatter.min() > step / 2
         size = step / np.sqrt(12.0) if step is not None and hidden else 0.0
-        same_position = np.unique(estimator.table.head)[:, None] == estimator.table.head
+        same_position = distinct(estimator.table.head)[:, None] == estimator.table.head
         common = size * estimator.map @ same_position.T
         blocks.append(common @ common.T)
     return Component(_block_diagonal(blocks), np.full(sum(b.shape[0] for b in blocks), np.inf))
@@ -243,7 +246,8 @@ def _run_shifts(
     apparatus: Apparatus,
 ) -> tuple[RunShift, RunShift]:
     """Shifts of bias [g] and scale factor (relative) from run to run, a table a run."""
-    _, tables = np.unique([e.table.record.run[0] for e in estimators], return_index=True)
+    runs = [int(e.table.record.run[0]) for e in estimators]
+    tables = [runs.index(run) for run in sorted(set(runs))]
     levels = [float(np.mean(estimators[i].table.record.temperature)) for i in tables]
     k = np.array(errors.coefficients)[tables]
     scale_factor = k[:, _SCALE_FACTOR].mean()

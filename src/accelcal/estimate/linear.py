@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import InputError
-from accelcal.estimate.closed_form import CLOSED_FORMS, closed_form_map, closed_form_meaning
 from accelcal.estimate.tables import PreparedTable
 from accelcal.model import COEFFICIENTS
 
@@ -17,7 +16,7 @@ __all__ = ["METHODS", "LinearEstimator", "linear_estimator"]
 
 Array = NDArray[np.float64]
 
-METHODS = ("least-squares", *CLOSED_FORMS)
+METHODS = ("least-squares", "closed-form", "sign-corrected", "printed")
 """Names of the estimators; the first is the default."""
 
 
@@ -102,6 +101,8 @@ def linear_estimator(
     if method == METHODS[0]:
         found, solver = table.estimability, table.least_squares
         return LinearEstimator(table, found.kept, solver.map, solver.solve, found.stands_for)
+    from accelcal.estimate.closed_form import closed_form_map, closed_form_meaning
+
     lost = [name for name in COEFFICIENTS if name not in table.estimability.kept]
     if lost:
         raise InputError(

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.tables import PreparedTable
+from accelcal.grouping import grouped
 from accelcal.probability import f_survival
 
 __all__ = ["ReadingNoise", "reading_noise"]
@@ -118,7 +119,7 @@ def _declared(own: _Scatter, declared_dof: float) -> ReadingNoise:
 
 
 def _pure_error(table: PreparedTable, y: Array) -> _Scatter:
-    _, cell = np.unique(table.head, return_inverse=True)
+    _, cell, _ = grouped(table.head)
     weight = table.scatter**-2
     total = np.bincount(cell, weight)
     mean = np.bincount(cell, weight * y) / total

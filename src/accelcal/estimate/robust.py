@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from accelcal.errors import DesignError
+from accelcal.grouping import grouped, median
 
 __all__ = ["pseudo_values"]
 
@@ -68,7 +69,7 @@ def pseudo_values(
     >>> bool(abs(pseudo_values(y, np.zeros(5)).mean() - 1.0) < 0.1)
     True
     """
-    _, index, members = np.unique(cell, return_inverse=True, return_counts=True)
+    _, index, members = grouped(cell)
     if members.max() < 3:
         raise DesignError(
             "the robust option compares the strokes at one position, and no position has three"
@@ -92,7 +93,7 @@ def pseudo_values(
 
 
 def _medians(output: Array, index: NDArray[np.intp], cells: int) -> Array:
-    return np.array([np.median(output[index == k]) for k in range(cells)])
+    return np.array([median(output[index == k]) for k in range(cells)])
 
 
 def _scale(output: Array, index: NDArray[np.intp], weight: Array) -> float:
@@ -102,4 +103,4 @@ def _scale(output: Array, index: NDArray[np.intp], weight: Array) -> float:
         y, variance = output[index == cell], weight[index == cell] ** -2.0
         i, j = np.triu_indices(y.size, 1)
         differences.append(np.abs(y[i] - y[j]) / np.sqrt(0.5 * (variance[i] + variance[j])))
-    return float(_NORMAL_PAIRS * np.median(np.concatenate(differences)))
+    return _NORMAL_PAIRS * median(np.concatenate(differences))

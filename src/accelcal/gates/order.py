@@ -12,6 +12,7 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.replicates import place
 from accelcal.gates.verdict import not_assessed, times, warn_if
 from accelcal.geometry import accelerations
+from accelcal.grouping import distinct
 from accelcal.model import design_matrix
 from accelcal.results.quantity import Gate
 
@@ -97,7 +98,7 @@ def _other_orders(table: PreparedTable) -> Iterator[_Order]:
 
 def _shifts(table: PreparedTable) -> Iterator[tuple[str, Array]]:
     """Angles after a shift by one position or two, either way, or by half a turn."""
-    step = float(np.diff(np.unique(table.head)).min())
+    step = float(np.diff(distinct(table.head)).min())
     for count, word in ((1, "one position"), (2, "two positions")):
         if step * count < 180.0:
             yield f"shifted by {word}", table.record.angle + count * step
@@ -107,14 +108,14 @@ def _shifts(table: PreparedTable) -> Iterator[tuple[str, Array]]:
 
 def _groups_of_strokes(stroke: NDArray[np.int64]) -> Iterator[tuple[str, Mask]]:
     """Strokes that may be wrong against the others."""
-    numbers = np.unique(stroke)
+    numbers = distinct(stroke)
     back = stroke % 2 == 0
     if numbers.size == 2:
         yield f"stroke {numbers[0]} or {numbers[1]}", stroke == numbers[1]
     if numbers.size > 2:
         for number in numbers:
             yield f"stroke {number}", stroke == number
-    if np.unique(stroke[back]).size > 1:
+    if distinct(stroke[back]).size > 1:
         yield "the forward or the back strokes", back
 
 
@@ -127,7 +128,7 @@ def _best_swap(table: PreparedTable, basis: Array, residual: Array) -> tuple[str
     best = "", np.inf
     squares = float(residual @ residual)
     record = table.record
-    for stroke in np.unique(record.stroke):
+    for stroke in distinct(record.stroke):
         own = np.flatnonzero(record.stroke == stroke)
         d = record.output[own] - record.output[own, None]
         pull = residual[own, None] - residual[own]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.verdict import SIGNIFICANT, acceleration, not_assessed, warn_if
+from accelcal.grouping import distinct, grouped, median
 from accelcal.probability import f_survival, student_survival
 from accelcal.record import TumbleRecord
 from accelcal.results.quantity import Gate
@@ -67,7 +68,7 @@ def _returns(table: PreparedTable) -> Iterator[tuple[float, float, bool]]:
     record = table.record
     start = record.angle.min()
     first, last = (np.abs(record.angle - at) < 1e-6 for at in (start, start + 360.0))
-    for stroke in np.unique(record.stroke):
+    for stroke in distinct(record.stroke):
         own = record.stroke == stroke
         if (own & first).any() and (own & last).any():
             yield (
@@ -88,7 +89,7 @@ class _Directions:
 
     @classmethod
     def of(cls, angle: Array, record: TumbleRecord) -> _Directions:
-        angles, row = np.unique(np.round(angle, 6), return_inverse=True)
+        angles, row, _ = grouped(np.round(angle, 6))
         cell = row * 2 + record.stroke % 2
 
         def sums(values: Array) -> Array:
@@ -104,7 +105,7 @@ class _Directions:
 def _clean_scatter(table: PreparedTable, noise: ReadingNoise) -> tuple[float, float]:
     """Scatter of the readings that a fault of closure does not enlarge, and its dof."""
     if noise.source == "declared":
-        return noise.factor * float(np.median(table.scatter)), noise.dof
+        return noise.factor * median(table.scatter), noise.dof
     found = _Directions.of(table.record.angle, table.record)
     dof = float(np.maximum(found.counts - 1.0, 0.0).sum())
     if dof >= _FEW:
@@ -198,7 +199,7 @@ def outlier(table: PreparedTable, scale: float) -> Gate:
     (Bonferroni). Of two readings at a position nothing tells which one is wrong.
     """
     record = table.record
-    _, cell, members = np.unique(table.head, return_inverse=True, return_counts=True)
+    _, cell, members = grouped(table.head)
     deviation = record.output - (np.bincount(cell, record.output) / members)[cell]
     dof = len(record) - members.size - 1
     if dof < 1:

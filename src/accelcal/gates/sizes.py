@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.replicates import place
 from accelcal.gates.verdict import acceleration, times, warn_if
+from accelcal.grouping import distinct
 from accelcal.model import COEFFICIENTS
 from accelcal.results.quantity import Gate
 
@@ -118,7 +119,7 @@ def _decades(output: Array, axis: Array) -> Array:
     """Powers of ten by which readings differ from the others on the same axis of the head."""
     size = np.abs(output)
     usual = np.empty_like(size)
-    for own in (axis == value for value in np.unique(axis)):
+    for own in (axis == value for value in distinct(axis)):
         usual[own] = _middle(size[own])
     telling = (usual > _TELLING * usual.max()) & (size > 0.0)
     decades = np.log10(np.where(telling, size, 1.0) / np.where(telling, usual, 1.0))
@@ -132,7 +133,7 @@ def _middle(values: Array) -> float:
 
 
 def _size_of_strokes(table: PreparedTable) -> Gate:
-    strokes = np.unique(table.record.stroke)
+    strokes = distinct(table.record.stroke)
     sizes = np.array([_amplitude(table, table.record.stroke == stroke) for stroke in strokes])
     known = np.isfinite(sizes)
     ratio = sizes / _middle(sizes[known]) if known.any() else sizes
@@ -152,7 +153,7 @@ def _size_of_strokes(table: PreparedTable) -> Gate:
 def _amplitude(table: PreparedTable, own: Mask) -> float:
     """Amplitude of a sine through the readings of a stroke; NaN where they are too few."""
     angle = np.radians(table.head[own])
-    if np.unique(table.head[own]).size < 3:
+    if distinct(table.head[own]).size < 3:
         return float("nan")
     matrix = np.column_stack([np.ones_like(angle), np.cos(angle), np.sin(angle)])
     _, cosine, sine = np.linalg.lstsq(matrix, table.record.output[own], rcond=None)[0]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import TableError
-from accelcal.geometry import MOUNTINGS
+from accelcal.geometry import MOUNTINGS, is_mounting
 from accelcal.io.cells import Column, labels, numbers, times, whole_numbers
 from accelcal.io.columns import Table
 from accelcal.io.vocabulary import TIME_UNITS
@@ -235,7 +235,7 @@ def _mounting(column: Column | None, size: int) -> NDArray[np.str_]:
     index, names = labels(column)
     canonical = [name.casefold().replace("\u2212", "-") for name in names]
     canonical = [name + "+" if name in ("o", "p") else name for name in canonical]
-    good = np.isin(canonical, MOUNTINGS)
+    good = is_mounting(np.array(canonical))
     column.check(good[index], "{} is unknown", f"it is one of {', '.join(MOUNTINGS)}")
     return np.array(canonical)[index]
 

@@ -282,8 +282,9 @@ def _runs(
     else:
         run, labels = readings.run, readings.run_labels
     if not order:
-        present, first = np.unique(run, return_index=True)
-        order = tuple(labels[index] for index in present[np.argsort(first)])
+        first = np.full(len(labels), run.size)
+        first[run[::-1]] = np.arange(run.size)[::-1]  # of equal indices the last one counts
+        order = tuple(labels[i] for i in np.argsort(first) if first[i] < run.size)
     place = {label: index for index, label in enumerate(order)}
     new = np.array([place.get(label, -1) for label in labels])[run]
     if (new < 0).any():

@@ -18,6 +18,7 @@ from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.solver import LeastSquares
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, intervals, propagate
+from accelcal.grouping import distinct
 from accelcal.model import COEFFICIENTS
 from accelcal.results.quantity import Quantity
 from accelcal.results.temperature import TemperatureModel
@@ -179,7 +180,7 @@ def _hysteresis(levels: _Levels, runs: Sequence[int]) -> Quantity | None:
     reached = np.zeros(levels.size)
     reached[order[1:]] = np.sign(np.diff(levels.rise[order]))
     rows = []
-    for level in np.unique(np.round(levels.rise)):
+    for level in distinct(np.round(levels.rise)):
         here = np.abs(levels.rise - level) < 1.0
         heated, cooled = here & (reached > 0), here & (reached < 0)
         if heated.any() and cooled.any():

@@ -1,0 +1,89 @@
+"""Equal values brought together, and medians.
+
+numpy.unique and numpy.median do the same, but import numpy.ma, which takes as long as the fit of a
+table.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["distinct", "grouped", "median"]
+
+
+def distinct(values: NDArray[Any]) -> NDArray[Any]:
+    """Sort the values and keep one of each.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Values without NaN.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        The different values, sorted.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> distinct(np.array([3, 1, 3])).tolist()
+    [1, 3]
+    """
+    ordered = np.sort(values)
+    return ordered[np.concatenate([[True], ordered[1:] != ordered[:-1]])[: ordered.size]]
+
+
+def grouped(values: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.intp], NDArray[np.intp]]:
+    """Bring equal values together.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Values without NaN.
+
+    Returns
+    -------
+    groups : ndarray, shape (m,)
+        The different values, sorted.
+    index : ndarray of int, shape (n,)
+        Place of each value in `groups`.
+    members : ndarray of int, shape (m,)
+        How often each occurs.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> [part.tolist() for part in grouped(np.array([3, 1, 3]))]
+    [[1, 3], [1, 0, 1], [1, 2]]
+    """
+    groups = distinct(values)
+    index = np.searchsorted(groups, values)
+    return groups, index, np.bincount(index, minlength=groups.size)
+
+
+def median(values: NDArray[Any]) -> float:
+    """Median of some values.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Values without NaN; n is at least 1.
+
+    Returns
+    -------
+    float
+        The middle value, or the mean of the two middle ones.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> median(np.array([4.0, 1.0, 3.0])), median(np.array([1.0, 2.0]))
+    (3.0, 1.5)
+    """
+    ordered = np.sort(values)
+    half = values.size // 2
+    return float(ordered[half] if values.size % 2 else 0.5 * (ordered[half - 1] + ordered[half]))
