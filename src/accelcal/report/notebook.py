@@ -7,11 +7,12 @@ from dataclasses import astuple
 from html import escape
 from typing import Any
 
+from accelcal.report.names import visible
 from accelcal.report.rows import alarms, coefficient_rows, temperature_rows
 
 __all__ = ["calibration_html"]
 
-_HEADINGS = ("", "", "value", "± U (95 %)", "unit", "u", "U/u", "mostly from")
+_HEADINGS = ("", "", "value", "U (95 %)", "unit", "u", "U/u", "mostly from")
 _LAW_HEADINGS = _HEADINGS[:5]
 
 
@@ -29,7 +30,7 @@ def calibration_html(document: Mapping[str, Any]) -> str:
         A fragment of HTML.
     """
     name = document["serial"] or document["source"]
-    parts = [f"<p><b>Calibration of {escape(str(name))}</b>, {escape(document['method'])}</p>"]
+    parts = [f"<p><b>Calibration of {_safe(str(name))}</b>, {_safe(document['method'])}</p>"]
     parts.append(_list(map(_bold_warning, alarms(document))))
     parts += [_table(table) for table in document["tables"]]
     model = document["temperature_model"]
@@ -37,12 +38,12 @@ def calibration_html(document: Mapping[str, Any]) -> str:
         caption = f"temperature laws, T0 = {document['T0_degC']:g} °C"
         parts.append(_rows(caption, _LAW_HEADINGS, temperature_rows(model)))
     told = [w for part in (*document["tables"], model or {}) for w in part.get("warnings", ())]
-    parts.append(_list(map(escape, [*told, *document["warnings"]])))
+    parts.append(_list(map(_safe, [*told, *document["warnings"]])))
     return "".join(parts)
 
 
 def _bold_warning(sentence: str) -> str:
-    return f"<b>WARNING</b> {escape(sentence)}"
+    return f"<b>WARNING</b> {_safe(sentence)}"
 
 
 def _table(table: Mapping[str, Any]) -> str:
@@ -56,11 +57,15 @@ def _table(table: Mapping[str, Any]) -> str:
 
 def _rows(caption: str, headings: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     body = "".join(_line("td", row) for row in rows)
-    return f"<table><caption>{escape(caption)}</caption>{_line('th', headings)}{body}</table>"
+    return f"<table><caption>{_safe(caption)}</caption>{_line('th', headings)}{body}</table>"
 
 
 def _line(tag: str, cells: Iterable[str]) -> str:
-    return f"<tr>{''.join(f'<{tag}>{escape(cell)}</{tag}>' for cell in cells)}</tr>"
+    return f"<tr>{''.join(f'<{tag}>{_safe(cell)}</{tag}>' for cell in cells)}</tr>"
+
+
+def _safe(text: str) -> str:
+    return escape(visible(text))
 
 
 def _list(items: Iterable[str]) -> str:

@@ -6,6 +6,8 @@ import math
 
 __all__ = ["matching_digits", "significant"]
 
+_LAST_DIGIT = 1e-12  # below this share of the value an uncertainty is rounding error
+
 
 def matching_digits(value: float, uncertainty: float | None) -> tuple[str, str]:
     """Write a value and its uncertainty with two significant digits of the uncertainty.
@@ -33,8 +35,8 @@ def matching_digits(value: float, uncertainty: float | None) -> tuple[str, str]:
     """
     if uncertainty is None or not math.isfinite(uncertainty):
         return f"{value:.6g}", "unknown"
-    if uncertainty <= 0.0:
-        return f"{value:.12g}", "0"
+    if uncertainty <= _LAST_DIGIT * abs(value):
+        return f"{value:.12g}", significant(uncertainty, 2)
     decimals = 1 - math.floor(math.log10(uncertainty))
     if round(uncertainty, decimals) >= 10.0 ** (2 - decimals):  # 0.0996 becomes 0.10
         decimals -= 1

@@ -31,13 +31,7 @@ _SHOWN = (  # name, symbol, coefficient of (1), factor, unit; the scale factor k
     ("misalignment", "delta", "M", 1e6, "urad"),
     ("cross-coupling", "delta_ip", "M_ip", 1e6, "ug/g^2"),
 )
-_SOURCES = {
-    "reading": "reading noise",
-    "head": "head positions",
-    "launch": "launch to launch",
-    "launch_sf": "launch to launch",
-    "resolution": "resolution",
-}
+_SOURCES = {"reading": "readings", "launch": "launches", "launch_sf": "launches"}
 _STRONG = 0.8
 
 
@@ -117,7 +111,7 @@ def _row(
     table: Document, name: str, symbol: str, coefficient: str, factor: float, unit: str | None
 ) -> CoefficientRow:
     quantity = table["coefficients" if symbol == coefficient else "error_model"][symbol]
-    unit = unit or quantity["unit"]
+    unit = unit or quantity["unit"].replace("output unit", "output")
     if quantity["value"] is None:
         return CoefficientRow(name, symbol, "", "not determined", "", unit, "", "", "")
     standard, expanded = quantity["standard_uncertainty"], quantity["expanded_uncertainty"]

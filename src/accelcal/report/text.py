@@ -8,11 +8,12 @@ from dataclasses import astuple
 from typing import Any
 
 from accelcal.report.columns import aligned
+from accelcal.report.names import counted, printable
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.report.residuals import residual_lines
 from accelcal.report.rows import alarms, coefficient_rows, strong_correlations, temperature_rows
 
-__all__ = ["calibration_text", "counted", "printable"]
+__all__ = ["calibration_text"]
 
 Document = Mapping[str, Any]
 
@@ -47,28 +48,6 @@ def calibration_text(document: Document) -> str:
     return "\n".join(map(printable, lines))
 
 
-def printable(text: str) -> str:
-    r"""Replace what is not printable ASCII, so that no name of a file can move the cursor.
-
-    Parameters
-    ----------
-    text : str
-        Any text.
-
-    Returns
-    -------
-    str
-        The text with escapes.
-
-    Examples
-    --------
-    >>> printable("AL-15\x1b[2J µ")
-    'AL-15\\x1b[2J \\xb5'
-    """
-    safe = (c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
-    return "".join(safe).encode("ascii", "backslashreplace").decode()
-
-
 def _apart(lines: Iterable[str]) -> list[str]:
     """Set a part off by an empty line; nothing for an empty part."""
     found = list(lines)
@@ -87,29 +66,6 @@ def _heading(document: Document) -> Iterator[str]:
         + (f" = {document['g_local_m_s2']:g} m/s^2" if document["g_local_m_s2"] else "")
         + (f"; T0 = {document['T0_degC']:g} degC" if document["T0_degC"] is not None else "")
     )
-
-
-def counted(number: int, what: str) -> str:
-    """Write a number of things.
-
-    Parameters
-    ----------
-    number : int
-        How many.
-    what : str
-        One of them.
-
-    Returns
-    -------
-    str
-        Number and noun.
-
-    Examples
-    --------
-    >>> counted(1, "degree") + ", " + counted(3, "table")
-    '1 degree, 3 tables'
-    """
-    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def _alarms(document: Document) -> Iterator[str]:
@@ -140,7 +96,7 @@ def _degrees(dof: float) -> str:
 
 def _coefficients(table: Document) -> Iterator[str]:
     found = coefficient_rows(table)
-    heading = ("", "", "value", "+- U (95 %)", "unit", "u", "U/u", "mostly from")
+    heading = ("", "", "value", "U (95 %)", "unit", "u", "U/u", "mostly from")
     rows = [(r.name, r.symbol + " *" * bool(r.meaning), *astuple(r)[3:]) for r in found]
     yield from (f"  {line}" for line in aligned([heading, *rows], right={2, 3, 5, 6}))
     yield from (f"  * {r.symbol} stands for {r.meaning}" for r in found if r.meaning)
@@ -171,7 +127,7 @@ def _correlations(table: Document) -> Iterator[str]:
 
 def _temperature(model: Document, reference: float) -> Iterator[str]:
     yield f"Temperature laws, bilinear about T0 = {reference:g} degC"
-    heading = ("", "", "value", "+- U (95 %)", "unit")
+    heading = ("", "", "value", "U (95 %)", "unit")
     lines = aligned([heading, *temperature_rows(model)], right={2, 3})
     yield from (f"  {line}" for line in lines)
     yield from _items("note", model["warnings"])

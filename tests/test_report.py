@@ -1,0 +1,337 @@
+"""Reports of calibrations, as an engineer and a notebook see them."""
+
+import io
+import math
+import random
+import re
+from xml.etree import ElementTree
+
+import pytest
+
+import accelcal
+from accelcal.report.numbers import matching_digits, significant
+from accelcal.report.rows import residual_grid
+
+COUNTS = 1.35e9
+
+
+def table(
+    *,
+    positions=8,
+    strokes=2,
+    levels=("20",),
+    header="",
+    scale=1.35,
+    columns="",
+    extra="",
+    noise=5e-6,
+    fault=lambda *_: 0.0,
+):
+    """Text of a long table of an AL-15."""
+    rng = random.Random(15)
+    lines = [
+        f"# positions: {positions}",
+        header,
+        f"run,temperature,position,stroke,output{columns}",
+    ]
+    for run, level in enumerate(levels, start=1):
+        for k in range(1, strokes + 1):
+            for j in range(1, positions + 2):
+                th = 2.0 * math.pi * (j - 1) / positions
+                y = 3.3e-3 + math.cos(th) + 1.15e-3 * math.sin(th) + rng.gauss(0.0, noise)
+                y = scale * (y + fault(j, k))
+                lines.append(f"{run},{level},{j},{k},{y:.9g}{extra}")
+    return "\n".join(filter(None, lines)) + "\n"
+
+
+def fitted(text=None, **design):
+    keys = {"method", "coefficients", "delta0", "robust"}
+    options = {key: design.pop(key) for key in keys & design.keys()}
+    record = accelcal.read_table(io.StringIO(text or table(**design)))
+    return accelcal.fit(record, **options)
+
+
+LEVELS = tuple(map(str, (20, 80, -40, 0, 60, 40, 20, 30, -20, 70)))
+SIX = "# stroke: 1\n# temperature: 20\nposition,output\n" + "".join(
+    f"{j},{1.35 * (0.0033 + math.cos(math.pi / 4 * (j - 1)))}\n" for j in (1, 2, 3, 4, 5, 7)
+)
+FOUR = "# stroke: 1\n# temperature: 20\nposition,output\n1,1.354\n3,0.006\n5,-1.346\n7,0.003\n"
+MANY = {
+    "plain": {"strokes": 6},
+    "temperature unknown": {"levels": ("unknown",)},
+    "ten tables": {"levels": LEVELS},
+    "no uncertainty": {"text": FOUR},
+    "one degree of freedom": {"text": SIX},
+    "not determined": {"positions": 4},
+    "huge counts": {"scale": COUNTS, "header": "# unit: counts"},
+    "tiny current": {"scale": 1.35e-3, "header": "# unit: A\n# g: 9.8106"},
+    "mean, std and n": {"columns": ",std,n", "extra": ",1.35e-5,4"},
+    "std contradicted": {"columns": ",std,n", "extra": ",1e-6,50", "strokes": 4},
+    "36 x 20": {"positions": 36, "strokes": 20},
+    "12 x 13": {"positions": 12, "strokes": 13},
+    "three coefficients": {"coefficients": ("K0", "K1", "M")},
+    "printed": {"method": "printed"},
+    "sign-corrected": {"method": "sign-corrected"},
+    "closed form": {"method": "closed-form"},
+    "robust": {"strokes": 6, "robust": True},
+    "delta0": {"delta0": -2e-4, "header": "# g: 9.8106\n# date: 2009-03-01\n# serial: AL-15"},
+    "declared": {"header": "# head_uncertainty: 1e-5\n# launch_uncertainty: 2e-5"},
+    "outlier": {"strokes": 6, "fault": lambda j, k: 1e-3 * (j == 3 and k == 2)},
+    "garbage": {"strokes": 3, "fault": lambda j, k: math.sin(j * k * k)},
+    "odd names": {
+        "header": "# serial: \x1b[2J\x07µ日本<script>\n# unit: Ω",
+        "levels": ("20", "unknown"),
+    },
+    "long name": {"header": "# serial: " + "AL-15/" * 40},
+}
+
+
+@pytest.fixture(params=MANY)
+def calibration(request):
+    if request.param == "printed":
+        with pytest.warns(accelcal.AccelcalWarning, match="misprinted"):
+            return fitted(**MANY[request.param])
+    return fitted(**MANY[request.param])
+
+
+def test_text_is_readable(calibration):
+    text = str(calibration)
+    assert text.isascii()
+    assert all(line.isprintable() for line in text.splitlines())
+    assert max(map(len, text.splitlines())) <= 100
+    assert not re.search(r"\bnan\b|\binf\b|None|True|(?<![\d.])-0(\.0+)?(?![\d.])", text)
+    assert "  \n" not in text
+
+
+def test_notebook_is_well_formed(calibration):
+    root = ElementTree.fromstring(f"<div>{calibration._repr_html_()}</div>")
+    assert len(root.findall("table")) >= len(calibration.tables)
+    assert "nan" not in "".join(root.itertext())
+    assert not root.findall(".//script")
+
+
+def test_document_comes_back(calibration):
+    assert accelcal.Calibration.from_json(calibration.to_json()) == calibration
+
+
+ROW = re.compile(
+    r"^  (scale factor|bias|second order|third order|misalignment|cross-coupling) +"
+    r"(\w+)(?: \*)? +(-?[\d.]+) +([\d.]+) +(\S+) +([\d.]+) +([\d.]+)  \S",
+    re.MULTILINE,
+)
+FACTORS = {"mg": 1e3, "ug/g^2": 1e6, "ug/g^3": 1e6, "urad": 1e6}
+
+
+def test_digits_follow_the_uncertainty():
+    calibration = fitted(strokes=6)
+    rows = ROW.findall(str(calibration))
+    assert [symbol for _, symbol, *_ in rows] == ["K1", "k0", "k2", "k3", "delta", "delta_ip"]
+    found = calibration.tables[0]
+    for _, symbol, value, expanded, unit, standard, factor in rows:
+        assert len(value.partition(".")[2]) == len(expanded.partition(".")[2])
+        assert len(expanded.replace(".", "").strip("0")) <= 2
+        quantity = {**found.coefficients, **found.error_model}[symbol]
+        scale = FACTORS.get(unit, 1.0)
+        step = 10.0 ** -len(value.partition(".")[2])
+        assert float(value) == pytest.approx(scale * quantity.value, abs=0.501 * step)
+        assert float(expanded) == pytest.approx(scale * quantity.expanded_uncertainty, rel=0.05)
+        assert float(standard) == pytest.approx(scale * quantity.standard_uncertainty, rel=0.05)
+        assert float(factor) == pytest.approx(quantity.coverage_factor, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("value", "uncertainty", "shown"),
+    [
+        (3.26924, 0.02256, ("3.269", "0.023")),
+        (1.0, 0.0996, ("1.00", "0.10")),
+        (1.0, 0.00949, ("1.0000", "0.0095")),
+        (-0.3, 46000.0, ("0", "46000")),
+        (1350016000.0, 12345.0, ("1350016000", "12000")),
+        (2.5, 0.0, ("2.5", "0")),
+        (1.5, math.nan, ("1.5", "unknown")),
+    ],
+)
+def test_matching_digits(value, uncertainty, shown):
+    assert matching_digits(value, uncertainty) == shown
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "shown"),
+    [
+        (187.3, 2, "190"),
+        (7090.0, 3, "7090"),
+        (9.996, 3, "10.0"),
+        (0.0, 2, "0"),
+        (3e-12, 2, "3e-12"),
+    ],
+)
+def test_significant(value, digits, shown):
+    assert significant(value, digits) == shown
+
+
+# -- what comes first ------------------------------------------------------------------------------
+
+
+def test_warnings_stand_above_the_numbers():
+    text = str(fitted(**MANY["outlier"]))
+    assert "DO NOT BELIEVE" in text.splitlines()[3]
+    warning = text.index("WARNING: run 1, outlier: stroke 2 at 90 deg (line 14) is")
+    assert warning < text.index("scale factor")
+    assert "gates that WARN, see above: outlier" in text
+
+
+def test_clean_report_does_not_alarm():
+    text = str(fitted(strokes=6))
+    assert "BELIEVE" not in text
+    assert "WARN" not in text
+    passed = "closure, forward against back, order of positions, outlier, proportions, units"
+    assert f"  gates passed: {passed}\n" in text
+
+
+def test_notebook_warns_first():
+    html = fitted(**MANY["outlier"])._repr_html_()
+    assert html.index("<b>WARNING</b> run 1, outlier") < html.index("<table>")
+
+
+def test_printed_form_is_called_no_calibration():
+    with pytest.warns(accelcal.AccelcalWarning):
+        text = str(fitted(method="printed"))
+    assert text.index("NOT A CALIBRATION") < text.index("scale factor")
+    assert "* K1 stands for 0.25 K3" in text
+
+
+# -- what cannot be told ---------------------------------------------------------------------------
+
+
+def test_four_positions():
+    text = str(fitted(positions=4, strokes=3))
+    assert re.search(r"scale factor +K1 \* ", text)
+    assert "  * K1 stands for K1 + K3\n" in text
+    assert re.search(r"third order +k3 +not determined +ug/g\^3\n", text)
+    assert "M_ip leaves no trace at these angles and is not estimated" in text
+
+
+def test_unknown_uncertainty_says_why():
+    text = str(fitted(FOUR))
+    assert re.search(r"bias +k0 +3\.\d+ +unknown +mg +unknown", text)
+    assert "no uncertainty: one reading a coefficient and no declared std" in text
+    assert "reading noise, run 20: unknown" in text
+
+
+def test_unknown_temperature():
+    assert "Run 1: temperature unknown, mounting o+, 18 readings" in str(
+        fitted(levels=("unknown",))
+    )
+
+
+def test_both_sides_of_a_mounting():
+    rows = [
+        f"{side},{j},{k},20,{math.cos(t + 1e-3) + sign * 1e-3 * math.sin(t) + 1e-6 * (j * k % 3)}"
+        for side, sign in (("o+", 1), ("o-", -1))
+        for k in (1, 2)
+        for j in range(1, 10)
+        for t in [math.pi / 4 * (j - 1)]
+    ]
+    text = str(fitted("mounting,position,stroke,temperature,output\n" + "\n".join(rows) + "\n"))
+    assert "the reversed mounting would separate them" not in text
+    assert "M of the side - minus M" in text
+    assert "mounting o-" in text
+
+
+# -- noise, units, gravity -------------------------------------------------------------------------
+
+
+def test_declared_noise_is_shown_in_its_unit():
+    """std 1.35e-5 over sqrt(4), which is 5 ug of 1.35 per g; 18 readings of 3 dof."""
+    text = str(fitted(**MANY["mean, std and n"]))
+    shown = (
+        "reading noise, run 1: 0.00000675 output unit (declared, 54 degrees of freedom) = 5.00 ug"
+    )
+    assert shown in text
+
+
+def test_scale_factor_per_si_and_standard_gravity():
+    calibration = fitted(**MANY["tiny current"])
+    quantity = calibration.tables[0].coefficients["K1"]
+    pattern = (
+        r"K1 = ([\d.]+) \+- ([\d.]+) A per m/s\^2\n +K1 = ([\d.]+) \+- ([\d.]+) A per standard"
+    )
+    found = [float(part) for part in re.search(pattern, str(calibration)).groups()]
+    for value, expanded, gravity in ((*found[:2], 1.0), (*found[2:], 9.80665)):
+        factor = gravity / 9.8106
+        assert value == pytest.approx(factor * quantity.value, rel=1e-5)
+        assert expanded == pytest.approx(factor * quantity.expanded_uncertainty, rel=0.05)
+
+
+# -- residuals -------------------------------------------------------------------------------------
+
+
+def numbers_below(text, heading):
+    lines = text.split(heading)[1].splitlines()[2:]
+    for line in lines:
+        if not re.fullmatch(r"[\s\d.-]+", line):
+            return
+        yield [float(part) for part in line.split()]
+
+
+def test_residual_grid_shows_every_reading():
+    calibration = fitted(strokes=4)
+    rows = list(numbers_below(str(calibration), "residuals [ug] by head angle and stroke"))
+    residuals = calibration.tables[0].residuals
+    assert len(rows) == 9
+    for angle, *shown, mean in rows:
+        at = [i for i, th in enumerate(residuals.angle_deg) if th == angle]
+        expected = [residuals.value[i] * 1e6 for i in at]
+        assert shown == pytest.approx(expected, abs=0.051)
+        assert mean == pytest.approx(sum(expected) / 4, abs=0.051)
+
+
+def test_missing_reading_leaves_a_gap():
+    lines = table(strokes=2).splitlines()
+    text = "\n".join(line for line in lines if not line.startswith("1,20,3,2,"))
+    strokes, rows = residual_grid(fitted(text + "\n").to_document()["tables"][0])
+    assert strokes == [1, 2]
+    assert dict(rows)[90.0][1] is None
+    assert dict(rows)[90.0][0] is not None
+
+
+def test_wide_grid_is_summarised():
+    calibration = fitted(**MANY["36 x 20"])
+    text = str(calibration)
+    rows = list(numbers_below(text, "residuals [ug] by head angle, over 20 strokes"))
+    assert len(rows) == 37
+    residuals = calibration.tables[0].residuals
+    found = [
+        (value * 1e6, stroke % 2)
+        for angle, stroke, value in zip(
+            residuals.angle_deg, residuals.stroke, residuals.value, strict=True
+        )
+        if angle == 70.0
+    ]
+    forward = [value for value, odd in found if odd]
+    back = [value for value, odd in found if not odd]
+    both = forward + back
+    expected = [sum(both) / 20, sum(forward) / 10, sum(back) / 10, min(both), max(both)]
+    assert next(row[1:] for row in rows if row[0] == 70.0) == pytest.approx(expected, abs=0.051)
+    assert "k=20 " in text
+
+
+def test_large_residuals_are_told_in_mg():
+    text = str(fitted(**MANY["garbage"]))
+    assert re.search(r"residuals \[m?g\] by head angle and stroke", text)
+
+
+# -- names from outside ----------------------------------------------------------------------------
+
+
+def test_serial_cannot_move_the_cursor_or_run():
+    calibration = fitted(**MANY["odd names"])
+    assert "\x1b" not in str(calibration) + repr(calibration)
+    assert "<script>" not in calibration._repr_html_()
+    assert "&lt;script&gt;" in calibration._repr_html_()
+    assert r"serial \x1b[2J\x07\xb5\u65e5\u672c<script>" in str(calibration)
+
+
+def test_repr():
+    calibration = fitted(header="# serial: AL-15")
+    assert repr(calibration) == "<Calibration serial AL-15: least-squares, 1 table>"
