@@ -6,6 +6,7 @@ import math
 
 __all__ = ["matching_digits", "significant"]
 
+_MOST_DECIMALS = 10
 _LAST_DIGIT = 1e-12  # below this share of the value an uncertainty is rounding error
 
 
@@ -40,6 +41,9 @@ def matching_digits(value: float, uncertainty: float | None) -> tuple[str, str]:
     decimals = 1 - math.floor(math.log10(uncertainty))
     if round(uncertainty, decimals) >= 10.0 ** (2 - decimals):  # 0.0996 becomes 0.10
         decimals -= 1
+    if decimals > _MOST_DECIMALS:
+        size = math.floor(math.log10(abs(value))) if value else -decimals
+        return f"{value:.{max(size + decimals + 1, 1)}g}", f"{uncertainty:.2g}"
     shown = max(decimals, 0)
     rounded = round(value, decimals) + 0.0  # + 0.0 turns -0.0 into 0.0
     return f"{rounded:.{shown}f}", f"{round(uncertainty, decimals):.{shown}f}"
