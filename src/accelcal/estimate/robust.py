@@ -82,9 +82,9 @@ def pseudo_values(
         return centre[index]
     for _ in range(iterations):
         bent = np.clip(weight * (output - centre[index]) / scale, -_BEND, _BEND)
-        step = scale * np.bincount(index, weight * bent) / np.bincount(index, weight**2)
-        centre = centre + step
-        if np.abs(step).max() < 1e-9 * scale:
+        step = np.bincount(index, weight * bent) / np.bincount(index, weight**2)
+        centre = centre + scale * step
+        if np.abs(weight * step[index]).max() < 1e-9:
             break
     residual = weight * (output - centre[index]) / scale
     straight = float(np.mean(np.abs(residual) < _BEND))  # mean of the derivative of psi
