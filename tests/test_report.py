@@ -53,7 +53,7 @@ def fitted(text=None, **design):
 
 LEVELS = tuple(map(str, (20, 80, -40, 0, 60, 40, 20, 30, -20, 70)))
 SIX = "# stroke: 1\n# temperature: 20\nposition,output\n" + "".join(
-    f"{j},{1.35 * (0.0033 + math.cos(math.pi / 4 * (j - 1)))}\n" for j in (1, 2, 3, 4, 5, 7)
+    f"{j},{1.35 * (0.0033 + math.cos(math.pi / 4 * (j - 1))):.6f}\n" for j in (1, 2, 3, 4, 5, 7)
 )
 FOUR = "# stroke: 1\n# temperature: 20\nposition,output\n1,1.354\n3,0.006\n5,-1.346\n7,0.003\n"
 MANY = {
