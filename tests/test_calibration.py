@@ -1,0 +1,522 @@
+"""The calibration as a value: frozen, complete, and the same after a trip through JSON."""
+
+import copy
+import dataclasses
+import io
+import json
+import math
+import pickle
+import random
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import accelcal
+from accelcal import Calibration, DesignError, DocumentError, InputError
+from accelcal.results.calibration import SCHEMA
+from accelcal.results.documents import calibrations_from_json, calibrations_to_json
+from accelcal.results.mapping import FrozenMapping
+from accelcal.results.quantity import ErrorSource, Gate, Quantity, Residuals
+from accelcal.results.table import TableCalibration
+from accelcal.results.temperature import BilinearLaw, TemperatureModel
+
+GOLDEN = Path(__file__).parent / "golden" / "calibration-1.json"
+COEFFICIENTS = {"K0": 0, "K1": 1, "K2": 2, "K3": 3, "M": 1, "M_ip": 2}
+ERRORS = {"k0": "g", "k2": "g/g^2", "k3": "g/g^3", "delta": "rad", "delta_ip": "g/g^2"}
+LEAF = {"value", "standard_uncertainty", "unit"}
+
+
+def table(levels=(20.0, 70.0, -40.0), strokes=2, positions=8, header="# unit: mA", seed=1):
+    rng = random.Random(seed)
+    lines = [f"# positions: {positions}", header, "run,temperature,position,stroke,output"]
+    for run, level in enumerate(levels, start=1):
+        for k in range(1, strokes + 1):
+            for j in range(1, positions + 2):
+                th = 2.0 * math.pi * (j - 1) / positions + rng.gauss(0.0, 1e-6)
+                y = 3.3e-3 - 4e-5 * (level - 20.0) + math.cos(th) + 1.15e-3 * math.sin(th)
+                y += 1e-4 * math.cos(th) ** 2 + rng.gauss(0.0, 5e-6)
+                lines.append(f"{run},{level},{j},{k},{1.35 * y:.7f}")
+    return "\n".join(lines) + "\n"
+
+
+def fitted(text=None, **options):
+    return accelcal.fit(accelcal.read_table(io.StringIO(text or table())), **options)
+
+
+@pytest.fixture(scope="module")
+def calibration():
+    return fitted()
+
+
+@pytest.fixture(scope="module")
+def document(calibration):
+    return json.loads(calibration.to_json())
+
+
+# -- the contract ----------------------------------------------------------------------------------
+
+
+def test_keys_of_the_document(document):
+    fixed = {
+        "schema": "accelcal/calibration/1",
+        "method": "least-squares",
+        "acceleration_unit": "g_local",
+        "g_local_m_s2": None,
+        "output_unit": "mA",
+        "serial": None,
+        "T0_degC": 20.0,
+        "effects": [],
+    }
+    assert {key: document[key] for key in fixed} == fixed
+    assert isinstance(document["warnings"], list)
+
+
+def test_keys_of_a_table(document):
+    assert [t["run"] for t in document["tables"]] == ["1", "2", "3"]
+    assert [t["temperature_degC"] for t in document["tables"]] == [20.0, 70.0, -40.0]
+    for part in document["tables"]:
+        assert (part["readings"], part["dof"]) == (18, 12)
+        assert 3e-6 < part["residual_rms"] / 1.35 < 8e-6
+        assert list(part["coefficients"]) == list(COEFFICIENTS)
+        assert list(part["error_model"]) == list(ERRORS)
+        for name, power in COEFFICIENTS.items():
+            suffix = {0: "", 1: "/g"}.get(power, f"/g^{power}")
+            assert part["coefficients"][name]["unit"] == f"mA{suffix}"
+        assert {name: part["error_model"][name]["unit"] for name in ERRORS} == ERRORS
+        assert part["covariance"]["names"] == list(COEFFICIENTS)
+        assert np.array(part["covariance"]["matrix"]).shape == (6, 6)
+        assert isinstance(part["warnings"], list)
+
+
+def leaves(node):
+    """All quantities of a document."""
+    if isinstance(node, dict):
+        if node.keys() >= LEAF:
+            yield node
+        for part in node.values():
+            yield from leaves(part)
+    elif isinstance(node, list):
+        for part in node:
+            yield from leaves(part)
+
+
+def test_leaves(document):
+    found = list(leaves(document))
+    assert len(found) >= 3 * 11
+    for leaf in found:
+        assert isinstance(leaf["unit"], str)
+        assert isinstance(leaf["value"], float)
+        assert leaf["standard_uncertainty"] > 0.0
+        assert leaf["expanded_uncertainty"] > 1.9 * leaf["standard_uncertainty"]
+
+
+def test_temperature_model(document):
+    model = document["temperature_model"]
+    units = {"k0": ("g", "g/degC"), "K1": ("mA/g", "1/degC"), "delta": ("rad", "rad/degC")}
+    for name, (unit, slope) in units.items():
+        assert model[name]["at_T0"]["unit"] == unit
+        assert model[name]["above"]["unit"] == model[name]["below"]["unit"] == slope
+    assert model["k0"]["above"]["value"] == pytest.approx(-4e-5, abs=1e-6)
+    assert model["hysteresis"] is None
+
+
+def test_uncertainties_are_those_of_the_covariance(document):
+    for part in document["tables"]:
+        sigma = np.sqrt(np.diag(np.array(part["covariance"]["matrix"])))
+        shown = [q["standard_uncertainty"] for q in part["coefficients"].values()]
+        assert shown == pytest.approx(sigma.tolist(), rel=1e-12)
+
+
+def test_error_model_is_the_quotient_with_propagated_uncertainty(calibration):
+    """Against a numerical derivative of each quotient by all coefficients."""
+    quotients = {"k0": "K0", "k2": "K2", "k3": "K3", "delta": "M", "delta_ip": "M_ip"}
+    names = list(COEFFICIENTS)
+    for part in calibration.tables:
+        k = np.array([part.coefficients[name].value for name in names])
+
+        def quotient(values, name):
+            return values[names.index(name)] / values[names.index("K1")]
+
+        for error, name in quotients.items():
+            step = 1e-6 * np.eye(6)
+            slope = [(quotient(k + s, name) - quotient(k - s, name)) / 2e-6 for s in step]
+            variance = np.array(slope) @ part.covariance @ slope
+            found = part.error_model[error]
+            assert found.value == pytest.approx(quotient(k, name), rel=1e-14)
+            assert found.standard_uncertainty == pytest.approx(variance**0.5, rel=1e-6)
+
+
+def test_budget_adds_up(calibration):
+    for part in calibration.tables:
+        for name, sources in part.budget.items():
+            total = math.sqrt(sum(size**2 for size in sources.values()))
+            found = part.coefficients[name].standard_uncertainty
+            assert total == pytest.approx(found, rel=1e-9)
+
+
+def test_correlation(calibration):
+    part = calibration.tables[0]
+    assert np.diag(part.correlation) == pytest.approx(np.ones(6))
+    assert part.correlation[1, 3] < -0.9
+
+
+def test_residuals_are_in_g(calibration):
+    """Readings minus (1) with the coefficients of the result, over K1."""
+    part = calibration.tables[1]
+    record = accelcal.read_table(io.StringIO(table()))
+    own = record.output[record.run == 1]
+    a = accelcal.accelerations(part.residuals.angle_deg)
+    values = {n.replace("M", "M_O") if n == "M" else n: q for n, q in part.coefficients.items()}
+    model = accelcal.output({name: q.value for name, q in values.items()}, a)
+    scale = part.coefficients["K1"].value
+    assert np.array(part.residuals.value) == pytest.approx((own - model) / scale, abs=1e-8)
+
+
+# -- what is unknown -------------------------------------------------------------------------------
+
+
+def test_nulls_where_nothing_tells():
+    text = (
+        "# stroke: 1\n# temperature: unknown\nposition,output\n1,1.354\n3,.006\n5,-1.346\n7,.003\n"
+    )
+    found = json.loads(fitted(text).to_json())
+    part = found["tables"][0]
+    assert found["T0_degC"] is found["output_unit"] is found["temperature_model"] is None
+    assert part["temperature_degC"] is None
+    assert part["coefficients"]["K1"]["value"] == pytest.approx(1.35)
+    assert part["coefficients"]["K1"]["standard_uncertainty"] is None
+    assert part["coefficients"]["K3"]["value"] is None
+    assert part["coefficients"]["K3"]["unit"] == "output unit/g^3"
+    assert part["error_model"]["delta_ip"]["value"] is None
+    assert part["covariance"] == {"names": [], "matrix": []}
+    assert (part["dof"], part["residual_rms"]) == (0, 0.0)
+    assert part["stands_for"] == {"K1": "K1 + K3"}
+
+
+def test_serial_gravity_date_and_angle_are_kept():
+    header = "# serial: AL-15\n# g: 9.8106\n# date: 2009-03-01\n# T0: 25\n# unit: V"
+    found = json.loads(fitted(table(header=header), delta0=-2e-4).to_json())
+    assert (found["serial"], found["g_local_m_s2"], found["date"]) == (
+        "AL-15",
+        9.8106,
+        "2009-03-01",
+    )
+    assert (found["T0_degC"], found["delta0_rad"], found["output_unit"]) == (25.0, -2e-4, "V")
+
+
+# -- there and back --------------------------------------------------------------------------------
+
+
+def random_calibration(rng):
+    """A calibration of random content: every field, nulls, extremes, odd texts."""
+
+    def number():
+        return rng.choice([0.0, -1.5, rng.gauss(0.0, 1.0), 10.0 ** rng.uniform(-300, 300), 5e-324])
+
+    def maybe(value):
+        return None if rng.random() < 0.3 else value
+
+    def text():
+        return rng.choice(
+            ["", "AL-15", "µ日本 ☃", '"\\/\n\x00\x1b', "<b>", "null", "\ud83d\ude00"[:1]]
+        )
+
+    def quantity():
+        return Quantity(maybe(number()), maybe(number()), text(), maybe(number()), maybe(number()))
+
+    def gates():
+        return tuple(Gate(text(), text(), text()) for _ in range(rng.randrange(3)))
+
+    def law():
+        return BilinearLaw(*(maybe(quantity()) for _ in range(3)))
+
+    def one_table():
+        n, p = rng.randrange(4), rng.randrange(4)
+        return TableCalibration(
+            run=text(),
+            mounting="o+",
+            temperature_degC=maybe(number()),
+            readings=n,
+            dof=rng.randrange(9),
+            residual_rms=number(),
+            coefficients={name: quantity() for name in COEFFICIENTS},
+            error_model={name: quantity() for name in ERRORS},
+            covariance_names=tuple(COEFFICIENTS)[:p],
+            covariance_matrix=tuple(tuple(number() for _ in range(p)) for _ in range(p)),
+            budget={"K0": {"head": number()}},
+            stands_for={"K1": text()},
+            residuals=Residuals(
+                *(tuple(make() for _ in range(n)) for make in (number, int, number))
+            ),
+            gates=gates(),
+            warnings=(text(),) * rng.randrange(3),
+        )
+
+    return Calibration(
+        method=text(),
+        output_unit=maybe(text()),
+        tables=tuple(one_table() for _ in range(rng.randrange(4))),
+        serial=maybe(text()),
+        g_local_m_s2=maybe(number()),
+        T0_degC=maybe(number()),
+        delta0_rad=number(),
+        robust=rng.random() < 0.5,
+        source=text(),
+        date=maybe(text()),
+        error_sources=(ErrorSource(text(), maybe(number()), text(), maybe(number()), text()),),
+        gates=gates(),
+        warnings=(text(),),
+        software=text(),
+        temperature_model=maybe(
+            TemperatureModel(law(), law(), law(), maybe(quantity()), (text(),))
+        ),
+    )
+
+
+def test_random_calibrations_come_back_equal():
+    rng = random.Random(19)
+    for _ in range(300):
+        made = random_calibration(rng)
+        text = made.to_json()
+        assert Calibration.from_json(text) == made
+        assert Calibration.from_json(text).to_json() == text
+
+
+def test_several_come_back_in_one_document():
+    rng = random.Random(20)
+    several = tuple(random_calibration(rng) for _ in range(3))
+    text = calibrations_to_json(several)
+    assert set(json.loads(text)) == {"schema", "calibrations"}
+    assert calibrations_from_json(text) == several
+    assert calibrations_from_json(calibrations_to_json(several[:1])) == several[:1]
+    assert "calibrations" not in json.loads(calibrations_to_json(several[:1]))
+
+
+def test_saved_file_comes_back(calibration, tmp_path):
+    path = tmp_path / "al15.json"
+    text = calibration.to_json(path)
+    assert path.read_text("utf-8") == text
+    assert [item.name for item in tmp_path.iterdir()] == ["al15.json"]
+
+
+def test_neither_nan_nor_infinity_is_written(calibration):
+    for bad in (math.nan, math.inf):
+        with pytest.raises(ValueError, match="JSON compliant"):
+            dataclasses.replace(calibration, delta0_rad=bad).to_json()
+
+
+def test_golden_file_stays_readable():
+    """Written by the first version of schema 1; every later version reads the same in it."""
+    text = GOLDEN.read_text("utf-8")
+    found = Calibration.from_json(text)
+    assert found.serial == "AL-15"
+    assert found.tables[0].coefficients["K1"].value == 1.3500001234
+    assert found.tables[0].error_model["k3"].value is None
+    assert found.tables[0].covariance_names == ("K0", "K1")
+    assert found.temperature_model.k0.below is None
+    assert_within(json.loads(text), found.to_document())
+    assert "1.350" in str(found)
+
+
+def assert_within(old, new):
+    """Every key of the old document is in the new one, with the same content."""
+    if isinstance(old, dict):
+        for key, part in old.items():
+            assert_within(part, new[key])
+    elif isinstance(old, list):
+        assert len(old) == len(new)
+        for one, other in zip(old, new, strict=True):
+            assert_within(one, other)
+    else:
+        assert old == new
+
+
+# -- refused documents -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "not JSON"),
+        ("{", "not JSON"),
+        ("[" * 100_000, "not JSON"),
+        ('{"schema": NaN}', "not JSON .NaN is not a number of JSON"),
+        ("[]", "schema None in place of"),
+        ("7", "schema None in place of"),
+        ('{"schema": "accelcal/calibration/2"}', "schema 'accelcal/calibration/2' in place of"),
+        ('{"schema": "accelcal/discovery/1"}', "schema 'accelcal/discovery/1' in place of"),
+        ('{"K_a": [[1]], "cal_type": "Ferraris"}', "schema None in place of"),
+        (json.dumps({"schema": SCHEMA}), "acceleration_unit None"),
+        (json.dumps({"schema": SCHEMA, "acceleration_unit": "m/s^2"}), "acceleration_unit 'm/s"),
+        (json.dumps({"schema": SCHEMA, "acceleration_unit": "g_local"}), "lacks 'method'"),
+    ],
+)
+def test_foreign_documents_are_refused(text, said):
+    for read in (Calibration.from_json, calibrations_from_json):
+        with pytest.raises(DocumentError, match=said) as caught:
+            read(text)
+        assert "\n" not in str(caught.value)
+        assert "accelcal" in str(caught.value) or "g_local" in str(caught.value)
+
+
+@pytest.mark.parametrize("several", [[], {}, None, 5, "ab"])
+def test_calibrations_without_a_list_are_refused(several):
+    with pytest.raises(DocumentError, match=r"schema|list of calibrations"):
+        calibrations_from_json(json.dumps({"schema": SCHEMA, "calibrations": several}))
+
+
+def test_every_missing_key_is_refused(document):
+    needed = set(document) - {"effects", "schema", "acceleration_unit"}
+    for key in needed:
+        cut = {name: part for name, part in document.items() if name != key}
+        with pytest.raises(DocumentError, match=f"lacks '{key}'"):
+            Calibration.from_document(cut)
+
+
+def test_every_missing_key_of_a_table_is_refused(document):
+    for key in document["tables"][0]:
+        cut = copy.deepcopy(document)
+        del cut["tables"][0][key]
+        with pytest.raises(DocumentError, match=f"lacks '{key}'"):
+            Calibration.from_document(cut)
+
+
+@pytest.mark.parametrize("bad", [None, 5, "ab", [1]])
+@pytest.mark.parametrize("key", ["coefficients", "covariance", "residuals", "gates"])
+def test_damaged_parts_are_refused(document, key, bad):
+    damaged = copy.deepcopy(document)
+    damaged["tables"][0][key] = bad
+    with pytest.raises(DocumentError, match=r"lacks|damaged"):
+        Calibration.from_document(damaged)
+
+
+@pytest.mark.parametrize("bad", ["1,35", True, [1.35], {}])
+def test_text_for_a_number_is_refused(document, bad):
+    damaged = copy.deepcopy(document)
+    damaged["tables"][0]["coefficients"]["K1"]["value"] = bad
+    with pytest.raises(DocumentError, match="in place of a number"):
+        Calibration.from_document(damaged)
+
+
+def test_truncated_text_is_refused(calibration):
+    text = calibration.to_json().rstrip()
+    for end in range(0, len(text), 997):
+        with pytest.raises(DocumentError):
+            Calibration.from_json(text[:end])
+
+
+# -- frozen ----------------------------------------------------------------------------------------
+
+
+def parts_of(item):
+    """A dataclass and all dataclasses within it."""
+    if dataclasses.is_dataclass(item):
+        yield item
+        for field in dataclasses.fields(item):
+            yield from parts_of(getattr(item, field.name))
+    elif isinstance(item, FrozenMapping):
+        for value in item.values():
+            yield from parts_of(value)
+    else:
+        assert item is None or isinstance(item, str | float | int | tuple), type(item)
+        for value in item if isinstance(item, tuple) else ():
+            yield from parts_of(value)
+
+
+def test_nothing_in_it_can_be_set(calibration):
+    parts = list(parts_of(calibration))
+    assert len(parts) > 40
+    for part in parts:
+        for field in dataclasses.fields(part):
+            with pytest.raises((dataclasses.FrozenInstanceError, TypeError)):
+                setattr(part, field.name, 0)
+
+
+def test_mappings_cannot_be_edited(calibration):
+    with pytest.raises(TypeError):
+        calibration.tables[0].coefficients["K1"] = None
+    with pytest.raises(TypeError):
+        del calibration.tables[0].budget["K1"]["reading"]
+
+
+def test_the_mapping_given_is_copied():
+    given = {"K1": 1.35}
+    frozen = FrozenMapping(given)
+    given["K1"] = 0.0
+    assert frozen == {"K1": 1.35}
+    assert hash(frozen) == hash(FrozenMapping({"K1": 1.35}))
+    assert repr(frozen) == "{'K1': 1.35}"
+
+
+def test_copies_and_pickles_are_equal(calibration):
+    assert copy.deepcopy(calibration) == calibration
+    assert pickle.loads(pickle.dumps(calibration)) == calibration
+    assert hash(copy.copy(calibration)) == hash(calibration)
+
+
+# -- as a frame ------------------------------------------------------------------------------------
+
+
+def test_frame(calibration):
+    frame = calibration.to_frame()
+    assert len(frame) == 3 * 11
+    assert {"run", "coefficient", "value", "standard_uncertainty", "unit"} <= set(frame.columns)
+    bias = frame[frame.coefficient == "k0"].set_index("run").value
+    expected = {part.run: part.error_model["k0"].value for part in calibration.tables}
+    assert bias.to_dict() == expected
+
+
+def test_frame_says_what_a_coefficient_stands_for():
+    frame = fitted(table(positions=4)).to_frame().drop_duplicates("coefficient")
+    meaning = frame.set_index("coefficient").stands_for
+    assert meaning["K1"] == "K1 + K3"
+    assert meaning["k0"] == "k0"
+    six = "# stroke: 1\n# temperature: 20\nposition,output\n"
+    six += "1,1.354\n2,.959\n3,.006\n4,-.949\n5,-1.346\n7,.003\n"
+    meaning = fitted(six).to_frame().set_index("coefficient").stands_for
+    assert meaning["M_ip"] == "M_ip - 0.707 K3"
+    assert meaning["delta_ip"] == "(M_ip - 0.707 K3)/K1"
+
+
+# -- what fit refuses ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "said"),
+    [
+        ({"method": "magic"}, InputError, "method 'magic' is unknown; choose from least-squares"),
+        ({"reference_temperature": math.nan}, InputError, "T0 is nan; it is a finite number"),
+        ({"delta0": math.inf}, InputError, "delta0 is inf"),
+        ({"coefficients": ("K0", "K1", "K4")}, DesignError, "coefficient 'K4' is unknown"),
+        ({"coefficients": ("K0",)}, DesignError, "K1 is not among the coefficients"),
+        ({"coefficients": ()}, DesignError, "K1 is not among the coefficients"),
+    ],
+)
+def test_refused_options(options, error, said):
+    with pytest.raises(error, match=said):
+        fitted(**options)
+
+
+@pytest.mark.parametrize(
+    ("positions", "options", "said"),
+    [
+        (4, {"strict": True}, "K3 cannot be told apart from K1"),
+        (12, {"method": "closed-form"}, "eight positions"),
+        (8, {"robust": True}, "three"),
+    ],
+)
+def test_design_errors_name_the_table(positions, options, said, tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text(table(positions=positions, strokes=1))
+    with pytest.raises(DesignError, match=said) as caught:
+        accelcal.fit(accelcal.read_table(path), **options)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert "; " in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_coefficients_in_any_order():
+    one = fitted(coefficients=("M", "K1", "K0"))
+    assert one == fitted(coefficients=("K0", "K1", "M"))
+    assert one.tables[0].coefficients["K2"].value is None
