@@ -8,7 +8,7 @@ be seen is taken out of the coefficients (best linear prediction).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,9 +25,9 @@ Array = NDArray[np.float64]
 # out where the size of the head error is estimated: it tells of the noise only.
 _LEAST_STRENGTH = 0.05
 
-# A contrast that shows less than this much of the head's action would bring rounding errors into
-# the prediction, and nothing else.
-_ROUNDING = 1e-6
+# Between tables there are contrasts that rest on small differences of their coefficients, which
+# noise and rounding make as well; below this share of the head's action they are left out.
+_LEAST_SHOWN = 1e-4
 
 # Share of the reading noise that is taken off the lack of fit when the head's variance is
 # estimated from it. With 1 (restricted maximum likelihood) the estimate is zero too often where
@@ -36,8 +36,7 @@ _ROUNDING = 1e-6
 _NOISE_SHARE = 0.5
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LackOfFit:
+class LackOfFit(NamedTuple):
     """What the means of the positions say against the model, in units of the reading noise.
 
     Attributes
@@ -58,8 +57,7 @@ class LackOfFit:
     directions: Array
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class HeadError:
+class HeadError(NamedTuple):
     """Standard uncertainty of a head position and the errors seen.
 
     Attributes
@@ -90,8 +88,7 @@ class HeadError:
 
     def without_prediction(self) -> HeadError:
         """Return the same head error with nothing of it taken out of the readings."""
-        return replace(
-            self,
+        return self._replace(
             predicted=np.zeros_like(self.predicted),
             unseen=np.eye(self.positions.size),
             from_noise=np.zeros_like(self.from_noise),
@@ -155,7 +152,7 @@ def lack_of_fit(
         # taking the fit off first keeps the digits: the contrasts ignore it anyway
         readings.append((y - table.design @ k) / spread)
     left, strengths, right = np.linalg.svd(np.concatenate(seen), full_matrices=False)
-    shown = strengths > _ROUNDING * whole
+    shown = strengths > _LEAST_SHOWN * whole
     return LackOfFit(
         positions=positions,
         contrasts=left[:, shown].T @ np.concatenate(readings),
