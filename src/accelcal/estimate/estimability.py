@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +23,7 @@ _PRIORITY = ("K1", "K0", "M", "K2", "M_ip", "K3")
 _LEAST_REMAINDER = 0.01
 
 
-@dataclass(frozen=True, slots=True)
-class Estimability:
+class Estimability(NamedTuple):
     """What a design determines.
 
     Attributes

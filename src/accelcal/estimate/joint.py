@@ -6,7 +6,7 @@ Tables share the head, so their coefficients are correlated; each table keeps it
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,8 +29,7 @@ _BIAS = COEFFICIENTS.index("K0")
 _SCALE_FACTOR = COEFFICIENTS.index("K1")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class JointEstimate:
+class JointEstimate(NamedTuple):
     """Coefficients of all tables with the components of their errors.
 
     Attributes
@@ -73,8 +72,7 @@ class JointEstimate:
         return slice(start, start + len(self.names[table]))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Errors:
+class _Errors(NamedTuple):
     """What the least-squares fit says about the errors of the readings."""
 
     coefficients: list[Array]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +19,7 @@ _SAME_LEVEL = 1.0
 _OTHERS_SHARE = 0.5
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RunShift:
+class RunShift(NamedTuple):
     """Standard uncertainty of a quantity from run to run.
 
     Attributes

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +20,7 @@ METHODS = ("least-squares", "closed-form", "sign-corrected", "printed")
 """Names of the estimators; the first is the default."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LinearEstimator:
+class LinearEstimator(NamedTuple):
     """Coefficients of one table as a linear map of its readings.
 
     Attributes

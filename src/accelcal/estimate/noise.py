@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 from itertools import compress
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +22,7 @@ _FEW = 3
 _SIGNIFICANT = 0.01
 
 
-@dataclass(frozen=True, slots=True)
-class ReadingNoise:
+class ReadingNoise(NamedTuple):
     """Standard deviation of one reading of a table.
 
     Attributes
@@ -46,8 +45,7 @@ class ReadingNoise:
     excess: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class _Scatter:
+class _Scatter(NamedTuple):
     """A sum of squares in units of the declared scatter, with its degrees of freedom."""
 
     squares: float
@@ -57,8 +55,12 @@ class _Scatter:
     def variance(self) -> float:
         return self.squares / self.dof
 
-    def __add__(self, other: _Scatter) -> _Scatter:
-        return _Scatter(self.squares + other.squares, self.dof + other.dof)
+    @classmethod
+    def pooled(cls, scatters: Iterable[_Scatter]) -> _Scatter:
+        squares, dof = 0.0, 0.0
+        for scatter in scatters:
+            squares, dof = squares + scatter.squares, dof + scatter.dof
+        return cls(squares, dof)
 
 
 def reading_noise(tables: Sequence[PreparedTable], outputs: Sequence[Array]) -> list[ReadingNoise]:
@@ -85,8 +87,8 @@ def reading_noise(tables: Sequence[PreparedTable], outputs: Sequence[Array]) -> 
     """
     pure = [_pure_error(table, y) for table, y in zip(tables, outputs, strict=True)]
     bare = [table.scatter_dof is None for table in tables]
-    pooled = sum(compress(pure, bare), _Scatter(0.0, 0))
-    residual = sum(compress(map(_residual_scatter, tables, outputs), bare), _Scatter(0.0, 0))
+    pooled = _Scatter.pooled(compress(pure, bare))
+    residual = _Scatter.pooled(compress(map(_residual_scatter, tables, outputs), bare))
     return [
         _choose(table, y, own, pooled, residual)
         for table, y, own in zip(tables, outputs, pure, strict=True)

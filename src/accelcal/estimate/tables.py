@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +20,7 @@ __all__ = ["PreparedTable", "head_positions", "prepare"]
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PreparedTable:
+class PreparedTable(NamedTuple):
     """A table with everything that follows from its angles.
 
     Attributes

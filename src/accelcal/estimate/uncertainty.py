@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,8 +33,7 @@ LEVEL = 0.95
 """Probability of the intervals that accelcal prints."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Component:
+class Component(NamedTuple):
     """One source of error in a set of estimates.
 
     Attributes
@@ -53,8 +52,7 @@ class Component:
         return Component(self.covariance[indices, indices], self.dof[indices])
 
 
-@dataclass(frozen=True, slots=True)
-class Interval:
+class Interval(NamedTuple):
     """Uncertainty of one estimate; None where nothing in the data or the declarations tells it.
 
     Attributes

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +25,7 @@ _MUCH_BETTER = 9.0  # another order must leave a ninth of the squared residuals,
 _NOTHING = 1e-24  # squared residuals below this share of the squared outputs are rounding errors
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Order:
+class _Order(NamedTuple):
     """Another order of the readings."""
 
     said: str

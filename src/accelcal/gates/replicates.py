@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,8 +78,7 @@ def _returns(table: PreparedTable) -> Iterator[tuple[float, float, bool]]:
             )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Directions:
+class _Directions(NamedTuple):
     """The readings sorted into cells of one angle and one direction."""
 
     counts: Array  # shape (angles, 2)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import astuple
 from html import escape
 from typing import Any
 
@@ -51,7 +50,7 @@ def _table(table: Mapping[str, Any]) -> str:
     where = "" if temperature is None else f", {temperature:.2f} °C"
     caption = f"run {table['run']}{where}, mounting {table['mounting']}"
     found = coefficient_rows(table)
-    rows = [(r.name, r.meaning or r.symbol, *astuple(r)[3:]) for r in found]
+    rows = [(r.name, r.meaning or r.symbol, *r[3:]) for r in found]
     return _rows(caption, _HEADINGS, rows)
 
 

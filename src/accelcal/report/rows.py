@@ -7,8 +7,7 @@ as a fresh result.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from accelcal.report.numbers import matching_digits, significant
 
@@ -35,8 +34,7 @@ _SOURCES = {"reading": "readings", "launch": "launches", "launch_sf": "launches"
 _STRONG = 0.8
 
 
-@dataclass(frozen=True, slots=True)
-class CoefficientRow:
+class CoefficientRow(NamedTuple):
     """One coefficient, ready to print.
 
     Attributes

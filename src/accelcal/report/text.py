@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import astuple
 from typing import Any
 
 from accelcal.report.columns import aligned
@@ -97,7 +96,7 @@ def _degrees(dof: float) -> str:
 def _coefficients(table: Document) -> Iterator[str]:
     found = coefficient_rows(table)
     heading = ("", "", "value", "U (95 %)", "unit", "u", "U/u", "mostly from")
-    rows = [(r.name, r.symbol + " *" * bool(r.meaning), *astuple(r)[3:]) for r in found]
+    rows = [(r.name, r.symbol + " *" * bool(r.meaning), *r[3:]) for r in found]
     yield from (f"  {line}" for line in aligned([heading, *rows], right={2, 3, 5, 6}))
     yield from (f"  * {r.symbol} stands for {r.meaning}" for r in found if r.meaning)
 

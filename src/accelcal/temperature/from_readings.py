@@ -12,7 +12,7 @@ and temperatures stand as unknowns of known size.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,8 +35,7 @@ _COMMON = ("K2", "K3", "M_ip")  # their quotients by K1 do not depend on tempera
 _MOST_STEPS = 20
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Readings:
+class _Readings(NamedTuple):
     """All readings of one mounting, stacked: n readings, laws of p parameters.
 
     `a_i` and `cross` are accelerations, `common` the columns of what does not depend on
@@ -81,8 +80,7 @@ class _Readings:
         return np.asarray(scale + (self.law @ K1) * inside)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Source:
+class _Source(NamedTuple):
     """What one source of error does to the readings: a column for each independent error."""
 
     acting: Array

@@ -9,7 +9,7 @@ to launch is new at each and does not.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,8 +42,7 @@ _NOT_MEASURED = {
 _K0, _K1, _M = (COEFFICIENTS.index(name) for name in ("K0", "K1", "M"))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Levels:
+class _Levels(NamedTuple):
     """k0, K1 and delta of R tables in one mounting, with the components of their errors.
 
     `values` and the components go k0 of all tables, then K1, then delta.
