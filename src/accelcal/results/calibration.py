@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -182,6 +181,8 @@ class Calibration:
         str
             The JSON text; numbers keep all their digits.
         """
+        import json
+
         text = json.dumps(self.to_document(), indent=1, allow_nan=False) + "\n"
         if path is not None:
             from accelcal.io.atomic import write_atomically
@@ -264,6 +265,8 @@ def parse_json(text: str) -> Any:
     DocumentError
         If the text is not JSON.
     """
+    import json
+
     try:
         return json.loads(text, parse_constant=_refuse)
     except (ValueError, RecursionError) as error:
