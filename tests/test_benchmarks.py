@@ -31,6 +31,11 @@ def test_startup():
     assert re.search(r"import numpy, click +\d+\.\d\d +\d+\.\d\d", printed)
 
 
+def test_stability_coverage():
+    printed = run("stability_coverage.py", "5")
+    assert len(re.findall(r"^.{24}(?: +[01]\.\d{3}){3}$", printed, re.MULTILINE)) == 10
+
+
 @pytest.mark.parametrize("path", sorted(BENCHMARKS.glob("*.py")), ids=lambda path: path.name)
 def test_each_benchmark_is_known_here(path):
     runnable = "__main__" in path.read_text("utf-8")

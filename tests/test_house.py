@@ -25,7 +25,7 @@ FLOORS = (
     {"report", "export"},
     {"io", "batch"},
     {"calibrate"},
-    {"gates", "weaknesses", "temperature", "simulation", "verdict", "compensate"},
+    {"gates", "weaknesses", "temperature", "simulation", "verdict", "compensate", "stability"},
     {"estimate", "effects"},
     {"printed"},
     {"record", "results", "specification"},

@@ -1,0 +1,80 @@
+"""Coverage of the 95 % intervals of gamma_D, sigma_F and the white noise N in one launch.
+
+python benchmarks/stability_coverage.py [launches]
+
+Each launch has 600 samples, 1 s apart, of one kind of noise and no drift. Prints the share of
+launches whose interval holds the truth, beside that of the textbook interval of a slope. The truth
+of sigma_F is its root mean square over all launches.
+"""
+
+import sys
+
+import numpy as np
+
+from accelcal.stability.record import Launch
+from accelcal.stability.spread import deviation
+from accelcal.stability.trend import fit_trend
+
+SAMPLES = 600
+
+
+def autoregressive(random, time_constant):
+    """First-order noise of variance 1."""
+    keep = np.exp(-1.0 / time_constant)
+    noise = random.normal(size=SAMPLES)
+    noise[1:] *= np.sqrt(1.0 - keep**2)
+    for i in range(1, SAMPLES):
+        noise[i] += keep * noise[i - 1]
+    return noise
+
+
+def flicker(random):
+    """Flicker noise by fractional integration (Kasdin 1995)."""
+    k = np.arange(1, SAMPLES)
+    response = np.concatenate([[1.0], np.cumprod((k - 0.5) / k)])
+    return np.convolve(random.normal(size=SAMPLES), response)[:SAMPLES]
+
+
+NOISES = {
+    "white": lambda random: random.normal(size=SAMPLES),
+    "AR(1), 5 s": lambda random: autoregressive(random, 5.0),
+    "AR(1), 20 s": lambda random: autoregressive(random, 20.0),
+    "AR(1), 60 s": lambda random: autoregressive(random, 60.0),
+    "AR(1), 200 s": lambda random: autoregressive(random, 200.0),
+    "AR(1), 600 s": lambda random: autoregressive(random, 600.0),
+    "flicker": flicker,
+    "random walk": lambda random: np.cumsum(random.normal(size=SAMPLES)),
+    "white and flicker": lambda random: 2.0 * random.normal(size=SAMPLES) + flicker(random),
+    "white and random walk": lambda random: (
+        7.3 * random.normal(size=SAMPLES) + np.cumsum(random.normal(size=SAMPLES))
+    ),
+}
+
+
+def covered(make, launches, seed=1):
+    """Shares of launches whose textbook, gamma_D and sigma_F intervals hold the truth."""
+    random = np.random.default_rng(seed)
+    time = np.arange(float(SAMPLES))
+    textbook = drift = 0
+    fluctuations = []
+    for _ in range(launches):
+        output = make(random)
+        (slope, _), covariance = np.polyfit(time, output, 1, cov=True)
+        textbook += abs(slope) < 1.96 * covariance[0, 0] ** 0.5
+        trend = fit_trend(Launch("1", time, output))
+        drift += trend.lower <= 0.0 <= trend.upper
+        fluctuations.append(deviation(trend.sum_of_squares, trend.dof, "g", trend.effective_dof))
+    truth = np.mean([f.value**2 for f in fluctuations]) ** 0.5
+    fluctuation = sum(f.lower <= truth <= f.upper for f in fluctuations)
+    return textbook / launches, drift / launches, fluctuation / launches
+
+
+def main(launches=400):
+    """Print the table."""
+    print(f"{'noise':24s}{'textbook':>10s}{'gamma_D':>10s}{'sigma_F':>10s}")
+    for name, make in NOISES.items():
+        print(f"{name:24s}" + "".join(f"{share:10.3f}" for share in covered(make, launches)))
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))

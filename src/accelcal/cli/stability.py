@@ -1,0 +1,149 @@
+"""accelcal stability: the random part of the error from records in time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import click
+
+from accelcal.cli.deliver import deliver
+from accelcal.cli.options import data_argument, format_option, number, numbers, output_option
+
+if TYPE_CHECKING:
+    from accelcal.results.stability import Stability
+    from accelcal.stability.record import StabilityRecord
+
+__all__ = ["stability"]
+
+
+def probability(text: str) -> float | None:
+    """Type of an option: a probability, or 3 for the fixed factor of the paper."""
+    value = number(text)
+    if value == 3.0:
+        return None
+    if not 0.0 < value < 1.0:
+        raise click.BadParameter(f"{text!r} is neither 3 nor a probability such as 0.9973.")
+    return value
+
+
+@click.command()
+@data_argument(many=True)
+@output_option("the analysis as JSON", metavar="STABILITY.json")
+@click.option("--calibration", metavar="CAL.json", help="Calibration that gives the scale factor.")
+@click.option("--scale-factor", type=number, metavar="K1", help="Scale factor [output unit per g].")
+@click.option("--unit", metavar="UNIT", help="Unit of the output.")
+@click.option(
+    "--probability",
+    type=probability,
+    default="3",
+    show_default=True,
+    metavar="P",
+    help="3 takes t_P = 3; a probability such as 0.99 or 0.9973 takes Student's factor.",
+)
+@click.option(
+    "--window",
+    type=number,
+    default=600.0,
+    show_default=True,
+    metavar="S",
+    help="Start of each launch whose mean makes sigma_L [s].",
+)
+@click.option(
+    "--times",
+    type=numbers,
+    default="600,3600,21600,43200",
+    show_default=True,
+    metavar="S,...",
+    help="Times at which (3) is evaluated [s].",
+)
+@click.option("--average", type=number, metavar="S", help="Average the samples over S first [s].")
+@click.option(
+    "--launch-gap", type=number, metavar="S", help="A longer pause begins a new launch [s]."
+)
+@click.option(
+    "--plot", "picture", metavar="FILE", help="Draw the bias and the Allan deviation (png, svg)."
+)
+@format_option("text", "json", "csv")
+def stability(
+    data: Sequence[str],
+    path: str | None,
+    calibration: str | None,
+    scale_factor: float | None,
+    unit: str | None,
+    probability: float | None,
+    window: float,
+    times: Sequence[float],
+    average: float | None,
+    launch_gap: float | None,
+    picture: str | None,
+    form: str,
+) -> None:
+    r"""Tell the random part of the error from the records DATA.
+
+    A record has the columns time (s, or ISO 8601) and output, and where there are such temperature,
+    launch, and input (applied acceleration in g). Several files are several launches. Gives the
+    launch-to-launch bias sigma_L, the drift gamma_D, the fluctuation sigma_F, the bound (3), and
+    the overlapping Allan deviation, all with 95 % intervals.
+
+    \b
+    Examples:
+      accelcal stability examples/stability.csv
+      accelcal stability monday.csv tuesday.csv --calibration cal.json --plot stability.png
+      accelcal stability record.csv --scale-factor 1.3 --probability 0.9973
+    """
+    from accelcal.io.stability_record import read_stability_records
+    from accelcal.stability.analysis import analyse
+    from accelcal.stability.record import averaged, split_at_gaps
+
+    record = read_stability_records(data, overrides={"unit": unit})
+    if launch_gap is not None:
+        record = split_at_gaps(record, launch_gap)
+    if average is not None:
+        record = averaged(record, average)
+    if calibration is not None:
+        scale_factor = _calibrated(calibration, scale_factor, record)
+    result = analyse(
+        record, scale_factor=scale_factor, probability=probability, window=window, times=times
+    )
+    if picture is not None:
+        _draw(picture, result, record)
+    if path is not None:
+        deliver(result.to_json(), path)
+    if path != "-":
+        deliver(_shown(result, form))
+
+
+def _calibrated(path: str, scale_factor: float | None, record: StabilityRecord) -> float:
+    from accelcal.errors import InputError
+    from accelcal.io.text import read_text
+    from accelcal.results.calibration import Calibration
+    from accelcal.stability.analysis import scale_factor_from
+
+    if scale_factor is not None:
+        raise InputError("--calibration and --scale-factor; give one of the two")
+    return scale_factor_from(Calibration.from_json(read_text(path).text), record)
+
+
+def _draw(path: str, result: Stability, record: StabilityRecord) -> None:
+    from accelcal.io.atomic import write_atomically
+    from accelcal.report.stability import stability_picture
+
+    form = path.rpartition(".")[2].casefold()
+    write_atomically(path, stability_picture(result, record, form))
+
+
+def _shown(result: Stability, form: str) -> str:
+    if form == "text":
+        return str(result)
+    if form == "json":
+        return result.to_json()
+    import csv
+    import io
+
+    rows = result.rows()
+    text = io.StringIO()
+    writer = csv.DictWriter(text, rows[0], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()

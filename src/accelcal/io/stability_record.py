@@ -1,0 +1,243 @@
+"""Reading of stability records: time, output and, where there are such columns, the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import PurePath
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.errors import InputError, TableError
+from accelcal.io.cells import Column, labels, numbers, times
+from accelcal.io.engines import BulkEngineGivesUp, Columns, columns_by_pandas, columns_by_split
+from accelcal.io.layout import Layout, counted, listed, read_layout, shown
+from accelcal.io.text import Source, read_text
+from accelcal.io.vocabulary import TIME_UNITS
+from accelcal.stability.record import Launch, StabilityRecord
+from accelcal.units import canonical_unit
+
+__all__ = ["read_stability", "read_stability_records"]
+
+BULK_CHARACTERS = 2_000_000
+"""Size of a record from which on pandas reads it."""
+
+_OWN_HEADINGS = {"launch": "run", "start": "run", "input": "input", "acceleration": "input"}
+_ROLES = ("time", "output", "temperature", "run", "input", "serial")
+_REMEDY = "name the columns time and output, and, where there are such, temperature and launch"
+
+Roles = dict[str, Column]
+
+
+def read_stability_records(
+    sources: Sequence[Source], *, overrides: Mapping[str, str | None] | None = None
+) -> StabilityRecord:
+    """Read one record of launches from several files.
+
+    Parameters
+    ----------
+    sources : sequence of path, "-" or file object
+        The files; each is a launch, or several where it has a column launch.
+    overrides : mapping of str to str, optional
+        ``unit`` and ``serial`` that win over the header; None leaves the header's.
+
+    Returns
+    -------
+    StabilityRecord
+        Launches in the order of the files.
+
+    Raises
+    ------
+    TableError
+        If a file is unusable; the message names the line and the remedy.
+    InputError
+        If the files are of several accelerometers or units.
+    """
+    records = [read_stability(source, overrides=overrides) for source in sources]
+    if len(records) == 1:
+        return records[0]
+    for what in ("serial", "unit"):
+        found = sorted({str(getattr(r, what)) for r in records if getattr(r, what) is not None})
+        if len(found) > 1:
+            raise InputError(f"{what} {' and '.join(found)} in one test; give files of one {what}")
+    return StabilityRecord(
+        launches=tuple(
+            _renamed(launch, record) for record in records for launch in record.launches
+        ),
+        unit=next((record.unit for record in records if record.unit), None),
+        serial=next((record.serial for record in records if record.serial), None),
+        source=f"{records[0].source} and {len(records) - 1} more",
+        notes=tuple(f"{record.source}: {note}" for record in records for note in record.notes),
+    )
+
+
+def read_stability(
+    source: Source, *, overrides: Mapping[str, str | None] | None = None
+) -> StabilityRecord:
+    r"""Read a stability record.
+
+    Parameters
+    ----------
+    source : path, "-" or file object
+        A table with the columns time [s, or ISO 8601] and output, and optionally temperature
+        [degC], launch (or run) and input, the applied acceleration [g]; ``"-"`` is standard input.
+    overrides : mapping of str to str, optional
+        ``unit`` and ``serial`` that win over the header; None leaves the header's.
+
+    Returns
+    -------
+    StabilityRecord
+        One launch, or one for each name in the column launch.
+
+    Raises
+    ------
+    TableError
+        If the table is unusable; the message names the line and the remedy.
+
+    Examples
+    --------
+    >>> import io
+    >>> read_stability(io.StringIO("time,output_mA\n0,1.30\n1,1.31\n2,1.30\n"))
+    <StabilityRecord <table>: 1 launches, 3 samples>
+    """
+    text = read_text(source)
+    layout = _with_own_headings(read_layout(text))
+    given = {key: value for key, value in (overrides or {}).items() if value}
+    columns = _columns(layout)
+    output = numbers(columns["output"])
+    kept = ~np.isnan(output)
+    notes = list(layout.notes)
+    if not kept.all():
+        missing = columns["output"].lines[~kept]
+        notes.append(f"{counted(missing, 'missing output')} left out ({listed(missing)})")
+    columns = {name: column.take(kept) for name, column in columns.items()}
+    _require_change(output[kept], columns["output"])
+    return StabilityRecord(
+        launches=tuple(_launches(columns, output[kept])),
+        unit=_unit(layout, columns["output"], given.get("unit")),
+        serial=given.get("serial") or _serial(layout, columns.get("serial")),
+        source=layout.source,
+        notes=tuple(notes),
+    )
+
+
+def _renamed(launch: Launch, record: StabilityRecord) -> Launch:
+    stem = PurePath(record.source).stem
+    name = f"{stem}: {launch.label}" if len(record.launches) > 1 else stem
+    return replace(launch, label=name)
+
+
+def _with_own_headings(layout: Layout) -> Layout:
+    """Give the headings that only a stability record has their meaning."""
+    headings = tuple(
+        heading._replace(role=_OWN_HEADINGS.get(heading.text.split(" ")[0].casefold()))
+        if heading.role is None
+        else heading
+        for heading in layout.headings
+    )
+    return replace(layout, headings=headings)
+
+
+def _columns(layout: Layout) -> Roles:
+    places: dict[str, int] = {}
+    for index, heading in enumerate(layout.headings):
+        if heading.role in places:
+            problem = f"two columns mean {heading.role}, the second is {shown(heading.text)}"
+            raise _refusal(layout, problem, "keep one and rename the other")
+        if heading.role in _ROLES:
+            places[heading.role] = index
+    for name in ("time", "output"):
+        if name not in places:
+            found = ", ".join(heading.text for heading in layout.headings)
+            raise _refusal(layout, f"no column {name} among {shown(found)}", _REMEDY)
+    needed = max(places["time"], places["output"]) + 1
+    columns = _split(layout, sorted(places.values()), needed)
+    return {name: columns[index] for name, index in places.items()}
+
+
+def _split(layout: Layout, used: Sequence[int], needed: int) -> Columns:
+    if sum(map(len, layout.rows)) >= BULK_CHARACTERS:
+        try:
+            return columns_by_pandas(layout, used, needed)
+        except BulkEngineGivesUp:
+            pass  # the light engine reads what pandas cannot, or words the error
+    return columns_by_split(layout, used, needed)
+
+
+def _launches(columns: Roles, output: NDArray[np.float64]) -> list[Launch]:
+    values: dict[str, NDArray[Any]] = {"time": _seconds(columns["time"]), "output": output}
+    for name in ("temperature", "input"):
+        if name in columns:
+            values[name] = numbers(columns[name])
+    if "input" in columns:
+        remedy = "write the applied acceleration of every sample [g]"
+        columns["input"].check(~np.isnan(values["input"]), "{} is missing", remedy)
+    if "run" not in columns:
+        return [_launch("1", np.ones(output.size, dtype=bool), values, columns["time"])]
+    run, names = labels(columns["run"])
+    return [_launch(name, run == i, values, columns["time"]) for i, name in enumerate(names)]
+
+
+def _launch(
+    name: str, chosen: NDArray[np.bool_], values: Mapping[str, NDArray[Any]], column: Column
+) -> Launch:
+    """One launch; its times must increase."""
+    parts = {key: array[chosen] for key, array in values.items()}
+    lines = column.lines[chosen]
+    if lines.size < 3:
+        problem = f"launch {shown(name)} has {counted(lines, 'sample').rsplit(' ', 1)[0]}"
+        remedy = "a launch has at least 3; one launch in the file needs no column launch"
+        raise TableError(problem, remedy, source=column.source, line=int(lines[0]))
+    back = np.flatnonzero(np.diff(parts["time"]) <= 0.0)
+    if back.size:
+        problem = f"{column.heading} does not increase in launch {shown(name)}"
+        remedy = "sort the samples, write the time with more digits, and give each launch its name"
+        line = int(lines[back[0] + 1])
+        raise TableError(problem, remedy, source=column.source, line=line)
+    time = parts.pop("time")
+    return Launch(name, time - time[0], **parts)
+
+
+def _seconds(column: Column) -> NDArray[np.float64]:
+    found: NDArray[Any] = times(column)
+    if found.dtype.kind == "M":
+        seconds: NDArray[np.float64] = (found - found[0]) / np.timedelta64(1, "s")
+        return seconds
+    return found * TIME_UNITS.get((column.unit or "s").casefold(), 1.0)
+
+
+def _require_change(output: NDArray[np.float64], column: Column) -> None:
+    if output.size == 0:
+        problem, remedy = "all outputs are missing", "write the outputs"
+        raise TableError(problem, remedy, source=column.source, line=None)
+    if (output == output[0]).all():
+        problem = f"all {output.size} outputs are {output[0]:g}"
+        remedy = "check the voltmeter and the output column; a real output has noise"
+        raise TableError(problem, remedy, source=column.source, line=int(column.lines[0]))
+
+
+def _unit(layout: Layout, output: Column, given: str | None) -> str | None:
+    if given:
+        return canonical_unit(given)
+    header = layout.declared.get("unit")
+    found = [canonical_unit(unit) for unit in (header and header.value, output.unit) if unit]
+    if len(set(found)) > 1:
+        problem = f"unit {found[0]} in the header, but {found[1]} in the column headings"
+        raise _refusal(layout, problem, "declare one unit")
+    return found[0] if found else None
+
+
+def _serial(layout: Layout, column: Column | None) -> str | None:
+    names = labels(column)[1] if column else ()
+    header = layout.declared.get("serial")
+    found = tuple(dict.fromkeys((*names, *((header.value,) if header and header.value else ()))))
+    if len(found) > 1:
+        problem = f"serials {shown(', '.join(found))} in one record"
+        raise _refusal(layout, problem, "give a file for each accelerometer")
+    return found[0] if found else None
+
+
+def _refusal(layout: Layout, problem: str, remedy: str) -> TableError:
+    return TableError(problem, remedy, source=layout.source, line=layout.headings_line)

@@ -1,0 +1,309 @@
+"""A stability test as text for a terminal, and as a picture."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Iterable, Iterator, Sequence
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from accelcal.errors import InputError
+from accelcal.report.columns import aligned
+from accelcal.report.numbers import significant
+from accelcal.results.stability import Estimate, Stability
+from accelcal.stability.noise_terms import TERMS
+
+if TYPE_CHECKING:
+    from accelcal.stability.record import StabilityRecord
+
+__all__ = ["stability_picture", "stability_text"]
+
+_WIDTH = 100
+_NAMES = {
+    "sigma_L": "bias, launch to launch",
+    "k0L": "  bound t_P sigma_L",
+    "gamma_D": "drift in a launch",
+    "sigma_F": "fluctuation about the drift",
+    "k0F": "  bound t_P sigma_F",
+    "noise": "noise, sample to sample",
+    "resolution": "step of the output",
+    "threshold": "threshold",
+    "hysteresis": "hysteresis",
+}
+_ALPHA = {2: "white of integral", 1: "flicker of integral", 0: "white", -1: "flicker"}
+_ALPHA |= {-2: "random walk"}
+_LAUNCH_HEADING = "", "lasts", "samples", "mean", "drift", "from", "to", "fluct.", "unit", "degC"
+_SHOWN_LAUNCHES = 20
+_MOST_POINTS = 150
+_PICTURES = ("png", "svg", "pdf")
+
+
+def stability_text(result: Stability) -> str:
+    """Write a stability test as text.
+
+    Parameters
+    ----------
+    result : Stability
+        The result.
+
+    Returns
+    -------
+    str
+        Lines of at most 100 characters, in ASCII but for names of the user.
+    """
+    lines = [*_heading(result), "", *_components(result), "", *_bounds(result)]
+    lines += ["", *_launches(result)]
+    if result.allan.tau_s:
+        lines += ["", *_allan(result), "", *_noise_terms(result)]
+    return "\n".join([*lines, *_open(result)])
+
+
+def _heading(result: Stability) -> Iterator[str]:
+    name = f"serial {result.serial}, " if result.serial else ""
+    samples = sum(launch.samples for launch in result.launches)
+    yield f"Stability of {name}{result.source}"
+    unit = f"in {result.unit}"
+    if result.scale_factor is not None:
+        unit = f"in g (local), scale factor {result.scale_factor:.7g} {result.output_unit or '?'}/g"
+    count = len(result.launches)
+    yield f"{count} launch{'' if count == 1 else 'es'}, {samples} samples; {unit}"
+    yield f"{result.coverage}; intervals are of 95 %"
+
+
+def _components(result: Stability) -> Iterator[str]:
+    yield "Random bias"
+    named = ((_NAMES[name], name, e) for name, e in result.components.items())
+    yield from _table([_row(text, symbol, e) for text, symbol, e in named])
+
+
+def _bounds(result: Stability) -> Iterator[str]:
+    yield "Bound of the random bias (3), +- k0(t) = 0.5 sqrt(k0L^2 + (gamma_D t)^2 + k0F^2)"
+    yield from _table([_row(_time(b.time_s), "k0(t)", b.bound) for b in result.bounds])
+
+
+def _launches(result: Stability) -> Iterator[str]:
+    yield f"Launches; mean over the first {_time(result.window_s)}, from the mean of all"
+    means = [launch.initial_mean for launch in result.launches if launch.initial_mean is not None]
+    centre = math.fsum(means) / len(means) if means else 0.0
+    rows: list[Sequence[str]] = [_LAUNCH_HEADING]
+    factor, unit = _prefix(result.unit, [e.fluctuation.value for e in result.launches])
+    for launch in result.launches[:_SHOWN_LAUNCHES]:
+        mean = None if launch.initial_mean is None else factor * (launch.initial_mean - centre)
+        drift = launch.drift.times(3600.0 * factor)
+        low_high = launch.temperature_degC
+        rows.append(
+            (
+                launch.label,
+                _time(launch.duration_s),
+                str(launch.samples),
+                *map(_short, (mean, drift.value, drift.lower, drift.upper)),
+                _short(factor * (launch.fluctuation.value or 0.0)),
+                f"{unit}, {unit}/h",
+                f"{low_high[0]:.2f} .. {low_high[1]:.2f}" if low_high else "-",
+            )
+        )
+    yield from _indented(aligned(rows, right={1, 2, 3, 4, 5, 6, 7}))
+    if len(result.launches) > _SHOWN_LAUNCHES:
+        yield f"  and {len(result.launches) - _SHOWN_LAUNCHES} more"
+
+
+def _allan(result: Stability) -> Iterator[str]:
+    allan = result.allan
+    factor, unit = _prefix(result.unit, allan.deviation)
+    yield f"Overlapping Allan deviation [{unit}]"
+    rows: list[Sequence[str]] = [("tau", "deviation", "from", "to", "edf", "noise")]
+    for row in allan.rows():
+        numbers = (row["deviation"], row["lower"], row["upper"])
+        cells = [_short(factor * number) for number in numbers]
+        rows.append((_time(row["tau_s"]), *cells, f"{row['edf']:.0f}", _ALPHA[int(row["alpha"])]))
+    yield from _indented(aligned(rows, right={0, 1, 2, 3, 4}))
+
+
+def _noise_terms(result: Stability) -> Iterator[str]:
+    yield "Noise terms of the Allan deviation"
+    named = ((f"{TERMS[name].name}", name, e) for name, e in result.noise_terms.items())
+    yield from _table([_row(text, symbol, e) for text, symbol, e in named])
+
+
+def _open(result: Stability) -> Iterator[str]:
+    warned = [f"WARNING: {g.name}: {g.finding}" for g in result.gates if g.verdict == "warn"]
+    passed = [f"passed: {g.name}: {g.finding}" for g in result.gates if g.verdict == "pass"]
+    rest = [f"not assessed: {g.name}: {g.finding}" for g in result.gates]
+    rest = [text for text, g in zip(rest, result.gates, strict=True) if "not" in g.verdict]
+    sentences = [*warned, *passed, *rest, *result.warnings]
+    if sentences:
+        yield from ("", "What to know")
+    for sentence in sentences:
+        yield from textwrap.wrap(
+            f"- {sentence}", _WIDTH, initial_indent="  ", subsequent_indent="    "
+        )
+
+
+def _row(name: str, symbol: str, estimate: Estimate) -> tuple[str, ...]:
+    """Cells of an estimate in a readable unit."""
+    if estimate.unit.endswith("/s") and "sqrt" not in estimate.unit:
+        estimate = estimate.times(3600.0, estimate.unit[:-1] + "h")
+    numbers = (estimate.value, estimate.lower, estimate.upper)
+    factor, unit = _prefix(estimate.unit, numbers)
+    value, lower, upper = (None if x is None else factor * x for x in numbers)
+    dof = "" if estimate.dof is None else f"{estimate.dof:.3g}"
+    seen = value is not None or lower is not None or upper is not None
+    return (
+        name,
+        symbol,
+        _short(value),
+        _short(lower),
+        _short(upper),
+        unit if seen else "",
+        dof,
+        (estimate.finding),
+    )
+
+
+def _table(rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
+    """Rows of estimates, each finding on the line below its row where the line would get long."""
+    heading = ("", "", "value", "from", "to", "unit", "dof")
+    lines = list(aligned([heading, *(row[:-1] for row in rows)], right={2, 3, 4, 6}))
+    yield "  " + lines[0]
+    for line, row in zip(lines[1:], rows, strict=True):
+        long = f"  {line}  {row[-1]}".rstrip()
+        if len(long) <= _WIDTH:
+            yield long
+        else:
+            yield f"  {line}"
+            yield from textwrap.wrap(
+                row[-1], _WIDTH, initial_indent=" " * 6, subsequent_indent=" " * 6
+            )
+
+
+def _indented(lines: Iterable[str]) -> Iterator[str]:
+    return (f"  {line}" for line in lines)
+
+
+def _prefix(unit: str, numbers: Iterable[float | None]) -> tuple[float, str]:
+    """Factor and unit that make numbers of g readable."""
+    largest = max((abs(number) for number in numbers if number is not None), default=0.0)
+    if unit != "g" and not unit.startswith(("g/", "g*")):
+        return 1.0, unit
+    for factor, prefix, least in ((1.0, "", 0.1), (1e3, "m", 1e-3), (1e6, "u", 0.0)):
+        if largest >= least:
+            return factor, prefix + unit
+    return 1.0, unit
+
+
+def _short(number: float | None) -> str:
+    return "-" if number is None else significant(number)
+
+
+def _time(seconds: float) -> str:
+    for size, unit in ((3600.0, "h"), (60.0, "min")):
+        if seconds >= 2.0 * size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds:.3g} s"
+
+
+# -- picture ---------------------------------------------------------------------------------------
+
+
+def stability_picture(result: Stability, record: StabilityRecord, form: str) -> bytes:
+    """Draw bias against time with the trend lines, and the Allan deviation with its band.
+
+    Parameters
+    ----------
+    result : Stability
+        The result.
+    record : StabilityRecord
+        The record that it came from.
+    form : str
+        ``"png"``, ``"svg"`` or ``"pdf"``.
+
+    Returns
+    -------
+    bytes
+        The picture.
+
+    Raises
+    ------
+    InputError
+        If the form is another, or matplotlib is not installed.
+    """
+    if form not in _PICTURES:
+        raise InputError(f"picture {form!r}; name a file that ends in .{', .'.join(_PICTURES)}")
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise InputError(
+            "a picture needs matplotlib; install it by pip install 'accelcal[plot]'"
+        ) from None
+    figure = Figure(figsize=(11.0, 4.6), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    figure.suptitle(f"Stability of {result.serial or result.source}")
+    _draw_bias(left, result, record)
+    _draw_allan(right, result)
+    data = BytesIO()
+    figure.savefig(data, format=form, dpi=150)
+    return data.getvalue()
+
+
+def _draw_bias(axes: Any, result: Stability, record: StabilityRecord) -> None:
+    """Output of every launch from the mean of all, thinned by averaging, with its line."""
+    longest = max((launch.duration_s for launch in result.launches), default=1.0)
+    size, name = (3600.0, "h") if longest > 7200.0 else (60.0, "min") if longest > 120 else (1, "s")
+    levels = [launch.level for launch in result.launches]
+    centre = math.fsum(levels) / len(levels) if levels else 0.0
+    factor, unit = _prefix(result.unit, [e.fluctuation.value for e in result.launches])
+    outputs = {launch.label: launch for launch in record.launches}
+    spans = 0.0
+    for number, shown in enumerate(result.launches):
+        launch, colour = outputs[shown.label], f"C{number % 10}"
+        time, output = _thinned(launch.time, launch.output / (result.scale_factor or 1.0))
+        axes.plot(time / size, factor * (output - centre), color=colour, lw=0.7, alpha=0.5)
+        spans = max(spans, float(np.median(np.diff(time))))
+        line = shown.level + (shown.drift.value or 0.0) * launch.time[[0, -1]]
+        label = f"launch {shown.label}" if len(result.launches) <= 8 else None
+        axes.plot(
+            launch.time[[0, -1]] / size, factor * (line - centre), color=colour, lw=2, label=label
+        )
+    axes.set(xlabel=f"time since the start of the launch [{name}]", ylabel=f"bias change [{unit}]")
+    axes.set_title(f"Bias in each launch (means of {_time(spans)}), with its trend line")
+    axes.grid(alpha=0.3)
+    if 1 < len(result.launches) <= 8:
+        axes.legend(fontsize="small", ncols=2)
+
+
+def _thinned(time: Any, output: Any) -> tuple[Any, Any]:
+    width = max(math.ceil(time.size / _MOST_POINTS), 1)
+    whole = time.size // width * width
+    return tuple(values[:whole].reshape(-1, width).mean(axis=1) for values in (time, output))
+
+
+def _draw_allan(axes: Any, result: Stability) -> None:
+    """Allan deviation with its band, and the terms that were identified."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    allan = result.allan
+    axes.set_title("Overlapping Allan deviation")
+    if not allan.tau_s:
+        axes.text(0.5, 0.5, "not determined", ha="center", transform=axes.transAxes)
+        return
+    factor, unit = _prefix(result.unit, allan.deviation)
+    tau = np.array(allan.tau_s)
+    low, middle, high = (factor * np.array(x) for x in (allan.lower, allan.deviation, allan.upper))
+    axes.fill_between(tau, low, high, alpha=0.25, label=f"{100 * allan.level:.0f} % interval")
+    axes.loglog(tau, middle, "o-", ms=4, label="measured")
+    for name, term in result.noise_terms.items():
+        if term.value is not None:
+            line = factor * term.value * np.sqrt(TERMS[name].variance(tau))
+            near = (line > 0.5 * low.min()) & (line < 2.0 * high.max())
+            label = f"{TERMS[name].name} {name}"
+            axes.plot(tau[near], line[near], "--", lw=1, label=label)
+    axes.set(xlabel="averaging time [s]", ylabel=f"deviation [{unit}]")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter(FuncFormatter(lambda number, _: f"{number:g}"))
+        axis.set_minor_formatter(NullFormatter())
+    axes.grid(alpha=0.3, which="both")
+    axes.legend(fontsize="small")

@@ -1,0 +1,289 @@
+"""The result of a stability test: a frozen analysis to be printed, saved, tabulated and drawn."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+from accelcal.results.quantity import Gate, fields_document
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    import pandas as pd
+
+__all__ = ["SCHEMA", "AllanDeviation", "BiasBound", "Estimate", "LaunchTrend", "Stability"]
+
+SCHEMA = "accelcal/stability/1"
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A value with its 95 % interval, or the reason why there is none.
+
+    Attributes
+    ----------
+    value : float or None
+        The estimate; None where the data do not show it.
+    unit : str
+        Unit of value and limits.
+    lower, upper : float or None
+        Limits of the 95 % interval. Where `value` is None, they are what the data allow it to be.
+    dof : float or None
+        Effective degrees of freedom; None where there are none to tell.
+    finding : str
+        Why a value or limit is missing, or what to know before using it; empty for nothing.
+    """
+
+    value: float | None
+    unit: str
+    lower: float | None = None
+    upper: float | None = None
+    dof: float | None = None
+    finding: str = ""
+
+    def times(self, factor: float, unit: str | None = None) -> Estimate:
+        """Multiply value and limits by a number above 0."""
+        value, lower, upper = (
+            None if number is None else factor * number
+            for number in (self.value, self.lower, self.upper)
+        )
+        return Estimate(value, unit or self.unit, lower, upper, self.dof, self.finding)
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the estimate as it stands in the JSON document."""
+        return {item.name: getattr(self, item.name) for item in fields(self)}
+
+
+@dataclass(frozen=True, slots=True)
+class LaunchTrend:
+    """What one launch shows.
+
+    Attributes
+    ----------
+    label : str
+        Name of the launch.
+    samples : int
+        Number of samples.
+    duration_s : float
+        Time from first to last sample [s].
+    interval_s : float
+        Time between samples, their median [s].
+    initial_mean : float or None
+        Mean over the initial window; None where the launch is shorter.
+    level : float
+        The trend line at the start of the launch.
+    drift : Estimate
+        Slope of the trend line.
+    fluctuation : Estimate
+        Standard deviation about the trend line.
+    temperature_degC : tuple of float or None
+        Lowest and highest temperature; None where there is none.
+    """
+
+    label: str
+    samples: int
+    duration_s: float
+    interval_s: float
+    initial_mean: float | None
+    level: float
+    drift: Estimate
+    fluctuation: Estimate
+    temperature_degC: tuple[float, float] | None
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the launch as it stands in the JSON document."""
+        document = {item.name: getattr(self, item.name) for item in fields(self)}
+        return document | {
+            "drift": self.drift.to_document(),
+            "fluctuation": self.fluctuation.to_document(),
+            "temperature_degC": self.temperature_degC and list(self.temperature_degC),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class BiasBound:
+    """Bound (3) of the random bias error at one time.
+
+    Attributes
+    ----------
+    time_s : float
+        Time since the start of a launch [s].
+    drift : Estimate
+        k0D(t) = gamma_D t.
+    bound : Estimate
+        k0(t) of (3), without its sign.
+    """
+
+    time_s: float
+    drift: Estimate
+    bound: Estimate
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the bound as it stands in the JSON document."""
+        return {
+            "time_s": self.time_s,
+            "k0D": self.drift.to_document(),
+            "k0": self.bound.to_document(),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class AllanDeviation:
+    """Overlapping Allan deviation, an entry for each averaging time.
+
+    Attributes
+    ----------
+    tau_s : tuple of float
+        Averaging time [s].
+    deviation : tuple of float
+        Deviation.
+    lower, upper : tuple of float
+        Limits of the interval at `level`.
+    edf : tuple of float
+        Equivalent degrees of freedom.
+    count : tuple of int
+        Number of second differences.
+    alpha : tuple of int
+        Exponent of the identified noise: 2 and 1 white and flicker noise of the integrated output,
+        0 white, -1 flicker, -2 random walk.
+    level : float
+        Probability of the interval.
+    """
+
+    tau_s: tuple[float, ...] = ()
+    deviation: tuple[float, ...] = ()
+    lower: tuple[float, ...] = ()
+    upper: tuple[float, ...] = ()
+    edf: tuple[float, ...] = ()
+    count: tuple[int, ...] = ()
+    alpha: tuple[int, ...] = ()
+    level: float = 0.95
+
+    def rows(self) -> list[dict[str, float]]:
+        """List the averaging times, a flat dictionary each."""
+        names = [item.name for item in fields(self) if item.name != "level"]
+        columns = (getattr(self, name) for name in names)
+        return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
+
+    def to_frame(self) -> pd.DataFrame:
+        """Tabulate the averaging times, a line each."""
+        import pandas as pd
+
+        return pd.DataFrame(self.rows())
+
+
+@dataclass(frozen=True, slots=True)
+class Stability:
+    """Random part of the error of one accelerometer from one stability test.
+
+    Attributes
+    ----------
+    components : mapping of str to Estimate
+        sigma_L, gamma_D, sigma_F, k0L, k0F of (3), and noise, resolution, threshold, hysteresis.
+    bounds : tuple of BiasBound
+        k0D(t) and (3) at the times asked for.
+    launches : tuple of LaunchTrend
+        One a launch.
+    allan : AllanDeviation
+        Pooled over the launches; empty where it could not be determined.
+    noise_terms : mapping of str to Estimate
+        Coefficients Q, N, B, K, R of the Allan deviation.
+    gates : tuple of Gate
+        Checks with their findings.
+    warnings : tuple of str
+        What a reader must know before using the numbers.
+    unit : str
+        Unit of all values: ``"g"``, or that of the output where no scale factor is known.
+    output_unit : str or None
+        Unit of the record.
+    scale_factor : float or None
+        K1 that turned outputs into g.
+    coverage : str
+        How the factor t_P was chosen.
+    window_s : float
+        Initial window of the launch means [s].
+    serial : str or None
+        Serial number.
+    source : str
+        Where the record came from.
+    software : str
+        Name and version of what made the analysis.
+    """
+
+    components: dict[str, Estimate]
+    bounds: tuple[BiasBound, ...]
+    launches: tuple[LaunchTrend, ...]
+    allan: AllanDeviation
+    noise_terms: dict[str, Estimate]
+    gates: tuple[Gate, ...]
+    warnings: tuple[str, ...]
+    unit: str
+    output_unit: str | None
+    scale_factor: float | None
+    coverage: str
+    window_s: float
+    serial: str | None = None
+    source: str = "<record>"
+    software: str = ""
+
+    def __str__(self) -> str:
+        from accelcal.report.stability import stability_text
+
+        return stability_text(self)
+
+    def __repr__(self) -> str:
+        name = f"serial {self.serial}" if self.serial else self.source
+        return f"<Stability {name}: {len(self.launches)} launches, in {self.unit}>"
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the analysis as the JSON document of schema `SCHEMA`."""
+        plain = "software source serial output_unit unit scale_factor coverage window_s"
+        return {
+            "schema": SCHEMA,
+            **{name: getattr(self, name) for name in plain.split()},
+            "interval_level": 0.95,
+            "components": {name: e.to_document() for name, e in self.components.items()},
+            "bias_bound": [bound.to_document() for bound in self.bounds],
+            "launches": [launch.to_document() for launch in self.launches],
+            "allan": {"level": self.allan.level, "points": self.allan.rows()},
+            "noise_terms": {name: e.to_document() for name, e in self.noise_terms.items()},
+            "gates": [fields_document(gate) for gate in self.gates],
+            "warnings": list(self.warnings),
+        }
+
+    def to_json(self, path: str | PathLike[str] | None = None) -> str:
+        """Write the analysis as JSON.
+
+        Parameters
+        ----------
+        path : path, optional
+            File to write, whole or not at all; without it the text is only returned.
+
+        Returns
+        -------
+        str
+            The JSON text; numbers keep all their digits.
+        """
+        text = json.dumps(self.to_document(), indent=1, allow_nan=False) + "\n"
+        if path is not None:
+            from accelcal.io.atomic import write_atomically
+
+            write_atomically(path, text.encode())
+        return text
+
+    def rows(self) -> list[dict[str, Any]]:
+        """List components, noise terms and bounds, a flat dictionary each."""
+        named: list[tuple[str, float | None, Estimate]] = [
+            (name, None, e) for name, e in (self.components | self.noise_terms).items()
+        ]
+        for bound in self.bounds:
+            named += [("k0D", bound.time_s, bound.drift), ("k0", bound.time_s, bound.bound)]
+        return [{"name": name, "time_s": time, **e.to_document()} for name, time, e in named]
+
+    def to_frame(self) -> pd.DataFrame:
+        """Tabulate components, noise terms and bounds, a line each with the columns of `rows`."""
+        import pandas as pd
+
+        return pd.DataFrame(self.rows())

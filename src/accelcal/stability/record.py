@@ -1,0 +1,224 @@
+"""The record of a stability test: one launch or several, each a series of outputs in time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.errors import InputError
+
+__all__ = ["Launch", "StabilityRecord", "averaged", "split_at_gaps"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Launch:
+    """One launch: from power on to power off.
+
+    Attributes
+    ----------
+    label : str
+        Its name.
+    time : ndarray, shape (n,)
+        Time since the first sample, increasing [s].
+    output : ndarray, shape (n,)
+        Output [unit of the record].
+    temperature : ndarray, shape (n,), or None
+        Temperature [degC].
+    input : ndarray, shape (n,), or None
+        Applied acceleration, where the test moves it in small steps [g].
+    """
+
+    label: str
+    time: Array
+    output: Array
+    temperature: Array | None = None
+    input: Array | None = None
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            values = getattr(self, item.name)
+            if item.name != "label" and values is not None:
+                frozen = np.array(values, dtype=np.float64)
+                frozen.setflags(write=False)
+                object.__setattr__(self, item.name, frozen)
+        _check(self)
+
+    @property
+    def duration(self) -> float:
+        """Time from first to last sample [s]."""
+        return float(self.time[-1] - self.time[0])
+
+    @property
+    def interval(self) -> float:
+        """Median time between samples [s]."""
+        return float(np.median(np.diff(self.time)))
+
+    @property
+    def is_at_rest(self) -> bool:
+        """Whether the applied acceleration stays the same."""
+        return self.input is None or bool(np.all(self.input == self.input[0]))
+
+    def select(self, kept: slice | NDArray[Any], label: str) -> Launch:
+        """Keep some samples under another name; time counts from the first of them."""
+        return self.map(lambda values: values[kept], label)
+
+    def map(self, function: Callable[[Array], Array], label: str) -> Launch:
+        """Apply a function to time and every column."""
+        time = function(self.time)
+        return Launch(
+            label,
+            time - time[0],
+            function(self.output),
+            None if self.temperature is None else function(self.temperature),
+            None if self.input is None else function(self.input),
+        )
+
+
+def _check(launch: Launch) -> None:
+    if launch.time.ndim != 1 or launch.time.shape != launch.output.shape:
+        raise InputError(
+            f"launch {launch.label}: {launch.time.size} times and {launch.output.size} outputs; "
+            "give one time for each output"
+        )
+    if launch.time.size < 3:
+        raise InputError(
+            f"launch {launch.label}: {launch.time.size} samples; a launch has at least 3"
+        )
+    if not (np.isfinite(launch.time).all() and np.isfinite(launch.output).all()):
+        raise InputError(
+            f"launch {launch.label}: a time or output is not finite; leave such samples out"
+        )
+    if not (np.diff(launch.time) > 0.0).all():
+        raise InputError(
+            f"launch {launch.label}: time does not increase; sort the samples and name the launches"
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StabilityRecord:
+    """All launches of one accelerometer.
+
+    Attributes
+    ----------
+    launches : tuple of Launch
+        In the order in which they took place.
+    unit : str or None
+        Unit of the output.
+    serial : str or None
+        Serial number.
+    source : str
+        Where the record came from.
+    notes : tuple of str
+        What the reader set aside.
+
+    Examples
+    --------
+    >>> launch = Launch("1", [0.0, 1.0, 2.0], [0.1, 0.2, 0.1])
+    >>> StabilityRecord((launch,), unit="mA")
+    <StabilityRecord <record>: 1 launches, 3 samples>
+    """
+
+    launches: tuple[Launch, ...]
+    unit: str | None = None
+    serial: str | None = None
+    source: str = "<record>"
+    notes: tuple[str, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        if not self.launches:
+            raise InputError("a stability record without launches; give at least one")
+
+    def __repr__(self) -> str:
+        samples = sum(launch.output.size for launch in self.launches)
+        return f"<StabilityRecord {self.source}: {len(self.launches)} launches, {samples} samples>"
+
+
+def split_at_gaps(record: StabilityRecord, gap: float) -> StabilityRecord:
+    """Take every longer pause of a record as a new launch.
+
+    Parameters
+    ----------
+    record : StabilityRecord
+        The record.
+    gap : float
+        Pause from which on a new launch begins [s].
+
+    Returns
+    -------
+    StabilityRecord
+        With at least as many launches.
+
+    Raises
+    ------
+    InputError
+        If the gap is not above 0, or a piece has fewer than 3 samples.
+
+    Examples
+    --------
+    >>> launch = Launch("1", [0, 1, 2, 100, 101, 102], [1, 2, 1, 5, 6, 5])
+    >>> [piece.label for piece in split_at_gaps(StabilityRecord((launch,)), 60.0).launches]
+    ['1.1', '1.2']
+    """
+    if not gap > 0.0:
+        raise InputError(f"launch gap {gap:g} s; a pause between launches is above 0")
+    pieces: list[Launch] = []
+    for launch in record.launches:
+        starts = np.flatnonzero(np.diff(launch.time) > gap) + 1
+        edges = [0, *starts.tolist(), launch.time.size]
+        for number, (first, end) in enumerate(pairwise(edges), 1):
+            label = f"{launch.label}.{number}" if len(starts) else launch.label
+            pieces.append(launch.select(slice(first, end), label))
+    return replace(record, launches=tuple(pieces))
+
+
+def averaged(record: StabilityRecord, seconds: float) -> StabilityRecord:
+    """Average the samples of every launch over equal spans of time.
+
+    Parameters
+    ----------
+    record : StabilityRecord
+        The record.
+    seconds : float
+        Length of a span [s]; an incomplete last span is left out.
+
+    Returns
+    -------
+    StabilityRecord
+        One sample a span that has any.
+
+    Raises
+    ------
+    InputError
+        If the length is not above 0, or leaves fewer than 3 samples in a launch.
+
+    Examples
+    --------
+    >>> launch = Launch("1", np.arange(9.0), np.arange(9.0))
+    >>> averaged(StabilityRecord((launch,)), 3.0).launches[0].output.tolist()
+    [1.0, 4.0, 7.0]
+    """
+    if not seconds > 0.0:
+        raise InputError(f"averaging over {seconds:g} s; the time is above 0")
+    return replace(record, launches=tuple(_averaged(item, seconds) for item in record.launches))
+
+
+def _averaged(launch: Launch, seconds: float) -> Launch:
+    elapsed = launch.time - launch.time[0]
+    span = np.floor(elapsed / seconds * (1.0 + 1e-12)).astype(np.int64)
+    complete = int(np.floor((elapsed[-1] + launch.interval) / seconds * (1.0 + 1e-9)))
+    keep = span < complete
+    number = np.unique(span[keep], return_inverse=True)[1]
+    count = np.bincount(number)
+    if count.size < 3:
+        raise InputError(
+            f"launch {launch.label}: averages over {seconds:g} s leave {count.size} samples; "
+            "average over less"
+        )
+    return launch.map(lambda v: np.bincount(number, weights=v[keep]) / count, launch.label)

@@ -1,0 +1,117 @@
+"""Even series out of real ones: gaps, missing samples and irregular times."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.stability.record import Launch
+
+__all__ = ["EvenSeries", "even_series"]
+
+Array = NDArray[np.float64]
+
+JITTER = 0.1
+"""Part of the interval by which a sample may be off its time."""
+
+LONGEST_FILLED = 5
+"""Missing samples in a row that a straight line may stand for."""
+
+MOST_FILLED = 0.01
+"""Part of the samples that may be filled in."""
+
+_GAP = LONGEST_FILLED + 1.5
+
+
+class EvenSeries(NamedTuple):
+    """Pieces of evenly spaced samples.
+
+    Attributes
+    ----------
+    interval : float
+        Time between samples [s].
+    pieces : tuple of ndarray
+        The pieces, in their order.
+    notes : tuple of str
+        What was done to get them.
+    """
+
+    interval: float
+    pieces: tuple[Array, ...]
+    notes: tuple[str, ...]
+
+
+def even_series(launches: Sequence[Launch]) -> EvenSeries:
+    """Cut launches into pieces of evenly spaced samples.
+
+    Parameters
+    ----------
+    launches : sequence of Launch
+        The launches.
+
+    Returns
+    -------
+    EvenSeries
+        One piece a launch where nothing is missing.
+
+    Notes
+    -----
+    Samples on a common raster stay as they are. A few missing ones, at most `MOST_FILLED` of all
+    and `LONGEST_FILLED` in a row, are filled in by a straight line; a longer gap ends the piece.
+    Samples off the raster are averaged over equal spans, each wide enough to hold at least one.
+
+    Examples
+    --------
+    >>> even_series([Launch("1", [0, 1, 2, 50, 51, 52], [1, 2, 1, 5, 6, 5])]).notes
+    ('1 gap: the series is cut there',)
+    """
+    steps = np.concatenate([np.diff(launch.time) for launch in launches])
+    interval = float(np.median(steps))
+    ratio = steps / interval
+    inside = ratio <= _GAP
+    gaps = int(np.sum(~inside))
+    notes = [f"{_counted(gaps, 'gap')}: the series is cut there"] if gaps else []
+    if np.all(np.abs(ratio[inside] - np.round(ratio[inside])) <= JITTER):
+        missing = int(np.sum(np.round(ratio[inside]) - 1))
+        longest = LONGEST_FILLED if missing <= MOST_FILLED * steps.size else 0
+        if missing:
+            done = "filled in by a straight line" if longest else "taken as gaps"
+            notes.append(f"{_counted(missing, 'missing sample')} in short gaps: {done}")
+        filled = (p for launch in launches for p in _on_raster(launch, interval, longest + 1.5))
+        return EvenSeries(interval, tuple(filled), tuple(notes))
+    width = float(steps[inside].max()) * (1.0 + 1e-9)
+    notes.append(f"irregular times: averaged over spans of {width:.4g} s")
+    spans = (piece for launch in launches for piece in _in_spans(launch, width, _GAP * interval))
+    return EvenSeries(width, tuple(spans), tuple(notes))
+
+
+def _pieces(launch: Launch, longest: float) -> list[tuple[Array, Array]]:
+    """Time and output of a launch, cut where a step is longer."""
+    cuts = np.flatnonzero(np.diff(launch.time) > longest) + 1
+    pairs = zip(np.split(launch.time, cuts), np.split(launch.output, cuts), strict=True)
+    return [(time, output) for time, output in pairs if time.size >= 3]
+
+
+def _on_raster(launch: Launch, interval: float, steps: float) -> list[Array]:
+    even = []
+    for time, output in _pieces(launch, steps * interval):
+        place = np.concatenate([[0.0], np.cumsum(np.round(np.diff(time) / interval))])
+        even.append(np.interp(np.arange(place[-1] + 1.0), place, output))
+    return even
+
+
+def _in_spans(launch: Launch, width: float, longest: float) -> list[Array]:
+    even = []
+    for time, output in _pieces(launch, longest):
+        span = np.floor((time - time[0]) / width).astype(np.int64)
+        count = np.bincount(span)
+        means = np.bincount(span, weights=output) / np.maximum(count, 1)
+        even.append(means[: count.size - 1])  # the last span is not complete
+    return [piece for piece in even if piece.size >= 3]
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"

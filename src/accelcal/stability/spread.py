@@ -1,0 +1,123 @@
+"""Standard deviations with their intervals, and whether launches are independent."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import permutations
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from accelcal.results.stability import Estimate
+from accelcal.stability.trend import LEVEL
+
+__all__ = ["LagCorrelation", "deviation", "lag1_correlation"]
+
+Array = NDArray[np.float64]
+
+FEWEST_LAUNCHES = 5
+"""Launches from which on a correlation between neighbours can be significant."""
+
+_SHUFFLES = 5000
+
+
+def deviation(sum_of_squares: float, dof: float, unit: str, effective_dof: float) -> Estimate:
+    """Standard deviation from a sum of squares.
+
+    Parameters
+    ----------
+    sum_of_squares : float
+        Of the residuals [unit^2].
+    dof : float
+        Number of residuals less that of the fitted parameters.
+    unit : str
+        Unit of the deviation.
+    effective_dof : float
+        Degrees of freedom of the interval; below `dof` where the residuals are correlated.
+
+    Returns
+    -------
+    Estimate
+        The deviation with its interval from the chi-squared distribution.
+
+    Examples
+    --------
+    >>> estimate = deviation(9.0, 9, "g", 9)
+    >>> estimate.value, round(estimate.lower, 3), round(estimate.upper, 3)
+    (1.0, 0.688, 1.826)
+    """
+    from scipy.special import chdtri  # type: ignore[import-untyped]
+
+    value = (sum_of_squares / dof) ** 0.5
+    tail = 0.5 * (1.0 - LEVEL)
+    lower, upper = (
+        value * float(effective_dof / chdtri(effective_dof, p)) ** 0.5 for p in (tail, 1.0 - tail)
+    )
+    return Estimate(value, unit, lower, upper, effective_dof)
+
+
+class LagCorrelation(NamedTuple):
+    """Correlation of neighbours in a sequence.
+
+    Attributes
+    ----------
+    value : float
+        Lag-1 correlation.
+    p_value : float
+        Probability of one as far from that of a shuffled sequence.
+    """
+
+    value: float
+    p_value: float
+
+
+def lag1_correlation(means: ArrayLike) -> LagCorrelation | None:
+    """Correlation of each launch mean with the next one.
+
+    Parameters
+    ----------
+    means : array_like, shape (n,)
+        Means in the order of the launches.
+
+    Returns
+    -------
+    LagCorrelation or None
+        None for fewer than 5 launches, or means that are all equal.
+
+    Notes
+    -----
+    The p-value is that of a permutation test: all orders of up to 7 launches, 5000 random ones of
+    more. It holds for any distribution of the means.
+
+    Examples
+    --------
+    >>> lag1_correlation([1, 2, 3, 4, 5, 6, 7, 8]).p_value < 0.01
+    True
+    """
+    centred = np.asarray(means, dtype=np.float64)
+    centred = centred - centred.mean()
+    if centred.size < FEWEST_LAUNCHES or not centred.any():
+        return None
+    orders = np.array(list(_orders(centred)))
+    found = _lag1(centred[None, :])[0]
+    shuffled = _lag1(orders)
+    middle = -1.0 / centred.size
+    beyond = np.abs(shuffled - middle) >= abs(found - middle) - 1e-12
+    return LagCorrelation(float(found), float(beyond.mean()))
+
+
+def _orders(values: Array) -> Iterator[Sequence[float] | Array]:
+    if values.size <= 7:
+        yield from permutations(values.tolist())
+        return
+    random = np.random.default_rng(20091210)
+    yield values
+    for _ in range(_SHUFFLES - 1):
+        yield random.permutation(values)
+
+
+def _lag1(sequences: Array) -> Array:
+    products: Array = np.sum(sequences[:, 1:] * sequences[:, :-1], axis=1)
+    correlation: Array = products / np.sum(sequences**2, axis=1)
+    return correlation

@@ -1,0 +1,133 @@
+"""Threshold and hysteresis from a launch that applies small steps of acceleration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.results.stability import Estimate
+from accelcal.stability.record import Launch
+
+__all__ = ["hysteresis", "threshold"]
+
+RESPONSE = 0.5
+"""Part of a step that the output must follow (IEEE 528: threshold)."""
+
+_NEEDED = "not determined: it takes a column input with small steps [g], and a scale factor"
+
+
+class _Dwell(NamedTuple):
+    applied: float
+    output: float
+    standard_uncertainty: float
+
+
+def threshold(launches: Sequence[Launch], unit: str) -> Estimate:
+    """Smallest step of acceleration that the output follows by at least half.
+
+    Parameters
+    ----------
+    launches : sequence of Launch
+        Launches with steps of the applied acceleration, outputs in g.
+    unit : str
+        Unit of the outputs.
+
+    Returns
+    -------
+    Estimate
+        The smallest step from which on all are followed. Its limits are the largest step that is
+        not followed, 0 where there is none, and this step.
+
+    Examples
+    --------
+    >>> steps = np.repeat([0.0, 1e-6, 4e-6, 4e-6 + 1e-5], 5)
+    >>> launch = Launch("1", np.arange(20.0), np.where(steps > 1e-5, steps, 0.0), input=steps)
+    >>> threshold([launch], "g").value
+    1e-05
+    """
+    steps = [
+        (abs(b.applied - a.applied), (b.output - a.output) / (b.applied - a.applied))
+        for launch in launches
+        for a, b in _neighbours(_dwells(launch))
+    ]
+    if not steps or unit != "g":
+        return Estimate(None, unit, finding=_NEEDED)
+    lost = max((size for size, response in steps if response < RESPONSE), default=0.0)
+    followed = [size for size, _ in steps if size > lost * (1.0 + 1e-9)]
+    if not followed:
+        finding = "the output follows none of the larger steps: the threshold is above them"
+        return Estimate(None, unit, lower=_rounded(lost), finding=finding)
+    value = _rounded(min(followed))
+    finding = "" if lost else "every step was followed: an upper limit"
+    return Estimate(value, unit, _rounded(lost), value, finding=finding)
+
+
+def hysteresis(launches: Sequence[Launch], unit: str) -> Estimate:
+    """Largest difference of outputs at one acceleration, reached from below and from above.
+
+    Parameters
+    ----------
+    launches : sequence of Launch
+        Launches with steps of the applied acceleration, outputs in g.
+    unit : str
+        Unit of the outputs.
+
+    Returns
+    -------
+    Estimate
+        The difference with its 95 % interval from the noise of the dwells.
+
+    Examples
+    --------
+    >>> steps = np.repeat([0.0, 1e-5, 2e-5, 1e-5, 0.0], 5)
+    >>> output = steps + np.repeat([0.0, 0.0, 0.0, 2e-6, 2e-6], 5)
+    >>> round(hysteresis([Launch("1", np.arange(25.0), output, input=steps)], "g").value, 9)
+    2e-06
+    """
+    sides: dict[tuple[int, float], dict[bool, list[_Dwell]]] = {}
+    for number, launch in enumerate(launches):
+        for before, dwell in _neighbours(_dwells(launch)):
+            rising = dwell.applied > before.applied
+            both = sides.setdefault((number, _rounded(dwell.applied)), {})
+            both.setdefault(rising, []).append(dwell)
+    pairs = [_difference(both[False], both[True]) for both in sides.values() if len(both) == 2]
+    if not pairs or unit != "g":
+        return Estimate(None, unit, finding=_NEEDED + ", going up and down")
+    value, error = max(pairs, key=lambda pair: abs(pair[0]))
+    value = abs(value)
+    return Estimate(value, unit, max(value - 1.96 * error, 0.0), value + 1.96 * error)
+
+
+def _difference(falling: list[_Dwell], rising: list[_Dwell]) -> tuple[float, float]:
+    squares = [
+        sum(d.standard_uncertainty**2 for d in side) / len(side) ** 2 for side in (falling, rising)
+    ]
+    down, up = (float(np.mean([d.output for d in side])) for side in (falling, rising))
+    return down - up, sum(squares) ** 0.5
+
+
+def _dwells(launch: Launch) -> list[_Dwell]:
+    """Mean outputs while the applied acceleration stays."""
+    if launch.input is None:
+        return []
+    starts = np.flatnonzero(np.diff(launch.input)) + 1
+    parts = zip(np.split(launch.input, starts), np.split(launch.output, starts), strict=True)
+    return [_dwell(float(applied[0]), output) for applied, output in parts]
+
+
+def _dwell(applied: float, output: NDArray[np.float64]) -> _Dwell:
+    scatter = float(output.std(ddof=1)) if output.size > 1 else 0.0
+    return _Dwell(applied, float(output.mean()), scatter / output.size**0.5)
+
+
+def _neighbours(dwells: list[_Dwell]) -> list[tuple[_Dwell, _Dwell]]:
+    return list(pairwise(dwells))
+
+
+def _rounded(value: float) -> float:
+    """Take off what the subtraction of two accelerations leaves in the last digits."""
+    return float(f"{value:.9g}")

@@ -1,0 +1,244 @@
+"""The trend line in a launch, with an interval that correlated residuals do not spoil.
+
+What is left about a trend line is not white: flicker noise and random walk look like a trend
+themselves, and the textbook interval of a slope then misses it most of the time. Here the noise is
+white noise with any share of flicker noise or random walk. Each such mixture gives a slope by
+generalised least squares, with Student's distribution, and a restricted likelihood. The interval
+is that of all mixtures together, each weighted by its likelihood.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.errors import InputError
+from accelcal.probability import student_survival
+from accelcal.stability.record import Launch
+
+__all__ = ["LEVEL", "Trend", "fit_trend"]
+
+Array = NDArray[np.float64]
+
+LEVEL = 0.95
+"""Probability of all intervals of a stability test."""
+
+BLOCKS = 60
+"""Means of equal spans that the noise is told from; more of them hardly add anything."""
+
+SHARES = (0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.98, 1.0)
+"""Shares of flicker noise or random walk in the scatter about the line that are weighed."""
+
+_WHITE_PRIOR = 2.0 * len(SHARES)
+_FLICKER_PRIOR = 1.0
+_RANDOM_WALK_PRIOR = 3.0  # chosen by coverage, see the page on stability
+
+
+class Trend(NamedTuple):
+    """The trend line of a launch.
+
+    Attributes
+    ----------
+    slope : float
+        Slope [unit/s].
+    standard_uncertainty : float
+        Of the slope [unit/s].
+    lower, upper : float
+        Limits of the interval of the slope at `LEVEL` [unit/s].
+    start : float
+        The line at the first sample [unit].
+    sum_of_squares : float
+        Of the residuals about the least-squares line [unit^2].
+    dof : int
+        Number of samples less 2.
+    effective_dof : float
+        Degrees of freedom of the variance, which correlated residuals make smaller.
+    """
+
+    slope: float
+    standard_uncertainty: float
+    lower: float
+    upper: float
+    start: float
+    sum_of_squares: float
+    dof: int
+    effective_dof: float
+
+
+class _Blocks(NamedTuple):
+    time: Array
+    mean: Array
+    samples: Array
+
+
+class _Mixture(NamedTuple):
+    """What one mixture of noises makes of the block means."""
+
+    slope: float
+    standard_error: float
+    log_likelihood: float
+    effective_dof: float
+    prior: float
+
+
+def fit_trend(launch: Launch) -> Trend:
+    """Fit the trend line of a launch.
+
+    Parameters
+    ----------
+    launch : Launch
+        The launch; its times need not be regular.
+
+    Returns
+    -------
+    Trend
+        The line.
+
+    Raises
+    ------
+    InputError
+        If the launch has fewer than 5 samples.
+
+    Notes
+    -----
+    The restricted likelihood of a mixture with covariance V over n block means y, X = [1 t] is
+    |V|^-1/2 |X' V^-1 X|^-1/2 q^-(n-2)/2, q the weighted residual sum of squares. V is
+    (1 - s) W + s C, W white noise and C flicker noise (covariance -log|t - t'|) or random walk
+    (-|t - t'|), each scaled to leave the same variance about a line.
+
+    Examples
+    --------
+    >>> time = np.arange(600.0)
+    >>> noise = np.random.default_rng(1).normal(size=600)
+    >>> trend = fit_trend(Launch("1", time, 0.01 * time + noise))
+    >>> trend.lower < 0.01 < trend.upper
+    True
+    """
+    if launch.output.size < 5:
+        raise InputError(
+            f"launch {launch.label}: {launch.output.size} samples; a trend needs at least 5"
+        )
+    blocks, within = _in_blocks(launch)
+    mixtures = list(_mixtures(blocks))
+    weights = _weights(mixtures)
+    slopes = np.array([mixture.slope for mixture in mixtures])
+    errors = np.array([mixture.standard_error for mixture in mixtures])
+    slope = float(weights @ slopes)
+    variance = float(weights @ (errors**2 + (slopes - slope) ** 2))
+    lower, upper = _limits(weights, slopes, errors, blocks.time.size - 2)
+    between, inverse = _between(blocks), float(weights @ [1.0 / m.effective_dof for m in mixtures])
+    dof = launch.output.size - 2
+    total = between + within
+    spare = max(launch.output.size - blocks.time.size, 1)
+    effective = total**2 / (between**2 * inverse + within**2 / spare) if total > 0.0 else 1.0
+    start = float(launch.output.mean() - slope * (launch.time.mean() - launch.time[0]))
+    return Trend(slope, variance**0.5, lower, upper, start, total, dof, min(effective, dof))
+
+
+def _in_blocks(launch: Launch) -> tuple[_Blocks, float]:
+    """Means over equal spans, and the sum of squares within the spans about the line."""
+    share = (launch.time - launch.time[0]) / launch.duration
+    span = np.minimum((share * min(BLOCKS, share.size)).astype(np.int64), BLOCKS - 1)
+    number = np.unique(span, return_inverse=True)[1]
+    count = np.bincount(number).astype(np.float64)
+    time = np.bincount(number, weights=launch.time) / count
+    mean = np.bincount(number, weights=launch.output) / count
+    line = np.polynomial.Polynomial.fit(launch.time, launch.output, 1)
+    left = launch.output - line(launch.time)
+    inside = left - (np.bincount(number, weights=left) / count)[number]
+    return _Blocks(time, mean, count), float(inside @ inside)
+
+
+def _between(blocks: _Blocks) -> float:
+    """Weighted sum of squares of the block means about their line."""
+    weight = np.sqrt(blocks.samples)
+    line = np.polynomial.Polynomial.fit(blocks.time, blocks.mean, 1, w=weight)
+    return float(np.sum(blocks.samples * (blocks.mean - line(blocks.time)) ** 2))
+
+
+def _mixtures(blocks: _Blocks) -> Iterator[_Mixture]:
+    time = (blocks.time - blocks.time.mean()) / np.ptp(blocks.time)
+    scale = float(np.ptp(blocks.mean)) or 1.0
+    design = np.stack([np.ones_like(time), time], axis=1)
+    basis = np.linalg.qr(design)[0]
+    apart = np.eye(time.size) - basis @ basis.T
+    white, flicker, walk = (
+        noise * ((time.size - 2) / np.trace(apart @ noise))
+        for noise in _noises(time, blocks.samples)
+    )
+    covariances = [(white, _WHITE_PRIOR)]
+    for noise, prior in ((flicker, _FLICKER_PRIOR), (walk, _RANDOM_WALK_PRIOR)):
+        covariances += [((1.0 - share) * white + share * noise, prior) for share in SHARES]
+    for covariance, prior in covariances:
+        mixture = _weighted_line(design, blocks.mean / scale, covariance, apart, prior)
+        per_time = scale / float(np.ptp(blocks.time))
+        yield mixture._replace(
+            slope=mixture.slope * per_time, standard_error=mixture.standard_error * per_time
+        )
+
+
+def _noises(time: Array, count: Array) -> tuple[Array, Array, Array]:
+    """Covariances of the block means, up to a constant that the line takes up.
+
+    The mean distance of two samples of a block of length h is h/3 (less for few samples), and the
+    mean logarithm of it log(h) - 3/2.
+    """
+    distance = np.abs(time[:, None] - time)
+    length = count / count.sum()  # of a block, the whole launch being 1
+    walk = 1.1 - distance
+    np.fill_diagonal(walk, 1.1 - length / 3.0 * (1.0 - 1.0 / count**2))
+    logarithm = np.log(distance, out=np.zeros_like(distance), where=distance > 0.0)
+    flicker = 1.0 - logarithm
+    np.fill_diagonal(flicker, 2.5 - np.log(length))
+    return np.diag(count.mean() / count), flicker, walk
+
+
+def _weighted_line(
+    design: Array, mean: Array, covariance: Array, apart: Array, prior: float
+) -> _Mixture:
+    root = np.linalg.cholesky(covariance)
+    whitened = np.linalg.solve(root, np.column_stack([design, mean]))
+    normal = whitened[:, :2].T @ whitened[:, :2]
+    line = np.linalg.solve(normal, whitened[:, :2].T @ whitened[:, 2])
+    left = whitened[:, 2] - whitened[:, :2] @ line
+    dof = mean.size - 2
+    squares = max(float(left @ left), 1e-24)
+    likelihood = -np.log(np.diag(root)).sum() - 0.5 * np.linalg.slogdet(normal)[1]
+    likelihood -= 0.5 * dof * np.log(squares)
+    error = np.sqrt(squares / dof * np.linalg.inv(normal)[1, 1])
+    product = apart @ covariance
+    effective = np.trace(product) ** 2 / np.sum(product * product.T)
+    return _Mixture(float(line[1]), float(error), float(likelihood), float(effective), prior)
+
+
+def _weights(mixtures: list[_Mixture]) -> Array:
+    likelihood = np.array([mixture.log_likelihood for mixture in mixtures])
+    weights = np.exp(likelihood - likelihood.max()) * [mixture.prior for mixture in mixtures]
+    normalised: Array = weights / weights.sum()
+    return normalised
+
+
+def _limits(weights: Array, slopes: Array, errors: Array, dof: int) -> tuple[float, float]:
+    """Quantiles of the mixture of Student's distributions, by bisection."""
+    tail = 0.5 * (1.0 - LEVEL)
+    used = weights > 1e-9
+    parts = list(zip(weights[used], slopes[used], errors[used], strict=True))
+    largest = float(errors[used].max())
+
+    def above(x: float) -> float:
+        return sum(float(w) * student_survival((x - b) / s, dof) for w, b, s in parts)
+
+    def quantile(survival: float) -> float:
+        low, high = float(slopes[used].min()), float(slopes[used].max())
+        width = largest
+        while above(low) < survival or above(high) > survival:
+            low, high, width = low - width, high + width, 2.0 * width
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if above(middle) > survival else (low, middle)
+        return 0.5 * (low + high)
+
+    return quantile(1.0 - tail), quantile(tail)
