@@ -9,7 +9,7 @@ from contextlib import contextmanager
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.errors import AccelcalWarning, DesignError, InputError
+from accelcal.errors import AccelcalWarning, InputError
 from accelcal.estimate.joint import JointEstimate, estimate_jointly
 from accelcal.estimate.linear import METHODS, linear_estimator
 from accelcal.estimate.tables import PreparedTable, prepare
@@ -163,11 +163,11 @@ def _temperature_model(
 
 @contextmanager
 def _naming(record: TumbleRecord) -> Iterator[None]:
-    """Say of which file a design error is."""
+    """Say of which file an error is."""
     try:
         yield
-    except DesignError as error:
-        raise DesignError(f"{record.source}: {error}") from None
+    except InputError as error:
+        raise type(error)(f"{record.source}: {error}") from None
 
 
 def _table_names(tables: Sequence[PreparedTable]) -> list[str]:
