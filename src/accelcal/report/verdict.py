@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from accelcal.report.columns import aligned
+from accelcal.report.names import printable
 from accelcal.report.numbers import matching_digits
-from accelcal.report.text import printable
 
 __all__ = ["verdict_text"]
 

@@ -1,0 +1,196 @@
+"""accelcal budget: the error (4) of a measured acceleration, split by component."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from accelcal.cli.deliver import deliver
+from accelcal.cli.options import format_option, number, numbers, output_option
+
+if TYPE_CHECKING:
+    from accelcal.error_budget.random_part import RandomPart
+    from accelcal.results.calibration import Calibration
+    from accelcal.results.error_budget import ErrorBudget
+
+__all__ = ["budget"]
+
+_SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0}
+
+
+def durations(text: str) -> tuple[float, ...]:
+    """Type of an option: durations separated by commas, as in ``600,10min,12h``; in seconds."""
+    return tuple(_duration(item.strip()) for item in text.split(","))
+
+
+def _duration(text: str) -> float:
+    digits = text.rstrip("sminh ")
+    unit = text[len(digits) :].strip() or "s"
+    if unit not in _SECONDS:
+        raise click.BadParameter(f"{text!r} is no time; write it as 600, 600s, 10min or 12h.")
+    return number(digits) * _SECONDS[unit]
+
+
+@click.command()
+@click.argument("calibration", metavar="CAL.json")
+@output_option("the budget as JSON", metavar="BUDGET.json")
+@click.option(
+    "--acceleration",
+    type=numbers,
+    default="1",
+    show_default=True,
+    metavar="G,...",
+    help="Accelerations a_i along the input axis [local g].",
+)
+@click.option(
+    "--a-p", type=number, default=0.0, metavar="G", help="Along the pendulous axis [local g]."
+)
+@click.option(
+    "--a-o", type=number, default=0.0, metavar="G", help="Along the output axis [local g]."
+)
+@click.option("--temperature", type=numbers, metavar="DEG,...", help="Temperatures [degC]; [T0].")
+@click.option(
+    "--time",
+    type=durations,
+    default="0",
+    show_default=True,
+    metavar="T,...",
+    help="Times since the start of the launch, such as 600, 10min or 12h [s].",
+)
+@click.option("--stability", metavar="STABILITY.json", help="Result of accelcal stability.")
+@click.option("--launch", type=number, metavar="G", help="Launch to launch, k0L [g].")
+@click.option("--drift-rate", type=number, metavar="G_PER_H", help="Drift gamma_D [g/h].")
+@click.option("--fluctuation", type=number, metavar="G", help="Fluctuation k0F [g].")
+@click.option("--hysteresis", type=number, metavar="G", help="Hysteresis h_T [g].")
+@click.option("--threshold", type=number, metavar="G", help="Threshold p [g].")
+@click.option(
+    "--scale-factor-instability", type=number, metavar="REL", help="Instability k1, relative."
+)
+@click.option(
+    "--factor",
+    type=number,
+    default=3.0,
+    show_default=True,
+    metavar="T_P",
+    help="How many standard deviations k0L, k0F, h_T and k1 are.",
+)
+@click.option(
+    "--temperature-uncertainty",
+    type=number,
+    default=0.0,
+    metavar="DEG",
+    help="Standard uncertainty of the temperature [degC].",
+)
+@click.option("--exact", is_flag=True, help="Take (K1 - K1N)/K1 of (2), not its first order.")
+@click.option("--extrapolate", is_flag=True, help="Allow temperatures outside the calibrated ones.")
+@click.option("--serial", metavar="TEXT", help="Serial number, where CAL.json holds several.")
+@click.option("--plot", "picture", metavar="FILE", help="Draw the budget (png or svg).")
+@format_option("text", "json", "csv")
+def budget(
+    calibration: str,
+    path: str | None,
+    picture: str | None,
+    serial: str | None,
+    form: str,
+    **options: Any,
+) -> None:
+    r"""Tell the error of the measured acceleration by (4), with the calibration CAL.json.
+
+    Gives the systematic part and its band, split by component: the worst case of (4), which adds
+    the bounds, and the GUM's expanded uncertainty (95 %), which adds variances and counts the
+    uncertainty of the calibration as well. Lists of accelerations, temperatures and times are
+    combined, each with each. The random errors are those given here, else those of STABILITY.json,
+    else those that the calibration knows.
+
+    \b
+    Examples:
+      accelcal budget cal.json --acceleration 0,1 --temperature -40,20,80
+      accelcal budget cal.json --temperature 80 --time 12h --launch 2e-5 --fluctuation 2e-5
+      accelcal budget cal.json --acceleration -1,0,1 --hysteresis 3e-4 --plot budget.png
+    """
+    from accelcal.io.calibrations import read_calibrations
+
+    chosen = read_calibrations(calibration).choose(serial)
+    found = _budget(chosen, _random(chosen, options), options)
+    if picture is not None:
+        _draw(picture, found)
+    if path is not None:
+        deliver(_json(found), path)
+    if path != "-":
+        deliver(_shown(found, form))
+
+
+def _random(calibration: Calibration, options: dict[str, Any]) -> RandomPart:
+    from accelcal.error_budget.random_part import random_part
+
+    per_hour = options["drift_rate"]
+    names = "factor launch fluctuation hysteresis threshold scale_factor_instability"
+    return random_part(
+        calibration,
+        _stability(options["stability"]),
+        drift_rate=None if per_hour is None else per_hour / _SECONDS["h"],
+        **{name: options[name] for name in names.split()},
+    )
+
+
+def _stability(path: str | None) -> Any:
+    if path is None:
+        return None
+    from accelcal.io.text import read_text
+    from accelcal.results.calibration import parse_json
+
+    return parse_json(read_text(path).text)
+
+
+def _budget(calibration: Calibration, random: RandomPart, options: dict[str, Any]) -> ErrorBudget:
+    from itertools import product
+
+    from accelcal.error_budget.budget import budget as budget_of
+
+    lists: Sequence[Sequence[float | None]] = (
+        options["time"],
+        options["temperature"] or (None,),
+        options["acceleration"],
+    )
+    time, temperature, a_i = zip(*product(*lists), strict=True)
+    names = "a_p a_o temperature_uncertainty exact extrapolate"
+    return budget_of(
+        calibration,
+        a_i,
+        temperature=temperature if options["temperature"] else None,
+        time=time,
+        random=random,
+        **{name: options[name] for name in names.split()},
+    )
+
+
+def _draw(path: str, found: ErrorBudget) -> None:
+    from accelcal.io.atomic import write_atomically
+    from accelcal.report.budget_picture import budget_picture
+
+    form = path.rpartition(".")[2].casefold()
+    write_atomically(path, budget_picture(found.to_document(), form))
+
+
+def _json(found: ErrorBudget) -> str:
+    import json
+
+    return json.dumps(found.to_document(), indent=1, allow_nan=False) + "\n"
+
+
+def _shown(found: ErrorBudget, form: str) -> str:
+    if form == "text":
+        return str(found)
+    if form == "json":
+        return _json(found)
+    import csv
+    import io
+
+    rows = found.rows()
+    text = io.StringIO()
+    writer = csv.DictWriter(text, rows[0], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()

@@ -1,0 +1,151 @@
+"""Equation (4): the error of a measured acceleration with its band, split by component."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from accelcal.error_budget.coefficients import Coefficients, coefficients_of
+from accelcal.error_budget.components import (
+    random_components,
+    sensitivity,
+    systematic_components,
+)
+from accelcal.error_budget.conditions import Conditions, conditions
+from accelcal.error_budget.random_part import RandomPart, random_part
+from accelcal.error_budget.weaknesses import weaknesses
+from accelcal.errors import InputError
+from accelcal.probability import student_quantile
+from accelcal.results.calibration import Calibration
+from accelcal.results.error_budget import ErrorBudget, ErrorComponent
+
+__all__ = ["budget"]
+
+Array = NDArray[np.float64]
+
+_LEVEL = 0.95
+
+
+def budget(
+    calibration: Calibration,
+    a_i: ArrayLike,
+    *,
+    a_p: ArrayLike = 0.0,
+    a_o: ArrayLike = 0.0,
+    temperature: ArrayLike | None = None,
+    time: ArrayLike = 0.0,
+    random: RandomPart | None = None,
+    temperature_uncertainty: float = 0.0,
+    exact: bool = False,
+    extrapolate: bool = False,
+) -> ErrorBudget:
+    """Error of the measured acceleration with its band, equation (4).
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The coefficients with their uncertainties.
+    a_i, a_p, a_o : array_like
+        Acceleration along input, pendulous and output axis [local g]; all arrays broadcast.
+    temperature : array_like, optional
+        Temperature; T0 by default [degC].
+    time : array_like, default 0
+        Time since the start of the launch [s].
+    random : RandomPart, optional
+        Bounds of the random errors; by default what the calibration knows of them.
+    temperature_uncertainty : float, default 0
+        Standard uncertainty of the temperature [degC].
+    exact : bool, default False
+        Take (K1 - K1N)/K1 of (2) in place of beta dT, its first order, which (4) has.
+    extrapolate : bool, default False
+        Allow temperatures outside the calibrated ones, and mark them.
+
+    Returns
+    -------
+    ErrorBudget
+        Systematic error, worst case of (4), and uncertainty by the GUM, with all components.
+
+    Raises
+    ------
+    InputError
+        If a number is not finite or a time negative, if a temperature lies outside the calibrated
+        ones or on a side of T0 without slopes, or if an acceleration acts along an axis whose
+        misalignment was not tested.
+
+    Notes
+    -----
+    Equation (4), with the bias bound (3). The error is that of a reading turned into acceleration
+    by K1N alone. In the GUM sum each bound counts by its standard uncertainty, without the factor
+    0.5 of (3), and the calibration uncertainty of each coefficient counts as well. The coefficients
+    at T0 are correlated as in their table. A slope counts as uncorrelated with its value at T0,
+    which makes the uncertainty away from T0 somewhat too large.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> found = budget(accelcal.fit(accelcal.simulate(seed=1)), [0.0, 1.0], temperature=80.0)
+    >>> found.systematic.round(4).tolist()
+    [0.001, 0.0324]
+    """
+    if not 0.0 <= temperature_uncertainty < np.inf:
+        raise InputError(
+            f"temperature uncertainty {temperature_uncertainty}; it is a finite number of degC,"
+            " zero or more"
+        )
+    coefficients = coefficients_of(calibration)
+    random = random_part(calibration) if random is None else random
+    points = conditions(coefficients, (a_i, a_p, a_o), temperature, time, extrapolate=extrapolate)
+    parts = (
+        *systematic_components(
+            coefficients, points, temperature_uncertainty=temperature_uncertainty, exact=exact
+        ),
+        *random_components(random, points),
+    )
+    variances = np.array([part.standard_uncertainty**2 for part in parts])
+    covariance = _covariance(coefficients, points, parts)
+    standard = np.sqrt(np.maximum(variances.sum(axis=0) + covariance, 0.0))
+    factor = _coverage_factor(variances, np.array([part.dof for part in parts]))
+    return ErrorBudget(
+        a_i=points.acceleration.input,
+        a_p=points.acceleration.pendulous,
+        a_o=points.acceleration.output,
+        temperature_degC=points.temperature,
+        time_s=points.time,
+        extrapolated=points.extrapolated,
+        components=parts,
+        systematic=np.sum([part.value for part in parts], axis=0),
+        worst_case=np.sum([part.bound for part in parts], axis=0),
+        covariance=covariance,
+        standard_uncertainty=standard,
+        coverage_factor=factor,
+        expanded_uncertainty=factor * standard,
+        warnings=tuple(weaknesses(coefficients, random, points, factor * standard, exact=exact)),
+        serial=calibration.serial,
+        source=calibration.source,
+    )
+
+
+def _covariance(
+    coefficients: Coefficients, points: Conditions, parts: Sequence[ErrorComponent]
+) -> Array:
+    """Sum of 2 r u u' over all pairs of correlated coefficients, GUM (16)."""
+    signed = {
+        part.symbol: part.standard_uncertainty * np.sign(sensitivity(part.symbol, points))
+        for part in parts
+        if part.symbol in coefficients.at_T0
+    }
+    total = np.zeros(points.rise.size)
+    for (first, second), correlation in coefficients.correlations.items():
+        if first in signed and second in signed:
+            total += 2.0 * correlation * signed[first] * signed[second]
+    return total
+
+
+def _coverage_factor(variances: Array, dof: Array) -> Array:
+    """Student's factor for 1/dof = sum (share / dof), as in `accelcal.estimate.uncertainty`."""
+    total = variances.sum(axis=0)
+    shares = np.divide(variances, total, out=np.zeros_like(variances), where=total > 0.0)
+    inverse = (shares / dof).sum(axis=0)
+    return np.array([student_quantile(_LEVEL, 1.0 / x if x > 0 else np.inf) for x in inverse])

@@ -1,0 +1,163 @@
+"""The coefficients of (4) from a calibration: values at T0, slopes, and how they correlate."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.errors import InputError
+from accelcal.model import ERROR_TERMS
+from accelcal.results.calibration import Calibration
+from accelcal.results.quantity import Quantity
+from accelcal.results.table import TableCalibration
+from accelcal.results.temperature import BilinearLaw
+
+__all__ = ["SAME_LEVEL", "Coefficients", "coefficients_of"]
+
+SAME_LEVEL = 1.0
+"""Temperatures closer than this are one level [degC]."""
+
+_AXES = {"o": ("delta_O", "delta_ip"), "p": ("delta_P", "delta_io")}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Coefficients:
+    """Coefficients of (4).
+
+    Attributes
+    ----------
+    at_T0 : mapping of str to Quantity
+        k0 [g], K1 [output unit / g], k2, k3, and of the axes that were tested delta_O, delta_P
+        [rad], delta_ip, delta_io [g/g^2].
+    slopes : mapping of str to BilinearLaw
+        Slopes of k0 [g/degC], K1 [1/degC] and of delta_O or delta_P [rad/degC].
+    correlations : mapping of (str, str) to float
+        Correlations of the coefficients at T0, each pair once.
+    reference : float or None
+        T0, or the temperature of the only level [degC].
+    range : tuple of float, or None
+        Lowest and highest temperature of the calibration [degC]; None where unknown.
+    """
+
+    at_T0: Mapping[str, Quantity]
+    slopes: Mapping[str, BilinearLaw]
+    correlations: Mapping[tuple[str, str], float]
+    reference: float | None
+    range: tuple[float, float] | None
+
+    def slope(self, name: str, rise: NDArray[np.float64], part: str) -> NDArray[np.float64]:
+        """Slope of a coefficient at each T - T0, or an uncertainty of it; 0 where there is none.
+
+        Parameters
+        ----------
+        name : str
+            Name in `slopes`.
+        rise : ndarray
+            T - T0 [degC].
+        part : str
+            ``"value"``, ``"standard_uncertainty"`` or ``"dof"``.
+
+        Returns
+        -------
+        ndarray
+            The slope above T0 for a positive rise, that below for a negative one.
+        """
+        law = self.slopes.get(name)
+        above, below = (None, None) if law is None else (law.above, law.below)
+        return np.where(rise > 0.0, _part(above, part), _part(below, part))
+
+
+def _part(quantity: Quantity | None, part: str) -> float:
+    value = getattr(quantity, part) if quantity is not None else None
+    return (np.inf if part == "dof" else 0.0) if value is None else float(value)
+
+
+def coefficients_of(calibration: Calibration) -> Coefficients:
+    """Gather the coefficients of (4).
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+
+    Returns
+    -------
+    Coefficients
+        k0, K1 and the misalignment from the temperature laws, where there are any; everything else
+        from the table nearest to T0.
+
+    Raises
+    ------
+    InputError
+        If the bias is not determined.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> found = coefficients_of(accelcal.fit(accelcal.simulate(seed=1)))
+    >>> sorted(found.at_T0), found.range
+    (['K1', 'delta_O', 'delta_ip', 'k0', 'k2', 'k3'], (-40.0, 80.0))
+    """
+    nearest = _nearest_tables(calibration)
+    law_axis = _axis_of_laws(calibration)
+    main = nearest[law_axis]
+    found = {"k0": main.error_model["k0"], "K1": main.coefficients["K1"]}
+    found |= {name: main.error_model[name] for name in ("k2", "k3")}
+    for axis, table in nearest.items():
+        delta, cross = _AXES[axis]
+        found |= {delta: table.error_model["delta"], cross: table.error_model["delta_ip"]}
+    model, delta = calibration.temperature_model, _AXES[law_axis][0]
+    laws = {} if model is None else {"k0": model.k0, "K1": model.K1, delta: model.delta}
+    found |= {name: law.at_T0 for name, law in laws.items() if law.at_T0 is not None}
+    if found["k0"].value is None:
+        raise InputError("the calibration has no bias k0; fit a record that determines K0")
+    levels = [t.temperature_degC for t in calibration.tables if t.temperature_degC is not None]
+    return Coefficients(
+        at_T0={name: q for name, q in found.items() if q.value is not None},
+        slopes=laws,
+        correlations=_correlations(main, _AXES[law_axis]),
+        reference=calibration.T0_degC if model is not None else main.temperature_degC,
+        range=(min(levels), max(levels)) if levels else None,
+    )
+
+
+def _axis_of_laws(calibration: Calibration) -> str:
+    """Axis along the shaft in the mounting that met most levels, the one of the laws."""
+    ((mounting, _),) = Counter(table.mounting for table in calibration.tables).most_common(1)
+    return mounting[0]
+
+
+def _nearest_tables(calibration: Calibration) -> dict[str, TableCalibration]:
+    """For each axis along the shaft the table nearest to T0."""
+    reference = calibration.T0_degC
+
+    def distance(table: TableCalibration) -> float:
+        known = reference is not None and table.temperature_degC is not None
+        return abs(table.temperature_degC - reference) if known else 0.0  # type: ignore[operator]
+
+    axes = dict.fromkeys(table.mounting[0] for table in calibration.tables)
+    return {
+        axis: min((t for t in calibration.tables if t.mounting[0] == axis), key=distance)
+        for axis in axes
+    }
+
+
+def _correlations(table: TableCalibration, axis: tuple[str, str]) -> dict[tuple[str, str], float]:
+    """Correlations of (1) stand for those of (2): the quotient by K1 changes next to nothing."""
+    if not table.covariance_matrix:
+        return {}
+    renamed = {"M": axis[0], "M_ip": axis[1]}
+    names = [renamed.get(n) or ERROR_TERMS.get(n, n) for n in table.covariance_names]
+    sigma = np.sqrt(np.diagonal(table.covariance))
+    if not (sigma > 0.0).all():
+        return {}
+    matrix = table.covariance / np.outer(sigma, sigma)
+    return {
+        (first, second): float(matrix[i, j])
+        for i, first in enumerate(names)
+        for j, second in enumerate(names[:i])
+    }

@@ -1,0 +1,193 @@
+"""The components of (4), each with its value, its bound and its standard uncertainty."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.error_budget.coefficients import Coefficients
+from accelcal.error_budget.conditions import Conditions
+from accelcal.error_budget.random_part import RandomBound, RandomPart
+from accelcal.model import acceleration_error, bias_bound
+from accelcal.results.error_budget import ErrorComponent
+from accelcal.results.quantity import Quantity
+
+__all__ = ["AT_T0", "random_components", "sensitivity", "systematic_components"]
+
+Array = NDArray[np.float64]
+
+AT_T0 = {
+    "k0": "bias at T0",
+    "K1": "scale factor at T0",
+    "k2": "second order",
+    "k3": "third order",
+    "delta_O": "misalignment at T0",
+    "delta_P": "misalignment at T0",
+    "delta_ip": "cross-coupling",
+    "delta_io": "cross-coupling",
+}
+"""Coefficients at T0 -> what they are."""
+
+_SLOPES = {
+    "k0": ("bias, temperature", "lam"),
+    "K1": ("scale factor, temperature", "beta"),
+    "delta_O": ("misalignment, temperature", "gam_O"),
+    "delta_P": ("misalignment, temperature", "gam_P"),
+}
+
+
+def sensitivity(name: str, points: Conditions) -> Array:
+    """Error per unit of a coefficient of (2); that of the scale factor is relative.
+
+    Parameters
+    ----------
+    name : str
+        A name in `AT_T0`.
+    points : Conditions
+        The points.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Such as a_i^2 for k2 [local g per unit of the coefficient].
+    """
+    term = {"k1" if name == "K1" else name: 1.0}
+    return acceleration_error(term, points.acceleration) + np.zeros(points.rise.size)
+
+
+def systematic_components(
+    coefficients: Coefficients, points: Conditions, *, temperature_uncertainty: float, exact: bool
+) -> Iterator[ErrorComponent]:
+    """Make the components that a calibration tells.
+
+    Parameters
+    ----------
+    coefficients : Coefficients
+        What was calibrated.
+    points : Conditions
+        The points.
+    temperature_uncertainty : float
+        Standard uncertainty of the temperature [degC].
+    exact : bool
+        Take beta dT / (1 + beta dT) in place of beta dT.
+
+    Yields
+    ------
+    ErrorComponent
+        Values at T0, slopes times T - T0, and the uncertainty of the temperature.
+    """
+    for name, quantity in coefficients.at_T0.items():
+        yield _at_reference(name, quantity, points)
+    for name in coefficients.slopes:
+        yield _with_temperature(name, coefficients, points, exact)
+    slope = _slope_of_error(coefficients, points)
+    yield ErrorComponent(
+        name="uncertainty of the temperature",
+        symbol="T",
+        value=np.zeros(slope.size),
+        bound=np.zeros(slope.size),
+        standard_uncertainty=slope * temperature_uncertainty,
+        dof=np.full(slope.size, np.inf),
+        origin="given" if temperature_uncertainty else "",
+    )
+
+
+def _slope_of_error(coefficients: Coefficients, points: Conditions) -> Array:
+    """Size of the slope of the whole error [g/degC]; at T0 itself the larger of the two."""
+
+    def total(side: float) -> Array:
+        slopes = np.zeros(points.rise.size)
+        for name in coefficients.slopes:
+            one_side = coefficients.slope(name, np.full(slopes.size, side), "value")
+            slopes += one_side * sensitivity(name, points)
+        return np.abs(slopes)
+
+    above, below = total(1.0), total(-1.0)
+    at_reference = np.maximum(above, below)
+    return np.where(points.rise > 0, above, np.where(points.rise < 0, below, at_reference))
+
+
+def _at_reference(name: str, quantity: Quantity, points: Conditions) -> ErrorComponent:
+    x = sensitivity(name, points)
+    value, standard = quantity.value or 0.0, quantity.standard_uncertainty or 0.0
+    if name == "K1":  # the reading is divided by this very K1: no error, but its uncertainty
+        value, standard = 0.0, standard / abs(value)
+    return ErrorComponent(
+        name=AT_T0[name],
+        symbol=name,
+        value=value * x,
+        bound=np.zeros(x.size),
+        standard_uncertainty=np.abs(standard * x),
+        dof=np.full(x.size, np.inf if quantity.dof is None else quantity.dof),
+        origin="calibration",
+    )
+
+
+def _with_temperature(
+    name: str, coefficients: Coefficients, points: Conditions, exact: bool
+) -> ErrorComponent:
+    title, symbol = _SLOPES[name]
+    change = coefficients.slope(name, points.rise, "value") * points.rise
+    if exact and name == "K1":
+        change = change / (1.0 + change)  # (K1 - K1N)/K1 of (2), where (4) has beta dT
+    standard = coefficients.slope(name, points.rise, "standard_uncertainty") * points.rise
+    x = sensitivity(name, points)
+    return ErrorComponent(
+        name=title,
+        symbol=symbol,
+        value=change * x,
+        bound=np.zeros(x.size),
+        standard_uncertainty=np.abs(standard * x),
+        dof=coefficients.slope(name, points.rise, "dof"),
+        origin="calibration",
+    )
+
+
+def random_components(random: RandomPart, points: Conditions) -> Iterator[ErrorComponent]:
+    """Make the components behind +- in (4).
+
+    Parameters
+    ----------
+    random : RandomPart
+        The bounds.
+    points : Conditions
+        The points.
+
+    Yields
+    ------
+    ErrorComponent
+        Launch, drift and fluctuation with their shares of (3), then the terms of (4).
+    """
+    ones = np.ones(points.time.size)
+    of_bias = {
+        "k0L": ("bias, launch to launch", random.launch, ones),
+        "k0D": ("bias drift", random.drift, points.time),
+        "k0F": ("bias fluctuation", random.fluctuation, ones),
+    }
+    squares = {symbol: (b.bound * x) ** 2 for symbol, (_, b, x) in of_bias.items()}
+    total = np.sum(list(squares.values()), axis=0)
+    sizes = random.launch.bound, random.drift.bound, random.fluctuation.bound
+    bound = bias_bound(points.time, *sizes)  # eq. (3)
+    for symbol, (name, part, x) in of_bias.items():
+        share = np.divide(squares[symbol], total, out=np.zeros(total.size), where=total > 0.0)
+        yield _random(name, symbol, part, x, bound * share)
+    for symbol, name, part, x in (
+        ("h_T", "hysteresis of the bias", random.hysteresis, ones),
+        ("p", "threshold", random.threshold, ones),
+        ("k1", "scale factor instability", random.scale_factor, points.acceleration.input),
+    ):
+        yield _random(name, symbol, part, x, np.abs(part.bound * x))
+
+
+def _random(name: str, symbol: str, part: RandomBound, x: Array, bound: Array) -> ErrorComponent:
+    return ErrorComponent(
+        name=name,
+        symbol=symbol,
+        value=np.zeros(x.size),
+        bound=bound,
+        standard_uncertainty=np.abs(part.standard_uncertainty * x),
+        dof=np.full(x.size, np.inf),
+        origin=part.origin,
+    )

@@ -1,0 +1,201 @@
+"""The random part of (4): what stands there behind +-, with the distribution of each bound."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from accelcal.errors import DocumentError, InputError
+from accelcal.results.calibration import Calibration
+
+__all__ = ["USUAL_FACTOR", "RandomBound", "RandomPart", "random_part"]
+
+USUAL_FACTOR = 3.0
+"""t_P of (3) where none is given: the paper takes it from 2.7 to 3."""
+
+_RECTANGULAR = math.sqrt(3.0)  # GUM 4.3.7
+_TWO_POINTS = 1.0  # either of two values, half the distance each: the standard deviation
+_STABILITY = "accelcal/stability/1"
+
+
+@dataclass(frozen=True, slots=True)
+class RandomBound:
+    """A bound behind +- in (4).
+
+    Attributes
+    ----------
+    bound : float
+        Its size, never negative.
+    divisor : float
+        Bound over standard uncertainty: t_P for a multiple of a standard deviation, sqrt(3) for a
+        rectangular distribution, 1 for two values at equal chance.
+    origin : str
+        Where the bound comes from; empty where it is not known, and taken as zero.
+
+    Raises
+    ------
+    InputError
+        If the bound is negative or not finite, or the divisor is not above zero.
+    """
+
+    bound: float = 0.0
+    divisor: float = USUAL_FACTOR
+    origin: str = ""
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.bound < math.inf:
+            raise InputError(f"bound {self.bound} of a random error; it is finite, zero or more")
+        if not 0.0 < self.divisor < math.inf:
+            raise InputError(f"factor {self.divisor} of a bound; it is above zero, usually 3")
+
+    @property
+    def standard_uncertainty(self) -> float:
+        """Bound over divisor."""
+        return self.bound / self.divisor
+
+
+@dataclass(frozen=True, slots=True)
+class RandomPart:
+    """The bounds of the random errors in (3) and (4).
+
+    Attributes
+    ----------
+    launch : RandomBound
+        Bias from launch to launch, k0L [g].
+    drift : RandomBound
+        Rate of the bias drift in a launch, gamma_D [g/s].
+    fluctuation : RandomBound
+        Bias about the drift line, k0F [g].
+    hysteresis : RandomBound
+        Hysteresis of the bias, mainly that of temperature, h_T [g].
+    threshold : RandomBound
+        Threshold p [g].
+    scale_factor : RandomBound
+        Relative instability of the scale factor, k1 [1].
+    """
+
+    launch: RandomBound = RandomBound()
+    drift: RandomBound = RandomBound(divisor=_RECTANGULAR)
+    fluctuation: RandomBound = RandomBound()
+    hysteresis: RandomBound = RandomBound()
+    threshold: RandomBound = RandomBound(divisor=_RECTANGULAR)
+    scale_factor: RandomBound = RandomBound()
+
+
+def random_part(
+    calibration: Calibration,
+    stability: Mapping[str, Any] | None = None,
+    *,
+    factor: float = USUAL_FACTOR,
+    launch: float | None = None,
+    drift_rate: float | None = None,
+    fluctuation: float | None = None,
+    hysteresis: float | None = None,
+    threshold: float | None = None,
+    scale_factor_instability: float | None = None,
+) -> RandomPart:
+    """Collect the random part: what is given, else from a stability test, else the calibration.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        Tells launch-to-launch errors and the temperature hysteresis, as far as it knows them.
+    stability : mapping, optional
+        Document of a stability test in g, schema ``"accelcal/stability/1"``.
+    factor : float, default 3
+        t_P: launch, fluctuation, hysteresis and scale factor are given as t_P standard deviations.
+    launch, fluctuation, hysteresis, threshold : float, optional
+        Bounds k0L, k0F, h_T, p [g].
+    drift_rate : float, optional
+        gamma_D [g/s].
+    scale_factor_instability : float, optional
+        Bound k1 [1].
+
+    Returns
+    -------
+    RandomPart
+        Each bound with its divisor and origin.
+
+    Raises
+    ------
+    InputError
+        If a bound is negative or not finite.
+    DocumentError
+        If `stability` is something else, or not in g.
+
+    Notes
+    -----
+    A drift rate and a threshold are bounds of a rectangular distribution. The hysteresis of a
+    calibration is half the difference of two branches: the bias is on the one or the other.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> calibration = accelcal.fit(accelcal.simulate(seed=1))
+    >>> found = random_part(calibration, fluctuation=2e-5)
+    >>> found.launch.origin, found.fluctuation.origin, found.drift.origin
+    ('calibration, declared', 'given', '')
+    """
+    given = {
+        "launch": _given(launch, factor),
+        "drift": _given(drift_rate, _RECTANGULAR),
+        "fluctuation": _given(fluctuation, factor),
+        "hysteresis": _given(hysteresis, factor),
+        "threshold": _given(threshold, _RECTANGULAR),
+        "scale_factor": _given(scale_factor_instability, factor),
+    }
+    measured = _from_stability(stability) if stability is not None else {}
+    found = {name: bound for name, bound in given.items() if bound is not None}
+    return RandomPart(**(_from_calibration(calibration, factor) | measured | found))
+
+
+def _given(bound: float | None, divisor: float) -> RandomBound | None:
+    return None if bound is None else RandomBound(bound, divisor, "given")
+
+
+def _from_calibration(calibration: Calibration, factor: float) -> dict[str, RandomBound]:
+    names = {"launch": "launch", "launch_sf": "scale_factor"}
+    found = {
+        names[source.name]: RandomBound(
+            factor * source.value, factor, f"calibration, {source.source}"
+        )
+        for source in calibration.error_sources
+        if source.name in names and source.value is not None
+    }
+    model = calibration.temperature_model
+    if model is not None and model.hysteresis is not None and model.hysteresis.value is not None:
+        size = abs(model.hysteresis.value)
+        found["hysteresis"] = RandomBound(size, _TWO_POINTS, "calibration")
+    return found
+
+
+def _from_stability(document: Any) -> dict[str, RandomBound]:
+    values = _stability_values(document)
+    found = {
+        name: RandomBound(values[bound], values[bound] / values[sigma], "stability test")
+        for name, bound, sigma in (("launch", "k0L", "sigma_L"), ("fluctuation", "k0F", "sigma_F"))
+        if values.get(bound) and values.get(sigma)
+    }
+    for name, symbol in (("drift", "gamma_D"), ("threshold", "threshold")):
+        if symbol in values:
+            found[name] = RandomBound(values[symbol], _RECTANGULAR, "stability test")
+    return found
+
+
+def _stability_values(document: Any) -> dict[str, float]:
+    """Sizes of the components that a stability test determined [g, g/s]."""
+    try:
+        if (document["schema"], document["unit"]) == (_STABILITY, "g"):
+            return {
+                name: abs(estimate["value"])
+                for name, estimate in document["components"].items()
+                if estimate["value"] is not None
+            }
+    except (KeyError, TypeError, AttributeError):
+        pass
+    raise DocumentError(
+        f"not a stability test in g (schema {_STABILITY!r}); give the JSON that accelcal stability"
+        " writes where the scale factor is known"
+    )

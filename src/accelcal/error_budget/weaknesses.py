@@ -1,0 +1,84 @@
+"""What a reader of an error budget must know before using it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.error_budget.coefficients import Coefficients
+from accelcal.error_budget.conditions import Conditions
+from accelcal.error_budget.random_part import RandomPart
+
+__all__ = ["weaknesses"]
+
+Array = NDArray[np.float64]
+
+_CALIBRATED_WITHIN = 1.001  # a tumble test reaches 1 local g
+_RANDOM_NAMES = {
+    "launch": "bias from launch to launch (k0L)",
+    "drift": "drift (k0D)",
+    "fluctuation": "fluctuation (k0F)",
+    "hysteresis": "hysteresis (h_T)",
+    "threshold": "threshold (p)",
+    "scale_factor": "scale factor instability (k1)",
+}
+
+
+def weaknesses(
+    coefficients: Coefficients,
+    random: RandomPart,
+    points: Conditions,
+    expanded: Array,
+    *,
+    exact: bool,
+) -> Iterator[str]:
+    """Say where a budget is extrapolated, incomplete or of first order.
+
+    Parameters
+    ----------
+    coefficients : Coefficients
+        What was calibrated.
+    random : RandomPart
+        The bounds.
+    points : Conditions
+        The points.
+    expanded : ndarray, shape (n,)
+        Expanded uncertainty [local g].
+    exact : bool
+        Whether the scale factor was taken beyond the first order of (4).
+
+    Yields
+    ------
+    str
+        A sentence for each weakness.
+    """
+    if points.extrapolated.any():
+        yield "temperatures marked * lie outside the calibrated ones; (4) is extrapolated there"
+    largest = float(np.abs(points.acceleration).max())
+    if largest > _CALIBRATED_WITHIN:
+        yield (
+            f"accelerations up to {largest:g} g: a tumble test calibrates within 1 g, and (4) is"
+            " extrapolated beyond"
+        )
+    missing = [name for key, name in _RANDOM_NAMES.items() if not getattr(random, key).origin]
+    if missing:
+        yield f"nothing tells these random errors, they are taken as 0: {', '.join(missing)}"
+    unknown = [n for n, q in coefficients.at_T0.items() if q.standard_uncertainty is None]
+    if unknown:
+        yield f"the uncertainty of {', '.join(unknown)} is unknown and left out"
+    if not exact:
+        yield from _first_order(coefficients, points, expanded)
+
+
+def _first_order(coefficients: Coefficients, points: Conditions, expanded: Array) -> Iterator[str]:
+    change = coefficients.slope("K1", points.rise, "value") * points.rise
+    left_out = (change / (1.0 + change) - change) * points.acceleration.input
+    worst = int(np.abs(left_out).argmax())
+    if abs(left_out[worst]) > expanded[worst]:
+        yield (
+            "(4) has beta dT, the first order of (K1 - K1N)/K1 in (2), and leaves out"
+            f" {1e6 * left_out[worst]:+.0f} ug at a_i = {points.acceleration.input[worst]:g} g,"
+            f" dT = {points.rise[worst]:+g} degC; ask for the exact form"
+        )

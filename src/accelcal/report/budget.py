@@ -1,0 +1,160 @@
+"""An error budget as text for an engineer."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from accelcal.report.columns import aligned
+from accelcal.report.names import printable
+from accelcal.report.numbers import significant
+
+__all__ = ["budget_text", "place"]
+
+Document = Mapping[str, Any]
+
+_WIDTH = 100
+_MICRO = 1e6
+_IN_FULL = 4  # points; of more, only the worst is split by component
+
+
+def budget_text(document: Document) -> str:
+    """Write an error budget as text.
+
+    Parameters
+    ----------
+    document : mapping
+        Document of a budget, as of `accelcal.results.error_budget.ErrorBudget.to_document`.
+
+    Returns
+    -------
+    str
+        The totals of all points, and the components of each, or of the worst of many; in ASCII.
+    """
+    points = document["points"]
+    name = f"serial {document['serial']}, " if document["serial"] else ""
+    lines = [
+        f"Error of the measured acceleration by (4): {name}{document['source']}",
+        "All errors in ug (1e-6 local g); error = systematic part, +- its band",
+    ]
+    lines += [line for warning in document["warnings"] for line in _wrapped(f"note: {warning}")]
+    if len(points) > 1:
+        lines += ["", *_totals(points)]
+    for point in points if len(points) <= _IN_FULL else [max(points, key=_size)]:
+        lines += ["", *_split(point)]
+    return "\n".join(map(printable, lines))
+
+
+def place(point: Document) -> str:
+    """Name a point by its acceleration, temperature and time.
+
+    Parameters
+    ----------
+    point : mapping
+        An entry of ``"points"``.
+
+    Returns
+    -------
+    str
+        Such as ``"a_i = 1 g, 80 degC, 3600 s"``; what is zero or unknown is left out.
+
+    Examples
+    --------
+    >>> acceleration = {"a_i": 1.0, "a_p": 0.0, "a_o": 0.0}
+    >>> place({"acceleration": acceleration, "temperature_degC": 80.0, "time_s": 0.0})
+    'a_i = 1 g, 80 degC'
+    """
+    across = {n: a for n, a in point["acceleration"].items() if n == "a_i" or a}
+    parts = [f"{axis} = {a:g} g" for axis, a in across.items()]
+    if point["temperature_degC"] is not None:
+        parts.append(f"{point['temperature_degC']:g} degC")
+    if point["time_s"]:
+        parts.append(f"{point['time_s']:g} s")
+    return ", ".join(parts)
+
+
+def _size(point: Document) -> float:
+    return float(abs(point["systematic"]) + point["expanded_uncertainty"])
+
+
+def _totals(points: Sequence[Document]) -> Iterator[str]:
+    heading = ("a_i", "a_p", "a_o", "degC", "s", "error", "worst case (4)", "U (95 %)")
+    rows = [heading, *map(_total, points)]
+    yield from (f"  {line}" for line in aligned(rows, right=range(len(heading))))
+
+
+def _total(point: Document) -> tuple[str, ...]:
+    temperature = point["temperature_degC"]
+    mark = "*" if point["extrapolated"] else ""
+    return (
+        *(f"{a:g}" for a in point["acceleration"].values()),
+        "" if temperature is None else f"{temperature:g}{mark}",
+        f"{point['time_s']:g}",
+        _micro(point["systematic"]),
+        f"+- {_micro(point['worst_case'])}",
+        f"+- {_micro(point['expanded_uncertainty'])}",
+    )
+
+
+def _split(point: Document) -> Iterator[str]:
+    mark = " (*extrapolated)" if point["extrapolated"] else ""
+    yield f"At {place(point)}{mark}"
+    variance = point["standard_uncertainty"] ** 2
+    rows: list[tuple[str, ...]] = [("", "", "error", "+- (4)", "u", "of u^2", "from")]
+    rows += [_component(part, variance) for part in point["components"] if _counts(part)]
+    if point["covariance"]:
+        share = _percent(point["covariance"], variance)
+        rows.append(("correlation of the coefficients", "", "", "", "", share, "calibration"))
+    rows.append(_sum(point))
+    yield from (f"  {line}" for line in aligned(rows, right={2, 3, 4, 5}))
+    yield from _bands(point)
+
+
+def _counts(part: Document) -> bool:
+    return bool(part["value"] or part["bound"] or part["standard_uncertainty"])
+
+
+def _component(part: Document, variance: float) -> tuple[str, ...]:
+    return (
+        part["name"],
+        part["symbol"],
+        _micro(part["value"]) if part["value"] else "",
+        _micro(part["bound"]) if part["bound"] else "",
+        significant(_MICRO * part["standard_uncertainty"], 2),
+        _percent(part["standard_uncertainty"] ** 2, variance),
+        part["origin"],
+    )
+
+
+def _sum(point: Document) -> tuple[str, ...]:
+    return (
+        "total",
+        "",
+        _micro(point["systematic"]),
+        _micro(point["worst_case"]),
+        significant(_MICRO * point["standard_uncertainty"], 2),
+        "100 %" if point["standard_uncertainty"] else "",
+        "",
+    )
+
+
+def _bands(point: Document) -> Iterator[str]:
+    error = _micro(point["systematic"])
+    yield f"  worst case of (4), bounds added linearly: {error} +- {_micro(point['worst_case'])} ug"
+    yield (
+        f"  GUM, variances added, 95 %, k = {point['coverage_factor']:.2f}:"
+        f" {error} +- {_micro(point['expanded_uncertainty'])} ug"
+    )
+
+
+def _percent(part: float, whole: float) -> str:
+    return f"{100.0 * part / whole:.1f} %" if whole > 0.0 else ""
+
+
+def _micro(value: float) -> str:
+    return f"{_MICRO * value:.1f}"
+
+
+def _wrapped(sentence: str) -> list[str]:
+    return textwrap.wrap(sentence, _WIDTH, initial_indent="  ", subsequent_indent="    ")

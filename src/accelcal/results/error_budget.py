@@ -1,0 +1,176 @@
+"""The error (4) of a measured acceleration, split by component."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas as pd
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+__all__ = ["SCHEMA", "ErrorBudget", "ErrorComponent"]
+
+SCHEMA = "accelcal/budget/1"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ErrorComponent:
+    """One component of the error at n points.
+
+    Attributes
+    ----------
+    name, symbol : str
+        What it is; the symbol names it in the document and the picture.
+    value : ndarray, shape (n,)
+        Systematic part [local g].
+    bound : ndarray, shape (n,)
+        What stands behind +- in (4), never negative; a component of (3) has its share [local g].
+    standard_uncertainty : ndarray, shape (n,)
+        Standard uncertainty [local g].
+    dof : ndarray, shape (n,)
+        Degrees of freedom of the standard uncertainty; infinite where it is declared.
+    origin : str
+        Where the bound or the uncertainty comes from.
+    """
+
+    name: str
+    symbol: str
+    value: Array
+    bound: Array
+    standard_uncertainty: Array
+    dof: Array
+    origin: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ErrorBudget:
+    """Error of the measured acceleration with its band, at n points.
+
+    Attributes
+    ----------
+    a_i, a_p, a_o : ndarray, shape (n,)
+        Acceleration along input, pendulous and output axis [local g].
+    temperature_degC : ndarray, shape (n,)
+        Temperature; NaN where neither it nor T0 is known.
+    time_s : ndarray, shape (n,)
+        Time since the start of the launch [s].
+    extrapolated : ndarray of bool, shape (n,)
+        Whether the temperature lies outside the calibrated ones.
+    components : tuple of ErrorComponent
+        The parts of the error.
+    systematic : ndarray, shape (n,)
+        Sum of the systematic parts [local g].
+    worst_case : ndarray, shape (n,)
+        What stands behind +- in (4), added linearly as the paper does [local g].
+    covariance : ndarray, shape (n,)
+        What the correlations of the coefficients add to the combined variance [g^2].
+    standard_uncertainty, coverage_factor, expanded_uncertainty : ndarray, shape (n,)
+        Combined standard uncertainty by the GUM, Student's factor, and the half width of the 95 %
+        interval [local g].
+    warnings : tuple of str
+        What a reader must know before using the numbers.
+    serial : str or None
+        Serial number of the accelerometer.
+    source : str
+        Where the readings of the calibration came from.
+    """
+
+    a_i: Array
+    a_p: Array
+    a_o: Array
+    temperature_degC: Array
+    time_s: Array
+    extrapolated: NDArray[np.bool_]
+    components: tuple[ErrorComponent, ...]
+    systematic: Array
+    worst_case: Array
+    covariance: Array
+    standard_uncertainty: Array
+    coverage_factor: Array
+    expanded_uncertainty: Array
+    warnings: tuple[str, ...] = ()
+    serial: str | None = None
+    source: str = "<table>"
+
+    def __str__(self) -> str:
+        from accelcal.report.budget import budget_text
+
+        return budget_text(self.to_document())
+
+    def __repr__(self) -> str:
+        return f"<ErrorBudget {self.serial or self.source}: {self.a_i.size} points>"
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the budget as the JSON document of schema `SCHEMA`."""
+        return {
+            "schema": SCHEMA,
+            "serial": self.serial,
+            "source": self.source,
+            "acceleration_unit": "g_local",
+            "interval_level": 0.95,
+            "points": [self._point(i) for i in range(self.a_i.size)],
+            "warnings": list(self.warnings),
+        }
+
+    def _point(self, index: int) -> dict[str, Any]:
+        temperature = float(self.temperature_degC[index])
+        plain = "systematic worst_case covariance standard_uncertainty coverage_factor"
+        return {
+            "acceleration": {n: float(getattr(self, n)[index]) for n in ("a_i", "a_p", "a_o")},
+            "temperature_degC": None if math.isnan(temperature) else temperature,
+            "time_s": float(self.time_s[index]),
+            "extrapolated": bool(self.extrapolated[index]),
+            **{name: float(getattr(self, name)[index]) for name in plain.split()},
+            "expanded_uncertainty": float(self.expanded_uncertainty[index]),
+            "unit": "g",
+            "components": [
+                {
+                    "name": part.name,
+                    "symbol": part.symbol,
+                    "value": float(part.value[index]),
+                    "bound": float(part.bound[index]),
+                    "standard_uncertainty": float(part.standard_uncertainty[index]),
+                    "origin": part.origin,
+                }
+                for part in self.components
+            ],
+        }
+
+    def rows(self) -> list[dict[str, Any]]:
+        """List the totals and components of all points, a flat dictionary each."""
+        rows = []
+        for point in self.to_document()["points"]:
+            where = point["acceleration"] | {
+                key: point[key] for key in ("temperature_degC", "time_s", "extrapolated")
+            }
+            total = {
+                "component": "total",
+                "value_g": point["systematic"],
+                "bound_g": point["worst_case"],
+                "standard_uncertainty_g": point["standard_uncertainty"],
+                "expanded_uncertainty_g": point["expanded_uncertainty"],
+            }
+            rows += [{**where, **_row(part)} for part in point["components"]]
+            rows.append({**where, **total})
+        return rows
+
+    def to_frame(self) -> pd.DataFrame:
+        """Tabulate totals and components, a line each with the columns of `rows`."""
+        import pandas as pd
+
+        return pd.DataFrame(self.rows())
+
+
+def _row(part: dict[str, Any]) -> dict[str, Any]:
+    return {
+        "component": part["symbol"],
+        "value_g": part["value"],
+        "bound_g": part["bound"],
+        "standard_uncertainty_g": part["standard_uncertainty"],
+        "expanded_uncertainty_g": None,
+    }

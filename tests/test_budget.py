@@ -1,0 +1,452 @@
+"""Error budget (4): the formula by hand, its band, its coverage, the command and its picture."""
+
+import csv
+import io
+import json
+import math
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import accelcal
+from accelcal.cli.main import main
+from accelcal.error_budget.budget import budget
+from accelcal.error_budget.coefficients import coefficients_of
+from accelcal.error_budget.random_part import RandomBound, RandomPart, random_part
+from accelcal.errors import DocumentError, InputError
+from accelcal.geometry import Acceleration
+from accelcal.model import error_bounds
+from accelcal.report.budget_picture import budget_picture
+from accelcal.results.quantity import Quantity
+from accelcal.results.temperature import TemperatureModel
+from accelcal.simulation import NoiseComponents, TumblePlan
+
+EXAMPLE = Path(__file__).parents[1] / "examples" / "al15.csv"
+QUIET = NoiseComponents(reading=0.0, head=0.0, launch=0.0, launch_sf=0.0)
+PAPER_RANDOM = {  # of the paper, 3 sigma; 2e-5 g of drift in 12 h
+    "launch": 2e-5,
+    "drift_rate": 2e-5 / 43200.0,
+    "fluctuation": 2e-5,
+    "hysteresis": 3e-4,
+    "scale_factor_instability": 15e-6,
+    "threshold": 0.0,
+}
+
+
+@pytest.fixture(scope="module")
+def exact():
+    """Calibration without errors: the coefficients are those of the paper."""
+    return accelcal.fit(accelcal.simulate(noise=QUIET, seed=0))
+
+
+@pytest.fixture(scope="module")
+def al15():
+    return accelcal.fit(accelcal.read_table(EXAMPLE))
+
+
+@pytest.fixture
+def saved(al15, tmp_path):
+    path = tmp_path / "al15.json"
+    al15.to_json(path)
+    return path
+
+
+def by_hand(a_i, a_p, rise):
+    """The systematic part of (4), with the paper's figures and what the simulation adds to them."""
+    lam, beta, gam = (-3.9e-5, 520e-6, 1.5e-6) if rise > 0 else (-4.5e-5, 480e-6, 1.2e-6)
+    error = 3.324e-3 + lam * rise + beta * rise * a_i + 105e-6 * a_i**2 + 87e-6 * a_i**3
+    return error + (1.15e-3 + gam * rise) * a_p + 20e-6 * a_i * a_p
+
+
+# -- the formula -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("temperature", [-40.0, -7.0, 20.0, 33.0, 80.0])
+@pytest.mark.parametrize(("a_i", "a_p"), [(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.6, -0.8)])
+def test_systematic_part_by_hand(exact, a_i, a_p, temperature):
+    found = budget(exact, a_i, a_p=a_p, temperature=temperature)
+    expected = by_hand(a_i, a_p, temperature - 20.0)
+    assert found.systematic[0] == pytest.approx(expected, abs=2e-8)
+
+
+def test_paper_at_the_hot_end(exact):
+    """520 ppm/degC times 60 degC is 31.2 mg at 1 g, ten times the bias."""
+    found = budget(exact, 1.0, temperature=80.0)
+    parts = {part.symbol: part.value[0] for part in found.components}
+    assert parts["beta"] == pytest.approx(31.2e-3, rel=1e-5)
+    assert parts["lam"] == pytest.approx(-2.34e-3, rel=1e-4)
+    assert parts["k0"] == pytest.approx(3.324e-3, rel=1e-5)
+
+
+def test_band_by_hand(exact):
+    """0.5 sqrt(k0L^2 + k0D^2 + k0F^2) + h_T + p + k1 |a_i| after 12 h, the paper's figures."""
+    random = random_part(exact, **PAPER_RANDOM)
+    found = budget(exact, -0.5, time=43200.0, random=random)
+    expected = 0.5 * math.sqrt(3) * 2e-5 + 3e-4 + 15e-6 * 0.5
+    assert found.worst_case[0] == pytest.approx(expected, rel=1e-12)
+
+
+def test_components_add_up_to_the_model(al15):
+    """The same as `accelcal.model.error_bounds` at T0."""
+    random = random_part(al15, **PAPER_RANDOM)
+    a_i, a_p = np.array([1.0, 0.3, -0.7]), np.array([0.0, -0.9, 0.7])
+    found = budget(al15, a_i, a_p=a_p, time=600.0, random=random)
+    coefficients = coefficients_of(al15)
+    errors = {n: q.value for n, q in coefficients.at_T0.items() if n != "K1"}
+    bias = accelcal.model.bias_bound(600.0, 2e-5, 2e-5 / 43200.0, 2e-5)
+    systematic, bound = error_bounds(
+        errors,
+        Acceleration(a_i, a_p, np.zeros(3)),
+        bias=bias,
+        hysteresis=3e-4,
+        scale_factor_instability=15e-6,
+    )
+    np.testing.assert_allclose(found.systematic, systematic, rtol=1e-12)
+    np.testing.assert_allclose(found.worst_case, bound, rtol=1e-12)
+
+
+def test_exact_form_is_that_of_2(exact):
+    found = budget(exact, 1.0, temperature=80.0, exact=True)
+    (beta,) = [part.value[0] for part in found.components if part.symbol == "beta"]
+    assert beta == pytest.approx((1.0 + 0.0312 - 1.0) / (1.0 + 0.0312), rel=1e-5)
+
+
+def test_what_the_first_order_leaves_out_is_told(exact):
+    told = " ".join(budget(exact, 1.0, temperature=80.0).warnings)
+    assert "-944 ug" in told  # 0.0312 / 1.0312 - 0.0312
+    assert "first order" not in " ".join(budget(exact, 1.0, temperature=80.0, exact=True).warnings)
+    assert "first order" not in " ".join(budget(exact, 1.0).warnings)
+
+
+def test_arrays_broadcast_and_agree_with_single_points(al15):
+    grid = budget(al15, np.array([[0.0], [1.0]]), temperature=[-40.0, 20.0, 80.0], time=60.0)
+    singles = [budget(al15, a, temperature=t, time=60.0) for a in (0, 1) for t in (-40, 20, 80)]
+    for name in ("systematic", "worst_case", "standard_uncertainty", "expanded_uncertainty"):
+        expected = [getattr(single, name)[0] for single in singles]
+        np.testing.assert_allclose(getattr(grid, name), expected, rtol=1e-13)
+
+
+# -- the uncertainty -------------------------------------------------------------------------------
+
+
+def test_standard_uncertainties_of_the_bounds(exact):
+    random = random_part(exact, factor=2.7, **PAPER_RANDOM)
+    found = budget(exact, 1.0, time=43200.0, random=random, temperature_uncertainty=0.1)
+    u = {part.symbol: part.standard_uncertainty[0] for part in found.components}
+    assert u["k0L"] == pytest.approx(2e-5 / 2.7)
+    assert u["k0F"] == pytest.approx(2e-5 / 2.7)
+    assert u["k0D"] == pytest.approx(2e-5 / math.sqrt(3))
+    assert u["h_T"] == pytest.approx(3e-4 / 2.7)
+    assert u["k1"] == pytest.approx(15e-6 / 2.7)
+    assert u["T"] == pytest.approx(0.1 * (520e-6 - 3.9e-5), rel=1e-3), "the larger slope"
+
+
+def test_uncertainty_of_the_temperature_acts_by_the_slopes(exact):
+    found = budget(exact, 1.0, a_p=0.5, temperature=80.0, temperature_uncertainty=0.1)
+    (u,) = [part.standard_uncertainty[0] for part in found.components if part.symbol == "T"]
+    assert u == pytest.approx(0.1 * (-3.9e-5 + 520e-6 + 0.5 * 1.5e-6), rel=1e-3)
+
+
+def test_calibration_uncertainty_is_that_of_the_covariance(al15):
+    """x' C x / K1^2 with the table's covariance is what correlated coefficients give at T0."""
+    table = al15.tables[0]
+    a, p = 0.8, -0.6
+    x = np.array([1.0, a, a**2, a**3, p, a * p])
+    assert table.covariance_names == ("K0", "K1", "K2", "K3", "M", "M_ip")
+    expected = math.sqrt(x @ table.covariance @ x) / table.coefficients["K1"].value
+    found = budget(al15, a, a_p=p, random=RandomPart())
+    assert found.standard_uncertainty[0] == pytest.approx(expected, rel=5e-3)
+
+
+def test_expanded_uncertainty_has_the_factor_of_its_degrees_of_freedom():
+    """Nothing is declared: the head is estimated from few residuals."""
+    record = accelcal.simulate(seed=4, declare=False)
+    found = budget(accelcal.fit(record), 1.0, random=RandomPart())
+    assert found.coverage_factor[0] > 2.0
+    ratio = found.expanded_uncertainty / found.standard_uncertainty
+    np.testing.assert_allclose(ratio, found.coverage_factor)
+
+
+def test_intervals_hold_the_truth():
+    """Over many simulated calibrations the calibration's part of U covers: 95 % at T0."""
+    runs, points = 120, ((0.0, 20.0), (1.0, 20.0), (1.0, 80.0))
+    hits = np.zeros(len(points))
+    for seed in range(runs):
+        calibration = accelcal.fit(accelcal.simulate(seed=seed))
+        estimated = calibration.temperature_model.K1.at_T0.value
+        a, temperature = np.array(points).T
+        found = budget(calibration, a, temperature=temperature, random=RandomPart(), exact=True)
+        scale = 1.35 * (1.0 + 520e-6 * (temperature - 20.0))
+        bias = 3.324e-3 - 3.9e-5 * (temperature - 20.0)
+        reading = scale * (bias + a + 105e-6 * a**2 + 87e-6 * a**3)
+        error = (reading - estimated * a) / scale
+        hits += np.abs(error - found.systematic) <= found.expanded_uncertainty
+    for count in hits[:2]:
+        assert stats.binomtest(int(count), runs, 0.95).pvalue > 1e-3
+    assert hits[2] >= 0.95 * runs  # away from T0 the uncertainty is on the safe side
+
+
+# -- where the random part comes from --------------------------------------------------------------
+
+
+def test_calibration_tells_launch_and_scale_factor(al15):
+    random = random_part(al15)
+    assert random.launch == RandomBound(3 * 6.7e-6, 3.0, "calibration, declared")
+    assert random.scale_factor == RandomBound(3 * 5e-6, 3.0, "calibration, declared")
+    assert random.hysteresis.origin == ""
+
+
+def test_hysteresis_of_the_calibration_is_either_branch(al15):
+    model = replace(al15.temperature_model, hysteresis=Quantity(-2e-4, 1e-5, "g"))
+    random = random_part(replace(al15, temperature_model=model))
+    assert random.hysteresis == RandomBound(2e-4, 1.0, "calibration")
+
+
+STABILITY = {
+    "schema": "accelcal/stability/1",
+    "unit": "g",
+    "components": {
+        "sigma_L": {"value": 5e-6},
+        "k0L": {"value": 2e-5},
+        "gamma_D": {"value": -1e-9},
+        "sigma_F": {"value": 4e-6},
+        "k0F": {"value": 1.2e-5},
+        "threshold": {"value": None},
+        "hysteresis": {"value": None},
+    },
+}
+
+
+def test_stability_goes_before_the_calibration_and_behind_what_is_given(al15):
+    random = random_part(al15, STABILITY, fluctuation=1e-4)
+    assert (random.launch.bound, random.launch.origin) == (2e-5, "stability test")
+    assert random.launch.standard_uncertainty == pytest.approx(5e-6)
+    assert random.drift == RandomBound(1e-9, math.sqrt(3), "stability test")
+    assert random.fluctuation == RandomBound(1e-4, 3.0, "given")
+    assert random.threshold.origin == ""
+    assert random.scale_factor.origin == "calibration, declared"
+
+
+@pytest.mark.parametrize("change", [{"schema": "other/1"}, {"unit": "mA"}])
+def test_another_document_is_refused(al15, change):
+    with pytest.raises(DocumentError, match="not a stability test in g"):
+        random_part(al15, STABILITY | change)
+
+
+@pytest.mark.parametrize("bound", [-1.0, math.nan, math.inf])
+def test_impossible_bounds_are_refused(al15, bound):
+    with pytest.raises(InputError, match="finite, zero or more"):
+        random_part(al15, launch=bound)
+
+
+def test_missing_random_errors_are_told(al15):
+    told = " ".join(budget(al15, 1.0).warnings)
+    for name in ("k0D", "k0F", "h_T", "(p)"):
+        assert name in told
+    assert "k0L" not in told
+    assert budget(al15, 1.0, random=random_part(al15, **PAPER_RANDOM)).warnings == ()
+
+
+# -- where (4) does not hold -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("temperature", [82.0, -42.0, 200.0])
+def test_outside_the_calibrated_temperatures(al15, temperature):
+    with pytest.raises(InputError, match="outside the calibrated -40 to 80 degC"):
+        budget(al15, 1.0, temperature=[20.0, temperature])
+    found = budget(al15, 1.0, temperature=[20.0, temperature], extrapolate=True)
+    assert found.extrapolated.tolist() == [False, True]
+    assert f"{temperature:g}*" in str(found)
+    assert any("extrapolated" in warning for warning in found.warnings)
+
+
+def test_a_side_of_t0_without_slopes_is_refused():
+    record = accelcal.simulate(plan=TumblePlan(temperatures=(20.0, 80.0)), seed=1)
+    calibration = accelcal.fit(record)
+    assert budget(calibration, 1.0, temperature=50.0).extrapolated.tolist() == [False]
+    with pytest.raises(InputError, match="no slopes below T0"):
+        budget(calibration, 1.0, temperature=0.0, extrapolate=True)
+
+
+def test_one_temperature_answers_only_there():
+    record = accelcal.simulate(plan=TumblePlan(temperatures=(55.0,)), seed=1)
+    calibration = accelcal.fit(record)
+    assert calibration.temperature_model is None
+    assert budget(calibration, 1.0).temperature_degC.tolist() == [55.0]
+    assert budget(calibration, 1.0, temperature=55.5).extrapolated.tolist() == [False]
+    with pytest.raises(InputError, match="no slopes below T0 = 55 degC"):
+        budget(calibration, 1.0, temperature=20.0)
+
+
+def test_unknown_temperature(al15):
+    tables = (replace(al15.tables[0], temperature_degC=None),)
+    blind = replace(al15, tables=tables, temperature_model=None, T0_degC=None)
+    found = budget(blind, 1.0)
+    assert math.isnan(found.temperature_degC[0])
+    assert json.loads(json.dumps(found.to_document()))["points"][0]["temperature_degC"] is None
+    with pytest.raises(InputError, match="temperature of the calibration is unknown"):
+        budget(blind, 1.0, temperature=20.0)
+
+
+def test_an_axis_that_was_not_tested_is_refused(al15):
+    with pytest.raises(InputError, match="no table in mounting p tells delta_P"):
+        budget(al15, 1.0, a_o=0.5)
+
+
+def test_both_axes_where_both_were_tested():
+    plan = TumblePlan(temperatures=(20.0,), mountings=("o+", "p+"))
+    calibration = accelcal.fit(accelcal.simulate(plan=plan, noise=QUIET, seed=0))
+    found = budget(calibration, 0.0, a_p=0.2, a_o=0.5)
+    assert found.systematic[0] == pytest.approx(3.324e-3 + 1.15e-3 * 0.7, abs=2e-8)
+
+
+def test_beyond_1_g_is_said(al15):
+    assert any("10 g" in warning for warning in budget(al15, 10.0).warnings)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ({"a_i": math.nan}, "a_i has a value that is not finite"),
+        ({"a_i": 1.0, "time": -1.0}, "time -1 s"),
+        ({"a_i": 1.0, "temperature": math.inf}, "temperature has a value that is not finite"),
+        ({"a_i": 1.0, "temperature_uncertainty": -0.1}, "temperature uncertainty -0.1"),
+    ],
+)
+def test_impossible_arguments(al15, arguments, told):
+    with pytest.raises(InputError, match=told):
+        budget(al15, **arguments)
+
+
+def test_unknown_uncertainties_are_said(al15):
+    law = replace(al15.temperature_model.k0, at_T0=Quantity(3e-3, None, "g"))
+    model = TemperatureModel(law, al15.temperature_model.K1, al15.temperature_model.delta)
+    found = budget(replace(al15, temperature_model=model), 1.0)
+    assert any("uncertainty of k0 is unknown" in warning for warning in found.warnings)
+
+
+# -- the command -----------------------------------------------------------------------------------
+
+
+def run(saved, *arguments):
+    return main(["budget", str(saved), *map(str, arguments)])
+
+
+def test_text_has_both_sums(saved, capsys):
+    assert run(saved, "--temperature", "80", "--hysteresis", "3e-4", "--launch", "2e-5") == 0
+    shown = capsys.readouterr().out
+    assert "worst case of (4), bounds added linearly: 32388.1 +- 325.0 ug" in shown
+    assert "GUM, variances added, 95 %, k = 1.96: 32388.1 +- " in shown
+    assert max(map(len, shown.splitlines())) <= 100
+    assert shown.isascii()
+
+
+def test_lists_are_combined_to_a_table(saved, capsys):
+    lists = "--acceleration", "-1,0,1", "--temperature", "-40,80", "--time", "0,10min,12h"
+    assert run(saved, *lists, "--format", "json") == 0
+    points = json.loads(capsys.readouterr().out)["points"]
+    found = {(p["acceleration"]["a_i"], p["temperature_degC"], p["time_s"]) for p in points}
+    assert found == {(a, t, s) for a in (-1, 0, 1) for t in (-40, 80) for s in (0, 600, 43200)}
+
+
+def test_drift_rate_is_per_hour(saved, capsys):
+    drift = "--drift-rate", "1e-5", "--time", "2h", "--launch", "0"
+    assert run(saved, *drift, "--format", "json") == 0
+    (point,) = json.loads(capsys.readouterr().out)["points"]
+    (part,) = [part for part in point["components"] if part["symbol"] == "k0D"]
+    assert part["bound"] == pytest.approx(0.5 * 2e-5)
+
+
+def test_csv_has_a_line_for_each_component(saved, capsys):
+    assert run(saved, "--format", "csv") == 0
+    rows = list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
+    total = rows.pop()
+    assert total["component"] == "total"
+    assert sum(float(row["value_g"]) for row in rows) == pytest.approx(float(total["value_g"]))
+    assert sum(float(row["bound_g"]) for row in rows) == pytest.approx(float(total["bound_g"]))
+
+
+def test_output_file_is_the_json(saved, tmp_path, capsys):
+    path = tmp_path / "budget.json"
+    assert run(saved, "-o", path, "--format", "json") == 0
+    assert path.read_text("utf-8") == capsys.readouterr().out
+    assert json.loads(path.read_text("utf-8"))["schema"] == "accelcal/budget/1"
+
+
+def test_stability_file(saved, tmp_path, capsys):
+    path = tmp_path / "stability.json"
+    path.write_text(json.dumps(STABILITY), "utf-8")
+    assert run(saved, "--stability", path) == 0
+    assert "stability test" in capsys.readouterr().out
+    path.write_text("[]", "utf-8")
+    assert run(saved, "--stability", path) == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--temperature", "95"], "outside the calibrated -40 to 80 degC"),
+        (["--a-o", "1"], "no table in mounting p"),
+        (["--time", "3d"], "3d"),
+        (["--time", "h"], "not a finite number"),
+        (["--launch", "-1"], "finite, zero or more"),
+        (["--factor", "0"], "above zero"),
+        (["--plot", "budget.pdf"], "name a file that ends in .png or .svg"),
+        (["--serial", "other"], "serial other is asked for"),
+    ],
+)
+def test_faults_are_told_in_a_line(saved, capsys, arguments, told):
+    assert run(saved, *arguments) == 2
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert told in shown.err.splitlines()[-1]
+
+
+def test_extrapolation_on_request(saved, capsys):
+    assert run(saved, "--temperature", "95", "--extrapolate") == 0
+    assert "(*extrapolated)" in capsys.readouterr().out
+
+
+def test_table_in_a_notebook(al15):
+    frame = budget(al15, [0.0, 1.0]).to_frame()
+    totals = frame[frame["component"] == "total"]
+    assert totals["a_i"].tolist() == [0.0, 1.0]
+    assert totals["expanded_uncertainty_g"].notna().all()
+
+
+# -- the picture -----------------------------------------------------------------------------------
+
+
+def test_shares_of_the_picture_add_up(al15):
+    from accelcal.report.budget_picture import _shares
+
+    document = budget(al15, [0.0, 1.0], temperature=80.0).to_document()
+    sums = np.sum(list(_shares(document["points"]).values()), axis=0)
+    expected = [1e6 * point["expanded_uncertainty"] for point in document["points"]]
+    np.testing.assert_allclose(sums, expected)
+
+
+@pytest.mark.parametrize(("form", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml")])
+def test_picture(saved, tmp_path, capsys, form, start):
+    pytest.importorskip("matplotlib")
+    path = tmp_path / f"budget.{form}"
+    assert run(saved, "--acceleration", "-1,0,1", "--plot", path) == 0
+    assert path.read_bytes().startswith(start)
+    assert capsys.readouterr().err == ""
+
+
+def test_picture_of_many_points(al15):
+    pytest.importorskip("matplotlib")
+    document = budget(al15, np.linspace(-1, 1, 41)).to_document()
+    assert budget_picture(document, "svg").startswith(b"<?xml")
+
+
+def test_without_matplotlib_the_error_says_how_to_install_it(saved, tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    assert run(saved, "--plot", tmp_path / "budget.png") == 2
+    assert "pip install 'accelcal[plot]'" in capsys.readouterr().err
+    assert not (tmp_path / "budget.png").exists()
