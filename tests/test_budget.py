@@ -329,6 +329,13 @@ def test_unknown_uncertainties_are_said(al15):
     assert any("uncertainty of k0 is unknown" in warning for warning in found.warnings)
 
 
+def test_coefficients_that_were_not_determined_are_said():
+    record = accelcal.read_table(EXAMPLE.with_name("mems_x_plane_y.csv"))
+    found = budget(accelcal.fit(record, coefficients=("K0", "K1", "K2", "M")), 1.0)
+    assert any("did not determine k3" in warning for warning in found.warnings)
+    assert {"k0", "k2"} < {part.symbol for part in found.components}
+
+
 # -- the command -----------------------------------------------------------------------------------
 
 

@@ -26,6 +26,7 @@ __all__ = ["budget"]
 Array = NDArray[np.float64]
 
 _LEVEL = 0.95
+_DECIMALS = 4  # of 1/dof: many points share a factor, which it changes by less than 0.1 %
 
 
 def budget(
@@ -147,5 +148,7 @@ def _coverage_factor(variances: Array, dof: Array) -> Array:
     """Student's factor for 1/dof = sum (share / dof), as in `accelcal.estimate.uncertainty`."""
     total = variances.sum(axis=0)
     shares = np.divide(variances, total, out=np.zeros_like(variances), where=total > 0.0)
-    inverse = (shares / dof).sum(axis=0)
-    return np.array([student_quantile(_LEVEL, 1.0 / x if x > 0 else np.inf) for x in inverse])
+    inverse = (shares / dof).sum(axis=0).round(_DECIMALS)
+    found, place = np.unique(inverse, return_inverse=True)
+    factors = [student_quantile(_LEVEL, 1.0 / x if x > 0.0 else np.inf) for x in found.tolist()]
+    return np.array(factors)[place]

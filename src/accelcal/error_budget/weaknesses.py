@@ -65,6 +65,9 @@ def weaknesses(
     missing = [name for key, name in _RANDOM_NAMES.items() if not getattr(random, key).origin]
     if missing:
         yield f"nothing tells these random errors, they are taken as 0: {', '.join(missing)}"
+    absent = [name for name in ("k2", "k3") if name not in coefficients.at_T0]
+    if absent:
+        yield f"the calibration did not determine {', '.join(absent)}; taken as 0"
     unknown = [n for n, q in coefficients.at_T0.items() if q.standard_uncertainty is None]
     if unknown:
         yield f"the uncertainty of {', '.join(unknown)} is unknown and left out"
