@@ -33,6 +33,7 @@ Array = NDArray[np.float64]
 
 _ERROR_UNITS = {"k0": "g", "k2": "g/g^2", "k3": "g/g^3", "delta": "rad", "delta_ip": "g/g^2"}
 _USUAL_TEMPERATURE = 20.0
+_LAWS_FROM = ("tables", "readings")
 
 TEMPERATURE_LAWS = ("tables", "readings")
 """What the temperature laws are fitted to; the first is the default."""
@@ -102,18 +103,7 @@ def fit(
     >>> calibration.tables[0].error_model["k0"].unit
     'g'
     """
-    if reference_temperature is not None and not np.isfinite(reference_temperature):
-        raise InputError(f"T0 is {reference_temperature}; it is a finite number of degC")
-    if temperature_laws not in TEMPERATURE_LAWS:
-        raise InputError(
-            f"temperature_laws is {temperature_laws!r}; choose from {', '.join(TEMPERATURE_LAWS)}"
-        )
-    if method == "printed":
-        python_warnings.warn(
-            "method 'printed' uses the misprinted equations (6); it is there for the record",
-            AccelcalWarning,
-            stacklevel=2,
-        )
+    _check_arguments(method, reference_temperature, temperature_laws)
     delta0 = _fixture_angle(record, delta0)
     with _naming(record):
         tables = [
@@ -122,7 +112,6 @@ def fit(
         estimate = estimate_jointly(
             tables, record.apparatus, method=method, robust=robust, delta0=delta0
         )
-    mountings = [str(table.record.mounting[0]) for table in tables]
     reference = _reference_temperature(record, reference_temperature)
     return Calibration(
         method=method,
@@ -139,10 +128,27 @@ def fit(
         date=record.date,
         error_sources=_error_sources(tables, estimate, record.unit),
         gates=record_gates(estimate, _table_names(tables)),
-        warnings=record_warnings(estimate, method, delta0, mountings),
+        warnings=record_warnings(
+            estimate, method, delta0, [str(table.record.mounting[0]) for table in tables]
+        ),
         software=f"accelcal {__version__}",
         temperature_model=_temperature_model(tables, estimate, reference, temperature_laws),
     )
+
+
+def _check_arguments(method: str, temperature: float | None, laws_from: str) -> None:
+    if temperature is not None and not np.isfinite(temperature):
+        raise InputError(f"T0 is {temperature}; it is a finite number of degC")
+    if laws_from not in _LAWS_FROM:
+        raise InputError(
+            f"temperature_laws {laws_from!r} is unknown; choose from {', '.join(_LAWS_FROM)}"
+        )
+    if method == "printed":
+        python_warnings.warn(
+            "method 'printed' uses the misprinted equations (6); it is there for the record",
+            AccelcalWarning,
+            stacklevel=3,
+        )
 
 
 def _temperature_model(
@@ -154,7 +160,7 @@ def _temperature_model(
     record = tables[0].record
     uncertainty = record.apparatus.temperature_uncertainty
     model = laws_from_tables(tables, estimate, reference, uncertainty, record.unit)
-    if model is None or reference is None or laws_from == "tables":
+    if model is None or model.k0.at_T0 is None or reference is None or laws_from == "tables":
         return model
     from accelcal.temperature.from_readings import laws_from_readings
 
