@@ -33,7 +33,6 @@ Array = NDArray[np.float64]
 
 _ERROR_UNITS = {"k0": "g", "k2": "g/g^2", "k3": "g/g^3", "delta": "rad", "delta_ip": "g/g^2"}
 _USUAL_TEMPERATURE = 20.0
-_LAWS_FROM = ("tables", "readings")
 
 TEMPERATURE_LAWS = ("tables", "readings")
 """What the temperature laws are fitted to; the first is the default."""
@@ -139,9 +138,9 @@ def fit(
 def _check_arguments(method: str, temperature: float | None, laws_from: str) -> None:
     if temperature is not None and not np.isfinite(temperature):
         raise InputError(f"T0 is {temperature}; it is a finite number of degC")
-    if laws_from not in _LAWS_FROM:
+    if laws_from not in TEMPERATURE_LAWS:
         raise InputError(
-            f"temperature_laws {laws_from!r} is unknown; choose from {', '.join(_LAWS_FROM)}"
+            f"temperature_laws is {laws_from!r}; choose from {', '.join(TEMPERATURE_LAWS)}"
         )
     if method == "printed":
         python_warnings.warn(
