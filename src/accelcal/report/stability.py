@@ -75,8 +75,9 @@ def _heading(result: Stability) -> Iterator[str]:
 
 def _components(result: Stability) -> Iterator[str]:
     yield "Random bias"
-    named = ((_NAMES[name], name, e) for name, e in result.components.items())
-    yield from _table([_row(text, symbol, e) for text, symbol, e in named])
+    rows = [_row(_NAMES[name], name, e) for name, e in result.components.items()]
+    # the finding of sigma_L and sigma_F holds for their bounds, and is told once
+    yield from _table([(*row[:-1], "" if row[1] in ("k0L", "k0F") else row[-1]) for row in rows])
 
 
 def _bounds(result: Stability) -> Iterator[str]:
@@ -255,10 +256,10 @@ def _draw_bias(axes: Any, result: Stability, record: StabilityRecord) -> None:
     levels = [launch.level for launch in result.launches]
     centre = math.fsum(levels) / len(levels) if levels else 0.0
     factor, unit = _prefix(result.unit, [e.fluctuation.value for e in result.launches])
-    outputs = {launch.label: launch for launch in record.launches}
+    resting = [launch for launch in record.launches if launch.is_at_rest]
     spans = 0.0
-    for number, shown in enumerate(result.launches):
-        launch, colour = outputs[shown.label], f"C{number % 10}"
+    for number, (shown, launch) in enumerate(zip(result.launches, resting, strict=True)):
+        colour = f"C{number % 10}"
         time, output = _thinned(launch.time, launch.output / (result.scale_factor or 1.0))
         axes.plot(time / size, factor * (output - centre), color=colour, lw=0.7, alpha=0.5)
         spans = max(spans, float(np.median(np.diff(time))))

@@ -224,9 +224,10 @@ def _components(
 def _launch_spread(means: list[float], setting: _Setting) -> Estimate:
     """sigma_L from the launch means over the initial window."""
     if len(means) < 2:
-        count = f"{len(means)} launch{'' if len(means) == 1 else 'es'}"
         what = "repeat the launch" if means else f"none lasts {setting.window:g} s"
-        return Estimate(None, setting.unit, finding=f"not determined: {count}; {what}")
+        return Estimate(
+            None, setting.unit, finding=f"not determined: {_counted(len(means))}; {what}"
+        )
     dof = len(means) - 1
     spread = deviation(dof * float(np.var(means, ddof=1)), dof, setting.unit, dof)
     lag = lag1_correlation(means)
@@ -234,6 +235,10 @@ def _launch_spread(means: list[float], setting: _Setting) -> Estimate:
         finding = "launches are not independent: no honest interval"
         return replace(spread, lower=None, upper=None, finding=finding)
     return spread
+
+
+def _counted(launches: int) -> str:
+    return f"{launches} launch{'' if launches == 1 else 'es'}"
 
 
 def _drift(trends: list[Trend], unit: str) -> Estimate:
@@ -320,7 +325,7 @@ def _gates(
 ) -> Iterator[Gate]:
     lag = lag1_correlation(means)
     if lag is None:
-        finding = f"{len(means)} launch means; at least 5 different ones are wanted"
+        finding = f"{_counted(len(means))} with a mean; at least 5 different means are wanted"
         yield Gate("independent launches", "not assessed", finding)
     else:
         finding = f"lag-1 correlation of the launch means {lag.value:+.2f}, p = {lag.p_value:.2g}"

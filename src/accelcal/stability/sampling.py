@@ -68,8 +68,14 @@ def even_series(launches: Sequence[Launch]) -> EvenSeries:
     >>> even_series([Launch("1", [0, 1, 2, 50, 51, 52], [1, 2, 1, 5, 6, 5])]).notes
     ('1 gap: the series is cut there',)
     """
+    interval = float(np.median([launch.interval for launch in launches]))
+    alike = [x for x in launches if abs(x.interval / interval - 1.0) <= 2.0 * JITTER]
+    others = [x.label for x in launches if abs(x.interval / interval - 1.0) > 2.0 * JITTER]
+    if alike and others:
+        series = even_series(alike)
+        note = f"launch {', '.join(others)}: left out, sampled at another interval"
+        return series._replace(notes=(*series.notes, note))
     steps = np.concatenate([np.diff(launch.time) for launch in launches])
-    interval = float(np.median(steps))
     ratio = steps / interval
     inside = ratio <= _GAP
     gaps = int(np.sum(~inside))

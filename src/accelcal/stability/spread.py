@@ -95,10 +95,10 @@ def lag1_correlation(means: ArrayLike) -> LagCorrelation | None:
     >>> lag1_correlation([1, 2, 3, 4, 5, 6, 7, 8]).p_value < 0.01
     True
     """
-    centred = np.asarray(means, dtype=np.float64)
-    centred = centred - centred.mean()
-    if centred.size < FEWEST_LAUNCHES or not centred.any():
+    values = np.asarray(means, dtype=np.float64)
+    if values.size < FEWEST_LAUNCHES or np.ptp(values) == 0.0:
         return None
+    centred = values - values.mean()
     orders = np.array(list(_orders(centred)))
     found = _lag1(centred[None, :])[0]
     shuffled = _lag1(orders)

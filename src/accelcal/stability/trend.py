@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import InputError
-from accelcal.probability import student_survival
 from accelcal.stability.record import Launch
 
 __all__ = ["LEVEL", "Trend", "fit_trend"]
@@ -32,6 +31,7 @@ BLOCKS = 60
 SHARES = (0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.98, 1.0)
 """Shares of flicker noise or random walk in the scatter about the line that are weighed."""
 
+_SHORTEST = 0.4  # time constant over block length, which suits means of blocks
 _WHITE_PRIOR = 2.0 * len(SHARES)
 _FLICKER_PRIOR = 1.0
 _RANDOM_WALK_PRIOR = 3.0  # chosen by coverage, see the page on stability
@@ -69,9 +69,13 @@ class Trend(NamedTuple):
 
 
 class _Blocks(NamedTuple):
+    """Means over equal spans of time, and within each the mean distance of two samples [s]."""
+
     time: Array
     mean: Array
     samples: Array
+    apart: Array
+    duration: float
 
 
 class _Mixture(NamedTuple):
@@ -104,10 +108,12 @@ def fit_trend(launch: Launch) -> Trend:
 
     Notes
     -----
-    The restricted likelihood of a mixture with covariance V over n block means y, X = [1 t] is
-    |V|^-1/2 |X' V^-1 X|^-1/2 q^-(n-2)/2, q the weighted residual sum of squares. V is
-    (1 - s) W + s C, W white noise and C flicker noise (covariance -log|t - t'|) or random walk
-    (-|t - t'|), each scaled to leave the same variance about a line.
+    The restricted likelihood of a mixture with covariance V over n block means y, X = [1 t] is::
+
+        |V|^-1/2 |X' V^-1 X|^-1/2 q^-(n-2)/2
+
+    where q is the weighted residual sum of squares. V is (1 - s) W + s C, W white noise and C
+    flicker noise or random walk, each scaled to leave the same variance about a line.
 
     Examples
     --------
@@ -149,7 +155,11 @@ def _in_blocks(launch: Launch) -> tuple[_Blocks, float]:
     line = np.polynomial.Polynomial.fit(launch.time, launch.output, 1)
     left = launch.output - line(launch.time)
     inside = left - (np.bincount(number, weights=left) / count)[number]
-    return _Blocks(time, mean, count), float(inside @ inside)
+    rank = np.arange(share.size) - (np.cumsum(count) - count)[number]
+    ordered = 2.0 * (2.0 * rank - count[number] + 1.0) / count[number] ** 2
+    offsets = launch.time - time[number]
+    apart = np.bincount(number, weights=ordered * offsets).astype(np.float64)
+    return _Blocks(time, mean, count, apart, launch.duration), float(inside @ inside)
 
 
 def _between(blocks: _Blocks) -> float:
@@ -166,8 +176,7 @@ def _mixtures(blocks: _Blocks) -> Iterator[_Mixture]:
     basis = np.linalg.qr(design)[0]
     apart = np.eye(time.size) - basis @ basis.T
     white, flicker, walk = (
-        noise * ((time.size - 2) / np.trace(apart @ noise))
-        for noise in _noises(time, blocks.samples)
+        noise * ((time.size - 2) / np.trace(apart @ noise)) for noise in _noises(blocks)
     )
     covariances = [(white, _WHITE_PRIOR)]
     for noise, prior in ((flicker, _FLICKER_PRIOR), (walk, _RANDOM_WALK_PRIOR)):
@@ -180,20 +189,18 @@ def _mixtures(blocks: _Blocks) -> Iterator[_Mixture]:
         )
 
 
-def _noises(time: Array, count: Array) -> tuple[Array, Array, Array]:
-    """Covariances of the block means, up to a constant that the line takes up.
+def _noises(blocks: _Blocks) -> tuple[Array, Array, Array]:
+    """Covariances of the block means: white noise, flicker noise, random walk.
 
-    The mean distance of two samples of a block of length h is h/3 (less for few samples), and the
-    mean logarithm of it log(h) - 3/2.
+    Flicker noise is a sum of relaxations with time constants in equal steps of their logarithm.
+    That of the random walk lacks a constant, which the line takes up.
     """
-    distance = np.abs(time[:, None] - time)
-    length = count / count.sum()  # of a block, the whole launch being 1
-    walk = 1.1 - distance
-    np.fill_diagonal(walk, 1.1 - length / 3.0 * (1.0 - 1.0 / count**2))
-    logarithm = np.log(distance, out=np.zeros_like(distance), where=distance > 0.0)
-    flicker = 1.0 - logarithm
-    np.fill_diagonal(flicker, 2.5 - np.log(length))
-    return np.diag(count.mean() / count), flicker, walk
+    distance = np.abs(blocks.time[:, None] - blocks.time) / blocks.duration
+    constants = np.geomspace(_SHORTEST / blocks.time.size, 10.0, 16)
+    flicker = sum(np.exp(-distance / constant) for constant in constants)
+    walk = 1.0 - distance
+    np.fill_diagonal(walk, 1.0 - blocks.apart / blocks.duration)
+    return np.diag(blocks.samples.mean() / blocks.samples), np.asarray(flicker), walk
 
 
 def _weighted_line(
@@ -223,22 +230,20 @@ def _weights(mixtures: list[_Mixture]) -> Array:
 
 def _limits(weights: Array, slopes: Array, errors: Array, dof: int) -> tuple[float, float]:
     """Quantiles of the mixture of Student's distributions, by bisection."""
+    from scipy.special import stdtr  # type: ignore[import-untyped]
+
     tail = 0.5 * (1.0 - LEVEL)
-    used = weights > 1e-9
-    parts = list(zip(weights[used], slopes[used], errors[used], strict=True))
-    largest = float(errors[used].max())
 
-    def above(x: float) -> float:
-        return sum(float(w) * student_survival((x - b) / s, dof) for w, b, s in parts)
+    def below(x: float) -> float:
+        return float(weights @ stdtr(dof, (x - slopes) / errors))
 
-    def quantile(survival: float) -> float:
-        low, high = float(slopes[used].min()), float(slopes[used].max())
-        width = largest
-        while above(low) < survival or above(high) > survival:
+    def quantile(probability: float) -> float:
+        low, high, width = float(slopes.min()), float(slopes.max()), float(errors.max())
+        while below(low) > probability or below(high) < probability:
             low, high, width = low - width, high + width, 2.0 * width
         for _ in range(60):
             middle = 0.5 * (low + high)
-            low, high = (middle, high) if above(middle) > survival else (low, middle)
+            low, high = (middle, high) if below(middle) < probability else (low, middle)
         return 0.5 * (low + high)
 
-    return quantile(1.0 - tail), quantile(tail)
+    return quantile(tail), quantile(1.0 - tail)

@@ -1,0 +1,234 @@
+"""The Allan deviation against Stable32, and noise terms that are there or not."""
+
+import os
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from accelcal.stability.allan import overlapping_allan
+from accelcal.stability.noise_terms import TERMS, noise_terms
+from accelcal.stability.record import Launch
+from accelcal.stability.sampling import even_series
+
+STABLE32 = {  # factor: differences, alpha, lower, deviation, upper at one sigma
+    1: (999, 0, 2.8515e-01, "2.9223e-01", 2.9987e-01),
+    2: (997, 0, 1.9520e-01, "2.0102e-01", 2.0738e-01),
+    4: (993, 0, 1.3931e-01, "1.4479e-01", 1.5098e-01),
+    8: (985, 0, 1.0038e-01, "1.0570e-01", 1.1198e-01),
+    16: (969, 0, 5.7696e-02, "6.1915e-02", 6.7217e-02),
+    32: (937, 0, 4.3654e-02, "4.8082e-02", 5.4202e-02),
+    64: (873, 0, 3.1755e-02, "3.6237e-02", 4.3377e-02),
+    128: (745, 0, 2.3045e-02, "2.7674e-02", 3.7027e-02),
+}
+"""Stable32 1.60 on the file PHASE.DAT, as in tests/phasedat of allantools (LGPL-3+), commit
+599dc9ea133ea4852f97e5ed88e51dc11bbdae1f."""
+
+FOLDERS = (
+    os.environ.get("ACCELCAL_STABLE32", ""),
+    Path(__file__).parents[2] / "shared" / "data" / "stable32_phase_ocxo",
+)
+
+
+def nist_1000_points():
+    """Frequencies of the 1000-point test suite, NIST SP 1065, section 12.4."""
+    n, points = 1234567890, []
+    for _ in range(1000):
+        points.append(n / 2147483647)
+        n = 16807 * n % 2147483647
+    return np.array(points)
+
+
+def test_nist_points_are_those_of_the_handbook():
+    points = nist_1000_points()  # NIST SP 1065, table 31: minimum, maximum, average
+    figures = [f"{x:.6e}" for x in (points.min(), points.max(), points.mean())]
+    assert figures == ["1.371760e-03", "9.957453e-01", "4.897745e-01"]
+
+
+def test_stable32_octaves():
+    result = overlapping_allan([nist_1000_points()], factors=list(STABLE32), level=0.6826894921)
+    for row, (count, alpha, lower, deviation, upper) in zip(
+        result.rows(), STABLE32.values(), strict=True
+    ):
+        assert (row["count"], row["alpha"]) == (count, alpha)
+        assert f"{row['deviation']:.4e}" == deviation
+        assert row["lower"] == pytest.approx(lower, rel=4e-4)
+        assert row["upper"] == pytest.approx(upper, rel=4e-4)
+
+
+@pytest.fixture(scope="module")
+def stable32_files():
+    for folder in FOLDERS:
+        if folder and (Path(folder) / "ocxo_frequency.txt").exists():
+            return Path(folder)
+    return pytest.skip("the files of Stable32 are not here; ACCELCAL_STABLE32 names their folder")
+
+
+@pytest.mark.parametrize(
+    ("data", "reference"),
+    [
+        ("ocxo_frequency.txt", "ocxo_stable32_oadev_alltau.txt"),
+        ("PHASE.DAT", "phase_dat_oadev.txt"),
+    ],
+)
+def test_stable32_all_averaging_times(stable32_files, data, reference):
+    series = np.loadtxt(stable32_files / data)
+    series = np.diff(series) if data == "PHASE.DAT" else series / np.median(series) - 1.0
+    table = np.loadtxt(stable32_files / reference)
+    result = overlapping_allan([series], factors=table[:, 0].astype(int))
+    assert result.count == tuple(table[:, 2].astype(int))
+    assert [f"{x:.4e}" for x in result.deviation] == [f"{x:.4e}" for x in table[:, 5]]
+
+
+def test_deviation_is_its_definition():
+    """The sum of NIST SP 1065, eq. (11), written out."""
+    values, interval, m = np.random.default_rng(3).normal(size=50).cumsum(), 0.5, 4
+    x = np.concatenate([[0.0], np.cumsum(values) * interval])
+    second = [x[i + 2 * m] - 2 * x[i + m] + x[i] for i in range(x.size - 2 * m)]
+    expected = np.sqrt(np.mean(np.square(second)) / (2 * (m * interval) ** 2))
+    result = overlapping_allan([values], interval, factors=[m])
+    assert result.deviation == pytest.approx((expected,), rel=1e-9)
+
+
+def test_pieces_are_pooled_and_their_levels_do_not_matter():
+    random = np.random.default_rng(4)
+    pieces = [random.normal(size=300), 1e3 + random.normal(size=500)]
+    pooled = overlapping_allan(pieces, factors=[1, 8])
+    single = [overlapping_allan([piece], factors=[1, 8]) for piece in pieces]
+    assert pooled.count == tuple(a + b for a, b in zip(*(s.count for s in single), strict=True))
+    assert pooled.deviation[0] == pytest.approx(1.0, rel=0.1)
+    assert pooled.edf[1] > max(s.edf[1] for s in single)
+
+
+def test_intervals_of_the_deviation_cover():
+    random = np.random.default_rng(5)
+    held = Counter()
+    for _ in range(100):
+        for row in overlapping_allan([random.normal(size=256)], factors=[1, 4, 16]).rows():
+            held[row["tau_s"]] += row["lower"] <= row["tau_s"] ** -0.5 <= row["upper"]
+    # of 100 intervals at 95 %, fewer than 85 hold the truth 4 times in 100 000 tries
+    assert min(held.values()) >= 85
+
+
+def test_an_averaging_time_without_differences_is_left_out():
+    assert overlapping_allan([np.arange(10.0)], factors=[1, 8]).tau_s == (1.0,)
+    assert overlapping_allan([]).tau_s == ()
+
+
+# -- noise terms -----------------------------------------------------------------------------------
+
+
+def identified(series):
+    terms = noise_terms(overlapping_allan([series]), "g")
+    return "".join(name for name, term in terms.items() if term.value is not None), terms
+
+
+def random_walk(random, size):
+    return np.cumsum(random.normal(size=8 * size)).reshape(-1, 8).mean(axis=1) / 8**0.5
+
+
+def flicker(random, size):
+    k = np.arange(1, size)
+    response = np.concatenate([[1.0], np.cumprod((k - 0.5) / k)])
+    return np.convolve(random.normal(size=size), response)[:size]
+
+
+@pytest.mark.parametrize(
+    ("make", "found", "truth"),
+    [
+        (lambda random, n: random.normal(size=n), "N", 1.0),
+        (random_walk, "K", 1.0),
+        (flicker, "B", None),
+        (lambda random, n: np.diff(random.normal(size=n + 1)), "Q", 1.0),
+    ],
+    ids=["white", "random walk", "flicker", "quantisation"],
+)
+def test_the_noise_that_is_there_is_identified_alone(make, found, truth):
+    for seed in range(5):
+        names, terms = identified(make(np.random.default_rng(seed), 4000))
+        assert names == found
+        if truth:
+            term = terms[found]
+            assert term.value == pytest.approx(truth, rel=0.15)
+            assert term.lower < term.value < term.upper
+
+
+def test_white_noise_and_ramp():
+    names, terms = identified(np.random.default_rng(1).normal(size=4000) + 2e-3 * np.arange(4000))
+    assert names == "NR"
+    assert terms["R"].value == pytest.approx(2e-3, rel=0.1)
+
+
+def test_a_minimum_is_no_bias_instability():
+    """The curve of white noise and random walk has a flat bottom, and no flicker noise."""
+    random = np.random.default_rng(2)
+    names, terms = identified(10.0 * random.normal(size=40_000) + random_walk(random, 40_000))
+    assert "N" in names
+    assert "K" in names
+    assert terms["B"].value is None
+    assert terms["B"].finding.startswith("not identified")
+
+
+def test_intervals_of_the_white_noise_cover():
+    random = np.random.default_rng(8)
+    terms = [identified(random.normal(size=1000))[1]["N"] for _ in range(100)]
+    assert all(term.value is not None for term in terms)
+    assert sum(term.lower <= 1.0 <= term.upper for term in terms) >= 85
+
+
+def test_too_short_a_record_identifies_nothing():
+    names, terms = identified(np.random.default_rng(1).normal(size=20))
+    assert names == ""
+    assert all("at least 4 octaves" in terms[name].finding for name in TERMS)
+
+
+# -- even series -----------------------------------------------------------------------------------
+
+
+def launch(time, label="1"):
+    time = np.asarray(time, dtype=float)
+    return Launch(label, time, np.sin(time))
+
+
+def test_regular_samples_stay_as_they_are():
+    given = launch(np.arange(0.0, 10.0, 0.1))
+    series = even_series([given])
+    assert series.notes == ()
+    assert series.interval == pytest.approx(0.1)
+    np.testing.assert_allclose(series.pieces[0], given.output)
+
+
+def test_a_few_missing_samples_are_filled_in():
+    series = even_series([launch(np.delete(np.arange(1000.0), [100, 500, 501]))])
+    assert [piece.size for piece in series.pieces] == [1000]
+    assert series.pieces[0][100] == pytest.approx((np.sin(99) + np.sin(101)) / 2)
+    assert series.notes == ("3 missing samples in short gaps: filled in by a straight line",)
+
+
+def test_many_missing_samples_cut_the_series():
+    series = even_series([launch(np.delete(np.arange(100.0), [20, 40, 60, 80]))])
+    assert [piece.size for piece in series.pieces] == [20, 19, 19, 19, 19]
+    assert "taken as gaps" in series.notes[0]
+
+
+def test_a_gap_cuts_the_series():
+    series = even_series([launch(np.r_[np.arange(50.0), np.arange(90.0, 120.0)])])
+    assert [piece.size for piece in series.pieces] == [50, 30]
+    assert series.notes == ("1 gap: the series is cut there",)
+
+
+def test_irregular_times_are_averaged():
+    time = np.cumsum(np.random.default_rng(1).uniform(0.6, 1.5, 2000))
+    series = even_series([Launch("1", time, 2.0 + 0.0 * time + np.arange(2000) % 2)])
+    assert series.interval == pytest.approx(np.diff(time).max())
+    assert "irregular times" in series.notes[0]
+    assert all(np.isfinite(piece).all() for piece in series.pieces)
+    assert np.concatenate(series.pieces).mean() == pytest.approx(2.5, abs=0.05)
+
+
+def test_a_launch_at_another_interval_is_left_out():
+    series = even_series([launch(np.arange(50.0)), launch(np.arange(40.0), "2"),
+                          launch(10.0 * np.arange(30.0), "slow")])  # fmt: skip
+    assert [piece.size for piece in series.pieces] == [50, 40]
+    assert series.notes == ("launch slow: left out, sampled at another interval",)

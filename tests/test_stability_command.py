@@ -1,0 +1,210 @@
+"""The command, its reader, its text and its picture."""
+
+import io
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from accelcal.cli.main import main
+from accelcal.errors import InputError, TableError
+from accelcal.io.stability_record import read_stability, read_stability_records
+from accelcal.report.stability import stability_picture
+from accelcal.stability.analysis import analyse
+
+ROOT = Path(__file__).parents[1]
+EXAMPLE = str(ROOT / "examples" / "stability.csv")
+
+
+def read(text):
+    return read_stability(io.StringIO(text))
+
+
+def rows(*cells):
+    return "".join(f"{cell}\n" for cell in cells)
+
+
+def test_the_example_is_made_by_its_script():
+    done = subprocess.run(
+        [sys.executable, ROOT / "examples" / "stability.py"],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert done.stdout == Path(EXAMPLE).read_text("utf-8")
+
+
+def test_the_example_gives_back_what_it_was_made_with():
+    result = analyse(read_stability(EXAMPLE), scale_factor=1.3)
+    truth = {"sigma_L": 6.7e-6, "gamma_D": 5e-6 / 3600.0, "sigma_F": 5e-6, "noise": 5e-6}
+    for name, value in truth.items():
+        assert result.components[name].lower < value < result.components[name].upper
+    white = result.noise_terms["N"]
+    assert white.lower < 5e-6 * 5**0.5 < white.upper
+    assert [name for name, t in result.noise_terms.items() if t.value is not None] == ["N"]
+
+
+# -- reader ----------------------------------------------------------------------------------------
+
+
+def test_columns_units_and_header():
+    record = read("# serial: A7\n# unit: mA\ntime [min];y;T;Launch\n"
+                  "0;1,5;20,1;x\n1;1,6;20,2;x\n2;1,4;20,3;x\n"
+                  "0;1,1;20;y\n1;1,2;20;y\n3;1,0;20;y\n")  # fmt: skip
+    assert (record.serial, record.unit) == ("A7", "mA")
+    assert [launch.label for launch in record.launches] == ["x", "y"]
+    assert record.launches[0].time.tolist() == [0.0, 60.0, 120.0]
+    assert record.launches[0].temperature.tolist() == [20.1, 20.2, 20.3]
+    assert record.launches[1].output.tolist() == [1.1, 1.2, 1.0]
+
+
+def test_dates_become_seconds():
+    record = read("time,output_V\n2024-05-31T23:59:59,1\n2024-06-01T00:00:00.5,2\n"
+                  "2024-06-01T00:00:02+00:00,3\n")  # fmt: skip
+    assert record.launches[0].time.tolist() == [0.0, 1.5, 3.0]
+    assert record.unit == "V"
+
+
+def test_missing_outputs_are_left_out_and_told():
+    record = read("time,output\n0,1\n1,\n2,2\n3,nan\n4,3\n")
+    assert record.launches[0].time.tolist() == [0.0, 2.0, 4.0]
+    assert any("missing output" in note for note in record.notes)
+
+
+def test_a_large_record_is_read_by_pandas_to_the_same_numbers():
+    values = np.random.default_rng(1).normal(size=70_000).round(9)
+    text = "time,output,temperature\n" + rows(*(f"{i},{v!r},20.00000000" for i, v in
+                                                enumerate(values.tolist())))  # fmt: skip
+    assert len(text) > 2_000_000
+    np.testing.assert_array_equal(read(text).launches[0].output, values)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("time,temperature\n0,20\n", "no column output"),
+        ("temperature,output\n20,1\n", "no column time"),
+        ("time,t,output\n0,0,1\n", "two columns mean time"),
+        ("time,output\n0,1\n1,2\n", "at least 3"),
+        ("time,output\n0,1\n1,2\n1,3\n", ":4: time does not increase"),
+        ("time,output\n0,1\n1,1\n2,1\n", "all 3 outputs are 1"),
+        ("time,output\n0,\n1,\n", "all outputs are missing"),
+        ("time,output\n0,1\n1,x\n2,1\n", ":3: output 'x' is not a number"),
+        ("time,output\n0,1\n,2\n2,1\n", ":3: time is missing"),
+        ("time,output,serial\n0,1,a\n1,2,b\n2,3,a\n", "give a file for each accelerometer"),
+        ("# unit: V\ntime,output_mA\n0,1\n1,2\n2,3\n", "declare one unit"),
+        ("time,output,input\n0,1,0\n1,2,\n2,3,0\n", ":3: input is missing"),
+    ],
+)
+def test_a_bad_record_is_refused_in_one_line(text, message):
+    with pytest.raises(TableError) as caught:
+        read(text)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_several_files_are_several_launches(tmp_path):
+    for name, unit in (("monday", "mA"), ("tuesday", "mA"), ("volts", "V")):
+        (tmp_path / f"{name}.csv").write_text(f"time,output_{unit}\n0,1\n1,2\n2,1\n3,2\n4,1\n")
+    paths = [tmp_path / "monday.csv", tmp_path / "tuesday.csv"]
+    record = read_stability_records(paths)
+    assert [launch.label for launch in record.launches] == ["monday", "tuesday"]
+    with pytest.raises(InputError, match="unit V and mA in one test"):
+        read_stability_records([*paths, tmp_path / "volts.csv"])
+
+
+# -- command ---------------------------------------------------------------------------------------
+
+
+def run(capsys, *arguments):
+    code = main(["stability", *arguments])
+    caught = capsys.readouterr()
+    return code, caught.out, caught.err
+
+
+def test_the_text_tells_value_interval_unit_and_reason(capsys):
+    code, out, err = run(capsys, EXAMPLE, "--scale-factor", "1.3")
+    assert (code, err) == (0, "")
+    assert max(map(len, out.splitlines())) <= 100
+    assert out.isascii()
+    for part in ("sigma_L", "ug/h", "not determined", "not identified", "extrapolated", "5.51"):
+        assert part in out
+
+
+def test_json_is_one_document(capsys, tmp_path):
+    path = tmp_path / "result.json"
+    code, out, err = run(capsys, EXAMPLE, "--format", "json", "-o", str(path))
+    assert (code, err) == (0, "")
+    assert json.loads(out) == json.loads(path.read_text("utf-8"))
+    assert json.loads(out)["unit"] == "mA"
+
+
+def test_csv_has_a_line_for_each_quantity(capsys):
+    code, out, _ = run(capsys, EXAMPLE, "--format", "csv", "--times", "60")
+    assert code == 0
+    assert out.startswith("name,time_s,value,unit,lower,upper,dof,finding\nsigma_L,")
+    assert "\nk0,60.0," in out
+
+
+def test_the_calibration_gives_g(capsys, tmp_path):
+    path = str(tmp_path / "cal.json")
+    assert main(["fit", str(ROOT / "examples" / "al15.csv"), "-o", path]) == 0
+    capsys.readouterr()
+    code, out, _ = run(capsys, EXAMPLE, "--calibration", path)
+    assert code == 0
+    assert "in g (local), scale factor 1.34" in out
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["nosuch.csv"],
+        [EXAMPLE, "--probability", "2"],
+        [EXAMPLE, "--scale-factor", "0"],
+        [EXAMPLE, "--calibration", "nosuch.json"],
+        [EXAMPLE, "--calibration", EXAMPLE],
+        [EXAMPLE, "--average", "1e9"],
+        [EXAMPLE, "--launch-gap", "0"],
+        [EXAMPLE, "--plot", "picture.gif"],
+        [EXAMPLE, "--unit", "V", "--calibration", EXAMPLE, "--scale-factor", "1"],
+    ],
+    ids=lambda arguments: " ".join(Path(argument).name for argument in arguments),
+)
+def test_bad_input_exits_with_2(capsys, arguments):
+    code, out, err = run(capsys, *arguments)
+    assert (code, out) == (2, "")
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize(("form", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml")])
+def test_the_picture_is_drawn(capsys, tmp_path, form, start):
+    path = tmp_path / f"picture.{form}"
+    code, _, err = run(capsys, EXAMPLE, "--scale-factor", "1.3", "--plot", str(path))
+    assert (code, err) == (0, "")
+    assert path.read_bytes().startswith(start)
+    if form == "svg":
+        assert path.stat().st_size > 20_000
+
+
+def test_a_picture_without_allan_deviation(tmp_path):
+    path = tmp_path / "short.csv"
+    path.write_text("time,output\n0,1\n1,2\n2,1\n3,2\n")
+    with pytest.raises(InputError, match="at least 5"):
+        analyse(read_stability(path))
+    path.write_text("time,output\n" + rows(*(f"{i},{i % 3}" for i in range(5))))
+    record = read_stability(path)
+    assert stability_picture(analyse(record), record, "png").startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("missing", ["allantools", "matplotlib.figure"])
+def test_without_an_extra_the_rest_works(capsys, monkeypatch, tmp_path, missing):
+    monkeypatch.setitem(sys.modules, missing, None)
+    if missing == "allantools":
+        code, out, _ = run(capsys, EXAMPLE)
+        assert code == 0
+        assert "needs allantools" in out.replace("\n    ", " ")
+    else:
+        code, _, err = run(capsys, EXAMPLE, "--plot", str(tmp_path / "p.png"))
+        assert code == 2
+        assert "accelcal[plot]" in err
