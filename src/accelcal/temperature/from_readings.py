@@ -25,7 +25,7 @@ from accelcal.estimate.uncertainty import Component
 from accelcal.model import COEFFICIENTS
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
 from accelcal.temperature.bilinear import bilinear_design, local_slopes, named_laws
-from accelcal.temperature.from_tables import tables_of_one_mounting
+from accelcal.temperature.from_tables import reached_by, tables_of_one_mounting
 
 __all__ = ["laws_from_readings"]
 
@@ -125,7 +125,8 @@ def laws_from_readings(
     """
     chosen = tables_of_one_mounting(tables, estimate)
     sides = tuple(side for side in ("above", "below") if getattr(start.k0, side) is not None)
-    readings = _stack([tables[i] for i in chosen], estimate.names[chosen[0]], reference, sides)
+    own = [tables[i] for i in chosen]
+    readings = _stack(own, estimate.names[chosen[0]], reference, sides)
     parameters = _starting_values(start, sides, readings.common.shape[1])
     for _ in range(_MOST_STEPS):
         sources = _sources(readings, parameters, tables, estimate, temperature_uncertainty)
@@ -145,11 +146,16 @@ def _stack(
 ) -> _Readings:
     design = np.concatenate([table.design for table in tables])
     rise = np.concatenate([table.record.temperature for table in tables]) - reference
+    common = design[:, [COEFFICIENTS.index(name) for name in _COMMON if name in names]]
+    reached = reached_by(tables)
+    if reached is not None:  # the hysteresis is a part of the bias, +h after heating
+        of_reading = np.repeat(reached, [len(table.record) for table in tables])
+        common = np.column_stack([common, of_reading])
     return _Readings(
         output=np.concatenate([table.record.output for table in tables]),
         a_i=design[:, COEFFICIENTS.index("K1")],
         cross=design[:, COEFFICIENTS.index("M")],
-        common=design[:, [COEFFICIENTS.index(name) for name in _COMMON if name in names]],
+        common=common,
         law=bilinear_design(rise, sides),
         slope=local_slopes(rise, sides),
     )

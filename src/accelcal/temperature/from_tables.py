@@ -20,8 +20,7 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, intervals, propagate
 from accelcal.grouping import distinct
 from accelcal.model import COEFFICIENTS
-from accelcal.results.quantity import Quantity
-from accelcal.results.temperature import TemperatureModel
+from accelcal.results.temperature import BilinearLaw, TemperatureModel
 from accelcal.temperature.bilinear import (
     LEAST_RISE,
     bilinear_design,
@@ -31,7 +30,7 @@ from accelcal.temperature.bilinear import (
     quantity,
 )
 
-__all__ = ["laws_from_tables", "tables_of_one_mounting", "unmeasured"]
+__all__ = ["laws_from_tables", "reached_by", "tables_of_one_mounting"]
 
 Array = NDArray[np.float64]
 
@@ -39,6 +38,11 @@ _NOT_MEASURED = {
     "above": "no level more than 5 degC above T0: the slopes above are not determined",
     "below": "no level more than 5 degC below T0: the slopes below are not determined",
 }
+_NO_LEVEL_NEAR_T0 = (
+    "one level on each side of T0 and none at it: the laws are not determined; measure at T0, or"
+    " give T0 at a measured level"
+)
+_SAME_LEVEL = 1.0  # degC
 _K0, _K1, _M = (COEFFICIENTS.index(name) for name in ("K0", "K1", "M"))
 
 
@@ -51,10 +55,6 @@ class _Levels(NamedTuple):
     rise: Array
     values: Array
     components: Mapping[str, Component]
-
-    @property
-    def size(self) -> int:
-        return self.rise.size
 
 
 def laws_from_tables(
@@ -89,7 +89,9 @@ def laws_from_tables(
     k0 = k0N + lam1 dT above T0 and lam2 dT below; K1 = K1N (1 + beta1|2 dT); delta = deltaN +
     gam1|2 dT. With the estimates q and their covariance C, the laws are the generalised least
     squares solution (X' C^-1 X)^-1 X' C^-1 q, and each component of error goes through the same
-    matrix. An error of temperature acts by the slope of the law.
+    matrix. An error of temperature acts by the slope of the law. Where a level was reached by
+    heating and by cooling, k0 has the further term +h_T after heating and -h_T after cooling, so
+    that the hysteresis does not lean on the slopes.
     """
     chosen = tables_of_one_mounting(tables, estimate)
     if reference is None or len(chosen) < 2:
@@ -98,26 +100,61 @@ def laws_from_tables(
     rise = temperature - reference
     if not np.isfinite(rise).all() or np.ptp(rise) < LEAST_RISE:
         return None
-    levels = _levels(estimate, chosen, rise)
     sides = measured_sides(rise)
-    design = bilinear_design(rise, sides)
-    first = _solution(levels, design)
+    if np.linalg.matrix_rank(bilinear_design(rise, sides)) < 1 + len(sides):
+        nothing = BilinearLaw(None, None, None)
+        return TemperatureModel(nothing, nothing, nothing, warnings=(_NO_LEVEL_NEAR_T0,))
+    reached = reached_by([tables[i] for i in chosen])
+    levels = _levels(estimate, chosen, rise)
+    return _fitted(levels, sides, reached, temperature_uncertainty or 0.0, unit)
+
+
+def reached_by(tables: Sequence[PreparedTable]) -> Array | None:
+    """Tell how each level was reached: by heating, by cooling, or as the first.
+
+    Parameters
+    ----------
+    tables : sequence of PreparedTable
+        Tables of one mounting.
+
+    Returns
+    -------
+    ndarray or None
+        1, -1 or 0 for each table; None where no level was reached both ways.
+    """
+    temperature = np.array([float(table.record.temperature.mean()) for table in tables])
+    order = np.argsort([int(table.record.run[0]) for table in tables], kind="stable")
+    reached = np.zeros(temperature.size)
+    reached[order[1:]] = np.sign(np.diff(temperature[order]))
+    for level in distinct(np.round(temperature)):
+        here = np.abs(temperature - level) < _SAME_LEVEL
+        if {1.0, -1.0} <= set(reached[here].tolist()):
+            return reached
+    return None
+
+
+def _fitted(
+    levels: _Levels,
+    sides: Sequence[str],
+    reached: Array | None,
+    temperature_uncertainty: float,
+    unit: str | None,
+) -> TemperatureModel:
     if temperature_uncertainty:
-        levels = _with_temperature_error(levels, design, first, sides, temperature_uncertainty)
-    solved = _solution(levels, design)
-    k0, K1, delta = named_laws(
-        solved @ levels.values, propagate(levels.components, solved), sides, unit
-    )
-    return TemperatureModel(
-        k0=k0,
-        K1=K1,
-        delta=delta,
-        hysteresis=_hysteresis(levels, [int(tables[i].record.run[0]) for i in chosen]),
-        warnings=unmeasured(sides),
-    )
+        first = _solution(levels, sides, reached) @ levels.values
+        levels = _with_temperature_error(levels, first, sides, temperature_uncertainty)
+    solved = _solution(levels, sides, reached)
+    values, components = solved @ levels.values, propagate(levels.components, solved)
+    laws = slice(3 * (1 + len(sides)))
+    of_laws = {name: part.part(laws) for name, part in components.items()}
+    k0, K1, delta = named_laws(values[laws], of_laws, sides, unit)
+    hysteresis = None
+    if reached is not None:
+        hysteresis = quantity(float(values[-1]), intervals(components)[-1], "g")
+    return TemperatureModel(k0, K1, delta, hysteresis, _unmeasured(sides))
 
 
-def unmeasured(sides: Sequence[str]) -> tuple[str, ...]:
+def _unmeasured(sides: Sequence[str]) -> tuple[str, ...]:
     """Say which slopes are missing, one sentence each."""
     return tuple(text for side, text in _NOT_MEASURED.items() if side not in sides)
 
@@ -149,43 +186,42 @@ def _levels(estimate: JointEstimate, chosen: Sequence[int], rise: Array) -> _Lev
     return _Levels(rise, values, propagate(estimate.components, jacobian))
 
 
-def _solution(levels: _Levels, design: Array) -> Array:
-    """Generalised least-squares map of all three laws, shape (3 p, 3 R)."""
-    whole = np.kron(np.eye(3), design)
+def _solution(levels: _Levels, sides: Sequence[str], reached: Array | None) -> Array:
+    """Generalised least-squares map of the laws of k0, K1 and delta and, last, of h_T.
+
+    Each law is solved by itself: the correlations between them are weak, and their uncertainties
+    may differ by many powers of ten. Propagation through the map keeps them all.
+    """
+    law = bilinear_design(levels.rise, sides)
+    bias = law if reached is None else np.column_stack([law, reached])
     covariance = sum(part.covariance for part in levels.components.values())
-    if not np.isfinite(covariance).all() or not np.diagonal(covariance).all():
-        return LeastSquares(whole).map
-    # in units of the standard uncertainties, so that g, mA and rad may stand side by side
+    size, count = levels.rise.size, law.shape[1]
+    solution = np.zeros((3 * count + bias.shape[1] - count, 3 * size))
+    for i, design in enumerate((bias, law, law)):
+        own = slice(i * size, (i + 1) * size)
+        found = _generalised(design, np.asarray(covariance)[own, own])
+        solution[i * count : (i + 1) * count, own] = found[:count]
+        if found.shape[0] > count:
+            solution[-1, own] = found[-1]
+    return solution
+
+
+def _generalised(design: Array, covariance: Array) -> Array:
+    """Generalised least-squares map, shape (parameters, R); plain where the weights are unknown."""
     sigma = np.sqrt(np.diagonal(covariance))
+    if not (np.isfinite(covariance).all() and sigma.all()):
+        return LeastSquares(design).map
     root = np.linalg.cholesky(covariance / np.outer(sigma, sigma) + 1e-12 * np.eye(sigma.size))
-    whitened = np.linalg.solve(root, whole / sigma[:, None])
+    whitened = np.linalg.solve(root, design / sigma[:, None])
     return np.asarray(LeastSquares(whitened).map @ np.linalg.inv(root) / sigma)
 
 
 def _with_temperature_error(
-    levels: _Levels, design: Array, solution: Array, sides: Sequence[str], uncertainty: float
+    levels: _Levels, parameters: Array, sides: Sequence[str], uncertainty: float
 ) -> _Levels:
     """Add what an error of each temperature does through the slopes of the laws."""
-    laws = (solution @ levels.values).reshape(3, design.shape[1])
+    laws = parameters[: 3 * (1 + len(sides))].reshape(3, -1)
     local = laws @ local_slopes(levels.rise, sides).T
     acting = uncertainty * np.concatenate([np.diag(row) for row in local])
     component = Component(acting @ acting.T, np.full(acting.shape[0], np.inf))
     return _Levels(levels.rise, levels.values, {**levels.components, "temperature": component})
-
-
-def _hysteresis(levels: _Levels, runs: Sequence[int]) -> Quantity | None:
-    """Half the difference of the bias between levels reached by heating and by cooling."""
-    order = np.argsort(runs, kind="stable")
-    reached = np.zeros(levels.size)
-    reached[order[1:]] = np.sign(np.diff(levels.rise[order]))
-    rows = []
-    for level in distinct(np.round(levels.rise)):
-        here = np.abs(levels.rise - level) < 1.0
-        heated, cooled = here & (reached > 0), here & (reached < 0)
-        if heated.any() and cooled.any():
-            rows.append(0.5 * (heated / heated.sum() - cooled / cooled.sum()))
-    if not rows:
-        return None
-    mean = np.concatenate([np.mean(rows, axis=0), np.zeros(2 * levels.size)])
-    (interval,) = intervals(propagate(levels.components, mean[None, :]))
-    return quantity(float(mean @ levels.values), interval, "g")

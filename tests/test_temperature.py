@@ -1,0 +1,209 @@
+"""Temperature laws against tables made by hand from the paper's bilinear model."""
+
+import math
+
+import numpy as np
+import pytest
+
+import accelcal
+from accelcal.errors import InputError
+
+K1N, BETA = 1.35, (520e-6, 480e-6)
+K0N, LAM = 3.324e-3, (-3.9e-5, -4.5e-5)
+DELTAN, GAM = 1.15e-3, (1.5e-6, 1.2e-6)
+K2, K3, DELTA_IP = 105e-6, 87e-6, 20e-6
+THREE = (20.0, 80.0, -40.0)
+LOOP = (20.0, 50.0, 80.0, 50.0, 20.0, -10.0, -40.0, -10.0, 20.0)
+
+
+def law(value, slopes, rise):
+    return value + slopes[rise < 0] * rise
+
+
+def record(temperatures, *, noise=0.0, hysteresis=0.0, scatter=0.0, seed=1, **declared):
+    """Readings of an 8-position test, reading by reading; `scatter` is that of the temperature."""
+    rng = np.random.default_rng(seed)
+    rows, before = [], temperatures[0]
+    for run, level in enumerate(temperatures):
+        bias = hysteresis * np.sign(level - before)
+        before = level
+        for stroke in range(1, 7):
+            for j in range(9):
+                actual = level + scatter * rng.standard_normal()
+                rise, th = actual - 20.0, j * math.pi / 4
+                a, p = math.cos(th), math.sin(th)
+                inside = law(K0N, LAM, rise) + bias + a + K2 * a**2 + K3 * a**3
+                inside += law(DELTAN, GAM, rise) * p + DELTA_IP * a * p
+                y = K1N * (1 + BETA[rise < 0] * rise) * inside
+                rows.append(
+                    (y + K1N * noise * rng.standard_normal(), 45.0 * j, actual, stroke, run)
+                )
+    output, angle, temperature, stroke, run = (
+        np.array(column) for column in zip(*rows, strict=True)
+    )
+    return accelcal.TumbleRecord(
+        output=output,
+        angle=angle,
+        temperature=temperature,
+        stroke=stroke.astype(np.int64),
+        run=run.astype(np.int64),
+        run_labels=tuple(f"run {i}" for i in range(len(temperatures))),
+        mounting=np.full(output.size, "o+"),
+        position=np.zeros(output.size, dtype=np.int64),
+        unit="mA",
+        apparatus=accelcal.Apparatus(**declared),
+    )
+
+
+def laws(temperatures, *, by="tables", **options):
+    reference = options.pop("reference", None)
+    return accelcal.fit(
+        record(temperatures, **options), temperature_laws=by, reference_temperature=reference
+    ).temperature_model
+
+
+def values(model):
+    return {
+        f"{name} {part}": getattr(getattr(model, name), part).value
+        for name in ("k0", "K1", "delta")
+        for part in ("at_T0", "above", "below")
+    }
+
+
+TRUTH = {
+    "k0 at_T0": K0N,
+    "k0 above": LAM[0],
+    "k0 below": LAM[1],
+    "K1 at_T0": K1N,
+    "K1 above": BETA[0],
+    "K1 below": BETA[1],
+    "delta at_T0": DELTAN,
+    "delta above": GAM[0],
+    "delta below": GAM[1],
+}
+
+
+@pytest.mark.parametrize("by", ["tables", "readings"])
+@pytest.mark.parametrize("temperatures", [THREE, LOOP, (20.0, 35.0, 80.0, 0.0, -40.0)])
+def test_noise_free_laws_are_exact(by, temperatures):
+    found = values(laws(temperatures, by=by, head_uncertainty=0.0))
+    assert found == pytest.approx(TRUTH, rel=1e-8)
+
+
+def test_readings_use_their_own_temperatures():
+    """Temperatures that wander by a degree within a run: the tables' means no longer suffice."""
+    options = {"scatter": 1.0, "head_uncertainty": 0.0, "reference": 20.0}
+    assert values(laws(THREE, by="readings", **options)) == pytest.approx(TRUTH, rel=1e-8)
+    assert values(laws(THREE, by="tables", **options)) != pytest.approx(TRUTH, rel=1e-8)
+
+
+def test_both_ways_agree():
+    """With k2 and k3 in common the readings tell a little more; the difference has its variance."""
+    options = {"noise": 5e-6, "head_uncertainty": 0.0, "launch_uncertainty": 1e-6, "seed": 3}
+    tables, readings = laws(LOOP, **options), laws(LOOP, by="readings", **options)
+    for name in TRUTH:
+        law_name, part = name.split()
+        a, b = (getattr(getattr(model, law_name), part) for model in (tables, readings))
+        ratio = b.standard_uncertainty / a.standard_uncertainty
+        assert 0.4 < ratio < 1.001
+        of_difference = a.standard_uncertainty * math.sqrt(max(1.0 - ratio**2, 0.01))
+        assert abs(a.value - b.value) < 3.0 * of_difference
+
+
+@pytest.mark.parametrize("by", ["tables", "readings"])
+def test_intervals_hold_the_truth(by):
+    """Of 9 x 60 intervals at 95 %, not all independent."""
+    held = []
+    for seed in range(60):
+        model = laws(THREE, by=by, noise=5e-6, head_uncertainty=0.0, seed=seed)
+        for name, truth in TRUTH.items():
+            quantity = getattr(getattr(model, name.split()[0]), name.split()[1])
+            held.append(abs(quantity.value - truth) <= quantity.expanded_uncertainty)
+    assert 0.91 < np.mean(held) < 0.98
+
+
+def test_hysteresis_does_not_lean_on_the_slopes():
+    options = {"hysteresis": 1e-4, "head_uncertainty": 0.0, "launch_uncertainty": 0.0}
+    model = laws(LOOP, **options)
+    assert model.hysteresis.value == pytest.approx(1e-4, rel=1e-6)
+    assert values(model) == pytest.approx(TRUTH, rel=1e-8)
+    assert values(laws(LOOP, by="readings", **options)) == pytest.approx(TRUTH, rel=1e-8)
+
+
+@pytest.mark.parametrize("temperatures", [THREE, (20.0, 50.0, 80.0)])
+def test_hysteresis_is_not_determined_without_a_level_reached_both_ways(temperatures):
+    assert laws(temperatures, head_uncertainty=0.0).hysteresis is None
+
+
+def test_one_side_missing_is_said():
+    model = laws((20.0, 80.0), head_uncertainty=0.0)
+    assert model.k0.below is model.K1.below is model.delta.below is None
+    assert model.k0.above.value == pytest.approx(LAM[0], rel=1e-8)
+    assert model.warnings == (
+        "no level more than 5 degC below T0: the slopes below are not determined",
+    )
+
+
+def test_one_level_has_no_laws():
+    assert laws((20.0, 20.0), head_uncertainty=0.0) is None
+
+
+def test_two_levels_astride_it_determine_nothing():
+    model = laws((80.0, -40.0), reference=20.0, head_uncertainty=0.0)
+    assert model.k0.at_T0 is None
+    assert "none at it" in model.warnings[0]
+    assert laws((80.0, -40.0), by="readings", reference=20.0, head_uncertainty=0.0) == model
+
+
+@pytest.mark.parametrize(
+    ("temperatures", "given", "T0"),
+    [
+        (THREE, None, 20.0),
+        ((23.0, 80.0, -40.0), None, 23.0),
+        ((10.0, 31.0), None, 10.0),
+        (THREE, 80.0, 80.0),
+    ],
+)
+def test_reference_is_given_or_the_level_nearest_to_20(temperatures, given, T0):
+    calibration = accelcal.fit(record(temperatures), reference_temperature=given)
+    assert calibration.T0_degC == pytest.approx(T0)
+
+
+def test_an_uncertain_temperature_enters_the_slopes():
+    sharp = laws(THREE, noise=5e-6, head_uncertainty=0.0)
+    vague = laws(THREE, noise=5e-6, head_uncertainty=0.0, temperature_uncertainty=0.1)
+    # an error of 0.1 degC at 80 degC and at T0 acts on beta1 as 0.1 beta / 60, by either side
+    at_end = BETA[0] * 0.1 / 60.0
+    at_start = 0.5 * (BETA[0] + BETA[1]) * 0.1 / 60.0
+    expected = math.hypot(sharp.K1.above.standard_uncertainty, math.hypot(at_end, at_start))
+    assert vague.K1.above.standard_uncertainty == pytest.approx(expected, rel=0.02)
+
+
+def test_weights_follow_variance_and_not_the_number_of_readings():
+    """Ten times the strokes at one level must not pull the law where launches shift."""
+    rng = np.random.default_rng(5)
+    base = record((20.0, 40.0, 60.0, 80.0), noise=5e-6, launch_uncertainty=1e-4, head_uncertainty=0)
+    many = np.flatnonzero(base.run == 1)
+    output = np.concatenate(
+        [base.output, *[base.output[many] + 7e-6 * rng.standard_normal(54)] * 9]
+    )
+    pick = np.concatenate([np.arange(len(base)), *[many] * 9])
+    strokes = np.concatenate([base.stroke] + [base.stroke[many] + 6 * i for i in range(1, 10)])
+    arrays = ("angle", "temperature", "run", "mounting", "position")
+    heavy = accelcal.TumbleRecord(
+        output=output,
+        stroke=strokes,
+        run_labels=base.run_labels,
+        unit="mA",
+        apparatus=base.apparatus,
+        **{name: getattr(base, name)[pick] for name in arrays},
+    )
+    light, loaded = (accelcal.fit(r).temperature_model.k0.above for r in (base, heavy))
+    assert abs(light.value - loaded.value) < 0.1 * light.standard_uncertainty
+
+
+def test_an_unknown_way_is_refused():
+    with pytest.raises(
+        InputError, match="temperature_laws is 'both'; choose from tables, readings"
+    ):
+        laws(THREE, by="both")
