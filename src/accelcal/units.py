@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-__all__ = ["OUTPUT_UNITS", "canonical_unit", "is_output_unit"]
+__all__ = ["OUTPUT_UNITS", "canonical_unit", "conversion_factor", "is_output_unit"]
 
 OUTPUT_UNITS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -28,6 +28,15 @@ OUTPUT_UNITS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )
 """Canonical name of an output unit -> other ways of writing it."""
+
+_POWERS_OF_TEN: Mapping[str, Mapping[str, int]] = MappingProxyType(
+    {
+        "V": {"V": 0, "mV": -3, "uV": -6, "nV": -9},
+        "A": {"A": 0, "mA": -3, "uA": -6, "nA": -9},
+        "Hz": {"Hz": 0, "kHz": 3, "MHz": 6},
+    }
+)
+"""Quantity -> its units as powers of ten."""
 
 _EXACT = {name: name for name in OUTPUT_UNITS} | {
     other: name for name, others in OUTPUT_UNITS.items() for other in others
@@ -83,3 +92,30 @@ def is_output_unit(text: str) -> bool:
     (True, False)
     """
     return canonical_unit(text) in OUTPUT_UNITS
+
+
+def conversion_factor(given: str, wanted: str) -> float | None:
+    """Factor from one output unit to another of the same quantity.
+
+    Parameters
+    ----------
+    given, wanted : str
+        The units as written.
+
+    Returns
+    -------
+    float or None
+        What a value in `given` is multiplied by; None where the units are of other quantities.
+
+    Examples
+    --------
+    >>> conversion_factor("uA", "mA"), conversion_factor("mA", "mV")
+    (0.001, None)
+    """
+    one, other = canonical_unit(given), canonical_unit(wanted)
+    if one == other:
+        return 1.0
+    for powers in _POWERS_OF_TEN.values():
+        if one in powers and other in powers:
+            return float(f"1e{powers[one] - powers[other]}")
+    return None

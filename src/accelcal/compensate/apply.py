@@ -176,10 +176,11 @@ def compensate(
 
     Notes
     -----
-    The calibration tells the covariance C of its coefficients at T0, but not how they correlate
-    with the temperature slopes. So the uncertainty at T0, sqrt(J C J'), and that of each slope
-    times abs(T - T0) are added linearly, which is never too small. The uncertainties of output
-    and temperature are independent of it and added in squares.
+    With J the derivatives of a_i by the coefficients and C their covariance, the standard
+    uncertainty at T0 and at the farthest level is sqrt(J C J'). The laws are straight between
+    them, so the error in between is a weighted mean of both errors. How they correlate is not
+    known: their uncertainties are averaged linearly with the same weights, which is never too
+    small. Those of output and temperature are independent of it and added in squares.
     """
     rise = _rise(found, temperature)
     Y, rise, *cross = np.broadcast_arrays(
@@ -233,18 +234,29 @@ def _coefficient_error(
 ) -> Array:
     """Standard uncertainty of the bracket of the model from the coefficients [g]."""
     along = cross[0]
-    ones = np.ones_like(a_i)
-    rows = [ones, bracket, a_i**2, a_i**3, along, a_i * along]
-    total = _propagated(found.covariance, rows)
+    rows = [np.ones_like(a_i), bracket, a_i**2, a_i**3, along, a_i * along]
+    total = _between_levels(found, rows, rise)
     if found.other is not None:
         total = total + _propagated(found.other_covariance, [cross[1], a_i * cross[1]])
     relative = np.abs(bracket) / (1.0 + found.K1.change(rise))
     return np.asarray(
         total
-        + found.k0.change_uncertainty(rise)
-        + found.K1.change_uncertainty(rise) * relative
-        + found.cross.delta.change_uncertainty(rise) * np.abs(along)
+        + found.k0.borrowed_uncertainty(rise)
+        + found.K1.borrowed_uncertainty(rise) * relative
+        + found.cross.delta.borrowed_uncertainty(rise) * np.abs(along)
     )
+
+
+def _between_levels(found: Compensation, rows: list[Array], rise: Array) -> Array:
+    """Mean of the uncertainties at T0 and at the farthest level, weighted as the laws do."""
+    total = _propagated(found.covariance, rows)
+    for level, side in ((found.above, rise > 0.0), (found.below, rise < 0.0)):
+        if level is not None and found.T0 is not None and side.any():
+            far = _propagated(level.covariance, rows)
+            weight = rise / (level.temperature - found.T0)
+            mean = np.abs(1.0 - weight) * total + np.abs(weight) * far
+            total = np.where(side, mean, total)
+    return total
 
 
 def _propagated(covariance: tuple[tuple[float, ...], ...], rows: list[Array]) -> Array:

@@ -7,7 +7,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.compensate.coefficients import PARAMETERS, Compensation, CrossAxis, Law, Slope
+from accelcal.compensate.coefficients import (
+    PARAMETERS,
+    Compensation,
+    CrossAxis,
+    FarLevel,
+    Law,
+    Slope,
+)
 from accelcal.errors import InputError
 from accelcal.geometry import accelerations
 from accelcal.model import ERROR_TERMS
@@ -102,6 +109,7 @@ def _from_tables(calibration: Calibration, tables: Sequence[TableCalibration]) -
         output_unit=calibration.output_unit,
         local_gravity=calibration.g_local_m_s2,
         serial=calibration.serial,
+        undetermined=tuple(symbol for table in tables for symbol in _lost_symbols([table])),
         assumptions=(
             *_unknown_level(level),
             *_undetermined([[table] for table in tables]),
@@ -121,6 +129,8 @@ def _from_laws(
     main = min(chosen, key=lambda t: abs((t.temperature_degC or 0.0) - T0))
     common = {name: _mean(chosen, name) for name in ("k2", "k3", "delta_ip")}
     others = [t for t in tables if _cross_name(t) != _cross_name(main)]
+    ratio = _ratio_of_uncertainties(main, model, common)
+    groups = [chosen, *([table] for table in others)]
     other = _other_axis(others, main)
     return Compensation(
         k0=_law(model.k0, "k0"),
@@ -128,18 +138,21 @@ def _from_laws(
         k2=common["k2"][0],
         k3=common["k3"][0],
         cross=CrossAxis(_cross_name(main), _law(model.delta, "delta"), common["delta_ip"][0]),
-        covariance=_rows(_covariance_of_laws(main, model, common)),
+        covariance=_rows(_covariance_at(main, ratio, model.hysteresis)),
         T0=T0,
         temperatures=(min(levels), max(levels)),
+        above=_far_level(chosen, T0, 1.0, ratio, model) if model.k0.above else None,
+        below=_far_level(chosen, T0, -1.0, ratio, model) if model.k0.below else None,
         accelerations=_tested(main, calibration.delta0_rad),
         other=other[0] if other else None,
         other_covariance=other[1] if other else (),
         output_unit=calibration.output_unit,
         local_gravity=calibration.g_local_m_s2,
         serial=calibration.serial,
+        undetermined=tuple(s for group in groups for s in _lost_symbols(group)),
         assumptions=(
             *_one_sided(model),
-            *_undetermined([chosen, *([table] for table in others)]),
+            *_undetermined(groups),
             *([f"{other[0].name} acts alike at all temperatures"] if other else []),
             *_uncertain(main),
         ),
@@ -246,18 +259,34 @@ def _covariance(table: TableCalibration) -> Array:
     return np.asarray(jacobian @ table.covariance @ jacobian.T)
 
 
-def _covariance_of_laws(
+def _ratio_of_uncertainties(
     main: TableCalibration, model: TemperatureModel, common: Mapping[str, tuple[float, float]]
 ) -> Array:
-    """Uncertainties of the laws and means, correlations of a table; hysteresis is of the bias."""
-    of_table = _covariance(main)
-    sigma = np.sqrt(np.diagonal(of_table))
+    """Standard uncertainties of laws and means at T0 over those of the table there."""
+    sigma = np.sqrt(np.diagonal(_covariance(main)))
     wanted = np.array([_uncertainty_at_reference(name, model, common) for name in PARAMETERS])
-    ratio = np.divide(wanted, sigma, out=np.zeros_like(sigma), where=sigma != 0.0)
-    covariance = np.asarray(of_table * np.outer(ratio, ratio))
-    if model.hysteresis is not None and model.hysteresis.value is not None:
-        covariance[0, 0] += model.hysteresis.value**2  # the bias is either side of its law
+    return np.asarray(np.divide(wanted, sigma, out=np.zeros_like(sigma), where=sigma != 0.0))
+
+
+def _covariance_at(table: TableCalibration, ratio: Array, hysteresis: Quantity | None) -> Array:
+    """Covariance with the correlations of a table, its uncertainties multiplied by the ratio."""
+    covariance = np.asarray(_covariance(table) * np.outer(ratio, ratio))
+    if hysteresis is not None and hysteresis.value is not None:
+        covariance[0, 0] += hysteresis.value**2  # the bias is on either side of its law
     return covariance
+
+
+def _far_level(
+    tables: Sequence[TableCalibration],
+    T0: float,
+    side: float,
+    ratio: Array,
+    model: TemperatureModel,
+) -> FarLevel:
+    """The farthest level on one side; what raises the uncertainty of a law at T0 acts there too."""
+    far = max(tables, key=lambda t: side * ((t.temperature_degC or 0.0) - T0))
+    covariance = _covariance_at(far, np.maximum(ratio, 1.0), model.hysteresis)
+    return FarLevel(far.temperature_degC or 0.0, _rows(covariance))
 
 
 def _uncertainty_at_reference(
@@ -282,14 +311,27 @@ def _undetermined(groups: Sequence[Sequence[TableCalibration]]) -> list[str]:
     """Say what no table of a group determines, and what then stands for what."""
     said = []
     for group in groups:
-        names = group[0].coefficients
-        lost = [n for n in names if all(t.coefficients[n].value is None for t in group)]
+        lost = _lost(group)
         stands = [f"{name} stands for {what}" for name, what in group[0].stands_for.items()]
         if lost:
             verb = "was" if len(lost) == 1 else "were"
             what = f"{', '.join(lost)} {verb} not determined and taken as 0"
             said.append("; ".join([what, *stands]))
     return list(dict.fromkeys(said))
+
+
+def _lost(tables: Sequence[TableCalibration]) -> list[str]:
+    """Coefficients of (1) that no table determines."""
+    names = tables[0].coefficients
+    return [n for n in names if all(t.coefficients[n].value is None for t in tables)]
+
+
+def _lost_symbols(tables: Sequence[TableCalibration]) -> list[str]:
+    """Symbols of (2) that no table determines."""
+    axis = CrossAxis(_cross_name(tables[0]), Law(0.0), 0.0)
+    special = {"delta": axis.delta_symbol, "delta_ip": axis.coupling_symbol}
+    symbols = (ERROR_TERMS[name] for name in _lost(tables))
+    return [special.get(symbol, symbol) for symbol in symbols]
 
 
 def _one_sided(model: TemperatureModel) -> list[str]:

@@ -13,6 +13,7 @@ __all__ = [
     "TEMPERATURE_MARGIN",
     "Compensation",
     "CrossAxis",
+    "FarLevel",
     "Law",
     "Slope",
 ]
@@ -73,9 +74,12 @@ class Law:
         both = 0.5 * (self.above.value + self.below.value)
         return np.where(rise > 0.0, self.above.value, np.where(rise < 0.0, self.below.value, both))
 
-    def change_uncertainty(self, rise: Array) -> Array:
-        """Standard uncertainty of `change`."""
-        above, below = self.above.standard_uncertainty, self.below.standard_uncertainty
+    def borrowed_uncertainty(self, rise: Array) -> Array:
+        """Standard uncertainty of `change` where the slope was not determined, 0 elsewhere."""
+        above, below = (
+            0.0 if slope.determined else slope.standard_uncertainty
+            for slope in (self.above, self.below)
+        )
         return np.abs(np.where(rise > 0.0, above, below) * rise)
 
 
@@ -97,6 +101,32 @@ class CrossAxis:
     delta: Law
     delta_ip: float
 
+    @property
+    def delta_symbol(self) -> str:
+        """Symbol of the misalignment in the error model (2)."""
+        return {"a_p": "delta_O", "a_o": "delta_P"}[self.name]
+
+    @property
+    def coupling_symbol(self) -> str:
+        """Symbol of the cross-coupling in the error model (2)."""
+        return {"a_p": "delta_ip", "a_o": "delta_io"}[self.name]
+
+
+@dataclass(frozen=True, slots=True)
+class FarLevel:
+    """The level of temperature farthest from T0 on one side.
+
+    Attributes
+    ----------
+    temperature : float
+        Its temperature [degC].
+    covariance : tuple of tuple of float
+        Covariance of `PARAMETERS` there.
+    """
+
+    temperature: float
+    covariance: tuple[tuple[float, ...], ...]
+
 
 @dataclass(frozen=True, slots=True)
 class Compensation:
@@ -116,6 +146,8 @@ class Compensation:
         Reference temperature [degC]; None where no temperature is known.
     temperatures : tuple of float, or None
         Lowest and highest temperature of the tables [degC].
+    above, below : FarLevel or None
+        The levels farthest from T0; None where no slope was determined on that side.
     accelerations : tuple of float
         Lowest and highest a_i of the positions [g].
     other : CrossAxis or None
@@ -128,6 +160,8 @@ class Compensation:
         Gravity where the accelerometer was calibrated [m/s^2].
     serial : str or None
         Serial number.
+    undetermined : tuple of str
+        Symbols of the parameters that were not determined; their values are 0.
     assumptions : tuple of str
         What was not determined, and what is assumed in its place.
     """
@@ -140,18 +174,26 @@ class Compensation:
     covariance: tuple[tuple[float, ...], ...]
     T0: float | None
     temperatures: tuple[float, float] | None
+    above: FarLevel | None = None
+    below: FarLevel | None = None
     accelerations: tuple[float, float] = (-1.0, 1.0)
     other: CrossAxis | None = None
     other_covariance: tuple[tuple[float, ...], ...] = ()
     output_unit: str | None = None
     local_gravity: float | None = None
     serial: str | None = None
+    undetermined: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
 
     @property
     def several_levels(self) -> bool:
         """Whether the coefficients depend on temperature."""
         return self.temperatures is not None and self.temperatures[0] < self.temperatures[1]
+
+    @property
+    def symbols(self) -> tuple[str, ...]:
+        """Symbols of the parameters in the order of the covariance."""
+        return (*PARAMETERS[:4], self.cross.delta_symbol, self.cross.coupling_symbol)
 
     @property
     def axes(self) -> tuple[CrossAxis, ...]:

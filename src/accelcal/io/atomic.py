@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
 
 from accelcal.errors import InputError
 
-__all__ = ["write_atomically"]
+__all__ = ["open_atomically", "write_atomically"]
 
 
 def write_atomically(path: str | os.PathLike[str], data: bytes) -> None:
@@ -40,19 +43,55 @@ def write_atomically(path: str | os.PathLike[str], data: bytes) -> None:
     ...     Path(folder, "a.json").read_bytes()
     b'{}'
     """
+    with open_atomically(path) as file:
+        file.write(data)
+
+
+@contextmanager
+def open_atomically(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
+    """Open a file so that it gets its content at the end of the block, or not at all.
+
+    Parameters
+    ----------
+    path : str or path-like
+        File to write, as for `write_atomically`.
+
+    Yields
+    ------
+    file object
+        Where to write. When the block ends, its content takes the name `path`; when the block
+        raises, it vanishes.
+
+    Raises
+    ------
+    InputError
+        As by `write_atomically`. An OSError of the block is taken for one of writing.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     with open_atomically(f"{folder}/a.csv") as file:
+    ...         count = file.write(b"1,2")
+    ...     Path(folder, "a.csv").read_bytes()
+    b'1,2'
+    """
     try:
         target = Path(path).resolve()
         if target.is_dir():
             raise InputError(f"{path} is a folder; name a file in it")
         if target.exists() and not target.is_file():
-            target.write_bytes(data)  # /dev/null or a pipe: nothing there to replace
+            with target.open("wb") as file:  # /dev/null or a pipe: nothing there to replace
+                yield file
         else:
-            _replace(target, data)
+            with _replacing(target) as file:
+                yield file
     except OSError as error:
         raise InputError(f"{path} cannot be written: {_reason(error)}") from error
 
 
-def _replace(target: Path, data: bytes) -> None:
+@contextmanager
+def _replacing(target: Path) -> Iterator[IO[bytes]]:
     if target.exists() and not os.access(target, os.W_OK):
         raise PermissionError
     temporary = target.with_name(f".accelcal-{os.urandom(8).hex()}.tmp")
@@ -60,7 +99,7 @@ def _replace(target: Path, data: bytes) -> None:
         with temporary.open("xb") as file:
             if target.exists():
                 temporary.chmod(target.stat().st_mode & 0o777)
-            file.write(data)
+            yield file
             file.flush()
             os.fsync(file.fileno())
         temporary.replace(target)

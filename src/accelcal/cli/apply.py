@@ -1,0 +1,131 @@
+"""accelcal apply: outputs to accelerations, in a stream of any length."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import IO, TYPE_CHECKING, Any, cast
+
+import click
+
+from accelcal.cli.options import data_argument, number, output_option
+from accelcal.errors import AccelcalWarning, InputError
+
+if TYPE_CHECKING:
+    from accelcal.io.samples import SampleReader
+
+__all__ = ["apply"]
+
+
+@click.command()
+@click.argument("calibration", metavar="CAL.json")
+@data_argument()
+@output_option("the accelerations as CSV", metavar="OUT.csv")
+@click.option(
+    "--temperature", type=number, metavar="DEG", help="Temperature of all samples [degC]."
+)
+@click.option(
+    "--in",
+    "unit",
+    type=click.Choice(["g", "m/s^2"]),
+    default="g",
+    show_default=True,
+    help="Unit of the accelerations; g is local g, where it was calibrated.",
+)
+@click.option(
+    "--g", "gravity", type=number, metavar="M_S2", help="Gravity where it was calibrated [m/s^2]."
+)
+@click.option("--unit", "output_unit", metavar="UNIT", help="Unit of the outputs in DATA.")
+@click.option("--serial", metavar="TEXT", help="Serial number, where CAL.json holds several.")
+@click.option("--run", metavar="TEXT", help="Use the table of this run only.")
+@click.option(
+    "--output-uncertainty",
+    type=number,
+    default=0.0,
+    metavar="U",
+    help="Standard uncertainty of an output, its noise included [output unit].",
+)
+@click.option(
+    "--temperature-uncertainty",
+    type=number,
+    default=0.0,
+    metavar="DEG",
+    help="Standard uncertainty of the temperatures [degC].",
+)
+@click.option(
+    "--extrapolate", is_flag=True, help="Accept temperatures outside the calibrated range."
+)
+def apply(
+    calibration: str,
+    data: str,
+    path: str | None,
+    serial: str | None,
+    run: str | None,
+    **options: Any,
+) -> None:
+    """Turn the outputs in DATA into accelerations by the calibration CAL.json.
+
+    DATA is CSV with a column output, and columns temperature, time, a_p and a_o as far as there are
+    any. It may be of any length. Each sample gets its acceleration along the input axis, the
+    standard uncertainty and a flag that says whether it lies inside the calibrated ranges. "-"
+    reads standard input; without -o the result goes to standard output.
+
+    \b
+    Examples:
+      accelcal apply calibration.json flight.csv -o accelerations.csv
+      accelcal apply calibration.json flight.csv.gz --in m/s^2 -o accelerations.csv.gz
+    """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
+    from accelcal.compensate.choice import compensation
+    from accelcal.io.calibrations import read_calibrations
+    from accelcal.io.compensated import AccelerationStream, StreamOptions
+    from accelcal.io.samples import open_samples
+
+    file = read_calibrations(calibration)
+    with open_samples(data) as samples:
+        found = compensation(file.choose(serial or samples.declared.get("serial")), run)
+        about = f"{file.name}, SHA-256 {file.sha256}"
+        stream = AccelerationStream(found, samples, StreamOptions(**options), about)
+        for note in stream.notes:
+            click.echo(f"note: {note}", err=True)
+        _warn(found.assumptions)
+        with _destination(path) as target, _progress(samples) as show:
+            for rows in stream.rows():
+                target.write(rows)
+                show()
+    _warn(stream.remarks())
+
+
+def _warn(texts: Iterable[str]) -> None:
+    for text in texts:
+        warnings.warn(text, AccelcalWarning, stacklevel=3)
+
+
+@contextmanager
+def _destination(path: str | None) -> Iterator[IO[bytes]]:
+    """Standard output, or a file that is written whole or not at all."""
+    if path is None or path == "-":
+        if sys.stdout is None:
+            raise InputError("standard output is closed; open it, or name a file with -o")
+        yield sys.stdout.buffer
+        sys.stdout.flush()
+        return
+    from accelcal.io.atomic import open_atomically
+
+    with open_atomically(path) as file:
+        if not path.endswith(".gz"):
+            yield file
+            return
+        import gzip
+
+        with gzip.GzipFile("", "wb", compresslevel=6, fileobj=file, mtime=0) as packed:
+            yield cast("IO[bytes]", packed)
+
+
+@contextmanager
+def _progress(samples: SampleReader) -> Iterator[Callable[[], None]]:
+    """Bar on a terminal, by the part of the file that was read; none for standard input."""
+    hidden = samples.size is None or sys.stderr is None or not sys.stderr.isatty()
+    with click.progressbar(length=samples.size or 1, file=sys.stderr, hidden=hidden) as bar:
+        yield lambda: bar.update(samples.position() - bar.pos)

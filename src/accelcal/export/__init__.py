@@ -1,0 +1,1 @@
+"""Calibrations for those who run navigation code: C header, YAML and CSV."""

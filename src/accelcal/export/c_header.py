@@ -1,0 +1,226 @@
+"""Exports as a C header: the coefficients and the function that applies them."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from accelcal.compensate.coefficients import (
+    ACCELERATION_MARGIN,
+    TEMPERATURE_MARGIN,
+    Compensation,
+    Law,
+)
+from accelcal.compensate.inversion import CLOSE, FARTHEST, MOST_STEPS
+
+__all__ = ["c_prefix", "to_c_header"]
+
+
+def c_prefix(serial: str | None) -> str:
+    """Prefix of all names in the header of an accelerometer.
+
+    Parameters
+    ----------
+    serial : str or None
+        Serial number.
+
+    Returns
+    -------
+    str
+        A C identifier.
+
+    Examples
+    --------
+    >>> c_prefix("AL-15"), c_prefix(None)
+    ('accelcal_AL_15', 'accelcal')
+    """
+    name = re.sub(r"[^0-9A-Za-z]+", "_", serial or "").strip("_")
+    return f"accelcal_{name}" if name else "accelcal"
+
+
+def to_c_header(content: Mapping[str, Any], found: Compensation) -> str:
+    """Write an export as a C header.
+
+    Parameters
+    ----------
+    content : mapping
+        What `accelcal.export.content.export_content` returns.
+    found : Compensation
+        What `accelcal.compensate.choice.compensation` returns.
+
+    Returns
+    -------
+    str
+        C99 that needs nothing but ``math.h``. It does the operations of
+        `accelcal.compensate.inversion` in their order.
+    """
+    prefix = c_prefix(found.serial)
+    axes = found.axes
+    parts = {
+        "@COMMENT@": "\n".join(f" * {line}".rstrip() for line in _comment(content)),
+        "@GUARD@": f"{prefix.upper()}_H",
+        "@DATA@": "\n".join(_data(found, prefix)),
+        "@UNIT@": _harmless(found.output_unit or "output unit"),
+        "@ARGUMENTS@": "".join(f", double {axis.name}" for axis in axes),
+        "@LAWS@": "\n".join(_laws_in_c(found, prefix)),
+        "@TILT@": " + ".join(f"{axis.delta_symbol} * {axis.name}" for axis in axes),
+        "@COUPLING@": " + ".join(f"@P@_{axis.coupling_symbol} * {axis.name}" for axis in axes),
+        "@WARM@": _WARM if found.temperatures else "    (void)temperature; /* not known */",
+        "@FARTHEST@": _number(FARTHEST),
+        "@CLOSE@": _number(CLOSE),
+        "@STEPS@": str(MOST_STEPS),
+        "@P@": prefix,
+    }
+    text = _TEMPLATE
+    for mark, part in parts.items():
+        text = text.replace(mark, part)
+    return text
+
+
+def _comment(content: Mapping[str, Any]) -> Iterator[str]:
+    """Everything that is known, in lines that cannot end the comment."""
+    from textwrap import wrap
+
+    for key, value in content.items():
+        if key not in ("coefficients", "covariance") and value not in (None, []):
+            text = value if isinstance(value, str) else json.dumps(value)
+            yield from wrap(_harmless(f"{key}: {text}"), 96, subsequent_indent="    ")
+    yield ""
+    yield "symbol, value, standard uncertainty, unit, meaning (null: not determined)"
+    for row in content["coefficients"]:
+        cells = ("null" if item is None else str(item) for item in row.values())
+        yield _harmless("  " + ", ".join(cells))
+    yield ""
+    yield _harmless(content["covariance"]["note"])
+
+
+def _harmless(text: str) -> str:
+    """Text that neither ends nor opens a comment, nor holds a trigraph or control character."""
+    plain = "".join(c if c.isprintable() else " " for c in text).replace("\\", "/")
+    return plain.replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?")
+
+
+def _data(found: Compensation, prefix: str) -> Iterator[str]:
+    values: dict[str, float] = {}
+    if found.T0 is not None:
+        values["T0"] = found.T0
+    for symbol, law in _laws(found):
+        values[symbol] = law.at_T0
+        if found.several_levels:
+            values[f"{symbol}_slope_above"] = law.above.value
+            values[f"{symbol}_slope_below"] = law.below.value
+    values |= {"k2": found.k2, "k3": found.k3}
+    values |= {axis.coupling_symbol: axis.delta_ip for axis in found.axes}
+    if found.temperatures is not None:
+        values["lowest_temperature"] = found.temperatures[0] - TEMPERATURE_MARGIN
+        values["highest_temperature"] = found.temperatures[1] + TEMPERATURE_MARGIN
+    values["lowest_acceleration"] = found.accelerations[0] - ACCELERATION_MARGIN
+    values["highest_acceleration"] = found.accelerations[1] + ACCELERATION_MARGIN
+    for name, value in values.items():
+        yield f"static const double {prefix}_{name} = {_number(value)};"
+    rows = ",\n    ".join("{" + ", ".join(map(_number, row)) + "}" for row in found.covariance)
+    size = len(found.covariance)
+    yield f"/* of {', '.join(found.symbols)}; NAN where unknown */"
+    yield f"static const double {prefix}_covariance[{size}][{size}] = {{\n    {rows}}};"
+
+
+def _laws(found: Compensation) -> list[tuple[str, Law]]:
+    laws = [("k0", found.k0), ("K1", found.K1)]
+    return laws + [(axis.delta_symbol, axis.delta) for axis in found.axes]
+
+
+def _laws_in_c(found: Compensation, prefix: str) -> Iterator[str]:
+    """Parameters at the temperature of the sample, by the operations of `compensate`."""
+    if found.several_levels:
+        yield f"    const double rise = temperature - {prefix}_T0;"
+    else:
+        yield f"    (void)temperature; /* calibrated at one temperature: see {prefix}_inside */"
+    for symbol, _ in _laws(found):
+        name = f"{prefix}_{symbol}"
+        change = f"(rise > 0.0 ? {name}_slope_above : {name}_slope_below) * rise"
+        law = f"{name} * (1.0 + {change})" if symbol == "K1" else f"{name} + {change}"
+        yield f"    const double {symbol} = {law if found.several_levels else name};"
+
+
+def _number(value: float) -> str:
+    if math.isnan(value):
+        return "NAN"
+    text = f"{value:.17g}"
+    return text if set(text) & set(".e") else text + ".0"
+
+
+_WARM = """\
+    if (!(temperature >= @P@_lowest_temperature && temperature <= @P@_highest_temperature))
+        return 0;"""
+
+_TEMPLATE = """\
+/*
+@COMMENT@
+ */
+#ifndef @GUARD@
+#define @GUARD@
+
+#include <math.h>
+
+@DATA@
+
+/* Left side of the cubic in a that is solved, without its constant. */
+static inline double @P@_cubic(double a, double linear)
+{
+    return ((@P@_k3 * a + @P@_k2) * a + linear) * a;
+}
+
+/*
+ * Acceleration along the input axis [local g] from the output [@UNIT@], the temperature [degC] and
+ * the acceleration across [local g]. NAN where no acceleration gives this output. The ranges are
+ * not checked: see @P@_inside.
+ */
+static inline double @P@_acceleration(double output, double temperature@ARGUMENTS@)
+{
+@LAWS@
+    const double linear = 1.0 + @COUPLING@;
+    const double tilt = @TILT@;
+    const double target = output / K1 - k0 - tilt;
+    /* the branch through 0 on which the output rises */
+    const double inside = @P@_k2 * @P@_k2 - 3.0 * @P@_k3 * linear;
+    const double root = sqrt(fmax(inside, 0.0));
+    const double upper = inside >= 0.0 ? (root - @P@_k2) / linear : 0.0;
+    const double lower = inside >= 0.0 ? (-root - @P@_k2) / linear : 0.0;
+    double high = 1.0 / fmax(upper, 1.0 / @FARTHEST@);
+    double low = 1.0 / fmin(lower, -1.0 / @FARTHEST@);
+    double a;
+    int step;
+
+    if (!(linear > 0.0) || !(@P@_cubic(low, linear) <= target)
+        || !(target <= @P@_cubic(high, linear)))
+        return NAN;
+    a = fmin(fmax(target / linear, low), high);
+    for (step = 0; step < @STEPS@; step++) {
+        const double excess = @P@_cubic(a, linear) - target;
+        const double slope = (3.0 * @P@_k3 * a + 2.0 * @P@_k2) * a + linear;
+        double next = a - excess / slope;
+        if (excess <= 0.0)
+            low = a;
+        if (excess >= 0.0)
+            high = a;
+        if (!(low <= next && next <= high))
+            next = 0.5 * (low + high);
+        if (fabs(next - a) <= @CLOSE@ * (1.0 + fabs(a)))
+            return next;
+        a = next;
+    }
+    return NAN;
+}
+
+/* 1 where temperature [degC] and acceleration [local g] lie in the calibrated ranges, else 0. */
+static inline int @P@_inside(double temperature, double acceleration)
+{
+@WARM@
+    return acceleration >= @P@_lowest_acceleration && acceleration <= @P@_highest_acceleration;
+}
+
+#endif
+"""

@@ -1,0 +1,180 @@
+"""What an export says, whatever its format."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from accelcal.compensate.choice import compensation
+from accelcal.compensate.coefficients import TEMPERATURE_MARGIN, Compensation, Law, Slope
+from accelcal.results.calibration import Calibration
+from accelcal.version import __version__
+
+__all__ = ["SIGN_CONVENTION", "export_content"]
+
+SIGN_CONVENTION = (
+    "Misalignment terms are added with + for both cross axes, + delta_O a_p + delta_P a_o, as in"
+    " the paper. IEEE 1293 writes + delta_o a_p - delta_p a_o, so that delta_o = delta_O and"
+    " delta_p = -delta_P. Input axis up at head angle 0 is +1 g."
+)
+
+_MODEL = "Y = K1(T) [k0(T) + a_i + k2 a_i^2 + k3 a_i^3 + {cross}]"
+_LAWS = (
+    "With dT = T - T0 and the slope above for T > T0, below for T < T0: k0(T) = k0 + slope dT,"
+    " K1(T) = K1 (1 + slope dT), delta(T) = delta + slope dT."
+)
+_COVARIANCE = (
+    "Covariance at T0, of K1 relative (dK1/K1). How the slopes correlate with it is not known: the"
+    " linear sum of the uncertainties is never too small."
+)
+
+
+def export_content(
+    calibration: Calibration, sha256: str | None = None, run: str | None = None
+) -> dict[str, Any]:
+    """Collect what an export says.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    sha256 : str, optional
+        SHA-256 of its file.
+    run : str, optional
+        Use the table of this run only.
+
+    Returns
+    -------
+    dict
+        Plain texts, numbers, lists and dictionaries; None stands for what is not determined.
+
+    Raises
+    ------
+    InputError
+        As `accelcal.compensate.choice.compensation`.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> content = export_content(accelcal.fit(accelcal.simulate(seed=1)))
+    >>> content["validity"]["temperature_degC"], content["coefficients"][0]["symbol"]
+    ([-40.0, 80.0], 'k0')
+    """
+    found = compensation(calibration, run)
+    return {
+        "schema": "accelcal/export/1",
+        "serial": calibration.serial,
+        "date": calibration.date,
+        "source": calibration.source,
+        "calibration_sha256": sha256,
+        "calibrated_by": calibration.software,
+        "exported_by": f"accelcal {__version__}",
+        "output_unit": calibration.output_unit,
+        "acceleration_unit": "g_local",
+        "g_local_m_s2": calibration.g_local_m_s2,
+        "T0_degC": found.T0,
+        "model": _MODEL.format(cross=_cross_terms(found)),
+        "temperature_laws": _LAWS if found.several_levels else None,
+        "sign_convention": SIGN_CONVENTION,
+        "validity": _validity(found),
+        "assumptions": list(found.assumptions),
+        "coefficients": coefficients(found),
+        "ieee_1293": _ieee(found),
+        "covariance": {
+            "note": _COVARIANCE,
+            "symbols": list(found.symbols),
+            "matrix": [[_known(value) for value in row] for row in found.covariance],
+        },
+    }
+
+
+def coefficients(found: Compensation) -> list[dict[str, Any]]:
+    """List the coefficients, a dictionary each with symbol, value, uncertainty, unit, meaning."""
+    unit = found.output_unit or "output unit"
+    sigma = dict(zip(found.symbols, np.sqrt(np.diagonal(found.covariance)), strict=True))
+    sigma["K1"] *= abs(found.K1.at_T0)
+    if found.other is not None:
+        spread = np.sqrt(np.diagonal(found.other_covariance))
+        sigma |= {found.other.delta_symbol: spread[0], found.other.coupling_symbol: spread[1]}
+    rows = [
+        *_law_rows("k0", found.k0, ("g", "g/degC"), "bias"),
+        *_law_rows("K1", found.K1, (f"{unit}/g", "1/degC"), "scale factor"),
+        _row("k2", found.k2, "g/g^2", "second-order nonlinearity"),
+        _row("k3", found.k3, "g/g^3", "third-order nonlinearity"),
+    ]
+    for axis in found.axes:
+        meaning = f"misalignment, times {axis.name}"
+        rows += _law_rows(axis.delta_symbol, axis.delta, ("rad", "rad/degC"), meaning)
+        coupling = f"cross-coupling, times a_i {axis.name}"
+        rows.append(_row(axis.coupling_symbol, axis.delta_ip, "g/g^2", coupling))
+    for row in rows:
+        if row["symbol"] in found.undetermined:
+            row["value"] = None
+        elif row["symbol"] in sigma:
+            row["standard_uncertainty"] = _known(float(sigma[row["symbol"]]))
+    return rows
+
+
+def _law_rows(symbol: str, law: Law, units: tuple[str, str], meaning: str) -> list[dict[str, Any]]:
+    return [
+        _row(symbol, law.at_T0, units[0], meaning),
+        *(
+            _slope_row(
+                f"{symbol}_slope_{side}", slope, units[1], f"slope {side} T0 of the {meaning}"
+            )
+            for side, slope in (("above", law.above), ("below", law.below))
+        ),
+    ]
+
+
+def _slope_row(symbol: str, slope: Slope, unit: str, meaning: str) -> dict[str, Any]:
+    row = _row(symbol, slope.value if slope.determined else None, unit, meaning)
+    if slope.determined:
+        row["standard_uncertainty"] = _known(slope.standard_uncertainty)
+    return row
+
+
+def _row(symbol: str, value: float | None, unit: str, meaning: str) -> dict[str, Any]:
+    return {
+        "symbol": symbol,
+        "value": value,
+        "standard_uncertainty": None,
+        "unit": unit,
+        "meaning": meaning,
+    }
+
+
+def _cross_terms(found: Compensation) -> str:
+    law = "(T)" if found.several_levels else ""
+    return " + ".join(
+        f"{axis.delta_symbol}{law if axis is found.cross else ''} {axis.name}"
+        f" + {axis.coupling_symbol} a_i {axis.name}"
+        for axis in found.axes
+    )
+
+
+def _validity(found: Compensation) -> dict[str, Any]:
+    return {
+        "temperature_degC": list(found.temperatures) if found.temperatures else None,
+        "temperature_margin_degC": TEMPERATURE_MARGIN,
+        "acceleration_g": list(found.accelerations),
+        "note": "Beyond the tested accelerations the nonlinearity is extrapolated.",
+    }
+
+
+def _ieee(found: Compensation) -> dict[str, Any]:
+    """Misalignments with the signs of IEEE 1293."""
+    signs = {"a_p": ("delta_o", 1.0), "a_o": ("delta_p", -1.0)}
+    return {
+        signs[axis.name][0]: (
+            None
+            if axis.delta_symbol in found.undetermined
+            else signs[axis.name][1] * axis.delta.at_T0
+        )
+        for axis in found.axes
+    }
+
+
+def _known(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

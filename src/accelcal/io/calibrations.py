@@ -1,0 +1,90 @@
+"""Files of calibrations: one accelerometer chosen by its serial number."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import NamedTuple
+
+from accelcal.errors import DocumentError, InputError
+from accelcal.io.text import read_text
+from accelcal.results.calibration import Calibration
+from accelcal.results.documents import calibrations_from_json
+
+__all__ = ["CalibrationFile", "read_calibrations"]
+
+
+class CalibrationFile(NamedTuple):
+    """A file of calibrations.
+
+    Attributes
+    ----------
+    name : str
+        Name of the file.
+    sha256 : str
+        SHA-256 of its bytes, in hexadecimal.
+    calibrations : tuple of Calibration
+        What it holds.
+    """
+
+    name: str
+    sha256: str
+    calibrations: tuple[Calibration, ...]
+
+    def choose(self, serial: str | None = None) -> Calibration:
+        """Choose one calibration.
+
+        Parameters
+        ----------
+        serial : str, optional
+            Serial number; without it the file must hold one calibration.
+
+        Returns
+        -------
+        Calibration
+            The calibration of this serial number; one that has none fits any.
+
+        Raises
+        ------
+        InputError
+            If there is none, or several.
+        """
+        chosen = [c for c in self.calibrations if serial in (None, c.serial) or c.serial is None]
+        if len(chosen) == 1:
+            return chosen[0]
+        have = ", ".join(str(c.serial) for c in self.calibrations)
+        if not chosen:
+            raise InputError(
+                f"{self.name}: serial {serial} is asked for, but it calibrates {have};"
+                " give the calibration of this accelerometer"
+            )
+        raise InputError(f"{self.name}: it holds serials {have}; choose one by its serial")
+
+
+def read_calibrations(source: str) -> CalibrationFile:
+    """Read a file of calibrations.
+
+    Parameters
+    ----------
+    source : str
+        Path of a JSON file; ``"-"`` reads standard input.
+
+    Returns
+    -------
+    CalibrationFile
+        All calibrations in it.
+
+    Raises
+    ------
+    TableError
+        If the file cannot be read.
+    DocumentError
+        If it is no file of calibrations.
+    """
+    read = read_text(source)
+    data = read.text.encode() if source == "-" else Path(source).read_bytes()
+    try:
+        calibrations = calibrations_from_json(read.text)
+    except DocumentError as error:
+        raise DocumentError(f"{read.name}: {error}") from None
+    return CalibrationFile(read.name, hashlib.sha256(data).hexdigest(), calibrations)

@@ -1,0 +1,398 @@
+"""accelcal apply: streams in, streams out, and everything that may be wrong with them."""
+
+import csv
+import gzip
+import io
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import accelcal
+from accelcal.cli.main import main
+from accelcal.errors import TableError
+from accelcal.io import samples as samples_module
+from accelcal.io.samples import open_samples
+
+HEAD = "# serial: AL-15\n# unit: mA\n"
+
+
+@pytest.fixture(scope="module")
+def calibration():
+    return accelcal.fit(accelcal.simulate(seed=1))
+
+
+@pytest.fixture(scope="module")
+def one_level():
+    return accelcal.fit(accelcal.simulate(plan=accelcal.TumblePlan(temperatures=(20.0,)), seed=1))
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch, calibration):
+    monkeypatch.chdir(tmp_path)
+    calibration.to_json("cal.json")
+    return tmp_path
+
+
+@pytest.fixture
+def run(folder, capsys):
+    """Run apply on a text; returns exit code, rows of the result and lines of standard error."""
+
+    def run_on(text, *options, cal="cal.json"):
+        (folder / "data.csv").write_bytes(text if isinstance(text, bytes) else text.encode())
+        code = main(["apply", cal, "data.csv", "-o", "out.csv", *options])
+        out = folder / "out.csv"
+        rows = rows_of(out.read_text()) if out.exists() else None
+        return code, rows, capsys.readouterr().err
+
+    return run_on
+
+
+def rows_of(text):
+    lines = [line for line in text.splitlines() if not line.startswith("#")]
+    return list(csv.DictReader(lines))
+
+
+def values(rows, column="acceleration"):
+    return [float(row[column]) for row in rows]
+
+
+# -- what comes out --------------------------------------------------------------------------------
+
+
+def test_agrees_with_the_library(run, calibration):
+    text = HEAD + "time,output,temperature,a_p\n0.0,1.3547,20,0\n0.1,-1.3,-30.5,0.25\n"
+    code, rows, _ = run(text)
+    expected = accelcal.apply(calibration, [1.3547, -1.3], [20.0, -30.5], [0.0, 0.25])
+    assert code == 0
+    assert values(rows) == pytest.approx(expected.value.tolist(), rel=0, abs=1e-14)
+    assert values(rows, "standard_uncertainty") == pytest.approx(
+        expected.standard_uncertainty, rel=5e-3
+    )
+    assert [row["time"] for row in rows] == ["0.0", "0.1"]
+    assert [row["inside"] for row in rows] == ["1", "1"]
+
+
+def test_header_says_where_the_result_comes_from(run, folder):
+    run(HEAD + "output,temperature\n1,20\n")
+    text = (folder / "out.csv").read_text()
+    assert "# serial: AL-15\n# acceleration_unit: g_local\n# calibration: cal.json, SHA-256" in text
+    digest = accelcal_sha(folder / "cal.json")
+    assert digest in text
+
+
+def accelcal_sha(path):
+    import hashlib
+
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def test_metres_per_second_squared_by_the_gravity_of_the_calibration(run):
+    text = HEAD + "output,temperature\n1,20\n-1,30\n"
+    in_g = values(run(text)[1])
+    code, rows, _ = run(text, "--in", "m/s^2", "--g", "9.8106")
+    assert code == 0
+    assert values(rows) == pytest.approx([9.8106 * a for a in in_g], rel=1e-14)
+    assert values(rows, "standard_uncertainty")[0] == pytest.approx(8.2e-6 * 9.81, rel=0.2)
+
+
+def test_metres_per_second_squared_need_gravity(run):
+    code, rows, err = run(HEAD + "output,temperature\n1,20\n", "--in", "m/s^2")
+    assert (code, rows) == (2, None)
+    assert "needs the gravity of the place of calibration" in err
+
+
+def test_missing_samples_stay_in_their_place(run):
+    text = HEAD + "output,temperature\n1,20\n,20\nnan,20\n1,\n1,20\n"
+    code, rows, err = run(text)
+    assert code == 0
+    assert np.isnan(values(rows)).tolist() == [False, True, True, True, False]
+    assert "warning: 3 of 5 samples have a value missing" in err
+
+
+def test_samples_beyond_the_test_are_flagged_and_counted(run):
+    code, rows, err = run(HEAD + "output,temperature\n1,20\n27,20\n1e9,20\n")
+    assert code == 0
+    assert [row["inside"] for row in rows] == ["1", "0", "0"]
+    assert values(rows)[1] == pytest.approx(19.3, abs=0.1)
+    assert np.isnan(values(rows)[2])
+    assert "warning: 1 of 3 samples have an output that no acceleration gives" in err
+    assert "warning: 1 of 3 samples are outside the tested -1 to 1 g" in err
+
+
+def test_uncertainty_of_output_and_temperature(run):
+    text = HEAD + "output,temperature\n0,20\n"
+    quiet = values(run(text)[1], "standard_uncertainty")[0]
+    noisy = values(run(text, "--output-uncertainty", "1.35e-4")[1], "standard_uncertainty")[0]
+    assert noisy == pytest.approx(np.hypot(quiet, 1e-4), rel=0.01)
+
+
+# -- temperature -----------------------------------------------------------------------------------
+
+
+def test_temperature_is_needed(run):
+    code, rows, err = run(HEAD + "output\n1\n")
+    assert (code, rows) == (2, None)
+    assert "data.csv: no column temperature, but the calibration depends on it; give --temp" in err
+
+
+@pytest.mark.parametrize(
+    ("head", "options"), [("", ["--temperature", "35"]), ("# temperature: 35 degC\n", [])]
+)
+def test_one_temperature_for_all(run, calibration, head, options):
+    code, rows, _ = run(HEAD + head + "output\n1\n1.1\n", *options)
+    assert code == 0
+    assert values(rows) == pytest.approx(
+        accelcal.apply(calibration, [1.0, 1.1], 35.0).value, rel=0, abs=1e-14
+    )
+
+
+def test_other_temperatures_name_their_line(run):
+    text = HEAD + "output,temperature\n1,20\n\n1,95\n"
+    code, rows, err = run(text)
+    assert (code, rows) == (2, None)
+    assert err.splitlines()[-1].startswith("data.csv:6: temperature 95 degC is more than 1 degC")
+    code, rows, err = run(text, "--extrapolate")
+    assert code == 0
+    assert [row["inside"] for row in rows] == ["1", "0"]
+    assert "1 of 2 samples are outside the calibrated temperatures" in err
+
+
+def test_one_level_without_temperature(run, one_level):
+    one_level.to_json("one.json")
+    code, rows, err = run(HEAD + "output\n1\n", cal="one.json")
+    assert code == 0
+    assert rows[0]["inside"] == "1"
+    assert "note: no temperature is given; the calibration holds at 20 degC" in err
+    code, _, err = run(HEAD + "output,temperature\n1,35\n", cal="one.json")
+    assert code == 2
+    assert "20 degC only" in err
+
+
+# -- units and serials -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("heading", ["output [mV]", "output (counts)", "output_V"])
+def test_another_quantity_is_refused(run, heading):
+    code, rows, err = run(f"{heading},temperature\n1,20\n")
+    assert (code, rows) == (2, None)
+    assert "but the calibration is for mA; give the outputs in its unit" in err
+
+
+def test_another_prefix_is_converted(run):
+    in_mA = values(run("output [mA],temperature\n1.25,20\n")[1])
+    code, rows, err = run("# unit: uA\noutput,temperature\n1250,20\n")
+    assert code == 0
+    assert values(rows) == pytest.approx(in_mA, rel=1e-15)
+    assert "note: outputs in uA are converted to mA" in err
+
+
+def test_no_unit_is_said(run):
+    assert (
+        "note: the stream names no unit; outputs are taken as mA"
+        in run("output,temperature\n1,20\n")[2]
+    )
+
+
+def test_two_units_are_refused(run):
+    code, _, err = run("# unit: mA\noutput [V],temperature\n1,20\n")
+    assert code == 2
+    assert "data.csv:2: units V and mA for one output" in err
+
+
+def test_cross_axis_in_metres_per_second_squared(run, calibration):
+    code, rows, _ = run(HEAD + "output,temperature,a_p [m/s^2]\n1,20,9.81\n", "--g", "9.81")
+    assert code == 0
+    assert values(rows) == pytest.approx(
+        accelcal.apply(calibration, [1.0], 20.0, 1.0).value, rel=0, abs=1e-14
+    )
+
+
+def test_cross_axis_that_is_not_calibrated_is_set_aside(run):
+    _, _, err = run(HEAD + "output,temperature,a_o\n1,20,0.5\n")
+    assert "note: column a_o is set aside" in err
+    assert "note: no column a_p: it is taken as 0, an error of 1.15 mg for each g" in err
+
+
+def test_another_accelerometer_is_refused(run):
+    code, rows, err = run("# serial: AL-16\n# unit: mA\noutput,temperature\n1,20\n")
+    assert (code, rows) == (2, None)
+    assert "serial AL-16 is asked for, but it calibrates AL-15" in err
+
+
+def test_the_serial_chooses_among_several(run, folder):
+    document = json.loads((folder / "cal.json").read_text())
+    several = {"schema": document["schema"], "calibrations": [document, document | {"serial": "B"}]}
+    (folder / "two.json").write_text(json.dumps(several))
+    text = "# unit: mA\noutput,temperature\n1,20\n"
+    assert run(text, cal="two.json")[0] == 2
+    assert run("# serial: B\n" + text, cal="two.json")[0] == 0
+    code, _, err = run(text, "--serial", "C", cal="two.json")
+    assert code == 2
+    assert "serial C is asked for, but it calibrates AL-15, B" in err
+
+
+def test_a_file_that_is_no_calibration_is_named(run, folder):
+    (folder / "bad.json").write_text("{}")
+    code, _, err = run(HEAD + "output,temperature\n1,20\n", cal="bad.json")
+    assert code == 2
+    assert "bad.json: schema" in err
+
+
+# -- forms of the stream ---------------------------------------------------------------------------
+
+PLAIN = "# unit: mA\ntime,output,temperature\n0.0,1.25,20.5\n0.1,-1.25,21\n"
+
+FORMS = {
+    "decimal comma": PLAIN.replace(",", ";").replace(".", ","),
+    "tabs": PLAIN.replace(",", "\t"),
+    "blanks": PLAIN.replace(",", "  "),
+    "carriage returns": PLAIN.replace("\n", "\r\n"),
+    "byte order mark": b"\xef\xbb\xbf" + PLAIN.encode(),
+    "UTF-16": PLAIN.encode("utf-16"),
+    "gzip": gzip.compress(PLAIN.encode()),
+    "latin-1": PLAIN.replace("temperature", "T [°C]").encode("latin-1"),
+    "trailing separators": PLAIN.replace("\n0", "\n0").replace("5\n", "5,,\n"),
+    "numpy.savetxt": "# unit: mA\n# time,output,temperature\n0.0,1.25,20.5\n0.1,-1.25,21\n",
+    "comments": PLAIN.replace("\n0.1", "\n# a remark\n\n0.1"),
+    "no last line feed": PLAIN.rstrip("\n"),
+    "other columns": "remark,Y [mA],T\nx,1.25,20.5\ny,-1.25,21\n",
+    "quotes": PLAIN.replace("0.0,1.25", '0.0,"1.25"'),
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("block", [samples_module.BLOCK, 16], ids=["light", "bulk"])
+def test_forms(run, calibration, monkeypatch, form, block):
+    monkeypatch.setattr(samples_module, "BLOCK", block)
+    code, rows, _ = run(FORMS[form])
+    expected = accelcal.apply(calibration, [1.25, -1.25], [20.5, 21.0])
+    assert code == 0
+    assert values(rows) == pytest.approx(expected.value, rel=0, abs=1e-14)
+
+
+BAD = {
+    "no such file": (None, "data.csv: no such file"),
+    "empty": ("", "data.csv: no samples"),
+    "headings only": ("output,temperature\n", "data.csv: column headings but no samples"),
+    "no output": ("time,temperature\n0,20\n", "data.csv:1: no column output among"),
+    "no headings": ("1.25,20\n1.25,20\n", "data.csv:1: no column output among '1.25, 20'"),
+    "twice": ("output,Y,temperature\n1,1,20\n", "data.csv:1: columns 'output' and 'Y' mean"),
+    "serials": ("serial,output,temperature\nA,1,20\n", "data.csv:1: a column serial"),
+    "kelvin": ("output,temperature [K]\n1,293\n", "data.csv:1: temperature in K; give it in degC"),
+    "text": ("output,temperature\n1,20\n1.2x,20\n", "data.csv:3: output '1.2x' is not a number"),
+    "infinite": ("output,temperature\n1,20\ninf,20\n", "data.csv:3: output 'inf' is infinite"),
+    "cut short": ("output,temperature\n1,20\n1\n", "data.csv:3: 1 field under 2 headings"),
+    "too long": ("output,temperature\n1,20\n1,2,20\n", "data.csv:3: 3 fields under 2 headings"),
+    "damaged": (gzip.compress(PLAIN.encode())[:-12], "data.csv: the gzip compression is cut"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+@pytest.mark.parametrize("block", [samples_module.BLOCK, 8], ids=["light", "bulk"])
+def test_bad_streams_leave_nothing_behind(folder, capsys, monkeypatch, case, block):
+    monkeypatch.setattr(samples_module, "BLOCK", block)
+    text, message = BAD[case]
+    if text is not None:
+        (folder / "data.csv").write_bytes(text if isinstance(text, bytes) else text.encode())
+    before = sorted(folder.iterdir())
+    assert main(["apply", "cal.json", "data.csv", "-o", "out.csv"]) == 2
+    assert capsys.readouterr().err.splitlines()[-1].startswith(message)
+    assert sorted(folder.iterdir()) == before
+
+
+def test_a_failed_run_keeps_the_former_result(run, folder):
+    run(HEAD + "output,temperature\n1,20\n")
+    former = (folder / "out.csv").read_text()
+    assert run(HEAD + "output,temperature\n1,20\nx,20\n")[0] == 2
+    assert (folder / "out.csv").read_text() == former
+
+
+cells = st.one_of(
+    st.floats(-1.3, 1.3).map(repr), st.sampled_from(["", "nan", "-", "1e-3", " 1.0 ", "+1", "x1"])
+)
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(rows=st.lists(st.tuples(cells, cells), min_size=1, max_size=12), block=st.integers(4, 80))
+def test_block_size_and_engine_do_not_matter(tmp_path, rows, block):
+    """Any blocks, by any engine: the same numbers on the same lines, or the same refusal."""
+    path = tmp_path / "data.csv"
+    path.write_text("output;a_p\n" + "".join(f"{a};{b}\n" for a, b in rows))
+
+    def read():
+        try:
+            with open_samples(str(path)) as reader:
+                blocks = list(reader.blocks())
+        except TableError:
+            return "refused"
+        names = ("output", "a_p")
+        columns = [np.concatenate([b.values[name] for b in blocks]) for name in names]
+        return [*columns, np.concatenate([b.lines for b in blocks])]
+
+    whole = read()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(samples_module, "BLOCK", block)
+        np.testing.assert_equal(read(), whole)
+
+
+# -- streams of the shell --------------------------------------------------------------------------
+
+
+def accelcal_process(*arguments, **options):
+    return subprocess.run(
+        [sys.executable, "-m", "accelcal", *arguments], capture_output=True, check=False, **options
+    )
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_standard_input_and_output(folder, packed):
+    data = (HEAD + "output,temperature\n1,20\n").encode()
+    done = accelcal_process(
+        "apply", "cal.json", "-", cwd=folder, input=gzip.compress(data) if packed else data
+    )
+    assert done.returncode == 0
+    assert values(rows_of(done.stdout.decode())) == pytest.approx([0.737], abs=1e-3)
+    assert "# data: <stdin>" in done.stdout.decode()
+
+
+def test_no_progress_off_the_terminal(folder):
+    (folder / "data.csv").write_text(HEAD + "output,temperature,a_p\n1,20,0\n")
+    done = accelcal_process("apply", "cal.json", "data.csv", "-o", "out.csv", cwd=folder)
+    assert (done.returncode, done.stdout, done.stderr) == (0, b"", b"")
+
+
+def test_progress_on_a_terminal(folder, monkeypatch):
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    (folder / "data.csv").write_text(HEAD + "output,temperature,a_p\n1,20,0\n")
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    assert main(["apply", "cal.json", "data.csv", "-o", "out.csv"]) == 0
+    assert "100%" in terminal.getvalue()
+
+
+def test_gzip_output_is_reproducible(folder):
+    (folder / "data.csv").write_text(HEAD + "output,temperature\n1,20\n")
+    for name in ("a.csv.gz", "b.csv.gz"):
+        assert main(["apply", "cal.json", "data.csv", "-o", name]) == 0
+    assert (folder / "a.csv.gz").read_bytes() == (folder / "b.csv.gz").read_bytes()
+    assert len(rows_of(gzip.decompress((folder / "a.csv.gz").read_bytes()).decode())) == 1
+
+
+def test_small_streams_need_no_pandas(folder):
+    (folder / "data.csv").write_text(HEAD + "output,temperature\n1,20\n")
+    script = (
+        "import sys; from accelcal.cli.main import main;"
+        "assert main(['apply', 'cal.json', 'data.csv', '-o', 'out.csv']) == 0;"
+        "assert 'numpy' in sys.modules;"
+        "assert not {'pandas', 'scipy', 'gzip'} & set(sys.modules), set(sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", script], cwd=folder, check=False)
+    assert done.returncode == 0

@@ -1,0 +1,333 @@
+"""From outputs back to accelerations: the inverse, its uncertainty, its ranges and refusals."""
+
+import dataclasses
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import accelcal
+from accelcal.compensate.apply import compensate
+from accelcal.compensate.choice import compensation
+from accelcal.compensate.coefficients import Compensation, CrossAxis, Law, Slope
+from accelcal.compensate.inversion import FARTHEST, invert, rising_branch
+from accelcal.errors import AccelcalWarning, InputError
+from accelcal.units import conversion_factor
+
+NOTHING = tuple((0.0,) * 6 for _ in range(6))
+
+
+def forward(found, a_i, temperature, a_p=0.0, a_o=0.0):
+    """Output of the product model, written out term by term as an oracle."""
+    dT = temperature - found.T0
+    slope = {
+        name: law.above.value if dT > 0 else law.below.value
+        for name, law in (("k0", found.k0), ("K1", found.K1), ("delta", found.cross.delta))
+    }
+    k0 = found.k0.at_T0 + slope["k0"] * dT
+    K1 = found.K1.at_T0 * (1 + slope["K1"] * dT)
+    delta = found.cross.delta.at_T0 + slope["delta"] * dT
+    across = {"a_p": a_p, "a_o": a_o}[found.cross.name]
+    total = k0 + a_i + found.k2 * a_i**2 + found.k3 * a_i**3
+    total += delta * across + found.cross.delta_ip * a_i * across
+    if found.other is not None:
+        across = {"a_p": a_p, "a_o": a_o}[found.other.name]
+        total += found.other.delta.at_T0 * across + found.other.delta_ip * a_i * across
+    return K1 * total
+
+
+def slopes(size):
+    return st.builds(Slope, st.floats(-size, size), st.just(0.0), st.just(True))
+
+
+def laws(at_T0, size):
+    return st.builds(Law, at_T0, slopes(size), slopes(size))
+
+
+compensations = st.builds(
+    Compensation,
+    k0=laws(st.floats(-0.05, 0.05), 1e-4),
+    K1=laws(st.floats(0.5, 3e5) | st.floats(-3.0, -0.5), 1e-3),
+    k2=st.floats(-1e-3, 1e-3),
+    k3=st.floats(-1e-4, 1e-4),
+    cross=st.builds(
+        CrossAxis, st.sampled_from(["a_p", "a_o"]), laws(st.floats(-0.01, 0.01), 1e-5),
+        st.floats(-1e-3, 1e-3),
+    ),
+    covariance=st.just(NOTHING),
+    T0=st.floats(-10.0, 40.0),
+    temperatures=st.just((-60.0, 100.0)),
+)  # fmt: skip
+
+TYPICAL = Compensation(
+    k0=Law(0.0033, Slope(-4e-5), Slope(-4.5e-5)),
+    K1=Law(1.35, Slope(5.2e-4), Slope(4.8e-4)),
+    k2=1e-4,
+    k3=8e-5,
+    cross=CrossAxis("a_p", Law(1.15e-3, Slope(1.5e-6), Slope(1.2e-6)), 2e-5),
+    covariance=NOTHING,
+    T0=20.0,
+    temperatures=(-40.0, 80.0),
+)
+
+
+@pytest.fixture(scope="module")
+def calibration():
+    return accelcal.fit(accelcal.simulate(seed=1))
+
+
+@pytest.fixture(scope="module")
+def one_level():
+    return accelcal.fit(accelcal.simulate(plan=accelcal.TumblePlan(temperatures=(20.0,)), seed=1))
+
+
+# -- the inverse -----------------------------------------------------------------------------------
+
+
+@given(
+    compensations,
+    st.lists(st.floats(-20.0, 20.0), min_size=1, max_size=5),
+    st.floats(-60.0, 100.0),
+    st.floats(-20.0, 20.0),
+)
+def test_inverse_of_forward(found, a_i, temperature, across):
+    output = [forward(found, a, temperature, across, across) for a in a_i]
+    measured = compensate(found, output, temperature, **{found.cross.name: across})
+    assert measured.value == pytest.approx(a_i, rel=0, abs=1e-12)
+
+
+def test_inverse_of_forward_with_both_cross_axes():
+    found = dataclasses.replace(
+        TYPICAL, other=CrossAxis("a_o", Law(-7e-4), 3e-5), other_covariance=((0.0, 0.0),) * 2
+    )
+    a_i = np.linspace(-20.0, 20.0, 41)
+    output = [forward(found, a, 35.0, 2.0, -3.0) for a in a_i]
+    measured = compensate(found, output, 35.0, 2.0, -3.0)
+    assert measured.value == pytest.approx(a_i, rel=0, abs=1e-12)
+
+
+@settings(deadline=None)
+@given(st.floats(-50.0, 50.0), st.floats(0.5, 1.5), st.floats(-0.3, 0.3), st.floats(-0.05, 0.05))
+def test_strong_nonlinearity_against_all_roots(target, linear, second, third):
+    """The only root of high precision that lies on the rising branch, or none."""
+    low, high = rising_branch(linear, second, third)
+    with mpmath.workdps(40):
+        powers = [mpmath.mpf(x) for x in (third, second, linear, -target)]
+        while abs(powers[0]) < 1e-12:  # too far away to matter
+            powers.pop(0)
+        roots = mpmath.polyroots(powers, maxsteps=500, extraprec=500)
+        real = [float(z.real) for z in roots if abs(z.imag) < 1e-15 * (1 + abs(z))]
+    edge = 1e-6 * (1.0 + abs(high) + abs(low))  # where two roots meet they are poorly determined
+    if any(abs(root - end) < edge for root in real for end in (low, high)):
+        return
+    on_branch = [root for root in real if low < root < high]
+    found = invert([target], linear, second, third)
+    assert found == pytest.approx(on_branch or [np.nan], rel=1e-9, abs=1e-12, nan_ok=True)
+
+
+@given(st.lists(st.floats(-1e5, 1e5), min_size=1, max_size=20), st.floats(-1e-3, 1e-3))
+def test_a_sample_does_not_depend_on_the_others(targets, third):
+    together = invert(targets, 1.0, 1e-4, third)
+    alone = [float(invert([target], 1.0, 1e-4, third)[0]) for target in targets]
+    np.testing.assert_array_equal(together, alone)
+
+
+def test_what_no_acceleration_gives_has_no_solution():
+    falling = invert([9.0, 11.0], 1.0, 0.0, -1 / 300)  # at most 20/3 at 10 g
+    assert np.isnan(falling).all()
+    assert np.isnan(invert([0.5], -1.0, 0.0, 0.0)).all()
+    assert np.isnan(invert([2 * FARTHEST, np.nan, np.inf], 1.0, 0.0, 0.0)).all()
+
+
+def test_the_branch_ends_where_the_output_stops_rising():
+    low, high = rising_branch(1.0, 0.01, 0.0)
+    assert (float(low), float(high)) == (-50.0, FARTHEST)
+
+
+def test_without_nonlinearity_one_division_does():
+    assert invert([0.5, -20.0], 1.0, 0.0, 0.0).tolist() == [0.5, -20.0]
+
+
+# -- uncertainty -----------------------------------------------------------------------------------
+
+
+def test_uncertainty_against_monte_carlo(one_level):
+    """Coefficients of (1) drawn from their covariance, each draw inverted."""
+    table = one_level.tables[0]
+    outputs = np.array([1.35, 0.0, -1.0, 6.7])
+    measured = accelcal.apply(one_level, outputs, 20.0, a_p=0.5)
+    mean = [table.coefficients[name].value for name in table.covariance_names]
+    rng = np.random.default_rng(7)
+    draws = rng.multivariate_normal(mean, table.covariance, size=4000)
+    values = []
+    for K0, K1, K2, K3, M, M_ip in draws:
+        a_i = outputs / K1
+        for _ in range(20):  # fixed-point iteration, an inverse of another kind
+            a_i = (outputs - K0 - K2 * a_i**2 - K3 * a_i**3 - M * 0.5) / (K1 + M_ip * 0.5)
+        values.append(a_i)
+    assert measured.standard_uncertainty == pytest.approx(np.std(values, axis=0), rel=0.06)
+
+
+def test_uncertainty_is_that_of_many_tests():
+    """At the levels and between them, where only a bound is known."""
+    truth = compensation(accelcal.fit(accelcal.simulate(seed=0)))
+    a_i, temperature = np.array([1.0, 0.3, -1.0, 1.0, -0.7, 0.5]), [20, 20, 80, -40, 50, -10]
+    output = [forward(truth, a, T) for a, T in zip(a_i, temperature, strict=True)]
+    fits = [accelcal.fit(accelcal.simulate(seed=seed)) for seed in range(1000, 1050)]
+    results = [accelcal.apply(fit, output, temperature) for fit in fits]
+    scatter = np.std([result.value for result in results], axis=0, ddof=1)
+    stated = np.mean([result.standard_uncertainty for result in results], axis=0)
+    assert (scatter < 1.3 * stated).all()  # 50 tests tell a scatter to 10 %
+    assert (stated < 1.5 * scatter).all()
+
+
+def test_noise_of_output_and_temperature_is_added_in_squares():
+    quiet = compensate(TYPICAL, [1.35], 50.0)
+    noisy = compensate(TYPICAL, [1.35], 50.0, output_uncertainty=1.35e-5)
+    hot = compensate(TYPICAL, [1.35], 50.0, temperature_uncertainty=0.1)
+    assert quiet.standard_uncertainty == pytest.approx([0.0])
+    assert noisy.standard_uncertainty == pytest.approx([1e-5 / (1 + 5.2e-4 * 30)], rel=1e-3)
+    shifted = compensate(TYPICAL, [1.35], 50.1).value - compensate(TYPICAL, [1.35], 50.0).value
+    assert hot.standard_uncertainty == pytest.approx(np.abs(shifted), rel=1e-3)
+
+
+def test_hysteresis_widens_the_bias(calibration):
+    model = dataclasses.replace(
+        calibration.temperature_model,
+        hysteresis=accelcal.Quantity(1e-4, 1e-6, "g"),
+    )
+    wider = dataclasses.replace(calibration, temperature_model=model)
+    u = accelcal.apply(wider, [0.0], 20.0).standard_uncertainty
+    assert u == pytest.approx([1e-4], rel=0.01)
+
+
+def test_without_covariance_the_uncertainty_is_not_a_number(one_level):
+    table = dataclasses.replace(one_level.tables[0], covariance_names=(), covariance_matrix=())
+    bare = dataclasses.replace(one_level, tables=(table,))
+    with pytest.warns(AccelcalWarning, match="no covariance"):
+        measured = accelcal.apply(bare, [1.35], 20.0)
+    assert np.isnan(measured.standard_uncertainty).all()
+    assert measured.value == pytest.approx([0.9965], abs=1e-3)
+
+
+# -- temperature -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("index", range(3))
+def test_laws_agree_with_the_table_of_each_level(calibration, index):
+    table = calibration.tables[index]
+    output = np.array([1.3, 0.0, -1.2])
+    by_table = accelcal.apply(calibration, output, table.temperature_degC, run=table.run)
+    by_laws = accelcal.apply(calibration, output, table.temperature_degC)
+    assert by_laws.value == pytest.approx(by_table.value, abs=1e-5)
+
+
+def test_temperature_is_needed_with_laws(calibration):
+    with pytest.raises(InputError, match="give the temperature"):
+        accelcal.apply(calibration, [1.0])
+
+
+def test_other_temperatures_are_refused_or_flagged(calibration):
+    with pytest.raises(InputError, match=r"95 degC is more than 1 degC outside .* -40 to 80 degC"):
+        accelcal.apply(calibration, [1.0, 1.0], [20.0, 95.0])
+    with pytest.warns(AccelcalWarning, match="as 1 samples are"):
+        measured = accelcal.apply(calibration, [1.0, 1.0], [20.0, 95.0], extrapolate=True)
+    assert measured.inside.tolist() == [True, False]
+
+
+def test_one_level_holds_within_a_degree(one_level):
+    assert accelcal.apply(one_level, 1.0, 20.9).inside
+    with pytest.raises(InputError, match="20 degC only; calibrate there, or extrapolate"):
+        accelcal.apply(one_level, 1.0, 21.1)
+
+
+def test_one_level_needs_no_temperature(one_level):
+    assert accelcal.apply(one_level, 1.0).inside
+
+
+def test_a_missing_side_borrows_the_other_and_says_so():
+    plan = accelcal.TumblePlan(temperatures=(20.0, 80.0))
+    fit = accelcal.fit(accelcal.simulate(plan=plan, seed=2))
+    found = compensation(fit)
+    assert "no slopes below T0 were determined" in found.assumptions[0]
+    assert found.k0.below.value == found.k0.above.value
+    assert found.k0.below.standard_uncertainty == abs(found.k0.below.value)
+    assert not found.k0.below.determined
+    with pytest.warns(AccelcalWarning):
+        measured = accelcal.apply(fit, [1.0, 1.0], [19.5, 20.5])
+    below, above = measured.standard_uncertainty
+    assert below > above
+
+
+def test_tested_accelerations_are_flagged(calibration):
+    measured = accelcal.apply(calibration, [1.35, 2.7, np.nan], 20.0)
+    assert measured.within_accelerations.tolist() == [True, False, False]
+    assert np.isfinite(measured.value).tolist() == [True, True, False]
+
+
+# -- what was not determined -----------------------------------------------------------------------
+
+
+def test_four_positions_say_what_is_assumed():
+    plan = accelcal.TumblePlan(positions=4, temperatures=(20.0,))
+    fit = accelcal.fit(accelcal.simulate(plan=plan, seed=1))
+    with pytest.warns(AccelcalWarning, match=r"K3, M_ip were not .* as 0; K1 stands for K1 \+ K3"):
+        measured = accelcal.apply(fit, [1.3547], 20.0)
+    assert measured.value == pytest.approx([1.0], abs=1e-4)
+    assert compensation(fit).undetermined == ("k3", "delta_ip")
+
+
+def test_both_mountings_tell_both_cross_axes():
+    plan = accelcal.TumblePlan(temperatures=(20.0,), mountings=("o+", "p+"))
+    fit = accelcal.fit(accelcal.simulate(plan=plan, seed=3))
+    found = compensation(fit)
+    assert [axis.name for axis in found.axes] == ["a_p", "a_o"]
+    delta = fit.tables[1].error_model["delta"].value
+    with_a_o, without = (accelcal.apply(fit, 1.3, a_o=a).value for a in (1.0, 0.0))
+    assert without - with_a_o == pytest.approx(delta, abs=1e-4)
+    assert (
+        accelcal.apply(fit, 1.3, a_o=1.0).standard_uncertainty
+        > accelcal.apply(fit, 1.3).standard_uncertainty
+    )
+
+
+def test_a_cross_axis_that_was_not_calibrated_is_refused(calibration):
+    with pytest.raises(InputError, match="a_o is given, but the calibration tells only what a_p"):
+        accelcal.apply(calibration, [1.0], 20.0, a_o=0.1)
+
+
+def test_several_tables_without_law_need_a_choice(calibration):
+    bare = dataclasses.replace(calibration, temperature_model=None)
+    with pytest.raises(InputError, match="3 tables and no temperature law"):
+        accelcal.apply(bare, [1.0], 20.0)
+    assert accelcal.apply(bare, [1.0], 20.0, run="1").inside
+    with pytest.raises(InputError, match="no run '9'"):
+        accelcal.apply(bare, [1.0], 20.0, run="9")
+
+
+def test_the_printed_method_is_no_calibration():
+    with pytest.warns(AccelcalWarning, match="misprinted"):
+        fit = accelcal.fit(accelcal.simulate(seed=1), method="printed")
+    with pytest.raises(InputError, match="misprinted"):
+        accelcal.apply(fit, [1.0], 20.0)
+
+
+# -- units -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("given", "wanted", "factor"),
+    [
+        ("mA", "mA", 1.0),
+        ("µA", "mA", 1e-3),
+        ("V", "mV", 1e3),
+        ("MHz", "Hz", 1e6),
+        ("mA", "mV", None),
+        ("counts", "pulses", None),
+        ("furlong", "V", None),
+    ],
+)
+def test_conversion_factor(given, wanted, factor):
+    assert conversion_factor(given, wanted) == factor

@@ -1,0 +1,262 @@
+"""Exports: what they say, that they read back, and that the C header computes what Python does."""
+
+import csv
+import hashlib
+import json
+import math
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import accelcal
+from accelcal.cli.main import main
+from accelcal.compensate.choice import compensation
+from accelcal.export.c_header import c_prefix, to_c_header
+from accelcal.export.content import export_content
+from accelcal.export.plain_text import to_csv, to_yaml
+
+COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+needs_compiler = pytest.mark.skipif(not COMPILER, reason="no C compiler (cc, gcc or clang) here")
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"]
+
+
+def fitted(**plan):
+    return accelcal.fit(accelcal.simulate(plan=accelcal.TumblePlan(**plan), seed=1))
+
+
+CASES = {
+    "three levels": {},
+    "two levels": {"temperatures": (20.0, 80.0)},
+    "one level": {"temperatures": (20.0,)},
+    "four positions": {"positions": 4, "temperatures": (20.0,)},
+    "other mounting": {"mountings": ("p+",)},
+    "both mountings": {"temperatures": (20.0,), "mountings": ("o+", "p-")},
+}
+
+
+@pytest.fixture(scope="module", params=CASES)
+def calibration(request):
+    return fitted(**CASES[request.param])
+
+
+@pytest.fixture(scope="module")
+def al15():
+    return fitted()
+
+
+# -- content ---------------------------------------------------------------------------------------
+
+
+def test_every_coefficient_has_unit_and_uncertainty(calibration):
+    content = export_content(calibration)
+    undetermined = compensation(calibration).undetermined
+    for row in content["coefficients"]:
+        assert row["unit"]
+        assert row["meaning"]
+        missing = row["symbol"] in undetermined or (
+            row["value"] is None and "slope" in row["symbol"]
+        )
+        assert (row["value"] is None) == missing
+        assert (row["standard_uncertainty"] is None or row["standard_uncertainty"] > 0) or missing
+
+
+def test_values_are_those_of_the_calibration(al15):
+    rows = {row["symbol"]: row for row in export_content(al15)["coefficients"]}
+    laws = al15.temperature_model
+    for symbol, law in (("k0", laws.k0), ("K1", laws.K1), ("delta_O", laws.delta)):
+        for suffix, part in (("", law.at_T0), ("_slope_above", law.above)):
+            row = rows[symbol + suffix]
+            assert (row["value"], row["unit"]) == (part.value, part.unit)
+            assert row["standard_uncertainty"] == pytest.approx(part.standard_uncertainty)
+
+
+def test_ieee_1293_turns_the_sign_of_delta_p_only():
+    fit = fitted(temperatures=(20.0,), mountings=("o+", "p+"))
+    content = export_content(fit)
+    delta_O, delta_P = (table.error_model["delta"].value for table in fit.tables)
+    assert content["ieee_1293"] == {"delta_o": delta_O, "delta_p": -delta_P}
+    assert "delta_p = -delta_P" in content["sign_convention"]
+
+
+def test_validity(al15):
+    validity = export_content(al15)["validity"]
+    assert validity["temperature_degC"] == [-40.0, 80.0]
+    assert validity["acceleration_g"] == [-1.0, 1.0]
+    assert "extrapolated" in validity["note"]
+
+
+# -- YAML and CSV ----------------------------------------------------------------------------------
+
+scalars = st.none() | st.booleans() | st.integers() | st.text() | st.floats(
+    allow_nan=False, allow_infinity=False
+)  # fmt: skip
+keys = st.from_regex(r"[a-z][A-Za-z0-9_]{2,}[A-Z_]", fullmatch=True)
+trees = st.recursive(
+    scalars, lambda inner: st.lists(inner, max_size=4) | st.dictionaries(keys, inner, max_size=4)
+)
+
+
+@given(st.dictionaries(keys, trees, min_size=1))
+def test_yaml_reads_back(tree):
+    yaml = pytest.importorskip("yaml", reason="PyYAML, the oracle, is not installed")
+    assert yaml.safe_load(to_yaml(tree)) == tree
+
+
+def test_yaml_of_a_calibration_reads_back(calibration):
+    yaml = pytest.importorskip("yaml", reason="PyYAML, the oracle, is not installed")
+    content = export_content(calibration, "0" * 64)
+    assert yaml.safe_load(to_yaml(content)) == content
+
+
+def test_csv_reads_back(calibration):
+    content = export_content(calibration)
+    text = to_csv(content)
+    rows = list(csv.DictReader(line for line in text.splitlines() if not line.startswith("# ")))
+    assert [row["symbol"] for row in rows] == [row["symbol"] for row in content["coefficients"]]
+    for read, written in zip(rows, content["coefficients"], strict=True):
+        assert (float(read["value"]) if read["value"] else None) == written["value"]
+    names = content["covariance"]["symbols"]
+    by_symbol = {row["symbol"]: row for row in rows}
+    matrix = [[float(by_symbol[a][f"covariance_{b}"]) for b in names] for a in names]
+    assert matrix == content["covariance"]["matrix"]
+    assert "# sign_convention: Misalignment terms are added with + for both" in text
+
+
+# -- C ---------------------------------------------------------------------------------------------
+
+
+def compiled(folder, header, prefix, axes):
+    """A program that reads samples and prints their accelerations and flags."""
+    (folder / "export.h").write_text(header, encoding="utf-8")
+    names = "".join(f", {axis}" for axis in axes)
+    (folder / "main.c").write_text(
+        f"""
+        #include <stdio.h>
+        #include "export.h"
+        int main(void)
+        {{
+            double y, t{names};
+            while (scanf("%lf %lf{" %lf" * len(axes)}", &y, &t{names.replace(", ", ", &")}) > 0) {{
+                const double a = {prefix}_acceleration(y, t{names});
+                printf("%.17g %d\\n", a, {prefix}_inside(t, a));
+            }}
+            return 0;
+        }}
+        """
+    )
+    program = folder / "program"
+    done = subprocess.run(
+        [COMPILER, *STRICT, str(folder / "main.c"), "-o", str(program), "-lm"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return program
+
+
+def from_c(program, rows):
+    text = "".join(" ".join(map(repr, row)) + "\n" for row in rows)
+    lines = subprocess.run(
+        [str(program)], input=text, capture_output=True, text=True, check=True
+    ).stdout.splitlines()
+    values, flags = zip(*(line.split() for line in lines), strict=True)
+    return np.array(values, dtype=np.float64), np.array(flags) == "1"
+
+
+@needs_compiler
+@pytest.mark.filterwarnings("ignore::accelcal.AccelcalWarning")
+def test_c_agrees_with_python(tmp_path, calibration):
+    found = compensation(calibration)
+    axes = [axis.name for axis in found.axes]
+    rng = np.random.default_rng(3)
+    size = 2000
+    output = np.concatenate([rng.uniform(-1.4, 1.4, size), rng.uniform(-40, 40, size), [1e9, -1e9]])
+    temperature = rng.uniform(-60, 100, output.size)
+    cross = {axis: rng.uniform(-2, 2, output.size) for axis in axes}
+    program = compiled(
+        tmp_path, to_c_header(export_content(calibration), found), c_prefix(found.serial), axes
+    )
+    rows = np.column_stack([output, temperature, *cross.values()]).tolist()
+    values, inside = from_c(program, rows)
+    python = accelcal.apply(calibration, output, temperature, **cross, extrapolate=True)
+    assert np.isnan(values[-2:]).all()
+    np.testing.assert_array_equal(np.isnan(values), np.isnan(python.value))
+    # a few units in the last place of the largest term of the sum
+    limit = 4 * np.spacing(np.maximum(1.0, np.abs(python.value)))
+    assert (np.abs(values - python.value)[:-2] <= limit[:-2]).all()
+    np.testing.assert_array_equal(inside, python.inside)
+
+
+@needs_compiler
+def test_c_without_covariance(tmp_path):
+    import dataclasses
+
+    one = fitted(temperatures=(20.0,))
+    table = dataclasses.replace(one.tables[0], covariance_names=(), covariance_matrix=())
+    bare = dataclasses.replace(one, tables=(table,), serial=None)
+    found = compensation(bare)
+    header = to_c_header(export_content(bare), found)
+    assert "NAN, NAN" in header
+    values, _ = from_c(compiled(tmp_path, header, "accelcal", ["a_p"]), [[1.35, 20.0, 0.0]])
+    assert math.isfinite(values[0])
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    "serial", ["*/ int x; /*", "a\\", "??/", "line\nfeed", "15", "Ünit 7", "", "// x"]
+)
+def test_no_serial_can_break_the_header(tmp_path, al15, serial):
+    import dataclasses
+
+    named = dataclasses.replace(al15, serial=serial, source=serial)
+    header = to_c_header(export_content(named), compensation(named))
+    prefix = c_prefix(serial)
+    assert re.fullmatch(r"[A-Za-z_]\w*", prefix, re.ASCII)
+    compiled(tmp_path, header, prefix, ["a_p"])
+
+
+@given(st.text())
+def test_prefix_is_an_identifier(serial):
+    assert re.fullmatch(r"accelcal(_[A-Za-z0-9_]+)?", c_prefix(serial), re.ASCII)
+
+
+# -- command ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "start"), [("x.h", "/*\n * schema"), ("x.yaml", "schema: "), ("x.csv", "# schema: ")]
+)
+def test_the_extension_picks_the_format(tmp_path, al15, name, start):
+    cal = tmp_path / "cal.json"
+    al15.to_json(cal)
+    assert main(["export", str(cal), "-o", str(tmp_path / name)]) == 0
+    text = (tmp_path / name).read_text()
+    assert text.startswith(start)
+    assert hashlib.sha256(cal.read_bytes()).hexdigest() in text
+
+
+def test_another_extension_is_refused(tmp_path, al15, capsys):
+    al15.to_json(tmp_path / "cal.json")
+    assert main(["export", str(tmp_path / "cal.json"), "-o", str(tmp_path / "x.doc")]) == 2
+    assert "name the file .h, .yaml or .csv, or give --format" in capsys.readouterr().err
+    assert main(["export", str(tmp_path / "cal.json")]) == 2
+    assert main(["export", str(tmp_path / "cal.json"), "--format", "yaml"]) == 0
+    assert capsys.readouterr().out.startswith("schema: ")
+
+
+def test_assumptions_are_said_and_written(tmp_path, capsys):
+    fit = fitted(positions=4, temperatures=(20.0,))
+    fit.to_json(tmp_path / "cal.json")
+    assert main(["export", str(tmp_path / "cal.json"), "-o", str(tmp_path / "x.yaml")]) == 0
+    assert "warning: K3, M_ip were not determined and taken as 0" in capsys.readouterr().err
+    assert "K1 stands for K1 + K3" in (tmp_path / "x.yaml").read_text()
+
+
+def test_covariance_is_plain_json(al15):
+    json.dumps(export_content(al15), allow_nan=False)
