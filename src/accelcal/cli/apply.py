@@ -84,7 +84,7 @@ def apply(
 
     file = read_calibrations(calibration)
     with open_samples(data) as samples:
-        found = compensation(file.choose(serial or samples.declared.get("serial")), run)
+        found = compensation(file.choose(serial or samples.headings.declared.get("serial")), run)
         about = f"{file.name}, SHA-256 {file.sha256}"
         stream = AccelerationStream(found, samples, StreamOptions(**options), about)
         for note in stream.notes:

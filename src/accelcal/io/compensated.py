@@ -100,7 +100,7 @@ class AccelerationStream:
 
     def _output_factor(self) -> float:
         given, wanted = self._options.output_unit, self._found.output_unit
-        given = given or self._samples.units.get("output")
+        given = given or self._samples.headings.units.get("output")
         if given is None or wanted is None:
             missing, other = ("stream", wanted) if given is None else ("calibration", given)
             if other is not None:
@@ -119,28 +119,29 @@ class AccelerationStream:
     def _cross_factors(self, gravity: float | None) -> dict[str, float]:
         factors = {}
         for axis in self._found.axes:
-            if axis.name not in self._samples.columns:
+            if axis.name not in self._samples.headings.columns:
                 effect = f"{axis.delta.at_T0 * 1e3:.3g} mg for each g"
                 self.notes.append(f"no column {axis.name}: it is taken as 0, an error of {effect}")
                 continue
             factors[axis.name] = 1.0
-            if self._samples.units.get(axis.name) in _GRAVITY_UNITS:
+            if self._samples.headings.units.get(axis.name) in _GRAVITY_UNITS:
                 if not gravity:
                     raise InputError(
                         f"{axis.name} is in m/s^2; give the gravity of the place of calibration"
                         " by --g"
                     )
                 factors[axis.name] = 1.0 / gravity
-        for name in {"a_p", "a_o"} & set(self._samples.columns) - set(factors):
+        for name in {"a_p", "a_o"} & set(self._samples.headings.columns) - set(factors):
             self.notes.append(f"column {name} is set aside: the calibration does not know its part")
         return factors
 
     def _constant_temperature(self) -> float | None:
-        given, has_column = self._options.temperature, "temperature" in self._samples.columns
+        given = self._options.temperature
+        has_column = "temperature" in self._samples.headings.columns
         if given is not None and has_column:
             self.notes.append(f"column temperature is set aside for {given:g} degC")
         if given is None and not has_column:
-            given = self._samples.declared_temperature()
+            given = self._samples.headings.temperature
         if given is None and not has_column and self._found.several_levels:
             raise InputError(
                 f"{self._samples.source}: no column temperature, but the calibration depends on it;"
@@ -225,7 +226,7 @@ class AccelerationStream:
             "software": f"accelcal {__version__}",
         }
         text = "".join(f"# {key}: {value}\n" for key, value in lines.items() if value is not None)
-        time = "time," if "time" in self._samples.columns else ""
+        time = "time," if "time" in self._samples.headings.columns else ""
         return f"{text}{time}acceleration,standard_uncertainty,inside\n"
 
     def _csv(self, block: SampleBlock, measured: MeasuredAcceleration) -> str:

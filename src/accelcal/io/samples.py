@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 
 from accelcal.errors import TableError
 from accelcal.io.cells import MISSING, Column, numbers
-from accelcal.io.layout import shown, split_line
-from accelcal.io.vocabulary import canonical_key, has_unit, read_heading, split_unit
-from accelcal.units import canonical_unit
+from accelcal.io.layout import split_line
+from accelcal.io.sample_headings import SampleHeadings, read_sample_headings
 
 __all__ = ["BLOCK", "SampleBlock", "SampleReader", "open_samples"]
 
@@ -29,11 +28,7 @@ BLOCK = 2_000_000
 """Characters of a block. A file that fits into one is read without pandas, as importing pandas
 would take longer."""
 
-ROLES = ("output", "temperature", "time", "a_p", "a_o")
-"""What a column may hold."""
-
 _LONGEST_LINE = 1_000_000
-_HEADINGS_REMEDY = "name the columns in the first row: output, and temperature where it is known"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,48 +56,31 @@ class SampleReader:
 
     Attributes
     ----------
-    source : str
-        Name of the file, ``"<stdin>"`` for standard input.
-    declared : mapping of str to str
-        Header lines by canonical key.
-    columns : mapping of str to int
-        Index of the column of each role.
-    units : mapping of str to str
-        Unit of each role, where a heading or header line gives it.
-    aside : tuple of str
-        Headings of the columns that are not used.
+    headings : SampleHeadings
+        What stands above the samples.
     size : int or None
         Bytes of the file; None where it is no file.
     """
 
-    source: str
-    declared: Mapping[str, str]
-    columns: Mapping[str, int]
-    units: Mapping[str, str]
-    aside: tuple[str, ...]
+    headings: SampleHeadings
     size: int | None
-    _headings: tuple[str, ...]
-    _separator: str | None
-    _line: int
     _text: io.TextIOBase
     _raw: IO[bytes]
-    _carry: str = ""
+    _line: int = field(init=False)
+    _carry: str = field(init=False)
     _decimal: str = field(default=".", init=False)
+
+    def __post_init__(self) -> None:
+        self._line, self._carry = self.headings.line, self.headings.row
+
+    @property
+    def source(self) -> str:
+        """Name of the file, ``"<stdin>"`` for standard input."""
+        return self.headings.source
 
     def position(self) -> int:
         """Bytes that were read of the file; 0 where it is no file."""
         return 0 if self.size is None else self._raw.tell()
-
-    def declared_temperature(self) -> float | None:
-        """Temperature that a header line declares for all samples [degC]."""
-        text = self.declared.get("temperature", "").removesuffix("degC").strip()
-        if text.casefold() in MISSING:
-            return None
-        try:
-            return float(text)
-        except ValueError:
-            problem, remedy = f"temperature is {shown(text)}", "give it as a number in degC"
-            raise TableError(problem, remedy, source=self.source) from None
 
     def blocks(self) -> Iterator[SampleBlock]:
         """Read the samples block by block.
@@ -146,14 +124,14 @@ class SampleReader:
         return whole + feed or self._read(characters)
 
     def _decimal_mark(self, text: str) -> str:
-        start = text[:10_000]
-        return "," if self._separator != "," and start.count(",") > start.count(".") else "."
+        start, separator = text[:10_000], self.headings.separator
+        return "," if separator != "," and start.count(",") > start.count(".") else "."
 
     # -- engines: pandas for bulk, and where it meets anything unusual the other one ---------------
 
     def _by_pandas(self, text: str) -> SampleBlock | None:
         """Read plain rows of numbers at once; None where something else may stand in them."""
-        separator, width = self._separator, len(self._headings)
+        separator, width = self.headings.separator, len(self.headings.texts)
         rows = text.count("\n")
         if separator is None or text.count(separator) != rows * (width - 1) or width == 1:
             return None
@@ -166,22 +144,23 @@ class SampleReader:
             frame = pd.read_csv(io.StringIO(text), **self._pandas_options(pd.__version__))
         except ValueError:
             return None
-        values = {role: frame[i].to_numpy() for role, i in self._numeric().items()}
+        values = {role: frame[i].to_numpy() for role, i in self.headings.numeric.items()}
         if len(frame) != rows or any(np.isinf(column).any() for column in values.values()):
             return None
-        time = frame[self.columns["time"]].str.strip().tolist() if "time" in self.columns else None
+        at = self.headings.columns.get("time")
+        time = None if at is None else frame[at].str.strip().tolist()
         return SampleBlock(values, time, self._line + np.arange(rows))
 
     def _pandas_options(self, version: str) -> dict[str, Any]:
-        numeric = list(self._numeric().values())
+        used, numeric = self.headings.columns.values(), self.headings.numeric.values()
         blank = sorted(MISSING | {text.upper() for text in MISSING} | {"NaN"})
         options = {
-            "sep": self._separator,
+            "sep": self.headings.separator,
             "header": None,
-            "names": list(range(len(self._headings))),
+            "names": list(range(len(self.headings.texts))),
             "index_col": False,
-            "usecols": list(self.columns.values()),
-            "dtype": {i: np.float64 if i in numeric else object for i in self.columns.values()},
+            "usecols": list(used),
+            "dtype": {i: np.float64 if i in numeric else object for i in used},
             "decimal": self._decimal,
             "keep_default_na": False,
             "na_values": dict.fromkeys(numeric, blank),
@@ -193,22 +172,23 @@ class SampleReader:
         return options
 
     def _by_split(self, text: str) -> SampleBlock:
-        blank = ' \t"' + (self._separator or "")
+        blank = ' \t"' + (self.headings.separator or "")
         lines, rows = [], []
         for line, row in enumerate(text.split("\n"), self._line):
-            if row.strip(blank) and not _is_comment(row, self._separator):
+            if row.strip(blank) and not _is_comment(row, self.headings.separator):
                 lines.append(line)
                 rows.append(self._cells(row, line))
         where = np.array(lines, dtype=np.int64)
         values = {
             role: numbers(self._column(role, [row[i] for row in rows], where))
-            for role, i in self._numeric().items()
+            for role, i in self.headings.numeric.items()
         }
-        time = [row[self.columns["time"]] for row in rows] if "time" in self.columns else None
+        at = self.headings.columns.get("time")
+        time = None if at is None else [row[at] for row in rows]
         return SampleBlock(values, time, where)
 
     def _cells(self, row: str, line: int) -> list[str]:
-        cells, width = split_line(row, self._separator), len(self._headings)
+        cells, width = split_line(row, self.headings.separator), len(self.headings.texts)
         while len(cells) > width and not cells[-1]:
             cells.pop()
         if len(cells) != width:
@@ -218,11 +198,8 @@ class SampleReader:
         return cells
 
     def _column(self, role: str, cells: list[str], lines: NDArray[np.int64]) -> Column:
-        heading = self._headings[self.columns[role]]
+        heading = self.headings.texts[self.headings.columns[role]]
         return Column(role, heading, None, cells, lines, self.source, self._decimal)
-
-    def _numeric(self) -> dict[str, int]:
-        return {role: index for role, index in self.columns.items() if role != "time"}
 
 
 @contextmanager
@@ -252,8 +229,8 @@ def open_samples(source: str) -> Iterator[SampleReader]:
     ...     path = Path(folder, "a.csv")
     ...     count = path.write_text("# unit: mA\ntime,output\n0,1.25\n1,1.26\n")
     ...     with open_samples(str(path)) as samples:
-    ...         [block.values["output"].tolist() for block in samples.blocks()], samples.units
-    ([[1.25, 1.26]], {'output': 'mA'})
+    ...         [block.values["output"].tolist() for block in samples.blocks()]
+    [[1.25, 1.26]]
     """
     raw = sys.stdin.buffer if source == "-" else _opened(source)
     name = "<stdin>" if source == "-" else source
@@ -261,7 +238,9 @@ def open_samples(source: str) -> Iterator[SampleReader]:
         stream = _unpacked(raw)
         encoding = _encoding(_guarded(stream.peek, 1, name))
         text = io.TextIOWrapper(stream, encoding, errors="replace")
-        yield _with_headings(text, raw, name)
+        headings = read_sample_headings(lambda: _guarded(text.readline, _LONGEST_LINE, name), name)
+        size = None if source == "-" else os.fstat(raw.fileno()).st_size
+        yield SampleReader(headings, size, text, raw)
         text.detach()  # standard input stays open
     finally:
         if source != "-":
@@ -314,108 +293,3 @@ def _encoding(start: bytes) -> str:
 def _is_comment(row: str, separator: str | None) -> bool:
     start = row.lstrip(' \t"')
     return start.startswith("#") and split_line(start, separator)[0].casefold() not in MISSING
-
-
-# -- headings --------------------------------------------------------------------------------------
-
-
-def _with_headings(text: io.TextIOWrapper, raw: IO[bytes], name: str) -> SampleReader:
-    declared: dict[str, str] = {}
-    commented = ""
-    line = 0
-    while row := _guarded(text.readline, _LONGEST_LINE, name):
-        line += 1
-        bare = row.strip(' \t\r\n"')
-        if bare.startswith("#"):
-            commented = bare.lstrip("# ")
-            declared |= _declaration(commented)
-        elif bare.strip(",;"):
-            break
-    else:
-        raise TableError("no samples", _HEADINGS_REMEDY, source=name)
-    above = "output" not in _roles(bare) and "output" in _roles(commented)
-    headings, separator = _split_headings(commented if above else bare)
-    columns = _columns(headings, name, line)
-    return SampleReader(
-        source=name,
-        declared=declared,
-        columns=columns,
-        units=_units(headings, columns, declared, name, line),
-        aside=tuple(h for i, h in enumerate(headings) if i not in columns.values()),
-        size=os.fstat(raw.fileno()).st_size if name != "<stdin>" else None,
-        _headings=headings,
-        _separator=separator,
-        _line=line if above else line + 1,  # headings in a comment, as numpy.savetxt writes them
-        _text=text,
-        _raw=raw,
-        _carry=row if above else "",
-    )
-
-
-def _declaration(text: str) -> dict[str, str]:
-    key, _, value = text.partition(":")
-    name, unit = split_unit(key.strip())
-    known = canonical_key(name)
-    return {known: f"{value.strip()} {unit}".strip()} if known and value else {}
-
-
-def _split_headings(line: str) -> tuple[tuple[str, ...], str | None]:
-    """Headings, split by the separator that gives the most known ones."""
-    options: list[str | None] = [mark for mark in ("\t", ";", ",") if mark in line]
-    if not options and _role(line):
-        return (line,), ","
-    options = options or [None]
-    split = {mark: tuple(split_line(line, mark)) for mark in options}
-    best = max(options, key=lambda mark: sum(_role(cell) is not None for cell in split[mark]))
-    return split[best], best
-
-
-def _roles(line: str) -> set[str | None]:
-    return {_role(cell) for cell in _split_headings(line)[0]} if line else set()
-
-
-def _role(heading: str) -> str | None:
-    name = split_unit(heading.strip())[0].casefold()
-    role = name if name in ("a_p", "a_o") else read_heading(heading).role
-    return role if role in (*ROLES, "serial") else None
-
-
-def _columns(headings: Sequence[str], name: str, line: int) -> dict[str, int]:
-    columns: dict[str, int] = {}
-    for index, heading in enumerate(headings):
-        role = _role(heading)
-        if role in columns:
-            problem = f"columns {shown(headings[columns[role]])} and {shown(heading)} mean the same"
-            raise TableError(problem, "keep one and rename the other", source=name, line=line)
-        if role == "serial":
-            problem, remedy = "a column serial", "give the samples of one accelerometer a file"
-            raise TableError(problem, remedy, source=name, line=line)
-        if role:
-            columns[role] = index
-    if "output" not in columns:
-        problem = f"no column output among {shown(', '.join(headings))}"
-        raise TableError(problem, _HEADINGS_REMEDY, source=name, line=line)
-    return columns
-
-
-def _units(
-    headings: Sequence[str],
-    columns: Mapping[str, int],
-    declared: Mapping[str, str],
-    name: str,
-    line: int,
-) -> dict[str, str]:
-    units = {
-        role: unit
-        for role, index in columns.items()
-        if (unit := read_heading(headings[index]).unit or split_unit(headings[index])[1])
-    }
-    warmth = units.get("temperature")
-    if warmth and not has_unit("temperature", warmth):
-        problem = f"temperature in {warmth}"
-        raise TableError(problem, "give it in degC", source=name, line=line)
-    given = {canonical_unit(u) for u in (declared.get("unit"), units.get("output")) if u}
-    if len(given) > 1:
-        problem = f"units {' and '.join(sorted(given))} for one output"
-        raise TableError(problem, "name one unit", source=name, line=line)
-    return {**units, "output": given.pop()} if given else units

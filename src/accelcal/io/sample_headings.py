@@ -1,0 +1,180 @@
+"""What stands above a stream of samples: header lines and column headings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from accelcal.errors import TableError
+from accelcal.io.cells import MISSING
+from accelcal.io.layout import shown, split_line
+from accelcal.io.vocabulary import canonical_key, has_unit, read_heading, split_unit
+from accelcal.units import canonical_unit
+
+__all__ = ["SampleHeadings", "read_sample_headings"]
+
+ROLES = ("output", "temperature", "time", "a_p", "a_o")
+"""What a column may hold."""
+
+_REMEDY = "name the columns in the first row: output, and temperature where it is known"
+
+
+@dataclass(frozen=True, slots=True)
+class SampleHeadings:
+    """Header lines and column headings of a stream.
+
+    Attributes
+    ----------
+    source : str
+        Name of the file.
+    declared : mapping of str to str
+        Header lines by canonical key.
+    texts : tuple of str
+        Headings as written.
+    separator : str or None
+        Separator of the columns; None for runs of blanks.
+    columns : mapping of str to int
+        Index of the column of each role.
+    units : mapping of str to str
+        Unit of each role, where a heading or header line gives it.
+    line : int
+        Line of the first sample.
+    row : str
+        The first row of samples, where it had to be read to know that it is one.
+    """
+
+    source: str
+    declared: Mapping[str, str]
+    texts: tuple[str, ...]
+    separator: str | None
+    columns: Mapping[str, int]
+    units: Mapping[str, str]
+    line: int
+    row: str = ""
+
+    @property
+    def numeric(self) -> dict[str, int]:
+        """Index of the columns that hold numbers."""
+        return {role: index for role, index in self.columns.items() if role != "time"}
+
+    @property
+    def temperature(self) -> float | None:
+        """Temperature that a header line declares for all samples [degC]."""
+        text = self.declared.get("temperature", "").removesuffix("degC").strip()
+        if text.casefold() in MISSING:
+            return None
+        try:
+            return float(text)
+        except ValueError:
+            problem, remedy = f"temperature is {shown(text)}", "give it as a number in degC"
+            raise TableError(problem, remedy, source=self.source) from None
+
+
+def read_sample_headings(readline: Callable[[], str], source: str) -> SampleHeadings:
+    """Read a stream up to its first sample.
+
+    Parameters
+    ----------
+    readline : callable
+        Gives the next line, an empty text at the end.
+    source : str
+        Name of the file, for messages.
+
+    Returns
+    -------
+    SampleHeadings
+        Header lines and headings. They may stand in a comment, as numpy.savetxt writes them.
+
+    Raises
+    ------
+    TableError
+        If there is no column ``output``, or the headings contradict each other.
+    """
+    declared: dict[str, str] = {}
+    commented = ""
+    line = 0
+    while row := readline():
+        line += 1
+        bare = row.strip(' \t\r\n"')
+        if bare.startswith("#"):
+            commented = bare.lstrip("# ")
+            declared |= _declaration(commented)
+        elif bare.strip(",;"):
+            break
+    else:
+        raise TableError("no samples", _REMEDY, source=source)
+    above = "output" not in _roles(bare) and "output" in _roles(commented)
+    texts, separator = _split_headings(commented if above else bare)
+    columns = _columns(texts, source, line)
+    units = _units(texts, columns, declared, source, line)
+    line, row = (line, row) if above else (line + 1, "")
+    return SampleHeadings(source, declared, texts, separator, columns, units, line, row)
+
+
+def _declaration(text: str) -> dict[str, str]:
+    key, _, value = text.partition(":")
+    name, unit = split_unit(key.strip())
+    known = canonical_key(name)
+    return {known: f"{value.strip()} {unit}".strip()} if known and value else {}
+
+
+def _split_headings(line: str) -> tuple[tuple[str, ...], str | None]:
+    """Headings, split by the separator that gives the most known ones."""
+    options: list[str | None] = [mark for mark in ("\t", ";", ",") if mark in line]
+    if not options and _role(line):
+        return (line,), ","
+    options = options or [None]
+    split = {mark: tuple(split_line(line, mark)) for mark in options}
+    best = max(options, key=lambda mark: sum(_role(cell) is not None for cell in split[mark]))
+    return split[best], best
+
+
+def _roles(line: str) -> set[str | None]:
+    return {_role(cell) for cell in _split_headings(line)[0]} if line else set()
+
+
+def _role(heading: str) -> str | None:
+    name = split_unit(heading.strip())[0].casefold()
+    role = name if name in ("a_p", "a_o") else read_heading(heading).role
+    return role if role in (*ROLES, "serial") else None
+
+
+def _columns(headings: Sequence[str], name: str, line: int) -> dict[str, int]:
+    columns: dict[str, int] = {}
+    for index, heading in enumerate(headings):
+        role = _role(heading)
+        if role in columns:
+            problem = f"columns {shown(headings[columns[role]])} and {shown(heading)} mean the same"
+            raise TableError(problem, "keep one and rename the other", source=name, line=line)
+        if role == "serial":
+            problem, remedy = "a column serial", "give the samples of one accelerometer a file"
+            raise TableError(problem, remedy, source=name, line=line)
+        if role:
+            columns[role] = index
+    if "output" not in columns:
+        problem = f"no column output among {shown(', '.join(headings))}"
+        raise TableError(problem, _REMEDY, source=name, line=line)
+    return columns
+
+
+def _units(
+    headings: Sequence[str],
+    columns: Mapping[str, int],
+    declared: Mapping[str, str],
+    name: str,
+    line: int,
+) -> dict[str, str]:
+    units = {
+        role: unit
+        for role, index in columns.items()
+        if (unit := read_heading(headings[index]).unit or split_unit(headings[index])[1])
+    }
+    warmth = units.get("temperature")
+    if warmth and not has_unit("temperature", warmth):
+        problem = f"temperature in {warmth}"
+        raise TableError(problem, "give it in degC", source=name, line=line)
+    given = {canonical_unit(u) for u in (declared.get("unit"), units.get("output")) if u}
+    if len(given) > 1:
+        problem = f"units {' and '.join(sorted(given))} for one output"
+        raise TableError(problem, "name one unit", source=name, line=line)
+    return {**units, "output": given.pop()} if given else units
