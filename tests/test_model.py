@@ -199,7 +199,9 @@ def test_k1_only_against_a_nominal_scale_factor() -> None:
 
 @pytest.mark.parametrize("coefficients", [{"K0": 1.0}, {"K0": 1.0, "K1": 0.0}, {}])
 def test_no_error_model_without_a_scale_factor(coefficients: dict[str, float]) -> None:
-    with pytest.raises(InputError, match=r"^K1 is missing, zero or not a number; the error model \(2\) divides"):
+    with pytest.raises(
+        InputError, match=r"^K1 is missing, zero or not a number; the error model \(2\) divides"
+    ):
         error_coefficients(coefficients)
 
 

@@ -260,10 +260,17 @@ def test_the_errors_of_a_bad_head_are_seen():
 # -- launch ----------------------------------------------------------------------------------------
 
 
+def test_runs_that_miss_their_level_do_not_pass_for_shifts():
+    """500 ppm/degC times 0.3 degC is 150 ppm, thirty times what a launch does."""
+    levels = np.array([20.0, 80.0, 79.7, -40.0, -39.8, 20.3, 20.1])
+    values = 1.0 + 500e-6 * (levels - 20.0)
+    assert run_shift(None, values, np.zeros(7), levels).uncertainty < 1e-12
+
+
 def test_shift_from_repeated_levels():
     """Standard deviation about the mean of each level, pooled."""
     values = np.array([1.0, 3.0, 10.0, 10.0, 13.0, 99.0])
-    levels = [20.0, 20.3, 80.0, 79.8, 80.2, -40.0]
+    levels = [20.0, 20.0, 80.0, 80.0, 80.0, -40.0]
     found = run_shift(None, values, np.zeros(6), levels)
     assert (found.source, found.dof) == ("estimated", 3.0)
     assert found.uncertainty == pytest.approx(math.sqrt((2.0 + 6.0) / 3.0))

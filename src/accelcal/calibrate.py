@@ -215,7 +215,7 @@ def _table_calibration(
     covariance = np.sum([part.covariance for part in own.values()], axis=0)
     unit = table.record.unit
     dof = residual.size - len(names)
-    temperature = float(table.record.temperature.mean())
+    temperature = table.record.mean_temperature
     judged = linear_estimator(table).coefficients(table.record.output)
     return TableCalibration(
         run=table.record.run_labels[int(table.record.run[0])],

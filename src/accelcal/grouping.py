@@ -34,7 +34,8 @@ def distinct(values: NDArray[Any]) -> NDArray[Any]:
     [1, 3]
     """
     ordered = np.sort(values)
-    return ordered[np.concatenate([[True], ordered[1:] != ordered[:-1]])[: ordered.size]]
+    first = np.concatenate([[True], ordered[1:] != ordered[:-1]])[: ordered.size]
+    return np.asarray(ordered[first])
 
 
 def grouped(values: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.intp], NDArray[np.intp]]:

@@ -175,6 +175,12 @@ class TumbleRecord:
                 value = getattr(self, name)[~good][0]
                 raise InputError(f"{name} {value} in a record; it is {rule}")
 
+    @property
+    def mean_temperature(self) -> float:
+        """Mean of the known temperatures; NaN where none is known [degC]."""
+        known = self.temperature[np.isfinite(self.temperature)]
+        return float(known.mean()) if known.size else float("nan")
+
     def __len__(self) -> int:
         return int(self.output.size)
 
@@ -190,7 +196,7 @@ class TumbleRecord:
         )
 
     def __repr__(self) -> str:
-        name = f"serial {self.serial}" if self.serial else self.source
+        name = f"serial {self.serial!r}" if self.serial else repr(self.source)
         return (
             f"<TumbleRecord {name}: {len(self)} readings, {len(self.run_labels)} runs,"
             f" {distinct(np.mod(self.angle, 360.0)).size} positions>"

@@ -257,7 +257,7 @@ def simulate(
     --------
     >>> from accelcal.effects.catalogue import effect
     >>> simulate(effects=[effect("backlash").of(2e-5)], seed=15)
-    <TumbleRecord serial AL-15: 162 readings, 3 runs, 8 positions>
+    <TumbleRecord serial 'AL-15': 162 readings, 3 runs, 8 positions>
     """
     if seed is None:
         seed = int(np.random.default_rng().integers(2**32))

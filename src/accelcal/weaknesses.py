@@ -13,7 +13,7 @@ __all__ = ["record_warnings", "table_warnings"]
 _OF_METHOD = {
     "printed": (
         "NOT A CALIBRATION: the printed equations (6) are misprinted, and the symbols tell what"
-        " they return instead; use --method least-squares or closed-form"
+        " they return instead; use least-squares or closed-form"
     ),
     "sign-corrected": "sign-corrected (6) does not estimate K3; K1 stands for K1 + 0.75 K3",
 }

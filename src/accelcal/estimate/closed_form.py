@@ -56,8 +56,8 @@ def closed_form_map(table: PreparedTable, method: str, delta0: float = 0.0) -> A
     """
     if delta0 != 0.0 and method != "printed":
         raise DesignError(
-            f"delta0 is {delta0} rad with --method {method}; the closed form holds at"
-            " delta0 = 0 only, so use --method least-squares"
+            f"delta0 is {delta0} rad with method {method!r}; the closed form holds at"
+            " delta0 = 0 only, so use least-squares"
         )
     means = _position_means(table.record.angle)
     sign = np.array([1, 1, 1, 1, -1, -1]) if table.record.mounting[0].endswith("-") else np.ones(6)
@@ -111,7 +111,7 @@ def _position_means(angle: Array) -> Array:
         stray = float(angle[~at.any(axis=0)][0])
         raise DesignError(
             f"a reading at {stray:g} deg; the closed forms need the eight positions 0, 45 .. 360"
-            " deg, so use --method least-squares"
+            " deg, so use least-squares"
         )
     at[8] = at[8] if at[8].any() else at[0]
     at[0] = at[0] if at[0].any() else at[8]
@@ -119,6 +119,6 @@ def _position_means(angle: Array) -> Array:
     if missing:
         raise DesignError(
             f"no reading at position J = {', '.join(missing)}; the closed forms need all eight"
-            " positions, so use --method least-squares"
+            " positions, so use least-squares"
         )
     return np.asarray(at / at.sum(axis=1, keepdims=True), dtype=np.float64)

@@ -246,7 +246,7 @@ def _run_shifts(
     """Shifts of bias [g] and scale factor (relative) from run to run, a table a run."""
     runs = [int(e.table.record.run[0]) for e in estimators]
     tables = [runs.index(run) for run in sorted(set(runs))]
-    levels = [float(np.mean(estimators[i].table.record.temperature)) for i in tables]
+    levels = [estimators[i].table.record.mean_temperature for i in tables]
     k = np.array(errors.coefficients)[tables]
     scale_factor = k[:, _SCALE_FACTOR].mean()
     starts = np.cumsum([0, *(len(e.names) for e in estimators)])

@@ -15,6 +15,9 @@ Array = NDArray[np.float64]
 # Runs whose mean temperatures differ by less than this are at one level [degC].
 _SAME_LEVEL = 1.0
 
+# Runs must span this much for their common slope to be worth anything [degC].
+_TELLING_RANGE = 5.0
+
 # As for the head: half of the variance that other errors explain is taken off the scatter.
 _OTHERS_SHARE = 0.5
 
@@ -79,12 +82,22 @@ def run_shift(
     if declared is not None:
         return _same_in_all(runs, declared, "declared")
     temperature = np.asarray(levels, dtype=np.float64)
+    values = _without_trend(values, temperature)
     size, dof = _scatter(values, variances, temperature)
     if dof == 0.0:
         return _same_in_all(runs, 0.0, "none")
     others = [_scatter(values, variances, np.where(runs == r, np.nan, temperature)) for r in runs]
     own = np.array([other if other[1] > 0.0 else (size, dof) for other in others])
     return RunShift(size, dof, "estimated", own[:, 0], own[:, 1])
+
+
+def _without_trend(values: Array, temperature: Array) -> Array:
+    """Take off what temperature does to runs that miss their level by a fraction of a degree."""
+    known = np.isfinite(temperature)
+    if not known.any() or np.ptp(temperature[known]) < _TELLING_RANGE:
+        return values
+    slope = np.polynomial.polynomial.polyfit(temperature[known], values[known], 1)[1]
+    return np.asarray(values - slope * np.where(known, temperature, 0.0))
 
 
 def _same_in_all(runs: NDArray[np.intp], uncertainty: float, source: str) -> RunShift:

@@ -105,8 +105,8 @@ def linear_estimator(
     lost = [name for name in COEFFICIENTS if name not in table.estimability.kept]
     if lost:
         raise InputError(
-            f"no {', '.join(lost)} with --method {method}; a closed form has a fixed set of"
-            " coefficients, so use --method least-squares to choose"
+            f"{', '.join(lost)} cannot be told or was not asked for, but method {method!r} has a"
+            " fixed set of coefficients; use least-squares"
         )
     matrix = closed_form_map(table, method, delta0)
     given = [bool(np.isfinite(row).all()) for row in matrix]

@@ -53,17 +53,17 @@ def _lack_of_fit(estimate: JointEstimate) -> Gate:
     if found.contrasts.size == 0 or head.source == "none":
         return not_assessed("lack of fit", "the positions leave no residual apart from the noise")
     size = angle(head.uncertainty)
-    dof = found.contrasts.size
+    dof = head.dof if head.source == "estimated" else found.contrasts.size
     if head.source == "estimated":
         return warn_if(
             "lack of fit",
             head.uncertainty > _IMPLAUSIBLE_HEAD,
-            f"the positions scatter as if the head had an error of {size}; {dof} degrees of"
+            f"the positions scatter as if the head had an error of {size}; {dof:.0f} degrees of"
             " freedom",
         )
     allowed = 1.0 + (head.uncertainty * found.strengths) ** 2
     ratio = float((found.contrasts**2 / allowed).mean())
-    dof_of_noise = min(max(min(noise.dof for noise in estimate.noises), 1.0), 1e9)
+    dof_of_noise = max(min(noise.dof for noise in estimate.noises), 1.0)
     p = f_survival(ratio, dof, dof_of_noise)
     return warn_if(
         "lack of fit",

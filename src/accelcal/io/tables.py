@@ -96,7 +96,7 @@ def read_tables(
     >>> import io
     >>> text = "# temperature: 20\nposition,Y1,Y2\n1,1.30,1.31\n5,-1.29,-1.28\n"
     >>> read_tables(io.StringIO(text))
-    (<TumbleRecord <table>: 4 readings, 1 runs, 2 positions>,)
+    (<TumbleRecord '<table>': 4 readings, 1 runs, 2 positions>,)
     """
     return survey(source, overrides=overrides)[1]
 

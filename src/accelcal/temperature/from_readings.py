@@ -145,7 +145,7 @@ def _stack(
     tables: Sequence[PreparedTable], names: Sequence[str], reference: float, sides: Sequence[str]
 ) -> _Readings:
     design = np.concatenate([table.design for table in tables])
-    rise = np.concatenate([table.record.temperature for table in tables]) - reference
+    rise = np.concatenate([_temperatures(table) for table in tables]) - reference
     common = design[:, [COEFFICIENTS.index(name) for name in _COMMON if name in names]]
     reached = reached_by(tables)
     if reached is not None:  # the hysteresis is a part of the bias, +h after heating
@@ -159,6 +159,12 @@ def _stack(
         law=bilinear_design(rise, sides),
         slope=local_slopes(rise, sides),
     )
+
+
+def _temperatures(table: PreparedTable) -> Array:
+    """Temperature of each reading, that of the run where it is unknown [degC]."""
+    own = table.record.temperature
+    return np.where(np.isfinite(own), own, table.record.mean_temperature)
 
 
 def _starting_values(start: TemperatureModel, sides: Sequence[str], common: int) -> Array:

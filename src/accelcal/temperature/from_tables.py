@@ -96,7 +96,7 @@ def laws_from_tables(
     chosen = tables_of_one_mounting(tables, estimate)
     if reference is None or len(chosen) < 2:
         return None
-    temperature = np.array([tables[i].record.temperature.mean() for i in chosen])
+    temperature = np.array([tables[i].record.mean_temperature for i in chosen])
     rise = temperature - reference
     if not np.isfinite(rise).all() or np.ptp(rise) < LEAST_RISE:
         return None
@@ -122,7 +122,7 @@ def reached_by(tables: Sequence[PreparedTable]) -> Array | None:
     ndarray or None
         1, -1 or 0 for each table; None where no level was reached both ways.
     """
-    temperature = np.array([float(table.record.temperature.mean()) for table in tables])
+    temperature = np.array([table.record.mean_temperature for table in tables])
     order = np.argsort([int(table.record.run[0]) for table in tables], kind="stable")
     reached = np.zeros(temperature.size)
     reached[order[1:]] = np.sign(np.diff(temperature[order]))
