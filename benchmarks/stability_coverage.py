@@ -7,7 +7,7 @@ launches whose interval holds the truth, beside that of the textbook interval of
 of sigma_F is its root mean square over all launches.
 """
 
-import sys
+import argparse
 
 import numpy as np
 
@@ -69,12 +69,17 @@ def covered(make, launches, seed=1):
     return textbook / launches, drift / launches, fluctuation / launches
 
 
-def main(launches=400):
+def main():
     """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("launches", nargs="?", type=int, default=400, help="launches a noise")
+    parser.add_argument("--smoke", action="store_true", help="five launches a noise")
+    options = parser.parse_args()
+    launches = 5 if options.smoke else options.launches
     print(f"{'noise':24s}{'textbook':>10s}{'gamma_D':>10s}{'sigma_F':>10s}")
     for name, make in NOISES.items():
         print(f"{name:24s}" + "".join(f"{share:10.3f}" for share in covered(make, launches)))
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    main()

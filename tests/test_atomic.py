@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from accelcal.atomic import write_atomically
 from accelcal.errors import InputError
-from accelcal.io.atomic import write_atomically
 
 posix_only = pytest.mark.skipif(sys.platform == "win32", reason="a matter of POSIX file systems")
 

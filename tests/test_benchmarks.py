@@ -31,8 +31,13 @@ def test_startup():
     assert re.search(r"import numpy, click +\d+\.\d\d +\d+\.\d\d", printed)
 
 
+def test_apply():
+    printed = run("apply.py", "--smoke")
+    assert re.search(r"1000 samples.*\nwall \d+\.\d+ s, CPU \d+\.\d+ s, peak \d+ MiB", printed)
+
+
 def test_stability_coverage():
-    printed = run("stability_coverage.py", "5")
+    printed = run("stability_coverage.py", "--smoke")
     assert len(re.findall(r"^.{24}(?: +[01]\.\d{3}){3}$", printed, re.MULTILINE)) == 10
 
 

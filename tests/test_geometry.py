@@ -151,7 +151,7 @@ def test_a_position_between_two_is_refused():
 
 @pytest.mark.parametrize("angle", [np.nan, np.inf])
 def test_an_angle_that_is_no_number_is_refused(angle):
-    with pytest.raises(InputError, match="angle (nan|inf); it is a finite number"):
+    with pytest.raises(InputError, match=r"angle (nan|inf); it is a finite number"):
         accelerations([0.0, angle])
 
 

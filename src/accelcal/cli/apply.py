@@ -111,7 +111,7 @@ def _destination(path: str | None) -> Iterator[IO[bytes]]:
         yield sys.stdout.buffer
         sys.stdout.flush()
         return
-    from accelcal.io.atomic import open_atomically
+    from accelcal.atomic import open_atomically
 
     with open_atomically(path) as file:
         if not path.endswith(".gz"):

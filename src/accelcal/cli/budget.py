@@ -167,7 +167,7 @@ def _budget(calibration: Calibration, random: RandomPart, options: dict[str, Any
 
 
 def _draw(path: str, found: ErrorBudget) -> None:
-    from accelcal.io.atomic import write_atomically
+    from accelcal.atomic import write_atomically
     from accelcal.report.budget_picture import budget_picture
 
     form = path.rpartition(".")[2].casefold()

@@ -30,7 +30,7 @@ def deliver(text: str, path: str | None = None) -> None:
     if path is None or path == "-":
         _print(text)
         return
-    from accelcal.io.atomic import write_atomically
+    from accelcal.atomic import write_atomically
 
     write_atomically(path, text.encode("utf-8", errors="backslashreplace"))
 

@@ -126,7 +126,7 @@ def _calibrated(path: str, scale_factor: float | None, record: StabilityRecord) 
 
 
 def _draw(path: str, result: Stability, record: StabilityRecord) -> None:
-    from accelcal.io.atomic import write_atomically
+    from accelcal.atomic import write_atomically
     from accelcal.report.stability import stability_picture
 
     form = path.rpartition(".")[2].casefold()

@@ -61,7 +61,7 @@ def write_table(
     if not isinstance(target, str | os.PathLike):
         target.write(text)
         return
-    from accelcal.io.atomic import write_atomically
+    from accelcal.atomic import write_atomically
 
     write_atomically(target, _packed(text, os.fspath(target)))
 

@@ -185,7 +185,7 @@ class Calibration:
 
         text = json.dumps(self.to_document(), indent=1, allow_nan=False) + "\n"
         if path is not None:
-            from accelcal.io.atomic import write_atomically
+            from accelcal.atomic import write_atomically
 
             write_atomically(path, text.encode())
         return text
