@@ -180,7 +180,7 @@ def measure(
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the table; exit 1 where a promised figure lies outside its range."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--tables", type=int, default=4000, help="tables a regime")
+    parser.add_argument("--tables", type=int, default=10000, help="tables a regime")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--seed", type=int, default=2026)
     parser.add_argument("--only", default="", help="regimes whose names contain this")

@@ -202,6 +202,24 @@ def test_weights_follow_variance_and_not_the_number_of_readings():
     assert abs(light.value - loaded.value) < 0.1 * light.standard_uncertainty
 
 
+@pytest.mark.parametrize("by", ["tables", "readings"])
+def test_covariance_of_the_laws(by):
+    """Its diagonal is that of the leaves; the value at T0 and a slope pull against each other."""
+    model = laws(THREE, by=by, noise=5e-6, head_uncertainty=0.0, launch_uncertainty=1e-5)
+    covariance = np.array(model.covariance_matrix)
+    leaves = [
+        getattr(getattr(model, name.split()[0]), name.split()[1]).standard_uncertainty
+        for name in model.covariance_names
+    ]
+    assert model.covariance_names == tuple(TRUTH)
+    assert np.sqrt(np.diagonal(covariance)) == pytest.approx(leaves)
+    sigma = np.sqrt(np.diagonal(covariance))
+    correlation = covariance / np.outer(sigma, sigma)
+    # lam1 = (k0(80) - k0(20)) / 60 with equal launch shifts at both: -1/sqrt(2)
+    assert correlation[0, 1] == pytest.approx(-math.sqrt(0.5), abs=0.02)
+    assert type(model).from_document(model.to_document()) == model
+
+
 def test_an_unknown_way_is_refused():
     with pytest.raises(
         InputError, match="temperature_laws is 'both'; choose from tables, readings"

@@ -56,6 +56,9 @@ class TemperatureModel:
         None where no level was reached both ways.
     warnings : tuple of str
         What is missing, and why.
+    covariance_names, covariance_matrix
+        Names such as ``"k0 above"`` of what is determined, and its covariance; an empty matrix
+        where unknown.
     """
 
     k0: BilinearLaw
@@ -63,6 +66,8 @@ class TemperatureModel:
     delta: BilinearLaw
     hysteresis: Quantity | None = None
     warnings: tuple[str, ...] = ()
+    covariance_names: tuple[str, ...] = ()
+    covariance_matrix: tuple[tuple[float, ...], ...] = ()
 
     def to_document(self) -> dict[str, Any]:
         """Return the model as it stands in the JSON document."""
@@ -72,17 +77,24 @@ class TemperatureModel:
             "delta": self.delta.to_document(),
             "hysteresis": self.hysteresis.to_document() if self.hysteresis is not None else None,
             "warnings": list(self.warnings),
+            "covariance": {
+                "names": list(self.covariance_names),
+                "matrix": [list(row) for row in self.covariance_matrix],
+            },
         }
 
     @classmethod
     def from_document(cls, document: Document) -> TemperatureModel:
         """Read the model from its place in a JSON document."""
+        covariance = document.get("covariance", {"names": (), "matrix": ()})
         return cls(
             k0=BilinearLaw.from_document(document["k0"]),
             K1=BilinearLaw.from_document(document["K1"]),
             delta=BilinearLaw.from_document(document["delta"]),
             hysteresis=_optional(document["hysteresis"]),
             warnings=tuple(document["warnings"]),
+            covariance_names=tuple(covariance["names"]),
+            covariance_matrix=tuple(tuple(row) for row in covariance["matrix"]),
         )
 
 

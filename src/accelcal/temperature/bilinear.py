@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from accelcal.estimate.uncertainty import Component, Interval, intervals, propagate
 from accelcal.results.quantity import Quantity
-from accelcal.results.temperature import BilinearLaw
+from accelcal.results.temperature import BilinearLaw, TemperatureModel
 
 __all__ = [
     "LEAST_RISE",
     "bilinear_design",
     "local_slopes",
     "measured_sides",
-    "named_laws",
+    "named_model",
     "quantity",
 ]
 
@@ -97,9 +97,15 @@ def local_slopes(rise: Array, sides: Sequence[str]) -> Array:
     return np.column_stack([np.zeros_like(rise), *(parts[side] for side in sides)])
 
 
-def named_laws(
-    values: Array, components: Mapping[str, Component], sides: Sequence[str], unit: str | None
-) -> tuple[BilinearLaw, BilinearLaw, BilinearLaw]:
+def named_model(
+    values: Array,
+    components: Mapping[str, Component],
+    sides: Sequence[str],
+    unit: str | None,
+    *,
+    hysteresis: Quantity | None,
+    warnings: tuple[str, ...],
+) -> TemperatureModel:
     """Name the parameters of the three laws and give them their uncertainties.
 
     Parameters
@@ -112,14 +118,19 @@ def named_laws(
         See `measured_sides`.
     unit : str or None
         Output unit.
+    hysteresis : Quantity or None
+        h_T.
+    warnings : tuple of str
+        What is missing.
 
     Returns
     -------
-    tuple of BilinearLaw
-        Laws of k0, K1 and delta; the slopes of K1 are relative.
+    TemperatureModel
+        Laws of k0, K1 and delta, with their covariance; the slopes of K1 are relative.
     """
     count = 1 + len(sides)
-    found = intervals(propagate(components, _relative_slopes(values, count)))
+    shown_components = propagate(components, _relative_slopes(values, count))
+    found = intervals(shown_components)
     shown = values.copy()
     shown[count + 1 : 2 * count] /= values[count]
     output = f"{unit or 'output unit'}/g"
@@ -127,7 +138,18 @@ def named_laws(
         _law(shown[i * count : (i + 1) * count], found[i * count : (i + 1) * count], sides, units)
         for i, units in enumerate((("g", "g/degC"), (output, "1/degC"), ("rad", "rad/degC")))
     )
-    return k0, K1, delta
+    covariance = np.asarray(sum(part.covariance for part in shown_components.values()))
+    known = bool(np.isfinite(covariance).all())
+    names = tuple(f"{law} {part}" for law in ("k0", "K1", "delta") for part in ("at_T0", *sides))
+    return TemperatureModel(
+        k0,
+        K1,
+        delta,
+        hysteresis,
+        warnings,
+        covariance_names=names if known else (),
+        covariance_matrix=tuple(map(tuple, covariance.tolist())) if known else (),
+    )
 
 
 def _relative_slopes(values: Array, count: int) -> Array:

@@ -24,7 +24,7 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.model import COEFFICIENTS
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
-from accelcal.temperature.bilinear import bilinear_design, local_slopes, named_laws
+from accelcal.temperature.bilinear import bilinear_design, local_slopes, named_model
 from accelcal.temperature.from_tables import reached_by, tables_of_one_mounting
 
 __all__ = ["laws_from_readings"]
@@ -137,8 +137,14 @@ def laws_from_readings(
             break
     of_laws = through[: 3 * readings.law.shape[1]]
     components = {name: _component(of_laws, source) for name, source in sources.items()}
-    k0, K1, delta = named_laws(parameters[: of_laws.shape[0]], components, sides, unit)
-    return TemperatureModel(k0, K1, delta, start.hysteresis, start.warnings)
+    return named_model(
+        parameters[: of_laws.shape[0]],
+        components,
+        sides,
+        unit,
+        hysteresis=start.hysteresis,
+        warnings=start.warnings,
+    )
 
 
 def _stack(

@@ -26,7 +26,7 @@ from accelcal.temperature.bilinear import (
     bilinear_design,
     local_slopes,
     measured_sides,
-    named_laws,
+    named_model,
     quantity,
 )
 
@@ -147,11 +147,12 @@ def _fitted(
     values, components = solved @ levels.values, propagate(levels.components, solved)
     laws = slice(3 * (1 + len(sides)))
     of_laws = {name: part.part(laws) for name, part in components.items()}
-    k0, K1, delta = named_laws(values[laws], of_laws, sides, unit)
     hysteresis = None
     if reached is not None:
         hysteresis = quantity(float(values[-1]), intervals(components)[-1], "g")
-    return TemperatureModel(k0, K1, delta, hysteresis, _unmeasured(sides))
+    return named_model(
+        values[laws], of_laws, sides, unit, hysteresis=hysteresis, warnings=_unmeasured(sides)
+    )
 
 
 def _unmeasured(sides: Sequence[str]) -> tuple[str, ...]:
