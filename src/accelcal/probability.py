@@ -130,13 +130,26 @@ def student_quantile(level: float, dof: float) -> float:
     if not dof > 0.0:
         raise InputError(f"{dof} degrees of freedom; Student's factor needs more than 0")
     tail = 0.5 * (1.0 - level)
-    t = 0.0 if math.isinf(dof) else student_quantile(level, math.inf)
-    for _ in range(200):  # the tail is convex: Newton's steps from the left never overshoot
+    t = 0.0 if math.isinf(dof) else _cornish_fisher(student_quantile(level, math.inf), dof)
+    for _ in range(200):
         step = (student_survival(t, dof) - tail) / _student_density(t, dof)
         t += step
-        if step <= 1e-15 * t:
+        if abs(step) <= 1e-9 * t:  # Newton's next step would be of the order of its square
             break
     return t
+
+
+def _cornish_fisher(z: float, dof: float) -> float:
+    """Student's quantile from the normal one, Abramowitz and Stegun 26.7.5; z for few dof.
+
+    From there, or from the left, Newton's steps converge: the tail is convex.
+    """
+    if dof < 5.0:
+        return z
+    first = (z**3 + z) / 4.0
+    second = (5.0 * z**5 + 16.0 * z**3 + 3.0 * z) / 96.0
+    third = (3.0 * z**7 + 19.0 * z**5 + 17.0 * z**3 - 15.0 * z) / 384.0
+    return z + (first + (second + third / dof) / dof) / dof
 
 
 def _student_density(t: float, dof: float) -> float:
