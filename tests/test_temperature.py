@@ -167,6 +167,8 @@ def test_two_levels_astride_it_determine_nothing():
 def test_reference_is_given_or_the_level_nearest_to_20(temperatures, given, T0):
     calibration = accelcal.fit(record(temperatures), reference_temperature=given)
     assert calibration.T0_degC == pytest.approx(T0)
+    said = "T0 was not given: it is the level nearest to 20 degC" in calibration.warnings
+    assert said is (given is None)
 
 
 def test_an_uncertain_temperature_enters_the_slopes():

@@ -33,6 +33,7 @@ Array = NDArray[np.float64]
 
 _ERROR_UNITS = {"k0": "g", "k2": "g/g^2", "k3": "g/g^3", "delta": "rad", "delta_ip": "g/g^2"}
 _USUAL_TEMPERATURE = 20.0
+_CHOSEN_T0 = "T0 was not given: it is the level nearest to 20 degC"
 
 TEMPERATURE_LAWS = ("tables", "readings")
 """What the temperature laws are fitted to; the first is the default."""
@@ -111,7 +112,8 @@ def fit(
         estimate = estimate_jointly(
             tables, record.apparatus, method=method, robust=robust, delta0=delta0
         )
-    reference = _reference_temperature(record, reference_temperature)
+    reference, chosen = _reference_temperature(record, reference_temperature)
+    laws = _temperature_model(tables, estimate, reference, temperature_laws)
     return Calibration(
         method=method,
         robust=robust,
@@ -127,11 +129,14 @@ def fit(
         date=record.date,
         error_sources=_error_sources(tables, estimate, record.unit),
         gates=record_gates(estimate, _table_names(tables)),
-        warnings=record_warnings(
-            estimate, method, delta0, [str(table.record.mounting[0]) for table in tables]
+        warnings=(
+            *record_warnings(
+                estimate, method, delta0, [str(table.record.mounting[0]) for table in tables]
+            ),
+            *((_CHOSEN_T0,) if chosen and laws is not None else ()),
         ),
         software=f"accelcal {__version__}",
-        temperature_model=_temperature_model(tables, estimate, reference, temperature_laws),
+        temperature_model=laws,
     )
 
 
@@ -194,14 +199,14 @@ def _fixture_angle(record: TumbleRecord, given: float | None) -> float:
         ) from None
 
 
-def _reference_temperature(record: TumbleRecord, given: float | None) -> float | None:
-    if given is not None or record.reference_temperature is not None:
-        return given if given is not None else record.reference_temperature
-    levels = [
-        float(record.temperature[record.run == i].mean()) for i in range(len(record.run_labels))
-    ]
-    known = [level for level in levels if np.isfinite(level)]
-    return min(known, key=lambda level: abs(level - _USUAL_TEMPERATURE)) if known else None
+def _reference_temperature(record: TumbleRecord, given: float | None) -> tuple[float | None, bool]:
+    """T0 and whether it was chosen here, as none was given."""
+    declared = record.reference_temperature if given is None else given
+    if declared is not None:
+        return declared, False
+    runs = (record.select(record.run == i) for i in range(len(record.run_labels)))
+    levels = [run.mean_temperature for run in runs if np.isfinite(run.mean_temperature)]
+    return min(levels, key=lambda level: abs(level - _USUAL_TEMPERATURE), default=None), True
 
 
 def _table_calibration(
