@@ -31,8 +31,9 @@ _LEAST_SHOWN = 1e-4
 
 # Share of the reading noise that is taken off the lack of fit when the head's variance is
 # estimated from it. With 1 (restricted maximum likelihood) the estimate is zero too often where
-# head error and noise are alike, and the 95 % intervals hold the truth in 91 % only; with 1/2 they
-# hold it in 94 to 98 % at every ratio of the two. Measured by benchmarks/coverage.py.
+# head error and noise are alike, and the 95 % intervals hold the truth in 90 to 93 % only; with 1/2
+# they hold it in 93 to 95 % there, and in 97 to 98 % where there is no head error. Measured by
+# benchmarks/coverage.py, regimes "as large as the noise" and "nothing declared".
 _NOISE_SHARE = 0.5
 
 
