@@ -293,7 +293,7 @@ def files_of_the_project():
 
 OF_A_MACHINE = re.compile(
     "|".join(
-        [rf"(?<![\w.])/{folder}/" for folder in ("work", "root", "tmp", "home", "opt")]
+        [rf"(?<![\w.])/{folder}/" for folder in ("work", "root", "home", "tmp", "opt")]
         + [rf"{word}\b" for word in ("python" + "hosted", "index" + "-url")]
     )
 )
