@@ -177,7 +177,7 @@ def test_significant(value, digits, shown):
 
 def test_warnings_stand_above_the_numbers():
     text = str(fitted(**MANY["outlier"]))
-    assert "DO NOT BELIEVE" in text.splitlines()[3]
+    assert "CLEAR UP THESE WARNINGS FIRST" in text.splitlines()[3]
     warning = text.index("WARNING: run 1, outlier: stroke 2 at 90 deg (line 14) is")
     assert warning < text.index("scale factor")
     assert "gates that WARN, see above: outlier" in text

@@ -33,7 +33,6 @@ Array = NDArray[np.float64]
 
 _ERROR_UNITS = {"k0": "g", "k2": "g/g^2", "k3": "g/g^3", "delta": "rad", "delta_ip": "g/g^2"}
 _USUAL_TEMPERATURE = 20.0
-_CHOSEN_T0 = "T0 was not given: it is the level nearest to 20 degC"
 
 TEMPERATURE_LAWS = ("tables", "readings")
 """What the temperature laws are fitted to; the first is the default."""
@@ -113,7 +112,7 @@ def fit(
             tables, record.apparatus, method=method, robust=robust, delta0=delta0
         )
     reference, chosen = _reference_temperature(record, reference_temperature)
-    laws = _temperature_model(tables, estimate, reference, temperature_laws)
+    laws = _temperature_model(tables, estimate, reference, temperature_laws, method)
     return Calibration(
         method=method,
         robust=robust,
@@ -133,7 +132,7 @@ def fit(
             *record_warnings(
                 estimate, method, delta0, [str(table.record.mounting[0]) for table in tables]
             ),
-            *((_CHOSEN_T0,) if chosen and laws is not None else ()),
+            *_of_laws(laws, chosen=chosen, mountings={str(t.record.mounting[0]) for t in tables}),
         ),
         software=f"accelcal {__version__}",
         temperature_model=laws,
@@ -155,12 +154,26 @@ def _check_arguments(method: str, temperature: float | None, laws_from: str) -> 
         )
 
 
+def _of_laws(laws: TemperatureModel | None, *, chosen: bool, mountings: set[str]) -> Iterator[str]:
+    """Say what the temperature laws rest on, or why there are none."""
+    if laws is None:
+        yield "no temperature laws: they need levels more than 5 degC apart, with K0, K1 and M"
+        return
+    if chosen:
+        yield "T0 was not given: it is the level nearest to 20 degC"
+    if len(mountings) > 1:
+        yield "the temperature laws are those of one mounting, the one with most runs"
+
+
 def _temperature_model(
     tables: Sequence[PreparedTable],
     estimate: JointEstimate,
     reference: float | None,
     laws_from: str,
+    method: str,
 ) -> TemperatureModel | None:
+    if method == "printed":
+        return None  # laws of misprinted coefficients are no laws
     record = tables[0].record
     uncertainty = record.apparatus.temperature_uncertainty
     model = laws_from_tables(tables, estimate, reference, uncertainty, record.unit)

@@ -1,4 +1,4 @@
-"""Equal values brought together, and medians.
+"""Equal values brought together, medians, and the step in which values come.
 
 numpy.unique and numpy.median do the same, but import numpy.ma, which takes as long as the fit of a
 table.
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["distinct", "grouped", "median"]
+__all__ = ["decimal_step", "distinct", "grouped", "median"]
 
 
 def distinct(values: NDArray[Any]) -> NDArray[Any]:
@@ -88,3 +88,32 @@ def median(values: NDArray[Any]) -> float:
     ordered = np.sort(values)
     half = values.size // 2
     return float(ordered[half] if values.size % 2 else 0.5 * (ordered[half - 1] + ordered[half]))
+
+
+def decimal_step(values: NDArray[np.float64]) -> float:
+    """Find the power of ten of which all values are multiples, as a voltmeter shows them.
+
+    Parameters
+    ----------
+    values : ndarray
+        Values.
+
+    Returns
+    -------
+    float
+        The largest such step from 1 to 1e-12; 0 where there is none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> decimal_step(np.array([1.2503, -0.71])), decimal_step(np.array([1.0 / 3.0]))
+    (0.0001, 0.0)
+    """
+    for digits in range(13):
+        scaled = values * 10.0**digits
+        if np.abs(scaled).max() > 1e12:
+            break
+        # a hundred steps or more, or all small values would be multiples of a large step
+        if np.abs(scaled).max() >= 100.0 and np.abs(scaled - np.round(scaled)).max() < 1e-4:
+            return float(10.0**-digits)
+    return 0.0

@@ -21,6 +21,9 @@ from accelcal.grouping import distinct
 __all__ = ["Apparatus", "TumbleRecord"]
 
 
+_LARGEST = {"head_uncertainty": 0.1, "launch_uncertainty": 1.0, "launch_sf_uncertainty": 0.1}
+
+
 @dataclass(frozen=True, slots=True)
 class Apparatus:
     """What is declared of the stand and the place; None means not declared.
@@ -59,6 +62,11 @@ class Apparatus:
             value = getattr(self, item.name)
             if value is not None and not 0 <= value < np.inf:
                 raise InputError(f"{item.name} is {value}; it is a finite number, zero or more")
+            if value is not None and value >= _LARGEST.get(item.name, np.inf):
+                raise InputError(
+                    f"{item.name} is {value}; it is below {_LARGEST[item.name]:g}, in g, rad or"
+                    " relative"
+                )
         if self.local_gravity is not None and not 9.7 < self.local_gravity < 9.9:
             raise InputError(
                 f"local gravity {self.local_gravity} m/s^2 is found nowhere on Earth; it lies"

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
 
 __all__ = ["record_warnings", "table_warnings"]
+
+_FEW_REPEATS = 5
 
 _OF_METHOD = {
     "printed": (
@@ -35,6 +39,10 @@ def table_warnings(table: PreparedTable, noise: ReadingNoise) -> tuple[str, ...]
         Sentences, without a full stop.
     """
     said = list(table.estimability.sentences())
+    if table.record.std is not None and not np.all(table.record.std > 0.0):
+        said.append("std is missing at some readings, so the declared scatter is not used at all")
+    elif table.record.count is not None and not np.all(table.record.count >= 1.0):
+        said.append("n is missing at some readings, so std is taken as that of each mean")
     if noise.source == "none":
         said.append(
             "no uncertainty: one reading a coefficient and no declared std; repeat strokes or give"
@@ -109,7 +117,15 @@ def _of_head(estimate: JointEstimate) -> list[str]:
 
 
 def _of_launch(estimate: JointEstimate) -> list[str]:
-    if estimate.bias_shift.source != "none":
+    shift = estimate.bias_shift
+    if shift.source == "estimated" and shift.dof < _FEW_REPEATS:
+        return [
+            f"shift from launch to launch estimated with {shift.dof:.0f} degrees of freedom: no"
+            " honest interval can be had from so few repeats, and those given may hold the truth in"
+            " fewer than 95 of 100 cases; declare launch_uncertainty or repeat a temperature more"
+            " often"
+        ]
+    if shift.source != "none":
         return []
     return [
         "K0 is that of its run: the bias shift from launch to launch is neither declared nor"

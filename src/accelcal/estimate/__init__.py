@@ -1,5 +1,5 @@
 """Estimators of the coefficients and their uncertainty.
 
 What passes between these modules are named tuples: frozen like the dataclasses of the results, and
-made six times faster at import, which is most of the time of a small fit.
+made faster at import, which is most of the time of a small fit.
 """

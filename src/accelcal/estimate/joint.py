@@ -17,7 +17,7 @@ from accelcal.estimate.linear import METHODS, LinearEstimator, linear_estimator
 from accelcal.estimate.noise import ReadingNoise, reading_noise
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
-from accelcal.grouping import distinct, grouped
+from accelcal.grouping import decimal_step, distinct, grouped
 from accelcal.model import COEFFICIENTS
 from accelcal.record import Apparatus
 
@@ -34,6 +34,8 @@ class JointEstimate(NamedTuple):
 
     Attributes
     ----------
+    outputs : tuple of ndarray
+        Readings that were fitted: pseudo-values where the fit is robust [output unit].
     names : tuple of tuple of str
         Coefficients that are estimated in each table.
     stands_for : tuple of mapping
@@ -55,6 +57,7 @@ class JointEstimate(NamedTuple):
         errors of all coefficients of all tables, table after table.
     """
 
+    outputs: tuple[Array, ...]
     names: tuple[tuple[str, ...], ...]
     stands_for: tuple[Mapping[str, str], ...]
     coefficients: tuple[Array, ...]
@@ -134,6 +137,7 @@ def estimate_jointly(
     reading = _reading_component(estimators, errors)
     bias, scale_factor = _run_shifts(estimators, errors, reading, apparatus)
     return JointEstimate(
+        outputs=tuple(outputs),
         names=tuple(estimator.names for estimator in estimators),
         stands_for=tuple(estimator.stands_for for estimator in estimators),
         coefficients=tuple(coefficients),
@@ -229,8 +233,10 @@ def _resolution_component(
     """Rounding error, where the noise is too small to average it out over the strokes."""
     blocks = []
     for estimator, noise in zip(estimators, errors.noises, strict=True):
-        hidden = step is not None and not noise.factor * estimator.table.scatter.min() > step / 2
-        size = step / np.sqrt(12.0) if step is not None and hidden else 0.0
+        table = estimator.table
+        q = decimal_step(table.record.output) if step is None else step
+        hidden = not noise.factor * table.scatter.min() > q / 2.0
+        size = q / np.sqrt(12.0) if hidden else 0.0
         same_position = distinct(estimator.table.head)[:, None] == estimator.table.head
         common = size * estimator.map @ same_position.T
         blocks.append(common @ common.T)

@@ -68,8 +68,8 @@ def run_shift(
 
     Notes
     -----
-    Where only two runs share a level, each must take the scatter of both, and its interval is
-    wider than needed.
+    With few repeats the estimate is zero too often, and intervals that rest on it hold the truth in
+    88 to 90 % only; `accelcal.weaknesses` says so below five degrees of freedom.
 
     Examples
     --------

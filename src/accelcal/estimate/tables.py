@@ -95,6 +95,12 @@ def prepare(
             f"all {len(record)} outputs are {record.output[0]:g}; the output of a tumble test"
             " changes with the angle, so give the readings of the accelerometer"
         )
+    largest = float(np.abs(record.output).max())
+    if not 1e-100 < largest < 1e100:
+        raise InputError(
+            f"outputs of up to {largest:g}; they lie between 1e-100 and 1e100, so give them in"
+            " another unit"
+        )
     mounting = str(record.mounting[0])
     design = design_matrix(accelerations(record.angle, delta0, mounting), mounting)
     found = estimability(design, asked, strict=strict)

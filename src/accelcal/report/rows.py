@@ -122,7 +122,7 @@ def _row(
         value=value,
         expanded=half_width,
         unit=unit,
-        standard="unknown" if shown[0] is None else significant(shown[0], 2),
+        standard="unknown" if shown[0] is None else _short(shown[0]),
         factor=f"{expanded / standard:.2f}" if standard and expanded is not None else "",
         dominated_by=_dominating(table["budget"].get(coefficient, {})),
     )
@@ -178,6 +178,11 @@ def _meaning(table: Document, symbol: str, coefficient: str) -> str:
     if absorbed is None:
         return ""
     return absorbed if symbol == coefficient else f"({absorbed})/K1"
+
+
+def _short(value: float) -> str:
+    """Two significant digits, in at most eight characters."""
+    return significant(value, 2) if value == 0.0 or value >= 1e-4 else f"{value:.1e}"
 
 
 def _dominating(budget: Mapping[str, float]) -> str:

@@ -70,7 +70,7 @@ def _heading(document: Document) -> Iterator[str]:
 def _alarms(document: Document) -> Iterator[str]:
     found = alarms(document)
     if found:
-        yield "DO NOT BELIEVE THE NUMBERS BELOW BEFORE THESE WARNINGS ARE CLEARED UP"
+        yield "CLEAR UP THESE WARNINGS FIRST (each gate warns by chance in 1 % of good tables)"
     yield from _items("WARNING", found)
 
 

@@ -124,9 +124,12 @@ def laws_from_readings(
     linear, and each component of error goes through it.
     """
     chosen = tables_of_one_mounting(tables, estimate)
+    if not np.isfinite([estimate.noises[i].factor for i in chosen]).all():
+        return start  # nothing tells the noise, so nothing can weigh a reading
     sides = tuple(side for side in ("above", "below") if getattr(start.k0, side) is not None)
     own = [tables[i] for i in chosen]
-    readings = _stack(own, estimate.names[chosen[0]], reference, sides)
+    outputs = np.concatenate([estimate.outputs[i] for i in chosen])
+    readings = _stack(own, outputs, estimate.names[chosen[0]], reference, sides)
     parameters = _starting_values(start, sides, readings.common.shape[1])
     for _ in range(_MOST_STEPS):
         sources = _sources(readings, parameters, tables, estimate, temperature_uncertainty)
@@ -148,7 +151,11 @@ def laws_from_readings(
 
 
 def _stack(
-    tables: Sequence[PreparedTable], names: Sequence[str], reference: float, sides: Sequence[str]
+    tables: Sequence[PreparedTable],
+    outputs: Array,
+    names: Sequence[str],
+    reference: float,
+    sides: Sequence[str],
 ) -> _Readings:
     design = np.concatenate([table.design for table in tables])
     rise = np.concatenate([_temperatures(table) for table in tables]) - reference
@@ -158,7 +165,7 @@ def _stack(
         of_reading = np.repeat(reached, [len(table.record) for table in tables])
         common = np.column_stack([common, of_reading])
     return _Readings(
-        output=np.concatenate([table.record.output for table in tables]),
+        output=outputs,
         a_i=design[:, COEFFICIENTS.index("K1")],
         cross=design[:, COEFFICIENTS.index("M")],
         common=common,

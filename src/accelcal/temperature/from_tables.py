@@ -8,7 +8,8 @@ to launch is new at each and does not.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, intervals, propagate
 from accelcal.grouping import distinct
 from accelcal.model import COEFFICIENTS
+from accelcal.probability import f_survival
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
 from accelcal.temperature.bilinear import (
     LEAST_RISE,
@@ -43,6 +45,8 @@ _NO_LEVEL_NEAR_T0 = (
     " give T0 at a measured level"
 )
 _SAME_LEVEL = 1.0  # degC
+_SIGNIFICANT = 0.001
+_ROUNDING = 1e-9  # g, relative or rad: below it a misfit is of no interest
 _K0, _K1, _M = (COEFFICIENTS.index(name) for name in ("K0", "K1", "M"))
 
 
@@ -125,7 +129,10 @@ def reached_by(tables: Sequence[PreparedTable]) -> Array | None:
     temperature = np.array([table.record.mean_temperature for table in tables])
     order = np.argsort([int(table.record.run[0]) for table in tables], kind="stable")
     reached = np.zeros(temperature.size)
-    reached[order[1:]] = np.sign(np.diff(temperature[order]))
+    for before, now in pairwise(order.tolist()):
+        step = temperature[now] - temperature[before]
+        # a chamber that wavers about its level neither heats nor cools
+        reached[now] = np.sign(step) if abs(step) > _SAME_LEVEL else reached[before]
     for level in distinct(np.round(temperature)):
         here = np.abs(temperature - level) < _SAME_LEVEL
         if {1.0, -1.0} <= set(reached[here].tolist()):
@@ -151,8 +158,36 @@ def _fitted(
     if reached is not None:
         hysteresis = quantity(float(values[-1]), intervals(components)[-1], "g")
     return named_model(
-        values[laws], of_laws, sides, unit, hysteresis=hysteresis, warnings=_unmeasured(sides)
+        values[laws],
+        of_laws,
+        sides,
+        unit,
+        hysteresis=hysteresis,
+        warnings=(*_unmeasured(sides), *_misfits(levels, values, sides, reached)),
     )
+
+
+def _misfits(
+    levels: _Levels, parameters: Array, sides: Sequence[str], reached: Array | None
+) -> Iterator[str]:
+    """Say which quantity does not follow its law, by chi-squared of what is left of it."""
+    law = bilinear_design(levels.rise, sides)
+    size, count = law.shape
+    covariance = np.asarray(sum(part.covariance for part in levels.components.values()))
+    for i, name in enumerate(("bias", "scale factor", "misalignment")):
+        own = slice(i * size, (i + 1) * size)
+        left = levels.values[own] - law @ parameters[i * count : (i + 1) * count]
+        if i == 0 and reached is not None:
+            left = left - parameters[-1] * reached
+        dof = size - count - (i == 0 and reached is not None)
+        if dof < 1 or not np.isfinite(covariance).all() or np.abs(left).max() < _ROUNDING:
+            continue
+        squares = float(left @ np.linalg.pinv(covariance[own, own], hermitian=True) @ left)
+        if f_survival(squares / dof, float(dof), np.inf) < _SIGNIFICANT:
+            yield (
+                f"the {name} does not follow its bilinear law: a curvature, another break, or an"
+                " undeclared shift from run to run; its slopes are less certain than U says"
+            )
 
 
 def _unmeasured(sides: Sequence[str]) -> tuple[str, ...]:
@@ -161,12 +196,16 @@ def _unmeasured(sides: Sequence[str]) -> tuple[str, ...]:
 
 
 def tables_of_one_mounting(tables: Sequence[PreparedTable], estimate: JointEstimate) -> list[int]:
-    """Indices of the tables in the mounting that met most levels, where K0, K1 and M are known."""
-    by_mounting: dict[str, list[int]] = {}
+    """Choose tables that mean the same by K0, K1 and M: one mounting, the same things absorbed.
+
+    Of several such sets the one with most tables.
+    """
+    alike: dict[tuple[object, ...], list[int]] = {}
     for index, table in enumerate(tables):
         if {"K0", "K1", "M"} <= set(estimate.names[index]):
-            by_mounting.setdefault(str(table.record.mounting[0]), []).append(index)
-    return max(by_mounting.values(), key=len, default=[])
+            meaning = (estimate.stands_for[index].get(name) for name in ("K0", "K1", "M"))
+            alike.setdefault((str(table.record.mounting[0]), *meaning), []).append(index)
+    return max(alike.values(), key=len, default=[])
 
 
 def _levels(estimate: JointEstimate, chosen: Sequence[int], rise: Array) -> _Levels:
