@@ -1,5 +1,6 @@
 """Temperature laws against tables made by hand from the paper's bilinear model."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -69,6 +70,8 @@ def values(model):
         for part in ("at_T0", "above", "below")
     }
 
+
+DECLARED = {"head_uncertainty": 0.0, "launch_uncertainty": 0.0, "launch_sf_uncertainty": 0.0}
 
 TRUTH = {
     "k0 at_T0": K0N,
@@ -227,3 +230,44 @@ def test_an_unknown_way_is_refused():
         InputError, match="temperature_laws is 'both'; choose from tables, readings"
     ):
         laws(THREE, by="both")
+
+
+@pytest.mark.parametrize("by", ["tables", "readings"])
+def test_robust_readings_reach_the_laws(by):
+    good = record(THREE, noise=5e-6, head_uncertainty=0.0)
+    spoilt = np.array(good.output)
+    spoilt[70] *= 1.5
+    bad = dataclasses.replace(good, output=spoilt)
+    kept, robust = (
+        accelcal.fit(r, robust=True, temperature_laws=by).temperature_model for r in (good, bad)
+    )
+    for name in TRUTH:
+        a, b = (getattr(getattr(m, name.split()[0]), name.split()[1]) for m in (kept, robust))
+        assert abs(a.value - b.value) < a.expanded_uncertainty
+
+
+def test_tables_that_absorb_a_coefficient_stay_out_of_the_laws():
+    whole = record((20.0, 20.0, 80.0, -40.0), head_uncertainty=0.0)
+    four = (whole.run == 0) & (np.mod(whole.angle, 90.0) != 0.0)
+    model = accelcal.fit(whole.select(~four)).temperature_model
+    assert values(model) == pytest.approx(TRUTH, rel=1e-8)
+
+
+def test_a_wavering_chamber_makes_no_hysteresis():
+    levels = (20.0, 20.03, 19.98, 80.0, 80.02, 79.97, -40.0)
+    assert laws(levels, reference=20.0, head_uncertainty=0.0).hysteresis is None
+
+
+def test_a_bias_that_bends_is_said():
+    bent = record((20.0, 40.0, 60.0, 80.0, 0.0, -20.0, -40.0), noise=5e-6, **DECLARED)
+    rise = bent.temperature - 20.0
+    bent = dataclasses.replace(bent, output=bent.output + K1N * 1e-7 * rise**2)
+    said = accelcal.fit(bent).temperature_model.warnings
+    assert [s for s in said if s.startswith("the bias does not follow its bilinear law")]
+    straight = laws((20.0, 40.0, 60.0, 80.0, 0.0, -20.0, -40.0), noise=5e-6, **DECLARED)
+    assert straight.warnings == ()
+
+
+@pytest.mark.filterwarnings("ignore::accelcal.AccelcalWarning")
+def test_misprinted_coefficients_have_no_laws():
+    assert accelcal.fit(record(THREE), method="printed").temperature_model is None
