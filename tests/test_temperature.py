@@ -271,3 +271,52 @@ def test_a_bias_that_bends_is_said():
 @pytest.mark.filterwarnings("ignore::accelcal.AccelcalWarning")
 def test_misprinted_coefficients_have_no_laws():
     assert accelcal.fit(record(THREE), method="printed").temperature_model is None
+
+
+def product(p, th, rise):
+    """The product model at parameters in the order of TRUTH, then k2, k3, delta_ip."""
+    slope = np.where(rise < 0, 2, 1)
+    k0 = p[0] + np.where(slope == 1, p[1], p[2]) * rise
+    K1 = p[3] * (1.0 + np.where(slope == 1, p[4], p[5]) * rise)
+    delta = p[6] + np.where(slope == 1, p[7], p[8]) * rise
+    a, c = np.cos(th), np.sin(th)
+    return K1 * (k0 + a + p[9] * a**2 + p[10] * a**3 + delta * c + p[11] * a * c)
+
+
+def derivative(function, x, step):
+    return (function(x + step) - function(x - step)) / (2.0 * np.max(step))
+
+
+def test_covariance_of_the_laws_from_readings_against_dense_least_squares():
+    """(J' V^-1 J)^-1 with the full covariance V of all readings, written out."""
+    sizes = {
+        "head_uncertainty": 2e-5,
+        "launch_uncertainty": 1e-5,
+        "launch_sf_uncertainty": 2e-5,
+        "temperature_uncertainty": 0.05,
+    }
+    data = record(THREE, noise=5e-6, **sizes)
+    calibration = accelcal.fit(data, temperature_laws="readings")
+    p = np.array([*TRUTH.values(), K2, K3, DELTA_IP])
+    th, rise, run = np.radians(data.angle), data.temperature - 20.0, data.run
+    units = np.eye(p.size) * np.maximum(np.abs(p), 1e-3) * 1e-4
+    J = np.stack([derivative(lambda q: product(q, th, rise), p, u) for u in units], axis=1)
+    noise = np.array([s.value for s in calibration.error_sources if s.name == "reading"])[run]
+    K1 = derivative(lambda b: product(p + b * np.eye(p.size)[0], th, rise), 0.0, np.array(1e-3))
+    by_angle = derivative(lambda d: product(p, th + d, rise), 0.0, np.array(1e-6))
+    by_heat = derivative(lambda d: product(p, th, rise + d), 0.0, np.array(1e-6))
+    same_run = run[:, None] == run
+    same_place = np.isclose(np.mod(data.angle[:, None] - data.angle, 360.0), 0.0)
+    V = np.diag(noise**2)
+    for acting, size, common in (
+        (by_angle, sizes["head_uncertainty"], same_place),
+        (K1, sizes["launch_uncertainty"], same_run),
+        (K1 * np.cos(th), sizes["launch_sf_uncertainty"], same_run),
+        (by_heat, sizes["temperature_uncertainty"], same_run),
+    ):
+        V = V + size**2 * np.outer(acting, acting) * common
+    expected = np.linalg.inv(J.T @ np.linalg.solve(V, J))[:9, :9]
+    found = np.array(calibration.temperature_model.covariance_matrix)
+    scale = np.sqrt(np.outer(np.diagonal(expected), np.diagonal(expected)))
+    assert np.abs(found - expected).max() < 1.0
+    np.testing.assert_allclose(found / scale, expected / scale, atol=0.01)
