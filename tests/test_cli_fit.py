@@ -193,7 +193,7 @@ def test_failed_writing_prints_nothing_and_leaves_nothing(run, folder):
 def test_a_table_is_not_overwritten(run, folder, path):
     code, out, err = run("eight.csv", "-o", path)
     assert (code, out) == (2, "")
-    assert "is a table to be read" in one_line(err)
+    assert "is a file to be read" in one_line(err)
     assert (folder / "eight.csv").read_text() == table()
 
 

@@ -10,6 +10,7 @@ from typing import IO, TYPE_CHECKING, Any, cast
 
 import click
 
+from accelcal.cli.deliver import refuse_to_overwrite
 from accelcal.cli.options import data_argument, number, output_option
 from accelcal.errors import AccelcalWarning, InputError
 
@@ -82,6 +83,7 @@ def apply(
     from accelcal.io.compensated import AccelerationStream, StreamOptions
     from accelcal.io.samples import open_samples
 
+    refuse_to_overwrite([calibration, data], path)
     file = read_calibrations(calibration)
     with open_samples(data) as samples:
         found = compensation(file.choose(serial or samples.headings.declared.get("serial")), run)

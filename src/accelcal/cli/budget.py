@@ -96,7 +96,7 @@ def budget(
     form: str,
     **options: Any,
 ) -> None:
-    r"""Tell the error of the measured acceleration by (4), with the calibration CAL.json.
+    """Tell the error of the measured acceleration by (4), with the calibration CAL.json.
 
     Gives the systematic part and its band, split by component: the worst case of (4), which adds
     the bounds, and the GUM's expanded uncertainty (95 %), which adds variances and counts the
@@ -109,7 +109,7 @@ def budget(
       accelcal budget cal.json --acceleration 0,1 --temperature -40,20,80
       accelcal budget cal.json --temperature 80 --time 12h --launch 2e-5 --fluctuation 2e-5
       accelcal budget cal.json --acceleration -1,0,1 --hysteresis 3e-4 --plot budget.png
-    """
+    """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
     from accelcal.io.calibrations import read_calibrations
 
     chosen = read_calibrations(calibration).choose(serial)

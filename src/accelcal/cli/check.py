@@ -14,14 +14,14 @@ __all__ = ["check"]
 @data_argument()
 @format_option("text", "json")
 def check(data: str, form: str) -> None:
-    r"""Tell what the reader understands of the table DATA.
+    """Tell what the reader understands of the table DATA.
 
     Shows its form, encoding and columns, the runs and temperatures, positions that are missing,
     what is declared and what was set aside. Nothing is calculated.
 
     \b
     Example: accelcal check table.csv
-    """
+    """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
     from accelcal.io.description import describe, summary
     from accelcal.io.tables import survey
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import sys
+from collections.abc import Sequence
 
 import click
 
 from accelcal.errors import InputError
 
-__all__ = ["deliver"]
+__all__ = ["deliver", "refuse_to_overwrite"]
 
 
 def deliver(text: str, path: str | None = None) -> None:
@@ -33,6 +35,26 @@ def deliver(text: str, path: str | None = None) -> None:
     from accelcal.atomic import write_atomically
 
     write_atomically(path, text.encode("utf-8", errors="backslashreplace"))
+
+
+def refuse_to_overwrite(sources: Sequence[str], path: str | None) -> None:
+    """Refuse a file to write that is one of those to read.
+
+    Parameters
+    ----------
+    sources : sequence of str
+        Files that are read.
+    path : str or None
+        File that would be written.
+
+    Raises
+    ------
+    InputError
+        If they are the same file.
+    """
+    for source in sources:
+        if path not in (None, "-") and os.path.realpath(source) == os.path.realpath(str(path)):
+            raise InputError(f"-o {path} is a file to be read; name another file with -o")
 
 
 def _print(text: str) -> None:

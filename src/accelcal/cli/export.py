@@ -6,7 +6,7 @@ import warnings
 
 import click
 
-from accelcal.cli.deliver import deliver
+from accelcal.cli.deliver import deliver, refuse_to_overwrite
 from accelcal.cli.options import output_option
 from accelcal.errors import AccelcalWarning, InputError
 
@@ -44,6 +44,7 @@ def export(
     from accelcal.export.content import export_content
     from accelcal.io.calibrations import read_calibrations
 
+    refuse_to_overwrite([calibration], path)
     form = form or _form_of(path)
     file = read_calibrations(calibration)
     chosen = file.choose(serial)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import click
 
-from accelcal.cli.deliver import deliver
+from accelcal.cli.deliver import deliver, refuse_to_overwrite
 from accelcal.cli.options import data_argument, format_option, number, output_option
-from accelcal.errors import InputError
 
 if TYPE_CHECKING:
     from accelcal.results.calibration import Calibration
@@ -108,7 +106,7 @@ def fit(
       accelcal fit 2024/*.csv --format csv
       accelcal fit table.csv --spec examples/al15.toml
     """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
-    _refuse_to_overwrite(data, path)
+    refuse_to_overwrite(data, path)
     from accelcal.calibrate import fit as calibrate
     from accelcal.io.tables import read_tables
 
@@ -140,12 +138,6 @@ def fit(
         deliver(_shown(calibrations, verdicts, form))
     if any(verdict.outcome == "fail" for verdict in verdicts):
         click.get_current_context().exit(1)
-
-
-def _refuse_to_overwrite(data: Sequence[str], path: str | None) -> None:
-    for source in data:
-        if path not in (None, "-") and os.path.realpath(source) == os.path.realpath(str(path)):
-            raise InputError(f"-o {path} is a table to be read; name another file with -o")
 
 
 def _judged(calibrations: Sequence[Calibration], spec: str | None) -> list[Verdict]:

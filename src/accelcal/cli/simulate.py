@@ -88,7 +88,7 @@ def settings(text: str) -> Settings:
 @click.option("--g", "local_gravity", type=number, metavar="M_S2", help="Local gravity to declare.")
 @click.option("--serial", default="AL-15", metavar="TEXT", help="Serial number [AL-15].")
 def simulate(path: str | None, list_effects: bool, **options: Any) -> None:
-    r"""Simulate the tumble test of an AL-15, the accelerometer of the paper.
+    """Simulate the tumble test of an AL-15, the accelerometer of the paper.
 
     Each reading is computed from the true head angle and temperature, with random errors that are
     given as standard deviations. A stroke ends with the return to its first position. Without -o
@@ -99,7 +99,7 @@ def simulate(path: str | None, list_effects: bool, **options: Any) -> None:
       accelcal simulate --seed 15 -o al15.csv
       accelcal simulate --effect backlash=2e-5 --effect warm-up=1e-4,tau=900 --seed 1
       accelcal simulate --positions 12 --strokes 2 --temperatures 20
-    """
+    """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
     if list_effects:
         from accelcal.effects.catalogue import catalogue
 

@@ -79,7 +79,7 @@ def stability(
     picture: str | None,
     form: str,
 ) -> None:
-    r"""Tell the random part of the error from the records DATA.
+    """Tell the random part of the error from the records DATA.
 
     A record has the columns time (s, or ISO 8601) and output, and where there are such temperature,
     launch, and input (applied acceleration in g). Several files are several launches. Gives the
@@ -91,7 +91,7 @@ def stability(
       accelcal stability examples/stability.csv
       accelcal stability monday.csv tuesday.csv --calibration cal.json --plot stability.png
       accelcal stability record.csv --scale-factor 1.3 --probability 0.9973
-    """
+    """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
     from accelcal.io.stability_record import read_stability_records
     from accelcal.stability.analysis import analyse
     from accelcal.stability.record import averaged, split_at_gaps

@@ -51,7 +51,9 @@ def _lack_of_fit(estimate: JointEstimate) -> Gate:
     """Compare the position means with what reading noise and head error allow."""
     found, head = estimate.lack_of_fit, estimate.head
     if found.contrasts.size == 0 or head.source == "none":
-        return not_assessed("lack of fit", "the positions leave no residual apart from the noise")
+        return not_assessed(
+            "lack of fit", "nothing tells the errors of the positions from the reading noise"
+        )
     size = angle(head.uncertainty)
     dof = head.dof if head.source == "estimated" else found.contrasts.size
     if head.source == "estimated":
