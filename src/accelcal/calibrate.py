@@ -23,6 +23,7 @@ from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource, Quantity, Residuals
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
+from accelcal.temperature.bilinear import quantity
 from accelcal.temperature.from_tables import laws_from_tables
 from accelcal.version import __version__
 from accelcal.weaknesses import record_warnings, table_warnings
@@ -263,7 +264,7 @@ def _coefficients(
 ) -> dict[str, Quantity]:
     found = dict(zip(names, intervals(own), strict=True))
     return {
-        name: _quantity(value, found.get(name), _coefficient_unit(unit, POWERS[name]))
+        name: _estimated(value, found.get(name), _coefficient_unit(unit, POWERS[name]))
         for name, value in zip(COEFFICIENTS, values.tolist(), strict=True)
     }
 
@@ -279,7 +280,7 @@ def _error_model(
         jacobian[row, names.index("K1")] -= values[COEFFICIENTS.index(name)] / scale_factor**2
     found = dict(zip(names, intervals(propagate(own, jacobian)), strict=True))
     return {
-        error: _quantity(
+        error: _estimated(
             float(values[COEFFICIENTS.index(name)] / scale_factor),
             found.get(name),
             _ERROR_UNITS[error],
@@ -288,11 +289,9 @@ def _error_model(
     }
 
 
-def _quantity(value: float, interval: Interval | None, unit: str) -> Quantity:
-    if interval is None:  # not estimated
-        return Quantity(None, None, unit)
-    dof = interval.dof if interval.dof is not None and np.isfinite(interval.dof) else None
-    return Quantity(value, interval.standard, unit, interval.expanded, dof)
+def _estimated(value: float, interval: Interval | None, unit: str) -> Quantity:
+    """Join a value and its interval; nothing where the coefficient was not estimated."""
+    return Quantity(None, None, unit) if interval is None else quantity(value, interval, unit)
 
 
 def _coefficient_unit(unit: str | None, power: int) -> str:
