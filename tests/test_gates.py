@@ -4,6 +4,7 @@ import io
 import math
 import random
 import re
+import tracemalloc
 from collections import Counter
 
 import numpy as np
@@ -13,6 +14,7 @@ import accelcal
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import reading_noise
 from accelcal.estimate.tables import prepare
+from accelcal.gates import order
 from accelcal.gates.replicates import closure, forward_against_back, outlier
 from accelcal.gates.table import table_gates
 
@@ -188,6 +190,54 @@ def test_missing_readings_do_not_hide_a_wrong_order():
     assert_said(warnings_of(calibration), ORDER, "stroke 3 mirrored")
 
 
+# -- effort ----------------------------------------------------------------------------------------
+
+
+def test_orders_are_judged_as_by_refitting_each():
+    """The update of the squared residuals against a design of its own for each order."""
+    table = prepared(missing=0.1, seed=3, strokes=5)
+    fit = order._Fit.of(table.kept_design, table.record.output)
+    names, members = order._groups_of_strokes(table.record.stroke)
+    for other in order._other_orders(table):
+        squares = order._squares_of_groups(table, fit, other, members, 0.0)
+        for k, name in enumerate(names):
+            chosen = members[k][table.record.stroke - 1]
+            angle = np.where(chosen, other.angle, table.record.angle)
+            output = np.where(chosen, other.sign, 1.0) * table.record.output
+            record = accelcal.TumbleRecord(
+                **fields_of(table.record) | {"angle": angle, "output": output}
+            )
+            design = prepare(record).design
+            rest = np.linalg.lstsq(design, output, rcond=None)[1]
+            assert squares[k] == pytest.approx(rest.item(), rel=1e-6), (other.said, name)
+
+
+def test_many_strokes_take_little_memory():
+    """A design for each order of 1000 strokes would take gigabytes."""
+    table = prepared(strokes=1000)
+    tracemalloc.start()
+    try:
+        assert order.order_of_positions(table).verdict == "pass"
+        assert tracemalloc.get_traced_memory()[1] < 100e6
+    finally:
+        tracemalloc.stop()
+
+
+def test_many_readings_in_a_stroke_take_little_memory():
+    table = prepared(strokes=1, positions=3600)
+    tracemalloc.start()
+    try:
+        assert order.order_of_positions(table).verdict == "pass"
+        assert tracemalloc.get_traced_memory()[1] < 100e6
+    finally:
+        tracemalloc.stop()
+
+
+def prepared(positions=8, **design):
+    text = text_of(readings_of(positions=positions, **design), positions)
+    return prepare(accelcal.read_table(io.StringIO(text)))
+
+
 # -- what is wrong with all strokes alike ----------------------------------------------------------
 
 
@@ -208,7 +258,7 @@ def test_all_strokes_of_the_other_sign():
 
 
 def test_nothing_is_claimed_of_a_mirror_of_all_strokes():
-    """It turns the sign of M only: no residual can tell it."""
+    """It turns the signs of M and M_ip only: no residual can tell it."""
     straight, mirror = fitted(), fitted(mirrored(*ALL))
     assert warnings_of(mirror) == warnings_of(straight) == {}
     for name, sign in (("delta", -1.0), ("k0", 1.0), ("k2", 1.0), ("k3", 1.0)):
