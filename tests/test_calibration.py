@@ -16,10 +16,11 @@ import accelcal
 from accelcal import Calibration, DesignError, DocumentError, InputError
 from accelcal.results.calibration import SCHEMA
 from accelcal.results.documents import calibrations_from_json, calibrations_to_json
-from accelcal.results.mapping import FrozenMapping
+from accelcal.results.mapping import FrozenMapping, frozen
 from accelcal.results.quantity import ErrorSource, Gate, Quantity, Residuals
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
+from accelcal.results.verdict import OUTCOMES, Judgement, Verdict
 
 GOLDEN = Path(__file__).parent / "golden" / "calibration-1.json"
 COEFFICIENTS = {"K0": 0, "K1": 1, "K2": 2, "K3": 3, "M": 1, "M_ip": 2}
@@ -208,84 +209,118 @@ def test_serial_gravity_date_and_angle_are_kept():
 # -- there and back --------------------------------------------------------------------------------
 
 
-def random_calibration(rng):
-    """A calibration of random content: every field, nulls, extremes, odd texts."""
+class Parts:
+    """Parts of random content: every field, nulls, extremes, odd texts."""
 
-    def number():
-        return rng.choice([0.0, -1.5, rng.gauss(0.0, 1.0), 10.0 ** rng.uniform(-300, 300), 5e-324])
+    TEXTS = ("", "AL-15", "µ日本 ☃", '"\\/\n\x00\x1b', "<b>", "null", "\ud83d\ude00"[:1])
 
-    def maybe(value):
-        return None if rng.random() < 0.3 else value
+    def __init__(self, rng):
+        self.rng = rng
 
-    def text():
-        return rng.choice(
-            ["", "AL-15", "µ日本 ☃", '"\\/\n\x00\x1b', "<b>", "null", "\ud83d\ude00"[:1]]
-        )
+    def number(self):
+        gauss, wide = self.rng.gauss(0.0, 1.0), 10.0 ** self.rng.uniform(-300, 300)
+        return self.rng.choice([0.0, -1.5, gauss, wide, 5e-324])
 
-    def quantity():
-        return Quantity(maybe(number()), maybe(number()), text(), maybe(number()), maybe(number()))
+    def text(self):
+        return self.rng.choice(self.TEXTS)
 
-    def gates():
-        return tuple(Gate(text(), text(), text()) for _ in range(rng.randrange(3)))
+    def maybe(self, make):
+        return None if self.rng.random() < 0.3 else make()
 
-    def law():
-        return BilinearLaw(*(maybe(quantity()) for _ in range(3)))
+    def several(self, make, least=0):
+        return tuple(make() for _ in range(least + self.rng.randrange(3)))
 
-    def one_table():
-        n, p = rng.randrange(4), rng.randrange(4)
+    def quantity(self):
+        number = self.number
+        value, standard = self.maybe(number), self.maybe(number)
+        return Quantity(value, standard, self.text(), self.maybe(number), self.maybe(number))
+
+    def gate(self):
+        return Gate(self.text(), self.text(), self.text())
+
+    def source(self):
+        number, text = self.number, self.text
+        return ErrorSource(text(), self.maybe(number), text(), self.maybe(number), text())
+
+    def law(self):
+        return BilinearLaw(*(self.maybe(self.quantity) for _ in range(3)))
+
+    def laws(self):
+        hysteresis = self.maybe(self.quantity)
+        return TemperatureModel(self.law(), self.law(), self.law(), hysteresis, (self.text(),))
+
+    def judgement(self):
+        texts, outcome = [self.text() for _ in range(3)], self.rng.choice(OUTCOMES)
+        numbers = (self.maybe(self.number) for _ in range(5))
+        return Judgement(*texts, outcome, self.text(), *numbers)
+
+    def verdict(self):
+        texts = [self.text() for _ in range(4)]
+        return Verdict(*texts, self.several(self.judgement, least=1))
+
+    def effect(self):
+        size = {"value": self.maybe(self.number)}
+        return frozen({"id": self.text(), "like": [self.text()], "parameters": {"tau": size}})
+
+    def residuals(self, n):
+        made = [tuple(make() for _ in range(n)) for make in (self.number, int, self.number)]
+        return Residuals(*made)
+
+    def table(self):
+        n, p = self.rng.randrange(4), self.rng.randrange(4)
         return TableCalibration(
-            run=text(),
+            run=self.text(),
             mounting="o+",
-            temperature_degC=maybe(number()),
+            temperature_degC=self.maybe(self.number),
             readings=n,
-            dof=rng.randrange(9),
-            residual_rms=number(),
-            coefficients={name: quantity() for name in COEFFICIENTS},
-            error_model={name: quantity() for name in ERRORS},
+            dof=self.rng.randrange(9),
+            residual_rms=self.number(),
+            coefficients={name: self.quantity() for name in COEFFICIENTS},
+            error_model={name: self.quantity() for name in ERRORS},
             covariance_names=tuple(COEFFICIENTS)[:p],
-            covariance_matrix=tuple(tuple(number() for _ in range(p)) for _ in range(p)),
-            budget={"K0": {"head": number()}},
-            stands_for={"K1": text()},
-            residuals=Residuals(
-                *(tuple(make() for _ in range(n)) for make in (number, int, number))
-            ),
-            gates=gates(),
-            warnings=(text(),) * rng.randrange(3),
+            covariance_matrix=tuple(tuple(self.number() for _ in range(p)) for _ in range(p)),
+            budget={"K0": {"head": self.number()}},
+            stands_for={"K1": self.text()},
+            residuals=self.residuals(n),
+            gates=self.several(self.gate),
+            warnings=self.several(self.text),
         )
 
-    return Calibration(
-        method=text(),
-        output_unit=maybe(text()),
-        tables=tuple(one_table() for _ in range(rng.randrange(4))),
-        serial=maybe(text()),
-        g_local_m_s2=maybe(number()),
-        T0_degC=maybe(number()),
-        delta0_rad=number(),
-        robust=rng.random() < 0.5,
-        source=text(),
-        date=maybe(text()),
-        error_sources=(ErrorSource(text(), maybe(number()), text(), maybe(number()), text()),),
-        gates=gates(),
-        warnings=(text(),),
-        software=text(),
-        temperature_model=maybe(
-            TemperatureModel(law(), law(), law(), maybe(quantity()), (text(),))
-        ),
-    )
+    def calibration(self):
+        return Calibration(
+            method=self.text(),
+            output_unit=self.maybe(self.text),
+            tables=self.several(self.table),
+            serial=self.maybe(self.text),
+            g_local_m_s2=self.maybe(self.number),
+            T0_degC=self.maybe(self.number),
+            delta0_rad=self.number(),
+            robust=self.rng.random() < 0.5,
+            source=self.text(),
+            date=self.maybe(self.text),
+            error_sources=self.several(self.source),
+            gates=self.several(self.gate),
+            warnings=self.several(self.text),
+            software=self.text(),
+            temperature_model=self.maybe(self.laws),
+            verdict=self.maybe(self.verdict),
+            effects=self.several(self.effect),
+        )
 
 
 def test_random_calibrations_come_back_equal():
-    rng = random.Random(19)
+    parts = Parts(random.Random(19))
     for _ in range(300):
-        made = random_calibration(rng)
+        made = parts.calibration()
         text = made.to_json()
         assert Calibration.from_json(text) == made
         assert Calibration.from_json(text).to_json() == text
+        assert hash(Calibration.from_json(text)) == hash(made)
 
 
 def test_several_come_back_in_one_document():
-    rng = random.Random(20)
-    several = tuple(random_calibration(rng) for _ in range(3))
+    parts = Parts(random.Random(20))
+    several = tuple(parts.calibration() for _ in range(3))
     text = calibrations_to_json(several)
     assert set(json.loads(text)) == {"schema", "calibrations"}
     assert calibrations_from_json(text) == several
@@ -367,7 +402,7 @@ def test_calibrations_without_a_list_are_refused(several):
 
 
 def test_every_missing_key_is_refused(document):
-    needed = set(document) - {"effects", "schema", "acceleration_unit"}
+    needed = set(document) - {"effects", "verdict", "schema", "acceleration_unit"}
     for key in needed:
         cut = {name: part for name, part in document.items() if name != key}
         with pytest.raises(DocumentError, match=f"lacks '{key}'"):
@@ -389,6 +424,28 @@ def test_damaged_parts_are_refused(document, key, bad):
     damaged["tables"][0][key] = bad
     with pytest.raises(DocumentError, match=r"lacks|damaged"):
         Calibration.from_document(damaged)
+
+
+def judged(**changed):
+    limit = Judgement("bias", "k0", "at T0", "pass", "mg", None, 5.0, 3.3, 0.1, 1.0).to_document()
+    limits = [] if changed.get("limit") == "none" else [limit | changed]
+    plain = dict.fromkeys(("specification", "source", "rule", "rule_statement"), "")
+    return plain | {"outcome": "pass", "limits": limits}
+
+
+def test_a_verdict_is_read_back(document):
+    found = Calibration.from_document({**document, "verdict": judged()})
+    assert found.verdict.outcome == "pass"
+    assert "Verdict against" in str(found)
+    assert "Verdict against" in found._repr_html_()
+
+
+@pytest.mark.parametrize(
+    "bad", ["pass", {}, judged(limit="none"), judged(outcome="good"), judged(value="3,3")]
+)
+def test_damaged_verdicts_are_refused(document, bad):
+    with pytest.raises(DocumentError, match=r"lacks|damaged"):
+        Calibration.from_document({**document, "verdict": bad})
 
 
 @pytest.mark.parametrize("bad", ["1,35", True, [1.35], {}])

@@ -504,7 +504,9 @@ def test_json_holds_the_verdict_and_is_read_back(tmp_path, capsys):
     assert verdict["rule"] == "guard band"
     assert {limit["outcome"] for limit in verdict["limits"]} == {"pass", "fail", "not tested"}
     again = Calibration.from_json(text)
-    assert judge(again, read_specification(AL15)).to_document() == verdict
+    assert again.to_json() == text
+    assert again.verdict == judge(again, read_specification(AL15))
+    assert again.verdict.to_document() == verdict
 
 
 def test_csv_leaves_the_verdict_to_standard_error(capsys):

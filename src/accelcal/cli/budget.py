@@ -139,7 +139,7 @@ def _stability(path: str | None) -> Any:
     if path is None:
         return None
     from accelcal.io.text import read_text
-    from accelcal.results.calibration import parse_json
+    from accelcal.results.json_text import parse_json
 
     return parse_json(read_text(path).text)
 
@@ -175,9 +175,9 @@ def _draw(path: str, found: ErrorBudget) -> None:
 
 
 def _json(found: ErrorBudget) -> str:
-    import json
+    from accelcal.results.json_text import json_text
 
-    return json.dumps(found.to_document(), indent=1, allow_nan=False) + "\n"
+    return json_text(found.to_document())
 
 
 def _shown(found: ErrorBudget, form: str) -> str:

@@ -12,7 +12,6 @@ from accelcal.cli.options import data_argument, format_option, number, output_op
 
 if TYPE_CHECKING:
     from accelcal.results.calibration import Calibration
-    from accelcal.results.verdict import Verdict
 
 __all__ = ["fit"]
 
@@ -131,50 +130,40 @@ def fit(
         for source in data
         for record in read_tables(source, overrides=declared)
     ]
-    verdicts = _judged(calibrations, spec)
+    if spec is not None:
+        calibrations = _judged(calibrations, spec)
     if path is not None:
-        deliver(_json(calibrations, verdicts), path)
+        deliver(_json(calibrations), path)
     if path != "-":
-        deliver(_shown(calibrations, verdicts, form))
-    if any(verdict.outcome == "fail" for verdict in verdicts):
+        deliver(_shown(calibrations, form))
+    if any(c.verdict is not None and c.verdict.outcome == "fail" for c in calibrations):
         click.get_current_context().exit(1)
 
 
-def _judged(calibrations: Sequence[Calibration], spec: str | None) -> list[Verdict]:
-    if spec is None:
-        return []
+def _judged(calibrations: Sequence[Calibration], spec: str) -> list[Calibration]:
+    from dataclasses import replace
+
     from accelcal.io.specification import read_specification
     from accelcal.verdict import judge
 
     specification = read_specification(spec)
-    return [judge(calibration, specification) for calibration in calibrations]
+    return [replace(found, verdict=judge(found, specification)) for found in calibrations]
 
 
-def _shown(calibrations: Sequence[Calibration], verdicts: Sequence[Verdict], form: str) -> str:
+def _shown(calibrations: Sequence[Calibration], form: str) -> str:
     if form == "json":
-        return _json(calibrations, verdicts)
+        return _json(calibrations)
     if form == "csv":
-        click.echo("\n\n".join(map(str, verdicts)), err=True, nl=bool(verdicts))
+        verdicts = [str(found.verdict) for found in calibrations if found.verdict]
+        click.echo("\n\n".join(verdicts), err=True, nl=bool(verdicts))
         return _csv(calibrations)
-    texts = [str(calibration) for calibration in calibrations]
-    for index, verdict in enumerate(verdicts):
-        texts[index] += f"\n\n{verdict}"
-    return ("\n\n" + "=" * 100 + "\n\n").join(texts)
+    return ("\n\n" + "=" * 100 + "\n\n").join(map(str, calibrations))
 
 
-def _json(calibrations: Sequence[Calibration], verdicts: Sequence[Verdict]) -> str:
+def _json(calibrations: Sequence[Calibration]) -> str:
     from accelcal.results.documents import calibrations_to_json
 
-    text = calibrations_to_json(calibrations)
-    if not verdicts:
-        return text
-    import json
-
-    document = json.loads(text)
-    parts = document.get("calibrations", [document])
-    for part, verdict in zip(parts, verdicts, strict=True):
-        part["verdict"] = verdict.to_document()
-    return json.dumps(document, indent=1, allow_nan=False) + "\n"
+    return calibrations_to_json(calibrations)
 
 
 def _csv(calibrations: Sequence[Calibration]) -> str:

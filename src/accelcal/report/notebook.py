@@ -8,6 +8,7 @@ from typing import Any
 
 from accelcal.report.names import visible
 from accelcal.report.rows import alarms, coefficient_rows, temperature_rows
+from accelcal.report.verdict import verdict_text
 
 __all__ = ["calibration_html"]
 
@@ -38,6 +39,8 @@ def calibration_html(document: Mapping[str, Any]) -> str:
         parts.append(_rows(caption, _LAW_HEADINGS, temperature_rows(model)))
     told = [w for part in (*document["tables"], model or {}) for w in part.get("warnings", ())]
     parts.append(_list(map(_safe, [*told, *document["warnings"]])))
+    if verdict := document.get("verdict"):
+        parts.append(f"<pre>{escape(verdict_text(verdict))}</pre>")
     return "".join(parts)
 
 

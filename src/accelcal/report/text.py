@@ -44,6 +44,7 @@ def calibration_text(document: Document) -> str:
         lines += _apart(_temperature(document["temperature_model"], document["T0_degC"]))
     lines += _apart(_errors(document))
     lines += _apart(_record_gates(document["gates"]))
+    lines += _apart(_verdict(document.get("verdict")))
     return "\n".join(map(printable, lines))
 
 
@@ -162,6 +163,14 @@ def _in_micro_g(source: Document, table: Document) -> str:
 def _record_gates(gates: Sequence[Document]) -> Iterator[str]:
     lines = list(_gates(gates))
     yield from ["The record as a whole", *lines] if lines else []
+
+
+def _verdict(verdict: Document | None) -> Sequence[str]:
+    if verdict is None:
+        return ()
+    from accelcal.report.verdict import verdict_text  # here, as most calibrations have none
+
+    return verdict_text(verdict).split("\n")
 
 
 def _gates(gates: Sequence[Document]) -> Iterator[str]:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from accelcal.errors import DocumentError
+from accelcal.results.json_text import json_text, parse_json
+from accelcal.results.mapping import FrozenMapping, frozen, thawed
 from accelcal.results.quantity import Document, ErrorSource, Gate, fields_document
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
@@ -16,7 +18,9 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-__all__ = ["SCHEMA", "Calibration", "parse_json"]
+    from accelcal.results.verdict import Verdict
+
+__all__ = ["SCHEMA", "Calibration"]
 
 SCHEMA = "accelcal/calibration/1"
 
@@ -57,6 +61,10 @@ class Calibration:
         Name and version of what made the calibration.
     temperature_model : TemperatureModel or None
         Temperature laws; None where there is one level only.
+    verdict : Verdict or None
+        What was found against a data sheet; None where it was not judged.
+    effects : tuple of mapping
+        Effects found beyond the model, as they stand in the document.
 
     Examples
     --------
@@ -81,6 +89,8 @@ class Calibration:
     warnings: tuple[str, ...] = ()
     software: str = ""
     temperature_model: TemperatureModel | None = None
+    verdict: Verdict | None = None
+    effects: tuple[FrozenMapping[Any], ...] = ()
 
     def __str__(self) -> str:
         from accelcal.report.text import calibration_text
@@ -118,9 +128,10 @@ class Calibration:
             "temperature_model": (
                 self.temperature_model.to_document() if self.temperature_model else None
             ),
-            "effects": [],
+            "effects": thawed(self.effects),
             "gates": [fields_document(gate) for gate in self.gates],
             "warnings": list(self.warnings),
+            "verdict": self.verdict.to_document() if self.verdict else None,
         }
 
     @classmethod
@@ -158,6 +169,8 @@ class Calibration:
                     if document["temperature_model"]
                     else None
                 ),
+                verdict=_verdict(document.get("verdict")),
+                effects=frozen(document.get("effects", [])),
             )
         except KeyError as error:
             raise DocumentError(
@@ -181,14 +194,7 @@ class Calibration:
         str
             The JSON text; numbers keep all their digits.
         """
-        import json
-
-        text = json.dumps(self.to_document(), indent=1, allow_nan=False) + "\n"
-        if path is not None:
-            from accelcal.atomic import write_atomically
-
-            write_atomically(path, text.encode())
-        return text
+        return json_text(self.to_document(), path)
 
     @classmethod
     def from_json(cls, text: str) -> Calibration:
@@ -247,34 +253,12 @@ class Calibration:
         return pd.DataFrame(self.rows())
 
 
-def parse_json(text: str) -> Any:
-    """Parse JSON text, or say that it is none.
+def _verdict(document: Document | None) -> Verdict | None:
+    if document is None:
+        return None
+    from accelcal.results.verdict import Verdict  # here, as most calibrations have none
 
-    Parameters
-    ----------
-    text : str
-        JSON text.
-
-    Returns
-    -------
-    object
-        The document.
-
-    Raises
-    ------
-    DocumentError
-        If the text is not JSON.
-    """
-    import json
-
-    try:
-        return json.loads(text, parse_constant=_refuse)
-    except (ValueError, RecursionError) as error:
-        raise DocumentError(f"not JSON ({error}); give a file written by accelcal fit") from None
-
-
-def _refuse(constant: str) -> None:
-    raise ValueError(f"{constant} is not a number of JSON")
+    return Verdict.from_document(document)
 
 
 def _check_schema(document: Any) -> None:

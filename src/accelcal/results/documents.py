@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 
 from accelcal.errors import DocumentError
-from accelcal.results.calibration import SCHEMA, Calibration, parse_json
+from accelcal.results.calibration import SCHEMA, Calibration
+from accelcal.results.json_text import json_text, parse_json
 
 __all__ = ["calibrations_from_json", "calibrations_to_json"]
 
@@ -27,7 +27,7 @@ def calibrations_to_json(calibrations: Sequence[Calibration]) -> str:
     if len(calibrations) == 1:
         return calibrations[0].to_json()
     document = {"schema": SCHEMA, "calibrations": [c.to_document() for c in calibrations]}
-    return json.dumps(document, indent=1, allow_nan=False) + "\n"
+    return json_text(document)
 
 
 def calibrations_from_json(text: str) -> tuple[Calibration, ...]:

@@ -1,11 +1,11 @@
-"""A mapping that nobody edits in place."""
+"""Mappings, and documents of them, that nobody edits in place."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TypeVar
+from typing import Any, TypeVar
 
-__all__ = ["FrozenMapping"]
+__all__ = ["FrozenMapping", "frozen", "thawed"]
 
 Value = TypeVar("Value", covariant=True)
 
@@ -45,3 +45,49 @@ class FrozenMapping(Mapping[str, Value]):
 
     def __repr__(self) -> str:
         return repr(self._items)
+
+
+def frozen(part: Any) -> Any:
+    """Freeze a part of a JSON document.
+
+    Parameters
+    ----------
+    part : object
+        Mappings, lists, texts, numbers, None, nested in any way.
+
+    Returns
+    -------
+    object
+        The same of `FrozenMapping` and tuples, which can be compared and hashed.
+
+    Examples
+    --------
+    >>> frozen({"id": "warm-up", "like": ["bias-drift"]})
+    {'id': 'warm-up', 'like': ('bias-drift',)}
+    """
+    if isinstance(part, Mapping):
+        return FrozenMapping({name: frozen(item) for name, item in part.items()})
+    return tuple(map(frozen, part)) if isinstance(part, list | tuple) else part
+
+
+def thawed(part: Any) -> Any:
+    """Turn what `frozen` returns into a part of a JSON document again.
+
+    Parameters
+    ----------
+    part : object
+        What `frozen` returns.
+
+    Returns
+    -------
+    object
+        The same of dictionaries and lists.
+
+    Examples
+    --------
+    >>> thawed(frozen([{"id": "warm-up"}]))
+    [{'id': 'warm-up'}]
+    """
+    if isinstance(part, Mapping):
+        return {name: thawed(item) for name, item in part.items()}
+    return list(map(thawed, part)) if isinstance(part, list | tuple) else part

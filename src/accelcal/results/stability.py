@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
+from accelcal.results.json_text import json_text
 from accelcal.results.quantity import Gate, fields_document
 
 if TYPE_CHECKING:
@@ -266,12 +266,7 @@ class Stability:
         str
             The JSON text; numbers keep all their digits.
         """
-        text = json.dumps(self.to_document(), indent=1, allow_nan=False) + "\n"
-        if path is not None:
-            from accelcal.atomic import write_atomically
-
-            write_atomically(path, text.encode())
-        return text
+        return json_text(self.to_document(), path)
 
     def rows(self) -> list[dict[str, Any]]:
         """List components, noise terms and bounds, a flat dictionary each."""

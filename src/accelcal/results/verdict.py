@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from accelcal.results.quantity import Document, number_or_none
+
 __all__ = ["OUTCOMES", "Judgement", "Verdict"]
 
 OUTCOMES = ("fail", "undecided", "not tested", "pass")
@@ -51,6 +53,16 @@ class Judgement:
         """Return the judgement as it stands in the JSON document."""
         return {name: getattr(self, name) for name in type(self).__slots__}
 
+    @classmethod
+    def from_document(cls, document: Document) -> Judgement:
+        """Read the judgement from its place in a JSON document."""
+        values = {name: document[name] for name in cls.__slots__}
+        for name in ("minimum", "maximum", "value", "expanded_uncertainty", "probability"):
+            number_or_none(values[name])
+        if values["outcome"] not in OUTCOMES:
+            raise TypeError(f"{values['outcome']!r} in place of an outcome")
+        return cls(**values)
+
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
@@ -92,3 +104,12 @@ class Verdict:
             "outcome": self.outcome,
             "limits": [judgement.to_document() for judgement in self.judgements],
         }
+
+    @classmethod
+    def from_document(cls, document: Document) -> Verdict:
+        """Read the verdict from its place in the JSON document of a calibration."""
+        plain = ("specification", "source", "rule", "rule_statement")
+        judgements = tuple(map(Judgement.from_document, document["limits"]))
+        if not judgements:
+            raise TypeError("a verdict without limits")
+        return cls(**{name: document[name] for name in plain}, judgements=judgements)
