@@ -229,6 +229,11 @@ ERRORS = {
         "# serial: A\nserial,T,J,k,Y\nB,20,1,1,1\n",
         "2: serial 'B' in the table, but 'A' declared; leave the column or the declaration out",
     ),
+    "no levels": (
+        H + "20,1,1,1\n21,2,1,2\n22,3,1,3\n23,4,1,4\n",
+        "5: temperature 23 joins the level that starts at 20 degC, more than 2 degC away;"
+        " tell the runs apart by a column run",
+    ),
     "run not declared": (
         "# runs: a,b\nT,J,k,Y,run\n20,1,1,1,c\n",
         "3: run 'c' is not among the declared runs; add it to the line '# runs: ...'",

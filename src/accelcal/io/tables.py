@@ -21,6 +21,7 @@ from accelcal.io.declarations import Declarations, declarations
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split
 from accelcal.io.layout import Layout, counted, listed, read_layout, shown
 from accelcal.io.readings import Readings, read_readings
+from accelcal.io.runs import runs_of
 from accelcal.io.text import Source, SourceText, read_text
 from accelcal.record import TumbleRecord
 from accelcal.units import canonical_unit
@@ -29,9 +30,6 @@ __all__ = ["TableForm", "read_table", "read_tables", "survey"]
 
 BULK_CHARACTERS = 2_000_000
 """Size of a table from which on pandas reads it."""
-
-LEVEL_GAP = 2.0
-"""Gap between sorted temperatures that separates two levels [degC]."""
 
 _NEEDED = ("output", "angle", "temperature", "stroke", "mounting", "position")
 _OPTIONAL = ("std", "count", "line")
@@ -249,9 +247,9 @@ def _serials(layout: Layout, readings: Readings, declared: str | None) -> tuple[
 
 
 def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) -> TumbleRecord:
-    run, run_labels = _runs(readings, declared.runs, common["source"])
-    kept = _without_repeats(readings, run, common["source"])
-    notes = list(common["notes"])
+    runs = runs_of(readings, declared.runs, common["source"])
+    kept = _without_repeats(readings, runs.index, common["source"])
+    notes = [*common["notes"], *runs.notes]
     if readings.missing.size:
         notes.append(_left_out(readings.missing, "missing reading"))
     if not kept.all():
@@ -262,8 +260,8 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
     values = common | {name: getattr(readings, name) for name in (*_NEEDED, *_OPTIONAL)}
     return TumbleRecord(
         **values | {"notes": tuple(notes)},
-        run=run[kept],
-        run_labels=run_labels,
+        run=runs.index[kept],
+        run_labels=runs.labels,
         time=time,
         metadata={**declared.metadata, **start},
     )
@@ -271,40 +269,6 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
 
 def _left_out(lines: NDArray[np.int64], what: str) -> str:
     return f"{counted(lines, what)} left out ({listed(lines)})"
-
-
-def _runs(
-    readings: Readings, order: tuple[str, ...], source: str
-) -> tuple[NDArray[np.int64], tuple[str, ...]]:
-    """Index of each reading's run, and the labels in order of appearance or as declared."""
-    if readings.run is None:
-        run, labels = _levels(readings.temperature)
-    else:
-        run, labels = readings.run, readings.run_labels
-    if not order:
-        first = np.full(len(labels), run.size)
-        first[run[::-1]] = np.arange(run.size)[::-1]  # of equal indices the last one counts
-        order = tuple(labels[i] for i in np.argsort(first) if first[i] < run.size)
-    place = {label: index for index, label in enumerate(order)}
-    new = np.array([place.get(label, -1) for label in labels])[run]
-    if (new < 0).any():
-        at = int(np.argmin(new))
-        problem = f"run {labels[run[at]]!r} is not among the declared runs"
-        remedy = "add it to the line '# runs: ...'"
-        raise TableError(problem, remedy, source=source, line=int(readings.line[at]))
-    return new, order
-
-
-def _levels(temperature: NDArray[np.float64]) -> tuple[NDArray[np.int64], tuple[str, ...]]:
-    """Levels of temperature, split where the sorted temperatures leave a gap."""
-    order = np.argsort(temperature, kind="stable")  # unknown ones, NaN, come last
-    ordered = temperature[order]
-    jump = (np.diff(ordered) > LEVEL_GAP) | (np.isnan(ordered[1:]) & ~np.isnan(ordered[:-1]))
-    level = np.empty(temperature.size, dtype=np.int64)
-    level[order] = np.concatenate([[0], np.cumsum(jump)])
-    means = np.bincount(level, weights=temperature) / np.bincount(level)
-    labels = ["unknown" if np.isnan(mean) else f"{round(mean)}" for mean in means.tolist()]
-    return level, tuple(labels)
 
 
 def _without_repeats(readings: Readings, run: NDArray[np.int64], source: str) -> NDArray[np.bool_]:

@@ -1,0 +1,299 @@
+"""Runs, the visits to a temperature: as the column run names them, or told from the rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.errors import TableError
+from accelcal.io.layout import listed
+from accelcal.io.readings import Readings
+
+__all__ = ["LEVEL_GAP", "Runs", "runs_of"]
+
+Ints = NDArray[np.int64]
+
+LEVEL_GAP = 2.0
+"""Gap between sorted temperatures that separates two levels, and the widest level [degC]."""
+
+_NARROW_GAP = 1.0
+"""The same where levels lie so close that the wider gap would join them [degC]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Runs:
+    """The runs of a table.
+
+    Attributes
+    ----------
+    index : ndarray of int, shape (n,)
+        Run of each reading.
+    labels : tuple of str
+        Their names, in the order in which they were made as far as the table tells.
+    notes : tuple of str
+        What was told from the rows, and what they do not tell.
+    """
+
+    index: Ints
+    labels: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+
+def runs_of(readings: Readings, declared: tuple[str, ...], source: str) -> Runs:
+    """Tell the runs of a table.
+
+    Parameters
+    ----------
+    readings : Readings
+        All readings of one accelerometer.
+    declared : tuple of str
+        Names of the runs in their order, empty where no header line tells them.
+    source : str
+        Name of the file, for messages.
+
+    Returns
+    -------
+    Runs
+        Run of each reading.
+
+    Raises
+    ------
+    TableError
+        If the temperatures make no levels, or a run is not among the declared ones.
+
+    Notes
+    -----
+    Without a column run, a level of temperature is one run. It is two where the rows prove that it
+    was met twice: other temperatures lie between them in time, or in the file and then the strokes
+    go on counting or the same reading comes again with another output.
+    """
+    order = np.arange(readings.output.size)
+    if readings.run is None:
+        runs, order = _visits(readings, _levels(readings, source))
+    else:
+        runs = Runs(readings.run, readings.run_labels)
+    return _in_order(runs, declared or _by_appearance(runs, order), readings, source)
+
+
+def _by_appearance(runs: Runs, order: Ints) -> tuple[str, ...]:
+    found, first = np.unique(runs.index[order], return_index=True)
+    return tuple(runs.labels[i] for i in found[np.argsort(first)].tolist())
+
+
+def _in_order(runs: Runs, order: tuple[str, ...], readings: Readings, source: str) -> Runs:
+    place = {label: index for index, label in enumerate(order)}
+    new = np.array([place.get(label, -1) for label in runs.labels])[runs.index]
+    if (new < 0).any():
+        at = int(np.argmin(new))
+        problem = f"run {runs.labels[runs.index[at]]!r} is not among the declared runs"
+        remedy = "add it to the line '# runs: ...'"
+        raise TableError(problem, remedy, source=source, line=int(readings.line[at]))
+    return Runs(new, order, runs.notes)
+
+
+# -- levels ----------------------------------------------------------------------------------------
+
+
+def _levels(readings: Readings, source: str) -> Runs:
+    """Levels of temperature, split where the sorted temperatures leave a gap."""
+    temperature = readings.temperature
+    level = _split_at(temperature, LEVEL_GAP)
+    wide = _spans(temperature, level) > LEVEL_GAP
+    if not wide.any():
+        return Runs(level, _labels(temperature, level, 0))
+    joined = wide[level]
+    finer = np.where(joined, level.size + _split_at(temperature, _NARROW_GAP), level)
+    level = np.unique(finer, return_inverse=True)[1].astype(np.int64)
+    wide = _spans(temperature, level) > LEVEL_GAP
+    if wide.any():
+        raise _no_level(readings, wide[level], source)
+    labels = _labels(temperature, level, 1)
+    close = ", ".join(labels[i] for i in np.unique(level[joined]).tolist())
+    note = f"levels {close} degC lie close together and were taken as a run each"
+    return Runs(level, labels, (note,))
+
+
+def _split_at(temperature: NDArray[np.float64], gap: float) -> Ints:
+    order = np.argsort(temperature, kind="stable")  # unknown ones, NaN, come last
+    ordered = temperature[order]
+    jump = (np.diff(ordered) > gap) | (np.isnan(ordered[1:]) & ~np.isnan(ordered[:-1]))
+    level = np.empty(temperature.size, dtype=np.int64)
+    level[order] = np.concatenate([[0], np.cumsum(jump)])
+    return level
+
+
+def _spans(temperature: NDArray[np.float64], level: Ints) -> NDArray[np.float64]:
+    """Highest minus lowest temperature of each level; NaN of the unknown ones."""
+    order = np.lexsort((temperature, level))
+    last = np.cumsum(np.bincount(level)) - 1
+    first = np.concatenate([[0], last[:-1] + 1])
+    span: NDArray[np.float64] = temperature[order][last] - temperature[order][first]
+    return span
+
+
+def _labels(temperature: NDArray[np.float64], level: Ints, digits: int) -> tuple[str, ...]:
+    means = np.bincount(level, weights=temperature) / np.bincount(level)
+    labels = [f"{round(mean, digits) + 0.0:g}" for mean in means.tolist()]  # no minus zero
+    return tuple("unknown" if label == "nan" else label for label in labels)
+
+
+def _no_level(readings: Readings, level: NDArray[np.bool_], source: str) -> TableError:
+    low = readings.temperature[level].min()
+    high = int(np.argmax(level & (readings.temperature > low + LEVEL_GAP)))
+    problem = (
+        f"temperature {readings.temperature[high]:g} joins the level that starts at {low:g} degC,"
+        f" more than {LEVEL_GAP:g} degC away"
+    )
+    remedy = "tell the runs apart by a column run"
+    return TableError(problem, remedy, source=source, line=int(readings.line[high]))
+
+
+# -- visits ----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class _Segments:
+    """Stretches of rows of one level, in an order that may be that of measuring."""
+
+    order: Ints  # of the readings
+    of_row: Ints  # segment of each reading, in this order
+    level: Ints  # level of each segment
+    places: Ints  # number of different head positions in each
+
+    def rows(self, segment: int) -> Ints:
+        """Readings of one segment."""
+        start, end = np.searchsorted(self.of_row, [segment, segment + 1])
+        return self.order[start:end]
+
+    @property
+    def repeated(self) -> NDArray[np.bool_]:
+        """Whether the level of a segment has others."""
+        return np.bincount(self.level)[self.level] > 1
+
+    @property
+    def whole(self) -> NDArray[np.bool_]:
+        """Whether all segments of its level hold two head positions or more."""
+        poor = np.bincount(self.level, weights=self.places < 2)
+        return np.asarray(poor[self.level] == 0)
+
+
+def _visits(readings: Readings, levels: Runs) -> tuple[Runs, Ints]:
+    """Levels split by their visits, and the order of measuring."""
+    rows = np.arange(readings.output.size)
+    if len(levels.labels) == 1:
+        return levels, rows
+    known = np.flatnonzero(~np.isnan(readings.temperature))
+    by_time = _segments_in_time(readings, levels.index, known)
+    found = by_time or _segments(readings, levels.index, known)
+    visit, open_levels = np.zeros(found.level.size, dtype=np.int64), []
+    for level in np.unique(found.level[found.repeated]).tolist():
+        at = np.flatnonzero(found.level == level)
+        if found.whole[at[0]]:
+            visit[at] = range(at.size) if by_time else _proved(readings, found, at)
+        if not visit[at].any() and not _only_repeated(readings, found, at):
+            open_levels.append(levels.labels[level])
+    runs = _renamed(levels, found, visit, readings)
+    order = np.concatenate([found.order, np.setdiff1d(rows, known)]) if by_time else rows
+    return replace(runs, notes=(*runs.notes, *_open(open_levels))), order
+
+
+def _segments(readings: Readings, level: Ints, order: Ints) -> _Segments:
+    rows = level[order]
+    of_row = np.cumsum(np.concatenate([[0], rows[1:] != rows[:-1]])[: rows.size]).astype(np.int64)
+    first = np.unique(of_row, return_index=True)[1]
+    angle = np.mod(readings.angle[order], 360.0)
+    pairs = np.unique(np.stack([of_row, angle], axis=1), axis=0)[:, 0].astype(np.int64)
+    return _Segments(order, of_row, rows[first], np.bincount(pairs))
+
+
+def _segments_in_time(readings: Readings, level: Ints, known: Ints) -> _Segments | None:
+    """Segments in the order of time; None where the times do not tell it.
+
+    Times that count from zero in each run anew mix the levels: they coincide, or tear them into
+    single readings.
+    """
+    if readings.time is None:
+        return None
+    order = known[np.argsort(readings.time[known], kind="stable")]
+    time, rows = readings.time[order], level[order]
+    if ((time[1:] == time[:-1]) & (rows[1:] != rows[:-1])).any():
+        return None
+    found = _segments(readings, level, order)
+    return found if found.whole[found.repeated].all() else None
+
+
+def _proved(readings: Readings, found: _Segments, segments: Ints) -> list[int]:
+    """Visit of each segment of one level, a new one where its readings prove it."""
+    by_stroke = _sorted_by_stroke(readings, found)
+    visits, visit = [], 0
+    so_far: dict[Any, float] = {}
+    for segment in segments.tolist():
+        now = _outputs(readings, found.rows(segment))
+        if _again(so_far, now) or (not by_stroke and _goes_on(so_far, now)):
+            visit, so_far = visit + 1, {}
+        so_far |= now
+        visits.append(visit)
+    return visits
+
+
+def _outputs(readings: Readings, rows: Ints) -> dict[Any, float]:
+    """Output by mounting, stroke and head angle."""
+    fields = (readings.mounting, readings.stroke, readings.angle, readings.output)
+    columns = [field[rows].tolist() for field in fields]
+    return {(side, k, angle): y for side, k, angle, y in zip(*columns, strict=True)}
+
+
+def _only_repeated(readings: Readings, found: _Segments, segments: Ints) -> bool:
+    """Tell whether the later segments hold nothing but readings of the first, again."""
+    first, *later = (_outputs(readings, found.rows(i)).items() for i in segments.tolist())
+    return all(segment <= first for segment in later)
+
+
+def _again(before: dict[Any, float], now: dict[Any, float]) -> bool:
+    """Tell whether the same reading comes again with another output."""
+    return any(before[key] != now[key] for key in before.keys() & now.keys())
+
+
+def _goes_on(before: dict[Any, float], now: dict[Any, float]) -> bool:
+    """Tell whether the strokes of a mounting go on counting."""
+    for side in {key[0] for key in before} & {key[0] for key in now}:
+        last = max(key[1] for key in before if key[0] == side)
+        if min(key[1] for key in now if key[0] == side) > last:
+            return True
+    return False
+
+
+def _sorted_by_stroke(readings: Readings, found: _Segments) -> bool:
+    """Tell whether the rows may have been sorted by a stroke that several levels have."""
+    stroke = readings.stroke[found.order]
+    pairs = np.unique(np.stack([stroke, found.level[found.of_row]], axis=1), axis=0)
+    shared = np.unique(pairs[:, 0]).size < len(pairs)
+    return bool(shared and (np.diff(stroke) >= 0).all())
+
+
+def _renamed(levels: Runs, found: _Segments, visit: Ints, readings: Readings) -> Runs:
+    """Runs by level and visit; later visits get a number behind their name."""
+    if not visit.any():
+        return levels
+    number = np.zeros(levels.index.size, dtype=np.int64)
+    number[found.order] = visit[found.of_row]
+    pairs, index = np.unique(np.stack([levels.index, number], axis=1), axis=0, return_inverse=True)
+    index = np.asarray(index, dtype=np.int64).reshape(-1)
+    names = [levels.labels[level] + (f" ({n + 1})" if n else "") for level, n in pairs.tolist()]
+    again = np.flatnonzero(pairs[:, 1] > 0).tolist()
+    starts = [int(readings.line[index == i].min()) for i in again]
+    made = ", ".join(f"'{names[i]}'" for i in again)
+    note = f"a temperature was met again ({listed(starts)}): a new run there, {made}"
+    return Runs(index, tuple(names), (*levels.notes, note))
+
+
+def _open(labels: list[str]) -> list[str]:
+    if not labels:
+        return []
+    return [
+        f"other temperatures stand between the rows of level {', '.join(labels)} degC, which were"
+        " taken as one run; if it was met again, name each visit in a column run"
+    ]

@@ -1,0 +1,206 @@
+"""Runs without a column run: a level of temperature that is met again is another run."""
+
+import io
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from accelcal.errors import TableError
+from accelcal.io.tables import read_table
+
+HEADINGS = "temperature,position,stroke,output"
+PLACES = range(1, 10)
+
+
+def visit(temperature, strokes, bias=0.0, places=PLACES):
+    """Rows of one visit, in the order of measuring."""
+    return [
+        (
+            temperature,
+            place,
+            stroke,
+            round(np.cos((place - 1) * np.pi / 4) + bias + stroke / 1e3, 9),
+        )
+        for stroke in strokes
+        for place in (places if stroke % 2 else reversed(places))
+    ]
+
+
+def read(rows, headings=HEADINGS):
+    lines = [headings, *(",".join(str(cell) for cell in row) for row in rows)]
+    return read_table(io.StringIO("\n".join(lines) + "\n"))
+
+
+def sizes(record):
+    """Readings of each run, in the order of the runs."""
+    counts = np.bincount(record.run).tolist()
+    return dict(zip(record.run_labels, counts, strict=True))
+
+
+FIRST, HOT = visit(20, (1, 2)), visit(80, (1, 2))
+
+
+@pytest.mark.parametrize(
+    "again", [visit(20, (3, 4)), visit(20, (1, 2), 1e-4)], ids=["go on", "restart"]
+)
+def test_a_level_met_again_is_a_run_of_its_own(again):
+    record = read(FIRST + HOT + again)
+    assert sizes(record) == {"20": 18, "80": 18, "20 (2)": 18}
+    assert record.run.tolist() == [0] * 18 + [1] * 18 + [2] * 18
+    assert record.notes == ("a temperature was met again (line 38): a new run there, '20 (2)'",)
+
+
+def test_strokes_that_count_through_the_whole_test():
+    record = read(visit(20, (1, 2)) + visit(80, (3, 4)) + visit(20, (5, 6)))
+    assert sizes(record) == {"20": 18, "80": 18, "20 (2)": 18}
+
+
+def test_wide_table_of_a_level_met_again():
+    def wide(rows):
+        return [
+            (rows[i][0], place, *(r[3] for r in rows if r[1] == place))
+            for i, place in enumerate(PLACES)
+        ]
+
+    rows = wide(FIRST) + wide(HOT) + wide(visit(20, (1, 2), 1e-4))
+    assert sizes(read(rows, "T,J,Y1,Y2")) == {"20": 18, "80": 18, "20 (2)": 18}
+
+
+def test_a_third_visit():
+    record = read(FIRST + HOT + visit(20, (3,)) + visit(80, (3,)) + visit(20, (4,)))
+    assert list(sizes(record)) == ["20", "80", "20 (2)", "80 (2)", "20 (3)"]
+
+
+def test_unknown_temperatures_interrupt_no_level():
+    unknown = [("unknown", *row[1:]) for row in visit(0, (9,), places=(2, 3))]
+    record = read(FIRST[:9] + unknown + FIRST[9:])
+    assert sizes(record) == {"20": 18, "unknown": 2}
+
+
+def test_missing_readings_do_not_hide_a_visit():
+    again = [row for row in visit(20, (3, 4)) if row[1] not in (3, 7)]
+    assert sizes(read(FIRST + HOT + again))["20 (2)"] == 14
+
+
+# -- sorted tables ---------------------------------------------------------------------------------
+
+SORTED = FIRST + HOT
+
+
+@pytest.mark.parametrize("columns", [*itertools.permutations((0, 1, 2))], ids=str)
+@pytest.mark.parametrize("falling", [False, True])
+def test_a_sorted_table_is_not_split(columns, falling):
+    rows = sorted(SORTED, key=lambda row: [row[i] for i in columns], reverse=falling)
+    record = read(rows)
+    assert sizes(record) == {"20": 18, "80": 18}
+    told = [note for note in record.notes if "name each visit in a column run" in note]
+    assert len(told) == (columns[0] != 0)
+
+
+def test_a_level_that_stands_apart_only_once_more_is_said():
+    one = [(20, 1, 3, 0.5)]
+    record = read(FIRST + HOT + one)
+    assert sizes(record) == {"20": 19, "80": 18}
+    assert record.notes == (
+        "other temperatures stand between the rows of level 20 degC, which were taken as one run;"
+        " if it was met again, name each visit in a column run",
+    )
+
+
+def test_rows_written_twice_are_no_visit():
+    record = read(FIRST + HOT + FIRST)
+    assert sizes(record) == {"20": 18, "80": 18}
+    assert len(record.notes) == 1
+    assert record.notes[0].startswith("18 repeated readings were left out")
+
+
+def test_other_mountings_are_no_other_visit():
+    rows = [(*row, side) for side in ("o+", "o-") for row in SORTED]
+    assert sizes(read(rows, HEADINGS + ",mounting")) == {"20": 36, "80": 36}
+
+
+# -- time ------------------------------------------------------------------------------------------
+
+
+def timed(rows, step=60):
+    return [(*row, step * i) for i, row in enumerate(rows)]
+
+
+@pytest.mark.parametrize("columns", [(0, 4), (1, 0, 4), (2, 0, 4), (4,), (3,)], ids=str)
+def test_time_proves_a_visit_in_a_table_sorted_in_any_way(columns):
+    rows = timed(FIRST + HOT + visit(20, (3, 4)))
+    rows.sort(key=lambda row: [row[i] for i in columns])
+    record = read(rows, HEADINGS + ",time")
+    assert sizes(record) == {"20": 18, "80": 18, "20 (2)": 18}
+    assert (np.diff(record.run[np.argsort(record.time)]) >= 0).all()
+
+
+def test_time_as_a_date():
+    rows = [
+        (*row, f"2024-05-31T10:{i // 60:02d}:{i % 60:02d}")
+        for i, row in enumerate(FIRST + HOT + visit(20, (2,), 1e-4))
+    ]
+    assert sizes(read(rows, HEADINGS + ",time")) == {"20": 18, "80": 18, "20 (2)": 9}
+
+
+@pytest.mark.parametrize("step", [60, 7])
+def test_time_that_counts_from_zero_in_each_run(step):
+    rows = timed(FIRST) + timed(HOT, step)
+    assert sizes(read(rows, HEADINGS + ",time")) == {"20": 18, "80": 18}
+    again = timed(visit(20, (3, 4)), 60)
+    assert sizes(read(rows + again, HEADINGS + ",time")) == {"20": 18, "80": 18, "20 (2)": 18}
+
+
+# -- levels ----------------------------------------------------------------------------------------
+
+
+def test_levels_that_lie_close_together():
+    rows = [row for level in (20, 21.5, 23, 24.5) for row in visit(level, (1,))]
+    record = read(rows + visit(80, (1,)) + visit(81.2, (2,)))
+    assert sizes(record) == {"20": 9, "21.5": 9, "23": 9, "24.5": 9, "80.6": 18}
+    assert record.notes == (
+        "levels 20, 21.5, 23, 24.5 degC lie close together and were taken as a run each",
+    )
+
+
+def test_levels_that_run_into_one_another():
+    rows = [(20 + 0.3 * i, *row[1:]) for i, row in enumerate(visit(0, (1,)))]
+    with pytest.raises(TableError) as caught:
+        read(rows)
+    assert str(caught.value) == (
+        "<table>:9: temperature 22.1 joins the level that starts at 20 degC, more than 2 degC away;"
+        " tell the runs apart by a column run"
+    )
+    named = [(*row, "a") for row in rows]
+    assert sizes(read(named, HEADINGS + ",run")) == {"a": 9}
+
+
+# -- any sequence of visits ------------------------------------------------------------------------
+
+
+@st.composite
+def visits(draw):
+    """Rows of visits in the order of measuring, and the run of each."""
+    levels = draw(st.lists(st.sampled_from([-40, 20, 80]), min_size=1, max_size=6))
+    levels = [level for level, _ in itertools.groupby(levels)]
+    on = dict.fromkeys(levels, 0)
+    rows = []
+    for number, level in enumerate(levels):
+        first = on[level] + 1 if draw(st.booleans()) else 1
+        strokes = range(first, first + draw(st.integers(2, 3)))
+        on[level] = strokes[-1]
+        scatter = draw(st.sampled_from([0.0, 0.2]))
+        rows += [
+            (level + scatter * (i % 3), *row[1:], number)
+            for i, row in enumerate(visit(level, strokes, 1e-4 * number))
+        ]
+    return rows
+
+
+@given(visits())
+def test_any_sequence_of_visits(rows):
+    record = read([row[:4] for row in rows])
+    assert record.run.tolist() == [row[4] for row in rows]
