@@ -232,7 +232,7 @@ def _proved(readings: Readings, found: _Segments, segments: Ints) -> list[int]:
     so_far: dict[Any, float] = {}
     for segment in segments.tolist():
         now = _outputs(readings, found.rows(segment))
-        if _again(so_far, now) or (not by_stroke and _goes_on(so_far, now)):
+        if _again(so_far, now) or (not by_stroke and _counts_on(so_far, now)):
             visit, so_far = visit + 1, {}
         so_far |= now
         visits.append(visit)
@@ -257,11 +257,12 @@ def _again(before: dict[Any, float], now: dict[Any, float]) -> bool:
     return any(before[key] != now[key] for key in before.keys() & now.keys())
 
 
-def _goes_on(before: dict[Any, float], now: dict[Any, float]) -> bool:
-    """Tell whether the strokes of a mounting go on counting."""
+def _counts_on(before: dict[Any, float], now: dict[Any, float]) -> bool:
+    """Tell whether the strokes of a mounting go on counting, or begin anew below the former."""
     for side in {key[0] for key in before} & {key[0] for key in now}:
-        last = max(key[1] for key in before if key[0] == side)
-        if min(key[1] for key in now if key[0] == side) > last:
+        former = {key[1] for key in before if key[0] == side}
+        new = {key[1] for key in now if key[0] == side}
+        if min(new) > max(former) or max(new) < min(former):
             return True
     return False
 
@@ -271,7 +272,8 @@ def _sorted_by_stroke(readings: Readings, found: _Segments) -> bool:
     stroke = readings.stroke[found.order]
     pairs = np.unique(np.stack([stroke, found.level[found.of_row]], axis=1), axis=0)
     shared = np.unique(pairs[:, 0]).size < len(pairs)
-    return bool(shared and (np.diff(stroke) >= 0).all())
+    steps = np.diff(stroke)
+    return bool(shared and ((steps >= 0).all() or (steps <= 0).all()))
 
 
 def _renamed(levels: Runs, found: _Segments, visit: Ints, readings: Readings) -> Runs:
