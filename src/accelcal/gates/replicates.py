@@ -1,29 +1,29 @@
-"""Gates on replicates: closure of the turn, forward against back, an outlier."""
+"""Gates on replicates: closure of the turn, drift, forward against back, an outlier."""
 
 from __future__ import annotations
-
-from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
+from accelcal.gates.trend import FEW, Replicates, directed, moments, smallest, trend_of
 from accelcal.gates.verdict import SIGNIFICANT, acceleration, not_assessed, warn_if
-from accelcal.grouping import distinct, grouped, median
+from accelcal.grouping import grouped, median
 from accelcal.probability import f_survival, student_survival
 from accelcal.record import TumbleRecord
 from accelcal.results.quantity import Gate
 
-__all__ = ["closure", "forward_against_back", "outlier", "place"]
+__all__ = ["closure", "drift", "forward_against_back", "outlier", "place"]
 
 Array = NDArray[np.float64]
 
-_FEW = 3  # degrees of freedom below which a scatter of its own says too little
+_LEAST_FREE = 1e-6  # a reading that a mean and a trend follow wholly tells nothing of itself
 
 
-def closure(table: PreparedTable, noise: ReadingNoise, scale: float) -> Gate:
+def closure(
+    table: PreparedTable, noise: ReadingNoise, scale: float, level: float = SIGNIFICANT
+) -> Gate:
     """Test Y9 - Y1 of the strokes, and the same as end minus start in the order of time.
 
     Parameters
@@ -34,6 +34,8 @@ def closure(table: PreparedTable, noise: ReadingNoise, scale: float) -> Gate:
         Its reading noise.
     scale : float
         Scale factor [output unit / g].
+    level : float, default 0.01
+        False-alarm rate.
 
     Returns
     -------
@@ -42,82 +44,105 @@ def closure(table: PreparedTable, noise: ReadingNoise, scale: float) -> Gate:
 
     Notes
     -----
-    Two tests of Student, each at half the false-alarm rate.
+    Two tests of Student, each at half the false-alarm rate, on what a drift over the run leaves.
     """
-    pairs = list(_returns(table))
-    if not pairs:
+    contrasts = _contrasts_of_returns(table)
+    if not contrasts.any():
         return not_assessed("closure", "no stroke holds both the first position and the return")
     scatter, dof = _clean_scatter(table, noise)
     if not dof > 0.0:
         return not_assessed("closure", "nothing tells the reading noise; repeat the strokes")
-    difference = np.array([after - before for after, before, _ in pairs])
-    forward = np.array([1.0 if odd else -1.0 for _, _, odd in pairs])
-    error = max(scatter, _smallest(table)) * np.sqrt(2.0 / len(pairs))
-    means = float(difference.mean()), float((forward * difference).mean())
-    p = 2.0 * min(2.0 * student_survival(abs(m) / error, dof) for m in means)
-    sizes = (acceleration(value / scale) for value in (*means, error))
+    columns = trend_of(table.record)
+    found = Replicates.of(table.record.output, directed(table.record), columns)
+    weights = [found.blind(contrast, columns) for contrast in contrasts]
+    means = [float(weight @ table.record.output) for weight in weights]
+    errors = [max(scatter, smallest(table)) * float(np.sqrt(w @ w)) for w in weights]
+    p = 2.0 * min(
+        2.0 * student_survival(abs(m) / e, dof) for m, e in zip(means, errors, strict=True)
+    )
+    sizes = (acceleration(value / scale) for value in (*means, max(errors)))
     return warn_if(
         "closure",
-        p < SIGNIFICANT,
+        p < level,
         "Y(return) - Y1 {}, end - start of a stroke {}, standard error {}".format(*sizes),
     )
 
 
-def _returns(table: PreparedTable) -> Iterator[tuple[float, float, bool]]:
-    """Output at the return, output at the start, whether the stroke goes forward."""
+def _contrasts_of_returns(table: PreparedTable) -> Array:
+    """Weights that make return minus start, and end minus start in time, shape (2, n)."""
     record = table.record
     start = record.angle.min()
     first, last = (np.abs(record.angle - at) < 1e-6 for at in (start, start + 360.0))
-    for stroke in distinct(record.stroke):
-        own = record.stroke == stroke
-        if (own & first).any() and (own & last).any():
-            yield (
-                float(record.output[own & last].mean()),
-                float(record.output[own & first].mean()),
-                bool(stroke % 2),
-            )
-
-
-class _Directions(NamedTuple):
-    """The readings sorted into cells of one angle and one direction."""
-
-    counts: Array  # shape (angles, 2)
-    means: Array  # shape (angles, 2)
-    angles: Array  # shape (angles,)
-    within: Array  # squared deviations from the mean of the cell, shape (angles, 2)
-
-    @classmethod
-    def of(cls, angle: Array, record: TumbleRecord) -> _Directions:
-        angles, row, _ = grouped(np.round(angle, 6))
-        cell = row * 2 + record.stroke % 2
-
-        def sums(values: Array) -> Array:
-            whole = np.bincount(cell, values, minlength=2 * angles.size)
-            return whole.reshape(-1, 2).astype(np.float64)
-
-        counts = sums(np.ones(len(record)))
-        means = sums(record.output) / np.maximum(counts, 1.0)
-        within = sums((record.output - means.ravel()[cell]) ** 2)
-        return cls(counts, means, angles, within)
+    strokes, stroke, _ = grouped(record.stroke)
+    weight = np.zeros(len(record))
+    for own, sign in ((first, -1.0), (last, 1.0)):
+        readings = np.bincount(stroke[own], minlength=strokes.size)
+        weight[own] = sign / readings[stroke[own]]
+    whole = [np.bincount(stroke[own], minlength=strokes.size) > 0 for own in (first, last)]
+    paired = whole[0] & whole[1]
+    weight *= paired[stroke] / max(int(paired.sum()), 1)
+    return np.array([weight, np.where(record.stroke % 2 == 1, weight, -weight)])
 
 
 def _clean_scatter(table: PreparedTable, noise: ReadingNoise) -> tuple[float, float]:
     """Scatter of the readings that a fault of closure does not enlarge, and its dof."""
     if noise.source == "declared":
         return noise.factor * median(table.scatter), noise.dof
-    found = _Directions.of(table.record.angle, table.record)
-    dof = float(np.maximum(found.counts - 1.0, 0.0).sum())
-    if dof >= _FEW:
-        return float(np.sqrt(found.within.sum() / dof)), dof
-    returned = table.record.angle > table.record.angle.min() + 360.0 - 1e-6
+    record = table.record
+    found = Replicates.of(record.output, directed(record), trend_of(record))
+    if found.dof >= FEW:
+        return float(np.sqrt(found.squares / found.dof)), found.dof
+    returned = record.angle > record.angle.min() + 360.0 - 1e-6
     design = np.column_stack([table.kept_design, returned])
     basis = np.linalg.qr(design).Q
-    residual = table.record.output - basis @ (basis.T @ table.record.output)
+    residual = record.output - basis @ (basis.T @ record.output)
     dof = float(len(residual) - design.shape[1])
     return (float(np.sqrt(residual @ residual / dof)), dof) if dof > 0.0 else (np.nan, 0.0)
 
 
-def forward_against_back(table: PreparedTable, scale: float) -> Gate:
+def drift(table: PreparedTable, scale: float, level: float = SIGNIFICANT) -> Gate:
+    """Test the trend of the readings at one angle and in one direction over the run.
+
+    Parameters
+    ----------
+    table : PreparedTable
+        The table.
+    scale : float
+        Scale factor [output unit / g].
+    level : float, default 0.01
+        False-alarm rate.
+
+    Returns
+    -------
+    Gate
+        A warning where the trend is significant by Fisher's test against the pure error.
+
+    Notes
+    -----
+    Only readings of one angle and one direction are compared, so that neither a difference of the
+    directions nor an open turn counts as drift.
+    """
+    columns, cell = trend_of(table.record), directed(table.record)
+    if not columns.shape[1]:
+        return not_assessed("drift", "needs three strokes or more, of all positions")
+    output = table.record.output
+    straight = Replicates.of(output, cell, columns[:, :0])
+    found = Replicates.of(output, cell, columns)
+    part = straight.dof - found.dof
+    if part < 1.0 or found.dof < FEW:
+        return not_assessed("drift", "no angle is read often enough in one direction")
+    variance = max(found.squares / found.dof, smallest(table) ** 2)
+    p = f_survival((straight.squares - found.squares) / part / variance, part, found.dof)
+    course = columns @ found.trend
+    last, first = (course[pick(moments(table.record))] for pick in (np.argmax, np.argmin))
+    said = (
+        f"from start to end of the run the readings move by {acceleration((last - first) / scale)}"
+    )
+    more = "; K0 is the mean over them" if p < level else ""
+    return warn_if("drift", p < level, f"{said}, p = {p:.2g}{more}")
+
+
+def forward_against_back(table: PreparedTable, scale: float, level: float = SIGNIFICANT) -> Gate:
     """Compare the two directions at each position.
 
     Parameters
@@ -126,6 +151,8 @@ def forward_against_back(table: PreparedTable, scale: float) -> Gate:
         The table.
     scale : float
         Scale factor [output unit / g].
+    level : float, default 0.01
+        False-alarm rate.
 
     Returns
     -------
@@ -135,49 +162,55 @@ def forward_against_back(table: PreparedTable, scale: float) -> Gate:
     Notes
     -----
     With two strokes or more in each direction, the differences are held against the scatter of
-    the strokes; with fewer, their part that follows 1, cos th and sin th, as that of backlash
-    does, is held against the rest of them.
+    the strokes, a drift over the run aside; with fewer, their part that follows 1, cos th and
+    sin th, as that of backlash does, is held against the rest of them.
     """
     name = "forward against back"
-    found = _Directions.of(table.head, table.record)
-    both = (found.counts > 0).all(axis=1)
-    if both.sum() < 1:
+    record = table.record
+    columns = trend_of(record)
+    apart = Replicates.of(record.output, directed(record), columns)
+    angles, difference, variance = _differences(table, record.output - columns @ apart.trend)
+    if not angles.size:
         return not_assessed(name, "needs strokes in both directions")
-    counts = found.counts[both]
-    difference = found.means[both, 1] - found.means[both, 0]
-    standard = difference / np.sqrt((1.0 / counts).sum(axis=1))
-    dof = float((counts - 1.0).sum())
-    squares, part = float(standard @ standard), difference.size
-    rest = float(found.within[both].sum())
-    if dof < _FEW:
-        squares, part, rest, dof = _backlash_like(standard, found.angles[both])
+    rest, dof = apart.squares, apart.dof
+    if dof >= FEW:
+        together = Replicates.of(record.output, grouped(np.round(record.angle, 6))[1], columns)
+        squares, part = together.squares - rest, together.dof - dof
+    else:
+        squares, part, rest, dof = _backlash_like(difference / np.sqrt(variance), angles)
     if dof < 1.0:
         return not_assessed(name, "needs more positions, or two strokes in each direction")
-    variance = max(rest / dof, _smallest(table) ** 2)
+    ratio = squares / part / max(rest / dof, smallest(table) ** 2)
     worst = int(np.argmax(np.abs(difference)))
     return warn_if(
         name,
-        f_survival(squares / part / variance, part, dof) < SIGNIFICANT,
+        f_survival(ratio, part, dof) < level,
         f"mean {acceleration(difference.mean() / scale)}, largest"
-        f" {acceleration(difference[worst] / scale)} at {found.angles[both][worst]:g} deg",
+        f" {acceleration(difference[worst] / scale)} at {angles[worst]:g} deg",
     )
 
 
-def _backlash_like(difference: Array, angle: Array) -> tuple[float, int, float, float]:
+def _differences(table: PreparedTable, output: Array) -> tuple[Array, Array, Array]:
+    """Positions read in both directions, forward minus back, and its variance over a reading's."""
+    angles, row, _ = grouped(table.head)
+    cell = 2 * row + table.record.stroke % 2
+    counts = np.bincount(cell, minlength=2 * angles.size).reshape(-1, 2)
+    sums = np.bincount(cell, output, minlength=2 * angles.size).reshape(-1, 2)
+    both = (counts > 0).all(axis=1)
+    means = sums[both] / counts[both]
+    return angles[both], means[:, 1] - means[:, 0], (1.0 / counts[both]).sum(axis=1)
+
+
+def _backlash_like(difference: Array, angle: Array) -> tuple[float, float, float, float]:
     """Squares of the part that follows 1, cos and sin, its dof, and the same of the rest."""
     th = np.radians(angle)
     pattern = np.column_stack([np.ones_like(th), np.cos(th), np.sin(th)])
     fitted = pattern @ np.linalg.lstsq(pattern, difference, rcond=None)[0]
     rest = difference - fitted
-    return float(fitted @ fitted), 3, float(rest @ rest), float(difference.size - 3)
+    return float(fitted @ fitted), 3.0, float(rest @ rest), float(difference.size - 3)
 
 
-def _smallest(table: PreparedTable) -> float:
-    """Rounding error of a reading: readings alike to the last digit still have it."""
-    return float(4.0 * np.finfo(float).eps * np.abs(table.record.output).max())
-
-
-def outlier(table: PreparedTable, scale: float) -> Gate:
+def outlier(table: PreparedTable, scale: float, level: float = SIGNIFICANT) -> Gate:
     """Test the reading that its replicates contradict most.
 
     Parameters
@@ -186,6 +219,8 @@ def outlier(table: PreparedTable, scale: float) -> Gate:
         The table.
     scale : float
         Scale factor [output unit / g].
+    level : float, default 0.01
+        False-alarm rate.
 
     Returns
     -------
@@ -194,18 +229,18 @@ def outlier(table: PreparedTable, scale: float) -> Gate:
 
     Notes
     -----
-    Student's test of the deleted deviation, at the false-alarm rate over all readings
-    (Bonferroni). Of two readings at a position nothing tells which one is wrong.
+    Student's test of the deleted deviation, a drift over the run aside, at the false-alarm rate
+    over all readings (Bonferroni). Of two readings at a position nothing tells which one is wrong.
     """
     record = table.record
     _, cell, members = grouped(table.head)
-    deviation = record.output - (np.bincount(cell, record.output) / members)[cell]
-    dof = len(record) - members.size - 1
-    if dof < 1:
+    found = Replicates.of(record.output, cell, trend_of(record))
+    dof = found.dof - 1.0
+    if dof < 1.0:
         return not_assessed("outlier", "no position is read often enough; repeat the strokes")
-    size = members[cell]
-    free = np.where(size > 1, 1.0 - 1.0 / size, np.inf)
-    rest = np.maximum((deviation**2).sum() - deviation**2 / free, _smallest(table) ** 2)
+    size, deviation = members[cell], found.residual
+    free = np.where(size > 1, np.maximum(found.free, _LEAST_FREE), np.inf)
+    rest = np.maximum(found.squares - deviation**2 / free, smallest(table) ** 2)
     t = np.abs(deviation) / np.sqrt(free * rest / dof)
     worst = int(np.argmax(t))
     p = 2.0 * len(record) * student_survival(float(t[worst]), dof)
@@ -213,7 +248,7 @@ def outlier(table: PreparedTable, scale: float) -> Gate:
     alike = np.flatnonzero(cell == cell[worst]) if size[worst] == 2 else np.array([worst])
     return warn_if(
         "outlier",
-        p < SIGNIFICANT,
+        p < level,
         f"{' or '.join(place(record, int(i)) for i in alike)} is {away} from the other"
         f" {'stroke' if size[worst] == 2 else 'strokes'}, t = {t[worst]:.3g}",
     )

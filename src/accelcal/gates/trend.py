@@ -1,0 +1,157 @@
+"""Replicates apart from a smooth drift over the run."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.estimate.tables import PreparedTable
+from accelcal.grouping import distinct, grouped
+from accelcal.record import TumbleRecord
+
+__all__ = ["FEW", "Replicates", "directed", "moments", "smallest", "trend_of"]
+
+Array = NDArray[np.float64]
+Places = NDArray[np.intp]
+
+FEW = 3
+"""Degrees of freedom below which a scatter of its own says too little."""
+
+_HIGHEST_POWER = 3  # of a drift, however many strokes there are
+
+
+class Replicates(NamedTuple):
+    """Least squares through readings that are alike but for a trend: a mean for each cell.
+
+    Attributes
+    ----------
+    residual : ndarray, shape (n,)
+        What is left of the readings [output unit].
+    free : ndarray, shape (n,)
+        Share of each reading's own error that is left in its residual.
+    trend : ndarray, shape (q,)
+        Coefficients of the trend [output unit].
+    within : ndarray, shape (n, q)
+        The trend's columns less their means in the cells.
+    inverse : ndarray, shape (q, q)
+        Covariance of the trend's coefficients over the variance of a reading.
+    dof : float
+        Degrees of freedom of the residuals.
+    """
+
+    residual: Array
+    free: Array
+    trend: Array
+    within: Array
+    inverse: Array
+    dof: float
+
+    @classmethod
+    def of(cls, output: Array, cell: Places, columns: Array) -> Replicates:
+        """Fit the means of the cells and the trend along some columns of shape (n, q)."""
+        _, cell, members = grouped(cell)
+
+        def centred(values: Array) -> Array:
+            return np.asarray(values - (np.bincount(cell, values) / members)[cell])
+
+        within = np.column_stack([*map(centred, columns.T), np.zeros((output.size, 0))])
+        inverse = np.linalg.pinv(within.T @ within, rcond=1e-9, hermitian=True)
+        trend = inverse @ within.T @ output
+        leverage = (within @ inverse * within).sum(axis=1)
+        rank = round(float(leverage.sum()))
+        return cls(
+            residual=centred(output) - within @ trend,
+            free=np.maximum(1.0 - 1.0 / members[cell] - leverage, 0.0),
+            trend=trend,
+            within=within,
+            inverse=inverse,
+            dof=float(output.size - members.size - rank),
+        )
+
+    @property
+    def squares(self) -> float:
+        """Sum of the squared residuals."""
+        return float(self.residual @ self.residual)
+
+    def blind(self, weights: Array, columns: Array) -> Array:
+        """Weights of the readings that no trend along the columns moves, shape (n,)."""
+        return np.asarray(weights - self.within @ (self.inverse @ (columns.T @ weights)))
+
+
+def directed(record: TumbleRecord) -> Places:
+    """Sort readings by angle and direction.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        Readings of one table.
+
+    Returns
+    -------
+    ndarray of int, shape (n,)
+        The same number for readings of one angle in strokes of one direction.
+    """
+    return np.asarray(2 * grouped(np.round(record.angle, 6))[1] + record.stroke % 2)
+
+
+def trend_of(record: TumbleRecord) -> Array:
+    """Columns of a smooth drift over a run: powers of the time, one for each two strokes.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        Readings of one table.
+
+    Returns
+    -------
+    ndarray, shape (n, q)
+        Powers of the time from -1 to 1; no column where the readings are too few.
+
+    Notes
+    -----
+    So many powers leave the alternation of forward and back strokes almost untouched.
+    """
+    moment = moments(record)
+    cells = distinct(directed(record)).size
+    powers = min((distinct(record.stroke).size - 1) // 2, _HIGHEST_POWER)
+    powers = max(0, min(powers, len(record) - cells - FEW))
+    x = 2.0 * (moment - moment.min()) / (np.ptp(moment) or 1.0) - 1.0
+    return np.column_stack([x**power for power in range(1, powers + 1)] or [np.zeros((x.size, 0))])
+
+
+def moments(record: TumbleRecord) -> Array:
+    """When each reading was taken.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        Readings of one table.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Times [s], or where there are none the places in the order of measuring [strokes].
+    """
+    if record.time is not None and np.isfinite(record.time).all() and np.ptp(record.time) > 0.0:
+        return record.time
+    angles, row, _ = grouped(np.round(record.angle, 6))
+    place = np.where(record.stroke % 2 == 1, row, angles.size - 1 - row)
+    return np.asarray(record.stroke + place / angles.size)
+
+
+def smallest(table: PreparedTable) -> float:
+    """Rounding error of a reading: readings alike to the last digit still have it.
+
+    Parameters
+    ----------
+    table : PreparedTable
+        The table.
+
+    Returns
+    -------
+    float
+        Standard deviation [output unit].
+    """
+    return float(4.0 * np.finfo(float).eps * np.abs(table.record.output).max())
