@@ -6,7 +6,7 @@ Run with ``benchmarks`` on the path (a script in that folder has it)::
     from hidden.cases import draw
     from hidden.design import DESIGNS
     case, table = draw("backlash", np.random.default_rng(1), DESIGNS["three"], "head", s=4.0)
-    case.hidden, case.truth              # ("backlash",), {"backlash": {"angle_rad": ...}}
+    case.hidden, case.truth              # ("backlash",), {"backlash": {"backlash": ...}}
     table.write("hidden.csv")            # long CSV; table.clean and .affected are noise-free
 
 Kinds: ``"none"``, each id of `hidden.catalogue.CATALOGUE`, each name of
