@@ -25,6 +25,7 @@ from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.bilinear import quantity
 from accelcal.temperature.from_tables import laws_from_tables
+from accelcal.temperature.run_temperatures import undeclared_temperature
 from accelcal.version import __version__
 from accelcal.weaknesses import record_warnings, table_warnings
 
@@ -134,6 +135,7 @@ def fit(
                 estimate, method, delta0, [str(table.record.mounting[0]) for table in tables]
             ),
             *_of_laws(laws, chosen=chosen, mountings={str(t.record.mounting[0]) for t in tables}),
+            *undeclared_temperature(laws, record.apparatus.temperature_uncertainty),
         ),
         software=f"accelcal {__version__}",
         temperature_model=laws,

@@ -7,11 +7,15 @@ The whole model is a product, nonlinear in its parameters:
 with bilinear k0, K1 and delta, and with k2, k3 and delta_ip the same at all temperatures. It is
 solved by Gauss-Newton steps of generalised least squares, in which the errors of head, launches
 and temperatures stand as unknowns of known size.
+
+What is recorded about the mean temperature of a run may be felt by the accelerometer or be noise
+of the sensor, and taking the one for the other spoils the slopes. So one more unknown of each run
+tells which part of these deviations was felt.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,65 +23,41 @@ from numpy.typing import NDArray
 
 from accelcal.estimate.head import sensitivity
 from accelcal.estimate.joint import JointEstimate
+from accelcal.estimate.noise import ReadingNoise, reading_noise
 from accelcal.estimate.solver import LeastSquares
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.model import COEFFICIENTS
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
-from accelcal.temperature.bilinear import bilinear_design, local_slopes, named_model
+from accelcal.temperature.bilinear import named_model
 from accelcal.temperature.from_tables import reached_by, tables_of_one_mounting
+from accelcal.temperature.product_model import Point, Readings
+from accelcal.temperature.run_temperatures import (
+    recorded_temperatures,
+    run_temperature_uncertainty,
+)
 
 __all__ = ["laws_from_readings"]
 
 Array = NDArray[np.float64]
 
 _COMMON = ("K2", "K3", "M_ip")  # their quotients by K1 do not depend on temperature
-_MOST_STEPS = 20
+_MOST_STEPS = 30
+_CONVERGED = 1e-6  # of the noise of a reading
+_FELT = 0.5
+"""Part of the recorded deviations that is felt, before the readings tell, +- as much."""
 
 
-class _Readings(NamedTuple):
-    """All readings of one mounting, stacked: n readings, laws of p parameters.
+class _State(NamedTuple):
+    """Where the solution stands.
 
-    `a_i` and `cross` are accelerations, `common` the columns of what does not depend on
-    temperature, `law` and `slope` the bilinear design and its derivative at each temperature.
+    `felt` is the part of the recorded deviations that each run felt, `doubt` its standard
+    uncertainty.
     """
 
-    output: Array
-    a_i: Array
-    cross: Array
-    common: Array
-    law: Array
-    slope: Array
-
-    def laws(self, parameters: Array) -> tuple[Array, Array, Array, Array]:
-        """Split the parameters into those of k0, K1, delta and what is common."""
-        p = self.law.shape[1]
-        k0, K1, delta, common = np.split(parameters, [p, 2 * p, 3 * p])
-        return k0, K1, delta, common
-
-    def model(self, parameters: Array) -> Array:
-        """Output at the parameters, shape (n,)."""
-        return np.asarray((self.law @ self.laws(parameters)[1]) * self.bracket(parameters))
-
-    def bracket(self, parameters: Array) -> Array:
-        """Output over K1, shape (n,)."""
-        k0, _, delta, common = self.laws(parameters)
-        tilt = (self.law @ delta) * self.cross
-        return np.asarray(self.law @ k0 + self.a_i + tilt + self.common @ common)
-
-    def jacobian(self, parameters: Array) -> Array:
-        """Derivative of the output by the parameters, shape (n, 3 p + common)."""
-        K1 = (self.law @ self.laws(parameters)[1])[:, None]
-        by_bias, by_tilt = K1 * self.law, K1 * self.cross[:, None] * self.law
-        by_scale = self.bracket(parameters)[:, None] * self.law
-        return np.hstack([by_bias, by_scale, by_tilt, K1 * self.common])
-
-    def by_temperature(self, parameters: Array) -> Array:
-        """Derivative of the output by the temperature, shape (n,)."""
-        k0, K1, delta, _ = self.laws(parameters)
-        inside = self.slope @ k0 + (self.slope @ delta) * self.cross
-        scale = (self.slope @ K1) * self.bracket(parameters)
-        return np.asarray(scale + (self.law @ K1) * inside)
+    parameters: Array
+    felt: Array
+    doubt: Array
 
 
 class _Source(NamedTuple):
@@ -85,6 +65,17 @@ class _Source(NamedTuple):
 
     acting: Array
     dof: float
+
+
+class _Problem(NamedTuple):
+    """The R tables of one mounting with all that is known of their errors."""
+
+    tables: Sequence[PreparedTable]
+    indices: Sequence[int]
+    runs: NDArray[np.intp]
+    readings: Readings
+    estimate: JointEstimate
+    temperature_uncertainty: float | None
 
 
 def laws_from_readings(
@@ -120,33 +111,46 @@ def laws_from_readings(
     Notes
     -----
     A head error, a shift of a launch and an error of temperature enter as unknowns with a
-    pseudo-reading 0, of the size declared or estimated for them. At the solution the estimator is
-    linear, and each component of error goes through it.
+    pseudo-reading 0, of the size declared or estimated for them; the part of the temperature's
+    scatter that a run felt enters with a pseudo-reading 0.5 +- 0.5. At the solution the estimator
+    is linear, and each component of error goes through it. The reading noise is the scatter of
+    the replicates without what the felt temperatures explain of it.
     """
     chosen = tables_of_one_mounting(tables, estimate)
     if not np.isfinite([estimate.noises[i].factor for i in chosen]).all():
         return start  # nothing tells the noise, so nothing can weigh a reading
     sides = tuple(side for side in ("above", "below") if getattr(start.k0, side) is not None)
-    own = [tables[i] for i in chosen]
-    outputs = np.concatenate([estimate.outputs[i] for i in chosen])
-    readings = _stack(own, outputs, estimate.names[chosen[0]], reference, sides)
-    parameters = _starting_values(start, sides, readings.common.shape[1])
-    for _ in range(_MOST_STEPS):
-        sources = _sources(readings, parameters, tables, estimate, temperature_uncertainty)
-        through = _estimator(readings.jacobian(parameters), sources)
-        step = through @ (readings.output - readings.model(parameters))
-        parameters = parameters + step
-        if np.abs(step).max() < 1e-14:
-            break
-    of_laws = through[: 3 * readings.law.shape[1]]
-    components = {name: _component(of_laws, source) for name, source in sources.items()}
+    problem = _problem(tables, estimate, chosen, reference, sides, temperature_uncertainty)
+    state, sources, through = _solved(problem, start)
+    of_laws = through[: 3 * (1 + len(sides))]
     return named_model(
-        parameters[: of_laws.shape[0]],
-        components,
+        state.parameters[: of_laws.shape[0]],
+        {name: _component(of_laws, source) for name, source in sources.items()},
         sides,
         unit,
         hysteresis=start.hysteresis,
-        warnings=start.warnings,
+        warnings=(*start.warnings, *_unfelt(problem, state)),
+    )
+
+
+def _problem(
+    tables: Sequence[PreparedTable],
+    estimate: JointEstimate,
+    chosen: Sequence[int],
+    reference: float,
+    sides: Sequence[str],
+    temperature_uncertainty: float | None,
+) -> _Problem:
+    own = [tables[i] for i in chosen]
+    outputs = np.concatenate([estimate.outputs[i] for i in chosen])
+    runs = [int(table.record.run[0]) for table in own]
+    return _Problem(
+        tables=own,
+        indices=chosen,
+        runs=np.searchsorted(sorted({int(t.record.run[0]) for t in tables}), runs),
+        readings=_stack(own, outputs, estimate.names[chosen[0]], reference, sides),
+        estimate=estimate,
+        temperature_uncertainty=temperature_uncertainty,
     )
 
 
@@ -156,84 +160,144 @@ def _stack(
     names: Sequence[str],
     reference: float,
     sides: Sequence[str],
-) -> _Readings:
+) -> Readings:
     design = np.concatenate([table.design for table in tables])
-    rise = np.concatenate([_temperatures(table) for table in tables]) - reference
+    temperature = np.concatenate([recorded_temperatures(table) for table in tables])
+    of_table = _by_table(tables)
+    mean = of_table @ [table.record.mean_temperature for table in tables]
     common = design[:, [COEFFICIENTS.index(name) for name in _COMMON if name in names]]
     reached = reached_by(tables)
     if reached is not None:  # the hysteresis is a part of the bias, +h after heating
-        of_reading = np.repeat(reached, [len(table.record) for table in tables])
-        common = np.column_stack([common, of_reading])
-    return _Readings(
+        common = np.column_stack([common, of_table @ reached])
+    return Readings(
         output=outputs,
         a_i=design[:, COEFFICIENTS.index("K1")],
         cross=design[:, COEFFICIENTS.index("M")],
         common=common,
-        law=bilinear_design(rise, sides),
-        slope=local_slopes(rise, sides),
+        rise=mean - reference,
+        deviation=(temperature - mean)[:, None] * of_table,
+        sides=sides,
     )
 
 
-def _temperatures(table: PreparedTable) -> Array:
-    """Temperature of each reading, that of the run where it is unknown [degC]."""
-    own = table.record.temperature
-    return np.where(np.isfinite(own), own, table.record.mean_temperature)
+def _by_table(tables: Sequence[PreparedTable]) -> Array:
+    """Ones where a reading belongs to a table, shape (n, R)."""
+    return np.repeat(np.eye(len(tables)), [len(table.record) for table in tables], axis=0)
 
 
-def _starting_values(start: TemperatureModel, sides: Sequence[str], common: int) -> Array:
+def _solved(
+    problem: _Problem, start: TemperatureModel
+) -> tuple[_State, Mapping[str, _Source], Array]:
+    """Gauss-Newton: the solution, the errors of the readings there, and the estimator."""
+    readings = problem.readings
+    part = np.full(len(problem.tables), _FELT)
+    state = _State(_starting_values(start, readings), part, part)
+    for _ in range(_MOST_STEPS):
+        point = readings.at(state.felt)
+        sources = _sources(problem, state, point)
+        solution, doubt = _estimator(point.jacobian(state.parameters), sources)
+        left = readings.output - point.model(state.parameters)
+        left = left + sources["felt"].acting @ (state.felt / _FELT - 1.0)
+        step, felt = np.split(solution @ left, [state.parameters.size])
+        before = state
+        state = _State(before.parameters + step, _FELT * (1.0 + felt), _FELT * doubt)
+        moved = point.jacobian(before.parameters) @ step
+        moved = moved + sources["felt"].acting @ (state.felt - before.felt) / _FELT
+        if (np.abs(moved) < _CONVERGED * sources["reading"].acting).all():
+            break
+    return state, sources, solution[: state.parameters.size]
+
+
+def _starting_values(start: TemperatureModel, readings: Readings) -> Array:
     """Parameters of the laws from the tables; what is common to all temperatures starts at 0."""
-    k0, K1, delta = (_values(law, sides) for law in (start.k0, start.K1, start.delta))
+    k0, K1, delta = (_values(law, readings.sides) for law in (start.k0, start.K1, start.delta))
     K1[1:] *= K1[0]
-    return np.concatenate([k0, K1, delta, np.zeros(common)])
+    return np.concatenate([k0, K1, delta, np.zeros(readings.common.shape[1])])
 
 
 def _values(law: BilinearLaw, sides: Sequence[str]) -> Array:
     return np.array([getattr(law, name).value for name in ("at_T0", *sides)])
 
 
-def _sources(
-    readings: _Readings,
-    parameters: Array,
-    tables: Sequence[PreparedTable],
-    estimate: JointEstimate,
-    temperature_uncertainty: float | None,
-) -> Mapping[str, _Source]:
+def _sources(problem: _Problem, state: _State, point: Point) -> dict[str, _Source]:
     """Errors of the readings by source; the first, new in each reading, is diagonal."""
-    chosen = tables_of_one_mounting(tables, estimate)
-    runs = [int(tables[i].record.run[0]) for i in chosen]
-    index = np.searchsorted(sorted({int(t.record.run[0]) for t in tables}), runs)
-    of_table = np.repeat(np.eye(len(chosen)), [len(tables[i].record) for i in chosen], axis=0)
-    K1 = (readings.law @ readings.laws(parameters)[1])[:, None]
-    spread = [estimate.noises[i].factor * tables[i].scatter for i in chosen]
+    tables, estimate = problem.tables, problem.estimate
+    of_table = _by_table(tables)
+    noises = _noises(problem, state, point)
+    spread = [noise.factor * table.scatter for noise, table in zip(noises, tables, strict=True)]
     head = [
-        sensitivity(tables[i], estimate.coefficients[i], estimate.head.positions) for i in chosen
+        sensitivity(table, estimate.coefficients[i], estimate.head.positions)
+        for table, i in zip(tables, problem.indices, strict=True)
     ]
     bias, scale = estimate.bias_shift, estimate.scale_factor_shift
-    heat = readings.by_temperature(parameters)[:, None] * (temperature_uncertainty or 0.0)
+    K1 = point.scale_factor(state.parameters)[:, None] * of_table
+    heat = point.by_temperature(state.parameters)[:, None]
+    # of the recorded scatter that was not felt, the mean of the run keeps its part
+    unfelt = np.clip(1.0 - state.felt + 2.0 * state.doubt, 0.0, 1.0)
+    uncertain, dof = run_temperature_uncertainty(tables, problem.temperature_uncertainty, unfelt)
+    of_run = bias.of_run[problem.runs], scale.of_run[problem.runs]
     return {
-        "reading": _Source(
-            np.concatenate(spread), float(sum(estimate.noises[i].dof for i in chosen))
-        ),
+        "reading": _Source(np.concatenate(spread), float(sum(noise.dof for noise in noises))),
         "head": _Source(estimate.head.uncertainty * np.concatenate(head), estimate.head.dof),
-        "launch": _Source(K1 * of_table * bias.of_run[index], float(bias.dof_of_run.min())),
+        "launch": _Source(K1 * of_run[0], float(bias.dof_of_run.min())),
         "launch_sf": _Source(
-            K1 * readings.a_i[:, None] * of_table * scale.of_run[index],
-            float(scale.dof_of_run.min()),
+            K1 * problem.readings.a_i[:, None] * of_run[1], float(scale.dof_of_run.min())
         ),
-        "temperature": _Source(heat * of_table, np.inf),
+        "temperature": _Source(heat * of_table * uncertain, float(dof.min())),
+        "felt": _Source(heat * problem.readings.deviation * _FELT, np.inf),
     }
 
 
-def _estimator(jacobian: Array, sources: Mapping[str, _Source]) -> Array:
-    """Map from residuals to a step of the parameters, generalised least squares."""
-    spread = sources["reading"].acting
-    errors = np.hstack([source.acting for name, source in sources.items() if name != "reading"])
-    errors = errors[:, np.abs(errors).max(axis=0) > 0.0]
+def _noises(problem: _Problem, state: _State, point: Point) -> list[ReadingNoise]:
+    """Reading noise of each table, once the outputs are brought to the mean of their run."""
+    still = problem.readings.at(np.zeros(state.felt.size)).model(state.parameters)
+    outputs = problem.readings.output + still - point.model(state.parameters)
+    edges = np.cumsum([len(table.record) for table in problem.tables])[:-1]
+    noises = reading_noise(problem.tables, np.split(outputs, edges))
+    moved = np.any(problem.readings.deviation, axis=0).tolist()
+    return [_one_less(noise) if took else noise for noise, took in zip(noises, moved, strict=True)]
+
+
+def _one_less(noise: ReadingNoise) -> ReadingNoise:
+    """Take off the degree of freedom that the felt part took."""
+    if noise.source == "declared" or noise.dof < 2.0:
+        return noise
+    left = noise.dof - 1.0
+    return noise._replace(factor=noise.factor * (noise.dof / left) ** 0.5, dof=left)
+
+
+def _estimator(jacobian: Array, sources: Mapping[str, _Source]) -> tuple[Array, Array]:
+    """Generalised least squares.
+
+    Returns the map from residuals to a step of the parameters and, last, to the felt parts in
+    units of their prior, and the standard uncertainty of those.
+    """
+    spread, felt = sources["reading"].acting, sources["felt"].acting
+    shared = [source.acting for name, source in sources.items() if name not in ("reading", "felt")]
+    errors = np.hstack(shared)
+    errors = np.hstack([errors[:, np.abs(errors).max(axis=0) > 0.0], felt])
     known = np.hstack([np.zeros((errors.shape[1], jacobian.shape[1])), np.eye(errors.shape[1])])
     system = np.vstack([np.hstack([jacobian, errors]) / spread[:, None], known])
-    return LeastSquares(system).map[: jacobian.shape[1], : spread.size] / spread
+    solution = LeastSquares(system).map
+    of_felt = solution[solution.shape[0] - felt.shape[1] :]
+    wanted = np.vstack([solution[: jacobian.shape[1]], of_felt])
+    return wanted[:, : spread.size] / spread, np.sqrt((of_felt**2).sum(axis=1))
 
 
 def _component(through: Array, source: _Source) -> Component:
     passed = through * source.acting if source.acting.ndim == 1 else through @ source.acting
     return Component(passed @ passed.T, np.full(through.shape[0], source.dof))
+
+
+def _unfelt(problem: _Problem, state: _State) -> Iterator[str]:
+    """Say where most of the recorded scatter is that of the sensor."""
+    unfelt = state.felt + 2.0 * state.doubt < _FELT
+    own = [table for table, found in zip(problem.tables, unfelt, strict=True) if found]
+    if own:
+        names = ", ".join(t.record.run_labels[int(t.record.run[0])] for t in own)
+        scatter = max(recorded_temperatures(table).std(ddof=1) for table in own)
+        yield (
+            f"run{'s' if len(own) > 1 else ''} {names}: the readings do not follow the recorded"
+            f" temperatures, which scatter by {scatter:.2g} degC; taken as noise of the sensor, and"
+            " the mean of a run as its temperature"
+        )

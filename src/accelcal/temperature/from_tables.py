@@ -9,6 +9,7 @@ to launch is new at each and does not.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -31,6 +32,7 @@ from accelcal.temperature.bilinear import (
     named_model,
     quantity,
 )
+from accelcal.temperature.run_temperatures import run_temperature_uncertainty
 
 __all__ = ["laws_from_tables", "reached_by", "tables_of_one_mounting"]
 
@@ -110,7 +112,10 @@ def laws_from_tables(
         return TemperatureModel(nothing, nothing, nothing, warnings=(_NO_LEVEL_NEAR_T0,))
     reached = reached_by([tables[i] for i in chosen])
     levels = _levels(estimate, chosen, rise)
-    return _fitted(levels, sides, reached, temperature_uncertainty or 0.0, unit)
+    uncertain = run_temperature_uncertainty([tables[i] for i in chosen], temperature_uncertainty)
+    model = _fitted(levels, sides, reached, uncertain, unit)
+    said = _far_reference(reference, temperature)
+    return replace(model, warnings=(*model.warnings, *said))
 
 
 def reached_by(tables: Sequence[PreparedTable]) -> Array | None:
@@ -144,12 +149,12 @@ def _fitted(
     levels: _Levels,
     sides: Sequence[str],
     reached: Array | None,
-    temperature_uncertainty: float,
+    uncertain: tuple[Array, Array],
     unit: str | None,
 ) -> TemperatureModel:
-    if temperature_uncertainty:
+    if uncertain[0].any():
         first = _solution(levels, sides, reached) @ levels.values
-        levels = _with_temperature_error(levels, first, sides, temperature_uncertainty)
+        levels = _with_temperature_error(levels, first, sides, *uncertain)
     solved = _solution(levels, sides, reached)
     values, components = solved @ levels.values, propagate(levels.components, solved)
     laws = slice(3 * (1 + len(sides)))
@@ -188,6 +193,17 @@ def _misfits(
                 f"the {name} does not follow its bilinear law: a curvature, another break, or an"
                 " undeclared shift from run to run; its slopes are less certain than U says"
             )
+
+
+def _far_reference(reference: float, temperature: Array) -> Iterator[str]:
+    """Say that the values at T0 are extrapolated, where T0 is far outside the levels."""
+    low, high = temperature.min(), temperature.max()
+    outside = max(low - reference, reference - high)
+    if outside > LEAST_RISE:
+        yield (
+            f"T0 = {reference:g} degC lies {outside:g} degC outside the levels, {low:g} to"
+            f" {high:g} degC: the values at T0 are extrapolated, and U holds nothing of a curvature"
+        )
 
 
 def _unmeasured(sides: Sequence[str]) -> tuple[str, ...]:
@@ -257,11 +273,11 @@ def _generalised(design: Array, covariance: Array) -> Array:
 
 
 def _with_temperature_error(
-    levels: _Levels, parameters: Array, sides: Sequence[str], uncertainty: float
+    levels: _Levels, parameters: Array, sides: Sequence[str], uncertainty: Array, dof: Array
 ) -> _Levels:
     """Add what an error of each temperature does through the slopes of the laws."""
     laws = parameters[: 3 * (1 + len(sides))].reshape(3, -1)
     local = laws @ local_slopes(levels.rise, sides).T
-    acting = uncertainty * np.concatenate([np.diag(row) for row in local])
-    component = Component(acting @ acting.T, np.full(acting.shape[0], np.inf))
+    acting = np.concatenate([np.diag(row) for row in local]) * uncertainty
+    component = Component(acting @ acting.T, np.tile(dof, 3))
     return _Levels(levels.rise, levels.values, {**levels.components, "temperature": component})
