@@ -6,6 +6,9 @@ Every class inherits :class:`AccelcalError` and the builtin that a caller would 
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Self, TypeVar
+
 __all__ = [
     "AccelcalError",
     "AccelcalWarning",
@@ -13,7 +16,10 @@ __all__ = [
     "DocumentError",
     "InputError",
     "TableError",
+    "located",
 ]
+
+Result = TypeVar("Result")
 
 
 class AccelcalError(Exception):
@@ -21,7 +27,41 @@ class AccelcalError(Exception):
 
 
 class InputError(AccelcalError, ValueError):
-    """An argument or option has a value that breaks a rule."""
+    """An argument or option has a value that breaks a rule.
+
+    Attributes
+    ----------
+    source : str or None
+        Name of the file that the message begins with; None where no file is concerned.
+    """
+
+    source: str | None = None
+
+    def at(self, source: str, line: int | None = None) -> Self:
+        """Put a place in front of the message.
+
+        Parameters
+        ----------
+        source : str
+            Name of the file.
+        line : int, optional
+            Line of the file, counted from 1.
+
+        Returns
+        -------
+        InputError
+            An error of the same class; the same error where it names a file already.
+
+        Examples
+        --------
+        >>> str(InputError("too few angles; add some").at("a.csv", 2))
+        'a.csv:2: too few angles; add some'
+        """
+        if self.source is not None:
+            return self
+        error = type(self)(f"{_place(source, line)}: {self}")
+        error.source = source
+        return error
 
 
 class TableError(InputError):
@@ -51,12 +91,54 @@ class TableError(InputError):
         self.remedy = remedy
         self.source = source
         self.line = line
-        place = source if line is None else f"{source}:{line}"
-        super().__init__(f"{place}: {problem}; {remedy}")
+        super().__init__(f"{_place(source, line)}: {problem}; {remedy}")
 
     def __reduce__(self) -> tuple[object, ...]:
         # keyword-only arguments do not survive the pickling of a plain exception
         return _rebuild_table_error, (self.problem, self.remedy, self.source, self.line)
+
+
+def located(
+    function: Callable[..., Result], *arguments: object, source: str, line: int | None = None
+) -> Result:
+    """Call a function whose refusal is one of a table.
+
+    Parameters
+    ----------
+    function : callable
+        What may raise an `InputError`.
+    *arguments : object
+        What it is called with.
+    source, line : str and int
+        Place that the error is about, as for `TableError`.
+
+    Returns
+    -------
+    object
+        What it returns.
+
+    Raises
+    ------
+    TableError
+        If it raises an `InputError`.
+
+    Examples
+    --------
+    >>> from accelcal.units import output_unit
+    >>> located(output_unit, "volts", source="a.csv", line=1)
+    'V'
+    """
+    try:
+        return function(*arguments)
+    except TableError:
+        raise
+    except InputError as error:
+        problem, _, remedy = str(error).partition("; ")
+        raise TableError(problem, remedy, source=source, line=line) from None
+
+
+def _place(source: str, line: int | None) -> str:
+    return source if line is None else f"{source}:{line}"
 
 
 def _rebuild_table_error(problem: str, remedy: str, source: str, line: int | None) -> TableError:

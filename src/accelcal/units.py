@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from accelcal.errors import InputError
+
 __all__ = ["OUTPUT_UNITS", "canonical_unit", "conversion_factor", "is_output_unit"]
+__all__ += ["output_unit"]
 
 OUTPUT_UNITS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -17,6 +20,7 @@ OUTPUT_UNITS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "mA": ("milliamp", "milliamps", "milliampere", "milliamperes"),
         "uA": ("µA", "μA", "microamp", "microamps", "microampere", "microamperes"),
         "nA": ("nanoamp", "nanoamps", "nanoampere", "nanoamperes"),
+        "pA": ("picoamp", "picoamps", "picoampere", "picoamperes"),
         "Hz": ("hertz",),
         "kHz": ("kilohertz",),
         "MHz": ("megahertz",),
@@ -24,6 +28,8 @@ OUTPUT_UNITS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "pulses": ("pulse", "imp"),
         "pulses/s": ("pulse/s", "pps"),
         "g": (),
+        "mg": ("milli-g",),
+        "ug": ("µg", "μg", "micro-g"),
         "m/s^2": ("m/s2", "m/s²", "m/s**2", "m s-2"),
     }
 )
@@ -32,8 +38,9 @@ OUTPUT_UNITS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 _POWERS_OF_TEN: Mapping[str, Mapping[str, int]] = MappingProxyType(
     {
         "V": {"V": 0, "mV": -3, "uV": -6, "nV": -9},
-        "A": {"A": 0, "mA": -3, "uA": -6, "nA": -9},
+        "A": {"A": 0, "mA": -3, "uA": -6, "nA": -9, "pA": -12},
         "Hz": {"Hz": 0, "kHz": 3, "MHz": 6},
+        "g": {"g": 0, "mg": -3, "ug": -6},
     }
 )
 """Quantity -> its units as powers of ten."""
@@ -43,6 +50,12 @@ _EXACT = {name: name for name in OUTPUT_UNITS} | {
 }
 _FOLDED = {spelling.casefold(): name for spelling, name in reversed(_EXACT.items())}
 del _FOLDED["mhz"]  # mHz or MHz? only the exact spelling tells
+
+_CAPITALS = {"M": ("begins with mega", "milli"), "N": ("begins with N, no prefix", "nano")}
+"""Capital prefixes that mean something else than the small ones, and what the small ones mean."""
+
+_LONGEST = 40
+"""Characters of a unit that a message shows."""
 
 
 def canonical_unit(text: str) -> str:
@@ -60,7 +73,8 @@ def canonical_unit(text: str) -> str:
 
     Notes
     -----
-    The exact spelling is looked up first, then the spelling without regard to case.
+    The exact spelling is looked up first, then the spelling without regard to case, but a symbol
+    with a capital M or N is not that of milli or nano.
 
     Examples
     --------
@@ -70,7 +84,50 @@ def canonical_unit(text: str) -> str:
     'furlong'
     """
     unit = text.strip()
-    return _EXACT.get(unit) or _FOLDED.get(unit.casefold(), unit)
+    found = _EXACT.get(unit) or _FOLDED.get(unit.casefold(), unit)
+    return unit if _is_other_prefix(unit, found) else found
+
+
+def _is_other_prefix(unit: str, found: str) -> bool:
+    same_letters = unit.casefold() == found.casefold()
+    return same_letters and unit != found and unit[0] in _CAPITALS
+
+
+def output_unit(text: str) -> str:
+    """Name of an output unit, which must be known.
+
+    Parameters
+    ----------
+    text : str
+        The unit as written.
+
+    Returns
+    -------
+    str
+        The name in `OUTPUT_UNITS`.
+
+    Raises
+    ------
+    InputError
+        If it is not known.
+
+    Examples
+    --------
+    >>> output_unit("Volts")
+    'V'
+    >>> output_unit("MA")
+    Traceback (most recent call last):
+    accelcal.errors.InputError: unit 'MA' begins with mega; write mA if milli is meant
+    """
+    name = canonical_unit(text)
+    if name in OUTPUT_UNITS:
+        return name
+    shown = text if len(text) <= _LONGEST else text[: _LONGEST - 3] + "..."
+    small = _FOLDED.get(name.casefold(), "")
+    if _is_other_prefix(name, small):
+        what, meant = _CAPITALS[name[0]]
+        raise InputError(f"unit {shown!r} {what}; write {small} if {meant} is meant")
+    raise InputError(f"unit {shown!r} is no output unit; it is one of {', '.join(OUTPUT_UNITS)}")
 
 
 def is_output_unit(text: str) -> bool:

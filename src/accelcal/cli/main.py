@@ -14,7 +14,7 @@ from typing import TextIO
 import click
 
 from accelcal.cli.program import program
-from accelcal.errors import AccelcalError, AccelcalWarning, TableError
+from accelcal.errors import AccelcalError, AccelcalWarning
 
 __all__ = ["main"]
 
@@ -51,7 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except click.ClickException as error:
         error.show()
     except AccelcalError as error:
-        _tell("error", error, prefix=not isinstance(error, TableError))
+        _tell("error", error, prefix=getattr(error, "source", None) is None)
     except BrokenPipeError:
         _discard_stdout()
         return READER_LEFT

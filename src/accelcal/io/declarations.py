@@ -5,15 +5,16 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from accelcal.errors import InputError, TableError
+from accelcal.errors import InputError, TableError, located
 from accelcal.io.layout import Declared, Layout, shown, split_line
 from accelcal.io.vocabulary import KEYS, UNITS_OF, has_unit
 from accelcal.record import Apparatus
-from accelcal.units import canonical_unit
+from accelcal.units import canonical_unit, output_unit
 
 __all__ = ["OVERRIDES", "Declarations", "declarations"]
 
@@ -101,7 +102,7 @@ def _checked(overrides: Mapping[str, object]) -> dict[str, Any]:
     if unknown:
         raise InputError(f"{unknown[0]!r} cannot be declared; it is one of {', '.join(OVERRIDES)}")
     if "unit" in given:
-        given["unit"] = canonical_unit(given["unit"])
+        given["unit"] = output_unit(given["unit"])
     if given.get("positions", 1) < 1:
         raise InputError(
             f"{given['positions']} positions in a turn; a turn has at least 1 position"
@@ -141,11 +142,7 @@ def _check_unit(
 
 
 def _check_apparatus(layout: Layout, key: str, declared: Declared, value: float) -> None:
-    try:
-        Apparatus(**{key: value})
-    except InputError as error:
-        problem, _, remedy = str(error).partition("; ")
-        raise _refusal(layout, declared, problem, remedy) from None
+    located(partial(Apparatus, **{key: value}), source=layout.source, line=declared.line)
 
 
 def _positions(layout: Layout, declared: Declared | None) -> int:

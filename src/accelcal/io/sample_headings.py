@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from accelcal.errors import TableError
+from accelcal.errors import TableError, located
 from accelcal.io.cells import MISSING
 from accelcal.io.layout import shown, split_line
 from accelcal.io.vocabulary import canonical_key, has_unit, read_heading, split_unit
-from accelcal.units import canonical_unit
+from accelcal.units import output_unit
 
 __all__ = ["SampleHeadings", "read_sample_headings"]
 
@@ -173,7 +173,8 @@ def _units(
     if warmth and not has_unit("temperature", warmth):
         problem = f"temperature in {warmth}"
         raise TableError(problem, "give it in degC", source=name, line=line)
-    given = {canonical_unit(u) for u in (declared.get("unit"), units.get("output")) if u}
+    written = [u for u in (declared.get("unit"), units.get("output")) if u]
+    given = {located(output_unit, unit, source=name, line=line) for unit in written}
     if len(given) > 1:
         problem = f"units {' and '.join(sorted(given))} for one output"
         raise TableError(problem, "name one unit", source=name, line=line)

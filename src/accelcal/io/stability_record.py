@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.errors import InputError, TableError
+from accelcal.errors import InputError, TableError, located
 from accelcal.io.cells import Column, labels, numbers, times
 from accelcal.io.engines import BulkEngineGivesUp, Columns, columns_by_pandas, columns_by_split
 from accelcal.io.layout import Layout, counted, listed, read_layout, shown
 from accelcal.io.text import Source, read_text
 from accelcal.io.vocabulary import TIME_UNITS
 from accelcal.stability.record import Launch, StabilityRecord
-from accelcal.units import canonical_unit
+from accelcal.units import output_unit
 
 __all__ = ["read_stability", "read_stability_records"]
 
@@ -220,9 +220,11 @@ def _require_change(output: NDArray[np.float64], column: Column) -> None:
 
 def _unit(layout: Layout, output: Column, given: str | None) -> str | None:
     if given:
-        return canonical_unit(given)
+        return output_unit(given)
     header = layout.declared.get("unit")
-    found = [canonical_unit(unit) for unit in (header and header.value, output.unit) if unit]
+    written = [(header.value, header.line)] if header and header.value else []
+    written += [(output.unit, layout.headings_line)] if output.unit else []
+    found = [located(output_unit, u, source=layout.source, line=line) for u, line in written]
     if len(set(found)) > 1:
         problem = f"unit {found[0]} in the header, but {found[1]} in the column headings"
         raise _refusal(layout, problem, "declare one unit")

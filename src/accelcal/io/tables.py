@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.errors import TableError
+from accelcal.errors import TableError, located
 from accelcal.io.cells import MISSING, Column
 from accelcal.io.columns import Engine, Table, choose_columns
 from accelcal.io.declarations import Declarations, declarations
@@ -24,7 +24,7 @@ from accelcal.io.readings import Readings, read_readings
 from accelcal.io.runs import runs_of
 from accelcal.io.text import Source, SourceText, read_text
 from accelcal.record import TumbleRecord
-from accelcal.units import canonical_unit
+from accelcal.units import is_output_unit, output_unit
 
 __all__ = ["TableForm", "read_table", "read_tables", "survey"]
 
@@ -166,7 +166,7 @@ def _read_by(
 ) -> tuple[TableForm, tuple[TumbleRecord, ...]]:
     table = choose_columns(layout, engine)
     given = overrides.get("unit")
-    unit = canonical_unit(str(given)) if given else _unit(layout, table)
+    unit = output_unit(str(given)) if given else _unit(layout, table)
     declared = declarations(layout, table.decimal, unit, overrides)
     readings = read_readings(table, declared.record["positions"])
     notes = [*layout.notes, *table.notes]
@@ -198,13 +198,10 @@ def _form(text: SourceText, layout: Layout, table: Table) -> TableForm:
 
 def _unit(layout: Layout, table: Table) -> str | None:
     """The one output unit of headings, cells, unit column and header."""
-    line = layout.headings_line
-    columns = [*table.outputs.values(), *filter(None, [table.columns.get("std")])]
-    header = layout.declared.get("unit")
-    units = [header.value if header else None, *(column.unit for column in columns)]
-    found = [(canonical_unit(unit), line) for unit in units if unit]
-    if "unit" in table.columns:
-        found += _units_of_rows(table.columns["unit"])
+    found = [
+        (located(output_unit, unit, source=layout.source, line=own), shared)
+        for unit, own, shared in _written_units(layout, table)
+    ]
     for unit, at in found:
         if unit != found[0][0]:
             problem = f"units {shown(found[0][0])} and {shown(unit)} in one table"
@@ -213,12 +210,28 @@ def _unit(layout: Layout, table: Table) -> str | None:
     return found[0][0] if found else None
 
 
-def _units_of_rows(column: Column) -> list[tuple[str, int]]:
-    """Each unit in a column of units, with the line where it first stands."""
+def _written_units(layout: Layout, table: Table) -> Iterator[tuple[str, int, int]]:
+    """Units as written, each with its line and with that where a second unit is to be told."""
+    line = layout.headings_line
+    header = layout.declared.get("unit")
+    if header and header.value:
+        yield header.value, header.line, line
+    for column in [*table.outputs.values(), *filter(None, [table.columns.get("std")])]:
+        if column.unit:
+            yield column.unit, line if column.unit in column.heading else column.lines[0], line
+    if "unit" in table.columns:
+        column = table.columns["unit"]
+        for unit, at in _first_lines(column).items():
+            if unit.casefold() not in MISSING or is_output_unit(unit):
+                yield unit, at, at
+
+
+def _first_lines(column: Column) -> dict[str, int]:
+    """Each text in a column, with the line where it first stands."""
     first: dict[str, int] = {}
     for cell, line in zip(column.cells, column.lines.tolist(), strict=True):
         first.setdefault(str(cell), line)
-    return [(canonical_unit(u), at) for u, at in first.items() if u.casefold() not in MISSING]
+    return first
 
 
 def _records(

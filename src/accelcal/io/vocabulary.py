@@ -178,7 +178,7 @@ def is_unit_of(role: str, unit: str) -> bool:
     (True, False)
     """
     if role in ("output", "strokes", "std"):
-        return is_output_unit(unit)
+        return is_output_unit(unit) or is_output_unit(unit.casefold())
     return has_unit(role, unit) or unit.casefold() in _folded_units(_WRONG_UNITS.get(role, ()))
 
 
