@@ -195,6 +195,13 @@ def test_nulls_where_nothing_tells():
     assert part["stands_for"] == {"K1": "K1 + K3"}
 
 
+def test_degrees_of_freedom_are_null_where_the_noise_does_not_matter():
+    found = json.loads(fitted(table(header="# unit: mA\n# head_uncertainty: 0.05")).to_json())
+    shown = [leaf["dof"] for leaf in leaves(found)]
+    assert None in shown
+    assert all(dof is None or dof < 1e6 for dof in shown)
+
+
 def test_serial_gravity_date_and_angle_are_kept():
     header = "# serial: AL-15\n# g: 9.8106\n# date: 2009-03-01\n# T0: 25\n# unit: V"
     found = json.loads(fitted(table(header=header), delta0=-2e-4).to_json())
@@ -204,6 +211,24 @@ def test_serial_gravity_date_and_angle_are_kept():
         "2009-03-01",
     )
     assert (found["T0_degC"], found["delta0_rad"], found["output_unit"]) == (25.0, -2e-4, "V")
+
+
+ALIKE = "head error as large as the noise, and 2 degrees of freedom cannot tell"
+
+
+def simulated(*, head, positions=8, strokes=6):
+    """Sentences of a fit of readings with a noise of 5 ug."""
+    plan = accelcal.TumblePlan(positions=positions, strokes=strokes, temperatures=(20.0,))
+    noise = accelcal.NoiseComponents(reading=5e-6, head=head)
+    record = accelcal.simulate(plan=plan, noise=noise, seed=3)
+    return " ".join(accelcal.fit(record.with_apparatus(head_uncertainty=None)).warnings)
+
+
+def test_a_head_error_as_large_as_the_noise_is_said():
+    assert ALIKE in simulated(head=5e-6)
+    assert ALIKE not in simulated(head=2e-4)
+    assert "head error estimated from the lack of fit with 2 degrees" in simulated(head=2e-4)
+    assert "cannot tell" not in simulated(head=5e-6, positions=12)
 
 
 # -- there and back --------------------------------------------------------------------------------
@@ -569,7 +594,7 @@ def test_design_errors_name_the_table(positions, options, said, tmp_path):
     path.write_text(table(positions=positions, strokes=1))
     with pytest.raises(DesignError, match=said) as caught:
         accelcal.fit(accelcal.read_table(path), **options)
-    assert str(caught.value).startswith(f"{path}: ")
+    assert str(caught.value).startswith(f"{path}:4: ")
     assert "; " in str(caught.value)
     assert "\n" not in str(caught.value)
 

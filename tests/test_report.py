@@ -79,7 +79,7 @@ MANY = {
     "outlier": {"strokes": 6, "fault": lambda j, k: 1e-3 * (j == 3 and k == 2)},
     "garbage": {"strokes": 3, "fault": lambda j, k: math.sin(j * k * k)},
     "odd names": {
-        "header": "# serial: \x1b[2J\x07µ日本<script>\n# unit: Ω",
+        "header": "# serial: \x1b[2J\x07µ日本<script>\n# unit: µA",
         "levels": ("20", "unknown"),
     },
     "long name": {"header": "# serial: " + "AL-15/" * 40},
@@ -187,8 +187,9 @@ def test_clean_report_does_not_alarm():
     text = str(fitted(strokes=6))
     assert "BELIEVE" not in text
     assert "WARN" not in text
-    passed = "closure, forward against back, order of positions, outlier, proportions, units"
-    assert f"  gates passed: {passed}\n" in text
+    passed = re.search(r"^  gates passed: ((?:.+\n)+)", text, re.MULTILINE)[1].split()
+    names = "closure, forward against back, order of positions, outlier, proportions, units"
+    assert {word.rstrip(",") for word in passed} >= set(names.replace(",", "").split())
 
 
 def test_notebook_warns_first():

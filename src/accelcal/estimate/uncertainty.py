@@ -32,6 +32,8 @@ Array = NDArray[np.float64]
 LEVEL = 0.95
 """Probability of the intervals that accelcal prints."""
 
+_ENDLESS = 1e6  # from here on Student's factor is the normal one to 1e-6
+
 
 class Component(NamedTuple):
     """One source of error in a set of estimates.
@@ -64,7 +66,8 @@ class Interval(NamedTuple):
     factor : float or None
         Coverage factor, expanded over standard.
     dof : float or None
-        Effective degrees of freedom; `factor` is Student's for them.
+        Effective degrees of freedom; `factor` is Student's for them. A million and more count as
+        infinite.
     """
 
     standard: float | None
@@ -135,6 +138,6 @@ def _interval(parts: list[tuple[float, float]], level: float) -> Interval:
     if variance <= 0.0:
         return Interval(0.0, 0.0, student_quantile(level, math.inf), math.inf)
     inverse = sum(v / variance / dof for v, dof in parts if v > 0.0)
-    dof = 1.0 / inverse if inverse > 0.0 else math.inf
+    dof = 1.0 / inverse if inverse > 1.0 / _ENDLESS else math.inf
     factor = student_quantile(level, dof)
     return Interval(math.sqrt(variance), factor * math.sqrt(variance), factor, dof)

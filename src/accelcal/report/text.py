@@ -71,7 +71,7 @@ def _heading(document: Document) -> Iterator[str]:
 def _alarms(document: Document) -> Iterator[str]:
     found = alarms(document)
     if found:
-        yield "CLEAR UP THESE WARNINGS FIRST (each gate warns by chance in 1 % of good tables)"
+        yield "CLEAR UP THESE WARNINGS FIRST (each gate warns by chance in 1 % of good records)"
     yield from _items("WARNING", found)
 
 
@@ -177,7 +177,7 @@ def _gates(gates: Sequence[Document]) -> Iterator[str]:
     for verdict, said in (("warn", "gates that WARN, see above"), ("pass", "gates passed")):
         names = [gate["name"] for gate in gates if gate["verdict"] == verdict]
         if names:
-            yield f"  {said}: {', '.join(names)}"
+            yield from _wrapped(f"{said}: {', '.join(names)}", indent="  ")
     for gate in gates:
         if gate["verdict"] not in ("warn", "pass"):
             yield from _item("not assessed", f"{gate['name']}: {gate['finding']}")
