@@ -11,6 +11,7 @@ import pytest
 
 from accelcal.errors import AccelcalError, InputError, TableError
 from accelcal.io.tables import read_table, read_tables
+from accelcal.units import OUTPUT_UNITS
 
 GUIDE = Path(__file__).parents[1] / "docs" / "csv-forms.md"
 
@@ -20,6 +21,7 @@ NAMES = "the first row names the columns: temperature, position, stroke, output"
 MARKS = "write numbers without thousands marks and with one decimal mark"
 NUMBER = "write a number, or nothing where it is missing"
 TURN = "J runs from 1 to 9 in a turn of 8 positions"
+UNITS = ", ".join(OUTPUT_UNITS)
 FOREIGN = "export the table as CSV text and give that file"
 
 ERRORS = {
@@ -167,6 +169,20 @@ ERRORS = {
         "T,angle,k,Y\n20,1e9,1,1\n",
         "2: angle '1e9' is no angle of a head; write head angles in degrees",
     ),
+    "angles in radians": (
+        "T,angle,k,Y\n20,0,1,1\n20,1.5708,1,0\n20,3.1416,1,-1\n",
+        "3: angles of at most 3.1416 look like radians; write head angles in degrees",
+    ),
+    "a calibration": (
+        '{\n "schema": "accelcal/calibration/1",\n "method": "least-squares"}',
+        "1: a calibration written by accelcal fit, not a table; give it to accelcal apply, budget or"
+        " export, and here the table of readings",
+    ),
+    "another document": (
+        '{"schema": "accelcal/stability/1"}',
+        "1: a document 'accelcal/stability/1' of accelcal, not a table; give the table of readings",
+    ),
+    "json": ('[{"a": 1}]', "1: JSON, not a table; export the table as CSV text and give that file"),
     "angle against position": (
         "T,J,angle,k,Y\n20,1,360,1,1\n20,3,45,1,2\n",
         "3: angle '45' does not belong to its position, which it misses by more than 22.5 deg;"
@@ -258,7 +274,41 @@ ERRORS = {
         "T,J,k,Y [V]\n20,1,1,1 mA\n",
         "2: Y [V] '1 mA' under a heading in V; use one unit in a column",
     ),
+    "unit unknown": (
+        "# unit: mV/g\n" + OK,
+        f"1: unit 'mV/g' is no output unit; it is one of {UNITS}",
+    ),
+    "unit of a heading": (
+        H.replace("output", "output [furlong]") + "20,1,1,1\n",
+        f"1: unit 'furlong' is no output unit; it is one of {UNITS}",
+    ),
+    "unit of a row": (
+        "T,J,k,Y,unit\n20,1,1,1,V\n20,2,1,2,x\n",
+        f"3: unit 'x' is no output unit; it is one of {UNITS}",
+    ),
+    "unit missing": ("# unit: -\n" + OK, f"1: unit '-' is no output unit; it is one of {UNITS}"),
+    "mega": (
+        OK.replace("output", "output_MA"),
+        "1: unit 'MA' begins with mega; write mA if milli is meant",
+    ),
+    "mega in a cell": (
+        H + "20,1,1,1 MV\n20,2,1,2 MV\n",
+        "2: unit 'MV' begins with mega; write mV if milli is meant",
+    ),
+    "no nano": (
+        "# unit: NA\n" + OK,
+        "1: unit 'NA' begins with N, no prefix; write nA if nano is meant",
+    ),
     # the header lines
+    "gravity below zero": (
+        "# g: -9\n" + OK,
+        "1: local gravity -9.0 m/s^2 is found nowhere on Earth;"
+        " it lies between 9.76 and 9.84, in m/s^2",
+    ),
+    "fixture angle": (
+        "# delta0: 10\n" + OK,
+        "1: fixture angle 10 rad is above pi/4; give it in rad, 10 deg are 0.174533 rad",
+    ),
     "gravity": (
         "# g: 981\n" + OK,
         "1: local gravity 981.0 m/s^2 is found nowhere on Earth;"

@@ -20,6 +20,7 @@ cross axis in the plane changes its sign, the input axis does not.
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,6 +32,7 @@ __all__ = [
     "MOUNTINGS",
     "Acceleration",
     "accelerations",
+    "checked_fixture_angle",
     "is_mounting",
     "position_angles",
     "turn_angles",
@@ -55,6 +57,39 @@ class Acceleration(NamedTuple):
     input: NDArray[np.float64]
     pendulous: NDArray[np.float64]
     output: NDArray[np.float64]
+
+
+def checked_fixture_angle(delta0: float) -> float:
+    """Check a fixture angle.
+
+    Parameters
+    ----------
+    delta0 : float
+        Angle between head zero and input axis [rad].
+
+    Returns
+    -------
+    float
+        The same.
+
+    Raises
+    ------
+    InputError
+        If it is not finite, or larger than a fixture can be: then it was meant in degrees.
+
+    Examples
+    --------
+    >>> checked_fixture_angle(0.001)
+    0.001
+    """
+    if not math.isfinite(delta0):
+        raise InputError(f"delta0 is {delta0}; it is a finite number of rad")
+    if abs(delta0) > math.pi / 4.0:
+        raise InputError(
+            f"fixture angle {delta0:g} rad is above pi/4; give it in rad, {delta0:g} deg are"
+            f" {math.radians(delta0):.6g} rad"
+        )
+    return delta0
 
 
 def position_angles(position: ArrayLike, positions: int = 8) -> NDArray[np.float64]:

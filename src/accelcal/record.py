@@ -59,7 +59,7 @@ class Apparatus:
 
     def __post_init__(self) -> None:
         for item in fields(self):
-            value = getattr(self, item.name)
+            value = None if item.name == "local_gravity" else getattr(self, item.name)
             if value is not None and not 0 <= value < np.inf:
                 raise InputError(f"{item.name} is {value}; it is a finite number, zero or more")
             if value is not None and value >= _LARGEST.get(item.name, np.inf):

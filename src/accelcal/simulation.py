@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from accelcal.effects.conditions import SECONDS_PER_READING, Conditions, conditions_of
 from accelcal.effects.effect import ActsOn, Disturbance
 from accelcal.errors import InputError
-from accelcal.geometry import accelerations, turn_angles
+from accelcal.geometry import accelerations, checked_fixture_angle, turn_angles
 from accelcal.record import Apparatus, TumbleRecord
 
 __all__ = ["AL15", "NOISE_FREE", "Accelerometer", "BilinearLaw", "NoiseComponents"]
@@ -206,7 +206,7 @@ class TumblePlan:
         _check(1, positions=self.positions, strokes=self.strokes)
         _check(-math.inf, **{f"angle {i}": th for i, th in enumerate(self.angles or (0.0,), 1)})
         _check(-273.15, **{f"temperature {i}": t for i, t in enumerate(self.temperatures, 1)})
-        _check(delta0=self.delta0)
+        checked_fixture_angle(self.delta0)
         _check(0.0, resolution=self.resolution, seconds_between_runs=self.seconds_between_runs)
         _check(1e-9, seconds_per_reading=self.seconds_per_reading)
         for name in ("angles", "temperatures", "mountings"):

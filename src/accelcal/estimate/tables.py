@@ -90,6 +90,8 @@ def prepare(
     DesignError
         If the angles do not determine K1, or by `strict`.
     """
+    if len(record) == 1:
+        raise InputError("one reading only; a tumble test has readings at two or more angles")
     if np.ptp(record.output) == 0.0:
         raise InputError(
             f"all {len(record)} outputs are {record.output[0]:g}; the output of a tumble test"

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from accelcal.errors import InputError, TableError, located
+from accelcal.geometry import checked_fixture_angle
 from accelcal.io.layout import Declared, Layout, shown, split_line
 from accelcal.io.vocabulary import KEYS, UNITS_OF, has_unit
 from accelcal.record import Apparatus
@@ -125,7 +126,9 @@ def _number(
     if not np.isfinite(value):
         raise _refusal(layout, declared, f"{key} is {value}", "it is a finite number")
     if key in APPARATUS:
-        _check_apparatus(layout, key, declared, value)
+        located(partial(Apparatus, **{key: value}), source=layout.source, line=declared.line)
+    if key == "delta0":
+        located(checked_fixture_angle, value, source=layout.source, line=declared.line)
     return value
 
 
@@ -139,10 +142,6 @@ def _check_unit(
         if right == "1":
             remedy = "give it as a plain number, a part of one"
         raise _refusal(layout, declared, problem, remedy)
-
-
-def _check_apparatus(layout: Layout, key: str, declared: Declared, value: float) -> None:
-    located(partial(Apparatus, **{key: value}), source=layout.source, line=declared.line)
 
 
 def _positions(layout: Layout, declared: Declared | None) -> int:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from accelcal.errors import TableError
-from accelcal.io.text import SourceText
+from accelcal.io.text import SourceText, refuse_document
 from accelcal.io.vocabulary import Heading, canonical_key, read_heading, split_unit
 
 __all__ = ["Declared", "Layout", "counted", "listed", "read_layout", "shown", "split_line"]
@@ -87,6 +87,7 @@ def read_layout(source: SourceText) -> Layout:
     TableError
         If there are no headings, no rows, or a key is declared twice with different values.
     """
+    refuse_document(source.text, source.name)
     lines = source.text.split("\n")
     headings, above, start = _find_headings(lines, source.name)
     declared, aside = _declarations(above, source.name)

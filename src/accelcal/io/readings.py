@@ -208,7 +208,20 @@ def _angle(column: Column) -> Floats:
     values = numbers(column)
     beyond = np.abs(values) > MAXIMUM_ANGLE
     column.check(~beyond, "{} is no angle of a head", "write head angles in degrees")
+    _refuse_radians(column, values)
     return values
+
+
+def _refuse_radians(column: Column, angle: Floats) -> None:
+    """Refuse angles that go around in a few degrees, and not by whole ones."""
+    known = angle[~np.isnan(angle)]
+    if known.size == 0 or np.ptp(known) < 1.5 or np.abs(known).max() > 2.0001 * np.pi:
+        return
+    broken = np.flatnonzero(angle % 1.0 > 0.0)
+    if broken.size:
+        problem = f"angles of at most {np.abs(known).max():g} look like radians"
+        remedy, line = "write head angles in degrees", int(column.lines[broken[0]])
+        raise TableError(problem, remedy, source=column.source, line=line)
 
 
 def _position(column: Column | None, positions: int) -> Ints | None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from typing import IO, NamedTuple
 
 from accelcal.errors import TableError
 
-__all__ = ["Source", "SourceText", "read_text"]
+__all__ = ["Source", "SourceText", "read_text", "refuse_document"]
 
 Source = str | os.PathLike[str] | IO[bytes] | IO[str]
 """A path, ``"-"`` for standard input, or an open file."""
@@ -69,6 +70,34 @@ def read_text(source: Source) -> SourceText:
     _refuse_foreign(data, name)
     text, encoding = _decode(data, name)
     return SourceText(name, _tidy(text, name), encoding, compressed)
+
+
+def refuse_document(text: str, name: str) -> None:
+    """Refuse JSON where a table belongs, and say what it is.
+
+    Parameters
+    ----------
+    text : str
+        Text of the file, or its first lines.
+    name : str
+        Name of the file.
+
+    Raises
+    ------
+    TableError
+        If the text begins as JSON does.
+    """
+    if not re.match(r'\s*(\{\s*["}]|\[\s*[\[{])', text):
+        return
+    schema = re.search(r'"schema"\s*:\s*"(accelcal/(\w{1,40})/\d{1,9})"', text)
+    problem, remedy = "JSON, not a table", "export the table as CSV text and give that file"
+    if schema and schema[2] == "calibration":
+        problem = "a calibration written by accelcal fit, not a table"
+        remedy = "give it to accelcal apply, budget or export, and here the table of readings"
+    elif schema:
+        problem = f"a document {schema[1]!r} of accelcal, not a table"
+        remedy = "give the table of readings"
+    raise TableError(problem, remedy, source=name, line=1)
 
 
 def _read(source: Source) -> tuple[str, bytes | str]:
