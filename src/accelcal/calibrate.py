@@ -16,6 +16,7 @@ from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.estimate.uncertainty import Component, Interval, intervals, propagate
 from accelcal.gates.record import record_gates
 from accelcal.gates.table import table_gates
+from accelcal.geometry import checked_fixture_angle
 from accelcal.grouping import median
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, POWERS
 from accelcal.record import TumbleRecord
@@ -106,10 +107,11 @@ def fit(
     """
     _check_arguments(method, reference_temperature, temperature_laws)
     delta0 = _fixture_angle(record, delta0)
+    tables = []
+    for table in record.tables():
+        with _naming(table):
+            tables.append(prepare(table, delta0=delta0, asked=coefficients, strict=strict))
     with _naming(record):
-        tables = [
-            prepare(t, delta0=delta0, asked=coefficients, strict=strict) for t in record.tables()
-        ]
         estimate = estimate_jointly(
             tables, record.apparatus, method=method, robust=robust, delta0=delta0
         )
@@ -189,11 +191,12 @@ def _temperature_model(
 
 @contextmanager
 def _naming(record: TumbleRecord) -> Iterator[None]:
-    """Say of which file an error is."""
+    """Say of which file an error is, and where its readings begin."""
     try:
         yield
     except InputError as error:
-        raise type(error)(f"{record.source}: {error}") from None
+        line = None if record.line is None else int(record.line[0])
+        raise error.at(record.source, line) from None
 
 
 def _table_names(tables: Sequence[PreparedTable]) -> list[str]:
@@ -208,11 +211,12 @@ def _table_names(tables: Sequence[PreparedTable]) -> list[str]:
 def _fixture_angle(record: TumbleRecord, given: float | None) -> float:
     declared = record.metadata.get("delta0", "0")
     try:
-        return float(declared.replace(",", ".")) if given is None else given
+        found = float(declared.replace(",", ".")) if given is None else given
     except ValueError:
         raise InputError(
             f"{record.source}: delta0 is {declared!r}; it is a number in rad, as in 0.001"
         ) from None
+    return checked_fixture_angle(found)
 
 
 def _reference_temperature(record: TumbleRecord, given: float | None) -> tuple[float | None, bool]:
