@@ -160,8 +160,8 @@ def _sized(
     for name, s in zip(names, sizes, strict=True):
         recipe = CATALOGUE[name](rng, taken) if name in CATALOGUE else stranger(name, rng, taken)
         sign = -1.0 if rng.random() < 0.5 and recipe.signed else 1.0
-        size = recipe.size_for(world, taken, s * SIGMA * world.sensor.scale, sign)
-        hidden.append(_Hidden(recipe, size, recipe.effect(world, taken, size)))
+        largest = s * SIGMA * world.sensor.scale
+        hidden.append(_Hidden(recipe, *recipe.sized(world, taken, largest, sign)))
     return hidden
 
 

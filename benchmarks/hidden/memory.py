@@ -26,6 +26,9 @@ def play(inputs: Floats, halfwidth: float, start: float) -> Floats:
     """
     follower, path = start, []
     for value in inputs.tolist():
-        follower = min(max(follower, value - halfwidth), value + halfwidth)
+        if follower < value - halfwidth:
+            follower = value - halfwidth
+        elif follower > value + halfwidth:
+            follower = value + halfwidth
         path.append(follower)
     return np.array(path)

@@ -11,6 +11,8 @@ from hidden.clock import Session
 from hidden.design import Floats
 from hidden.world import World, observe
 
+START = 1e-6  # any size will do to begin with: nearly all effects are linear in theirs
+
 
 def _as_it_is(world: World, _size: float) -> World:
     return world
@@ -48,20 +50,19 @@ class Recipe:
         altered = observe(self.alter(world, size), session)
         return altered - observe(self.plain(world, size), session)
 
-    def size_for(self, world: World, session: Session, largest: float, sign: float) -> float:
-        """Size of a sign at which the effect on some reading is `largest`, on none more [mA]."""
-        if not self.sizes:
-            return 0.0
-        if self.half_steps:
-            return 2 * largest
-        size = 1e-6 * sign
+    def sized(
+        self, world: World, session: Session, largest: float, sign: float
+    ) -> tuple[float, Floats]:
+        """Size of a sign, and its effect: `largest` on some reading, on none more [mA]."""
+        size = sign * (2 * largest if self.half_steps else START)
         for _ in range(30):
-            reached = float(np.abs(self.effect(world, session, size)).max())
-            if reached < 1e-6 * abs(size):
+            effect = self.effect(world, session, size)
+            reached = float(np.abs(effect).max())
+            if self.half_steps or not self.sizes or abs(reached / largest - 1) < 1e-9:
+                return size, effect
+            if reached < 1e-6 * START:
                 raise ValueError("this design has no reading that the effect changes")
             size *= largest / reached
-            if abs(reached / largest - 1) < 1e-9:
-                return size
         raise ArithmeticError("no size makes the effect as large as asked")
 
 

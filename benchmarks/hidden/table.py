@@ -85,7 +85,7 @@ class Table:
         return self.regime.covariance(self.world, self.session)
 
     def noncentrality(self, part: str | None = None) -> float:
-        """The noncentrality q of all hidden effects or of one: whitened, behind the base model, its norm."""
+        """The q of all hidden effects or of one: whitened, behind the base model, its norm."""
         effect = self.effect if part is None else self.parts[part]
         return noncentrality(effect, self.base_directions(), self.covariance())
 
