@@ -1,6 +1,8 @@
 """The catalogue: its entries, their size and shape at points computed by hand, their columns."""
 
+import copy
 import math
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +10,7 @@ import pytest
 
 from accelcal.effects.catalogue import catalogue, effect
 from accelcal.effects.conditions import conditions_of
+from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.simulation import NOISE_FREE, Accelerometer, BilinearLaw, TumblePlan, simulate
 
@@ -439,3 +442,25 @@ def test_unknown_temperature_counts_as_the_reference():
     record = simulate(plan=TumblePlan(temperatures=(20.0,)), seed=1)
     unknown = replace(record, temperature=np.full(len(record), np.nan))
     assert not conditions_of(unknown, 20.0).excess.any()
+
+
+# -- pickles ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("entry", catalogue(), ids=IDS)
+def test_an_entry_of_the_catalogue_pickles_by_its_id(entry):
+    assert pickle.loads(pickle.dumps(entry)) is entry
+    assert copy.deepcopy(entry) is entry
+
+
+def test_a_disturbance_pickles():
+    given = effect("warm-up").of(1e-4, tau=900)
+    assert pickle.loads(pickle.dumps(given)) == given
+
+
+def test_an_effect_of_the_user_pickles_with_its_module_level_term():
+    own = replace(effect("warm-up"), id="own", parameters=(), term=math.sin)
+    again = pickle.loads(pickle.dumps(own))
+    assert isinstance(again, Effect)
+    assert again == own
+    assert again is not own

@@ -116,6 +116,14 @@ class Effect:
     parameters: tuple[Parameter, ...]
     term: Callable[..., Array]
 
+    def __reduce__(self) -> tuple[Callable[..., Effect], tuple[object, ...]]:
+        """Pickle an entry of the catalogue by its id, as its term may be a lambda."""
+        from accelcal.effects import catalogue  # here, as the catalogue is made of effects
+
+        if any(entry is self for entry in catalogue.catalogue()):
+            return catalogue.effect, (self.id,)
+        return Effect, tuple(getattr(self, name) for name in self.__slots__)
+
     @property
     def amplitudes(self) -> tuple[Parameter, ...]:
         """Parameters that the readings are proportional to, one column each."""
