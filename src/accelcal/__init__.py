@@ -76,6 +76,7 @@ if TYPE_CHECKING:
     from accelcal.errors import TableError as TableError
     from accelcal.geometry import accelerations as accelerations
     from accelcal.geometry import position_angles as position_angles
+    from accelcal.io.arrays import read_arrays as read_arrays
     from accelcal.io.tables import read_table as read_table
     from accelcal.io.tables import read_tables as read_tables
     from accelcal.io.writer import write_table as write_table
@@ -114,6 +115,7 @@ __all__ = [
     "fit",
     "output",
     "position_angles",
+    "read_arrays",
     "read_table",
     "read_tables",
     "simulate",
@@ -142,6 +144,7 @@ _HOME = {
     "fit": "accelcal.calibrate",
     "output": "accelcal.model",
     "position_angles": "accelcal.geometry",
+    "read_arrays": "accelcal.io.arrays",
     "read_table": "accelcal.io.tables",
     "read_tables": "accelcal.io.tables",
     "simulate": "accelcal.simulation",

@@ -84,7 +84,7 @@ def fit(
     Raises
     ------
     InputError
-        If the method is unknown or an argument is not finite.
+        If `record` is no record, the method is unknown or an argument is not finite.
     DesignError
         If the angles do not allow what is asked.
 
@@ -105,6 +105,7 @@ def fit(
     >>> calibration.tables[0].error_model["k0"].unit
     'g'
     """
+    _check_record(record)
     _check_arguments(method, reference_temperature, temperature_laws)
     delta0 = _fixture_angle(record, delta0)
     tables = []
@@ -142,6 +143,15 @@ def fit(
         software=f"accelcal {__version__}",
         temperature_model=laws,
     )
+
+
+def _check_record(record: object) -> None:
+    if not isinstance(record, TumbleRecord):
+        raise InputError(
+            f"{type(record).__name__} in place of a record; make one by"
+            " accelcal.read_table('file.csv'), or by accelcal.read_arrays(columns) of arrays or a"
+            " DataFrame"
+        )
 
 
 def _check_arguments(method: str, temperature: float | None, laws_from: str) -> None:
@@ -260,7 +270,7 @@ def _table_calibration(
             stroke=tuple(table.record.stroke.tolist()),
             value=tuple((residual / judged[1]).tolist()),
         ),
-        gates=table_gates(table, judged, noise, delta0),
+        gates=table_gates(table, judged, noise, delta0, len(estimate.noises)),
         warnings=table_warnings(table, noise),
     )
 

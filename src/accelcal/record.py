@@ -78,6 +78,8 @@ class Apparatus:
 class TumbleRecord:
     """Readings of one accelerometer in a tumble test, one entry a reading.
 
+    `accelcal.read_table` makes it of a file, `accelcal.read_arrays` of arrays or a DataFrame.
+
     Attributes
     ----------
     output : ndarray of float, shape (n,)

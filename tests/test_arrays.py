@@ -1,0 +1,110 @@
+"""Records from arrays: equal to those of the file, by the same rules."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import accelcal
+
+
+def simulated(**plan):
+    return accelcal.simulate(plan=accelcal.TumblePlan(**plan), seed=7)
+
+
+def columns_of(record):
+    names = ("temperature", "position", "stroke", "output", "mounting", "time")
+    columns = {name: getattr(record, name) for name in names}
+    return columns | {"run": np.array(record.run_labels)[record.run]}
+
+
+@pytest.mark.parametrize("form", [dict, pd.DataFrame])
+def test_arrays_give_the_record_of_the_file(form):
+    record = simulated()
+    declared = {
+        name: value
+        for name in record.apparatus.__slots__
+        if (value := getattr(record.apparatus, name)) is not None
+    }
+    declared |= {"reference_temperature": record.reference_temperature}
+    declared |= {"unit": record.unit, "serial": record.serial}
+    found = accelcal.read_arrays(form(columns_of(record)), overrides=declared)
+    for name in ("output", "angle", "temperature", "stroke", "run", "position", "time"):
+        assert np.array_equal(getattr(found, name), getattr(record, name)), name
+    assert found.run_labels == record.run_labels
+    assert found.apparatus == record.apparatus
+    assert found.source == "<arrays>"
+    ours, theirs = accelcal.fit(found), accelcal.fit(record)
+    assert [t.coefficients for t in ours.tables] == [t.coefficients for t in theirs.tables]
+
+
+def test_single_values_stand_for_all_readings():
+    columns = {"J": [1, 3, 5, 7], "k": 1, "T [degC]": 20.0, "Y [mA]": [1.354, 0.006, -1.346, 0.003]}
+    found = accelcal.read_arrays(columns)
+    assert found.stroke.tolist() == [1, 1, 1, 1]
+    assert found.temperature.tolist() == [20.0] * 4
+    assert found.unit == "mA"
+
+
+def test_a_wide_frame_with_gaps_is_read():
+    frame = pd.DataFrame({"position": [1, 5], "Y1": [1.3, -1.2], "Y2": [None, -1.3]})
+    found = accelcal.read_arrays(frame.assign(temperature=20), overrides={"unit": "V"})
+    assert found.output.tolist() == [1.3, -1.2, -1.3]
+    assert "1 missing reading" in " ".join(found.notes)
+
+
+@pytest.mark.parametrize("zone", ["", "Z"])
+def test_dates_become_seconds(zone):
+    time = pd.to_datetime([f"2024-05-31T14:30:00.0{zone}", f"2024-05-31T14:31:00.5{zone}"])
+    frame = pd.DataFrame({"position": [1, 5], "stroke": 1, "temperature": 20, "time": time})
+    found = accelcal.read_arrays(frame.assign(output=[1.3, -1.3]))
+    assert found.time.tolist() == [0.0, 60.5]
+    assert found.metadata["start"].startswith("2024-05-31T14:30:00")
+
+
+def test_digits_and_odd_texts_are_kept():
+    columns = {"position": [1, 5], "stroke": 1, "temperature": 20.0}
+    columns |= {"output": [1 / 3, -1e-17], "run": ['a, "b"\n; c', "d"]}
+    found = accelcal.read_arrays(columns)
+    assert found.output.tolist() == [1 / 3, -1e-17]
+    assert found.run_labels == ('a, "b" ; c', "d")
+
+
+GOOD = {"position": [1, 5], "stroke": 1, "temperature": 20.0, "output": [1.3, -1.3]}
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        ([1.0, 2.0], "list in place of columns; give a mapping"),
+        ("table.csv", "str in place of columns"),
+        (GOOD | {"output": [1.0, 2.0, 3.0]}, r"different shapes, position \(2,\).*shape \(n,\)"),
+        (GOOD | {"output": [[1.0], [2.0]]}, r"output \(2, 1\)"),
+        ({}, "headings|empty|readings"),
+        (GOOD | {"output": []}, "different shapes"),
+        ({name: [] for name in GOOD}, "no readings"),
+        ({"position": [1], "output": [1.3]}, "no column for temperature"),
+        (GOOD | {"stroke": [1, 0]}, "<arrays>:3: stroke '0' is not a whole number"),
+        (GOOD | {"output": ["1.3", "open"]}, "<arrays>:3: output 'open' is not a number"),
+        (GOOD | {"temperature": 293.15}, "<arrays>:2: .*write temperatures in degC"),
+        (GOOD | {"output": [1.3, np.inf]}, "<arrays>:3: .*infinite"),
+    ],
+)
+def test_what_a_table_may_not_hold_arrays_may_not_hold(columns, said):
+    with pytest.raises(accelcal.InputError, match=said) as caught:
+        accelcal.read_arrays(columns)
+    assert "\n" not in str(caught.value)
+
+
+def test_large_arrays_are_read_in_bulk():
+    n = 60_000
+    angle = np.linspace(0.0, 360.0, n)
+    output = np.cos(np.radians(angle)) + 1e-9 * np.arange(n)
+    columns = {"angle": angle, "stroke": 1, "temperature": 20.0, "output": output}
+    found = accelcal.read_arrays(columns)
+    assert np.array_equal(found.output, output)
+
+
+@pytest.mark.parametrize("thing", ["al15.csv", pd.DataFrame(GOOD), None, [1.0]])
+def test_fit_tells_how_to_make_a_record(thing):
+    with pytest.raises(accelcal.InputError, match=r"accelcal\.read_table.*accelcal\.read_arrays"):
+        accelcal.fit(thing)
