@@ -4,6 +4,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -63,3 +64,17 @@ def test_links_lead_somewhere():
 def test_the_table_of_commands_is_complete():
     told = re.findall(r"^\| `accelcal (\w+)", README, re.MULTILINE)
     assert sorted(told) == sorted(COMMANDS)
+
+
+def test_the_extras_are_told():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    told = re.findall(r"^\| `(\w+)` \|", README, re.MULTILINE)
+    assert sorted(told) == sorted(project["optional-dependencies"])
+
+
+def test_every_page_of_prose_is_linked():
+    """A page that is made of directives is empty where it is not built, and is not linked."""
+    pages = {path.name: path.read_text("utf-8") for path in (ROOT / "docs").glob("*.md")}
+    made = ("{eval-rst}", "{command-help}", "{toctree}")
+    prose = {name for name, text in pages.items() if not any(word in text for word in made)}
+    assert set(re.findall(r"\(docs/([\w-]+\.md)\)", README)) == prose
