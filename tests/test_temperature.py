@@ -206,6 +206,25 @@ def test_hysteresis_does_not_lean_on_the_slopes():
     assert values(laws(LOOP, by="readings", **options)) == pytest.approx(TRUTH, rel=1e-8)
 
 
+def test_hysteresis_is_no_shift_from_launch_to_launch():
+    """Of the four repeats of LOOP one tells the hysteresis, and three are left for the launches."""
+    options = {"noise": 5e-6, "head_uncertainty": 0.0, "launch_sf_uncertainty": 0.0}
+
+    def launch(hysteresis):
+        sources = accelcal.fit(record(LOOP, hysteresis=hysteresis, **options)).error_sources
+        return next(s for s in sources if s.name == "launch")
+
+    assert launch(3e-4).dof == launch(0.0).dof == 3.0
+    assert launch(3e-4).value == pytest.approx(launch(0.0).value, abs=1e-8)
+    assert launch(3e-4).value < 3e-6
+
+
+def test_a_scale_factor_that_depends_on_the_way_is_a_shift():
+    """No law has a hysteresis of the scale factor, so the launches keep it."""
+    found = accelcal.fit(record(LOOP, noise=5e-6, head_uncertainty=0.0)).error_sources
+    assert next(s.dof for s in found if s.name == "launch_sf") == 4.0
+
+
 @pytest.mark.parametrize("temperatures", [THREE, (20.0, 50.0, 80.0)])
 def test_hysteresis_is_not_determined_without_a_level_reached_both_ways(temperatures):
     assert laws(temperatures, head_uncertainty=0.0).hysteresis is None

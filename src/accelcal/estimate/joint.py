@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from accelcal.estimate.head import HeadError, LackOfFit, head_error, lack_of_fit, sensitivity
-from accelcal.estimate.launch import RunShift, run_shift
+from accelcal.estimate.launch import RunShift, reached_by, run_shift
 from accelcal.estimate.linear import METHODS, LinearEstimator, linear_estimator
 from accelcal.estimate.noise import ReadingNoise, reading_noise
 from accelcal.estimate.tables import PreparedTable
@@ -263,10 +263,9 @@ def _run_shifts(
         names = [(starts[i], estimators[i].names) for i in tables]
         return np.array([variance[s + n.index(name)] if name in n else np.nan for s, n in names])
 
+    bias = k[:, _BIAS] / k[:, _SCALE_FACTOR]
     return (
-        run_shift(
-            apparatus.launch_uncertainty, k[:, _BIAS] / k[:, _SCALE_FACTOR], of("K0"), levels
-        ),
+        run_shift(apparatus.launch_uncertainty, bias, of("K0"), levels, reached_by(levels)),
         run_shift(
             apparatus.launch_sf_uncertainty, k[:, _SCALE_FACTOR] / scale_factor, of("K1"), levels
         ),

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["RunShift", "run_shift"]
+__all__ = ["RunShift", "reached_by", "run_shift"]
 
 Array = NDArray[np.float64]
 
@@ -45,8 +46,40 @@ class RunShift(NamedTuple):
     dof_of_run: Array
 
 
+def reached_by(levels: Sequence[float]) -> Array | None:
+    """Tell how the level of each run was reached: by heating, by cooling, or as the first.
+
+    Parameters
+    ----------
+    levels : sequence of float
+        Temperature of each run in the order in which they were made [degC]; NaN where unknown.
+
+    Returns
+    -------
+    ndarray or None
+        1, -1 or 0 for each run; None where no level was reached both ways.
+
+    Examples
+    --------
+    >>> reached_by([20.0, 50.0, 80.0, 50.0]).tolist()
+    [0.0, 1.0, 1.0, -1.0]
+    """
+    temperature = np.asarray(levels, dtype=np.float64)
+    reached = np.zeros(temperature.size)
+    for before, now in pairwise(np.flatnonzero(np.isfinite(temperature)).tolist()):
+        step = temperature[now] - temperature[before]
+        # a chamber that wavers about its level neither heats nor cools
+        reached[now] = np.sign(step) if abs(step) > _SAME_LEVEL else reached[before]
+    both = ({-1.0, 1.0} <= set(reached[level].tolist()) for level in _levels(temperature))
+    return reached if any(both) else None
+
+
 def run_shift(
-    declared: float | None, values: Array, variances: Array, levels: Sequence[float]
+    declared: float | None,
+    values: Array,
+    variances: Array,
+    levels: Sequence[float],
+    reached: Array | None = None,
 ) -> RunShift:
     """Take the declared shift, or estimate it from runs at the same temperature.
 
@@ -60,6 +93,8 @@ def run_shift(
         Variance that errors new in each run (reading noise) give to it; NaN where unknown.
     levels : sequence of float
         Temperature of each run [degC]; NaN where unknown.
+    reached : ndarray, shape (runs,), optional
+        See `reached_by`: what goes with it is hysteresis, and no shift.
 
     Returns
     -------
@@ -83,10 +118,12 @@ def run_shift(
         return _same_in_all(runs, declared, "declared")
     temperature = np.asarray(levels, dtype=np.float64)
     values = _without_trend(values, temperature)
-    size, dof = _scatter(values, variances, temperature)
+    sides = np.zeros(runs.size) if reached is None else reached
+    size, dof = _scatter(values, variances, temperature, sides)
     if dof == 0.0:
         return _same_in_all(runs, 0.0, "none")
-    others = [_scatter(values, variances, np.where(runs == r, np.nan, temperature)) for r in runs]
+    without = [np.where(runs == r, np.nan, temperature) for r in runs]
+    others = [_scatter(values, variances, rest, sides) for rest in without]
     own = np.array([other if other[1] > 0.0 else (size, dof) for other in others])
     return RunShift(size, dof, "estimated", own[:, 0], own[:, 1])
 
@@ -105,17 +142,24 @@ def _same_in_all(runs: NDArray[np.intp], uncertainty: float, source: str) -> Run
     return RunShift(uncertainty, np.inf, source, np.full(runs.size, uncertainty), infinite)
 
 
-def _scatter(values: Array, variances: Array, temperature: Array) -> tuple[float, float]:
+def _scatter(
+    values: Array, variances: Array, temperature: Array, reached: Array
+) -> tuple[float, float]:
     """Standard deviation from run to run at one level, and its degrees of freedom."""
-    squares = dof = 0.0
-    for level in _levels(temperature):
-        deviation = values[level] - values[level].mean()
-        squares += float(deviation @ deviation)
-        squares -= _OTHERS_SHARE * float(variances[level].mean()) * (level.size - 1)
-        dof += level.size - 1.0
-    if dof == 0.0 or np.isnan(squares):
+    levels = [level for level in _levels(temperature) if level.size > 1]
+    repeats = float(sum(level.size - 1 for level in levels))
+    others = sum(float(variances[level].mean()) * (level.size - 1) for level in levels)
+    shift, side = (
+        np.concatenate([[0.0], *(x[level] - x[level].mean() for level in levels)])
+        for x in (values, reached)
+    )
+    dof = repeats - bool(side.any())
+    if dof <= 0.0 or np.isnan(others + shift.sum()):
         return 0.0, 0.0
-    return max(squares / dof, 0.0) ** 0.5, dof
+    if side.any():
+        shift = shift - side * (side @ shift) / (side @ side)
+    variance = float(shift @ shift) / dof - _OTHERS_SHARE * others / repeats
+    return max(variance, 0.0) ** 0.5, dof
 
 
 def _levels(temperature: Array) -> list[NDArray[np.intp]]:

@@ -30,7 +30,7 @@ from accelcal.estimate.uncertainty import Component
 from accelcal.model import COEFFICIENTS
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
 from accelcal.temperature.bilinear import named_model
-from accelcal.temperature.from_tables import reached_by, tables_of_one_mounting
+from accelcal.temperature.from_tables import how_reached, tables_of_one_mounting
 from accelcal.temperature.product_model import Point, Readings
 from accelcal.temperature.run_temperatures import (
     recorded_temperatures,
@@ -166,7 +166,7 @@ def _stack(
     of_table = _by_table(tables)
     mean = of_table @ [table.record.mean_temperature for table in tables]
     common = design[:, [COEFFICIENTS.index(name) for name in _COMMON if name in names]]
-    reached = reached_by(tables)
+    reached = how_reached(tables)
     if reached is not None:  # the hysteresis is a part of the bias, +h after heating
         common = np.column_stack([common, of_table @ reached])
     return Readings(

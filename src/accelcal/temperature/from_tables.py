@@ -10,17 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.joint import JointEstimate
+from accelcal.estimate.launch import reached_by
 from accelcal.estimate.solver import LeastSquares
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, intervals, propagate
-from accelcal.grouping import distinct
 from accelcal.model import COEFFICIENTS
 from accelcal.probability import f_survival
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
@@ -34,7 +33,7 @@ from accelcal.temperature.bilinear import (
 )
 from accelcal.temperature.run_temperatures import run_temperature_uncertainty
 
-__all__ = ["laws_from_tables", "reached_by", "tables_of_one_mounting"]
+__all__ = ["how_reached", "laws_from_tables", "tables_of_one_mounting"]
 
 Array = NDArray[np.float64]
 
@@ -46,7 +45,6 @@ _NO_LEVEL_NEAR_T0 = (
     "one level on each side of T0 and none at it: the laws are not determined; measure at T0, or"
     " give T0 at a measured level"
 )
-_SAME_LEVEL = 1.0  # degC
 _SIGNIFICANT = 0.001
 _ROUNDING = 1e-9  # g, relative or rad: below it a misfit is of no interest
 _K0, _K1, _M = (COEFFICIENTS.index(name) for name in ("K0", "K1", "M"))
@@ -110,7 +108,7 @@ def laws_from_tables(
     if np.linalg.matrix_rank(bilinear_design(rise, sides)) < 1 + len(sides):
         nothing = BilinearLaw(None, None, None)
         return TemperatureModel(nothing, nothing, nothing, warnings=(_NO_LEVEL_NEAR_T0,))
-    reached = reached_by([tables[i] for i in chosen])
+    reached = how_reached([tables[i] for i in chosen])
     levels = _levels(estimate, chosen, rise)
     uncertain = run_temperature_uncertainty([tables[i] for i in chosen], temperature_uncertainty)
     model = _fitted(levels, sides, reached, uncertain, unit)
@@ -118,31 +116,22 @@ def laws_from_tables(
     return replace(model, warnings=(*model.warnings, *said))
 
 
-def reached_by(tables: Sequence[PreparedTable]) -> Array | None:
-    """Tell how each level was reached: by heating, by cooling, or as the first.
+def how_reached(tables: Sequence[PreparedTable]) -> Array | None:
+    """Tell how each level was reached, see `accelcal.estimate.launch.reached_by`.
 
     Parameters
     ----------
     tables : sequence of PreparedTable
-        Tables of one mounting.
+        R tables of one mounting.
 
     Returns
     -------
-    ndarray or None
+    ndarray, shape (R,), or None
         1, -1 or 0 for each table; None where no level was reached both ways.
     """
-    temperature = np.array([table.record.mean_temperature for table in tables])
     order = np.argsort([int(table.record.run[0]) for table in tables], kind="stable")
-    reached = np.zeros(temperature.size)
-    for before, now in pairwise(order.tolist()):
-        step = temperature[now] - temperature[before]
-        # a chamber that wavers about its level neither heats nor cools
-        reached[now] = np.sign(step) if abs(step) > _SAME_LEVEL else reached[before]
-    for level in distinct(np.round(temperature)):
-        here = np.abs(temperature - level) < _SAME_LEVEL
-        if {1.0, -1.0} <= set(reached[here].tolist()):
-            return reached
-    return None
+    found = reached_by([tables[i].record.mean_temperature for i in order])
+    return None if found is None else found[np.argsort(order)]
 
 
 def _fitted(
