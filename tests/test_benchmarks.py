@@ -41,6 +41,19 @@ def test_stability_coverage():
     assert len(re.findall(r"^.{24}(?: +[01]\.\d{3}){3}$", printed, re.MULTILINE)) == 10
 
 
+def test_gates():
+    printed = run("gates.py", "--smoke", "--jobs", "1")
+    clean = re.findall(r"^    (\w[\w ]*\w) +([\d.]+)$", printed, re.MULTILINE)
+    found = re.findall(
+        r"^  (\w.*\w) +([\d.]+) +([\d.]+)  (drift|closure|outlier)", printed, re.MULTILINE
+    )
+    assert {"drift", "resolution", "any gate"} <= {name for name, _ in clean}
+    # of 60 tables at 1 %, more than 6 alarm once in a million tries
+    assert all(float(rate) <= 100.0 * 6 / 20 for name, rate in clean if name != "any gate")
+    rates = {fault: float(rate) for fault, rate, _, _ in found}
+    assert rates["warm-up 1e-4 g, 900 s"] == rates["one reading 40 ug off"] == 100.0
+
+
 @pytest.mark.parametrize("path", sorted(BENCHMARKS.glob("*.py")), ids=lambda path: path.name)
 def test_each_benchmark_is_known_here(path):
     runnable = "__main__" in path.read_text("utf-8")

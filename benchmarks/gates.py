@@ -1,0 +1,212 @@
+"""Gates: how often each warns of a clean test, and how often it finds a fault.
+
+Run ``python benchmarks/gates.py`` (minutes) or with ``--smoke`` (seconds). The tests come from
+`tumble`, which shares no code with accelcal; the faults are put into the readings here. A record
+warns where any of its tables does. A gate that is a statistical test passes where it warns of at
+most 1 % of the clean records but for the scatter of counting, any other where it never does.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+from coverage import record_of
+from tumble import Stand, Unit, readings
+
+import accelcal
+
+Columns = dict[str, np.ndarray]
+
+TESTS = ("closure", "drift", "forward against back", "outlier", "lack of fit")
+HEAD, THREE = 2e-5, (20.0, 80.0, -40.0)
+SECONDS_PER_READING = 60.0
+
+
+@dataclass(frozen=True)
+class Regime:
+    """Errors that are present, what the user declares, and the temperatures."""
+
+    name: str
+    stand: Stand
+    declared: dict[str, float] = field(default_factory=dict)
+    temperatures: tuple[float, ...] = (20.0,)
+    strokes: int = 6
+
+
+LAUNCH = {"launch_uncertainty": 1e-5, "launch_sf_uncertainty": 1e-5}
+ONE = Regime("head 2e-5 declared", Stand(head=HEAD), {"head_uncertainty": HEAD})
+ALL = Regime(
+    "head and launch shifts, 3 temperatures",
+    Stand(head=HEAD, launch=1e-5, launch_sf=1e-5),
+    {"head_uncertainty": HEAD} | LAUNCH,
+    THREE,
+)
+REGIMES = (
+    Regime("noise only, head declared 0", Stand(), {"head_uncertainty": 0.0}),
+    Regime("noise only, 2 strokes", Stand(), {"head_uncertainty": 0.0}, strokes=2),
+    ONE,
+    ALL,
+)
+
+
+def added(error: Callable[[Columns], np.ndarray]) -> Callable[[Columns], None]:
+    """A fault of the first run: an error [g] is added to its readings."""
+
+    def fault(columns: Columns) -> None:
+        columns["output"] += Unit().K1 * np.where(columns["run"] == 0, error(columns), 0.0)
+
+    return fault
+
+
+def swapped(columns: Columns) -> None:
+    """The fourth and the fifth reading are in each other's place."""
+    columns["output"][[3, 4]] = columns["output"][[4, 3]]
+
+
+def mirrored(columns: Columns) -> None:
+    """The third stroke of the first run is written backwards."""
+    own = (columns["run"] == 0) & (columns["stroke"] == 3)
+    columns["output"][own] = columns["output"][own][::-1]
+
+
+def coarse(columns: Columns) -> None:
+    """A voltmeter of three digits."""
+    columns["output"][:] = np.round(columns["output"], 2)
+
+
+def minutes(columns: Columns) -> np.ndarray:
+    """Time since the first reading, one a minute."""
+    return np.arange(columns["output"].size) * SECONDS_PER_READING / 60.0
+
+
+def sine(columns: Columns) -> np.ndarray:
+    """Sine of the head angle."""
+    return np.sin(np.radians(columns["angle"]))
+
+
+def back(columns: Columns) -> np.ndarray:
+    """One in the strokes back."""
+    return 1.0 - columns["stroke"] % 2
+
+
+FAULTS: dict[str, tuple[str, Callable[[Columns], None]]] = {
+    "return 15 ug above the start": ("closure", added(lambda c: 15e-6 * (c["angle"] == 360.0))),
+    "bias moves by 10 ug in the run": ("drift", added(lambda c: 10e-6 * minutes(c) / 53.0)),
+    "bias moves by 20 ug in the run": ("drift", added(lambda c: 20e-6 * minutes(c) / 53.0)),
+    "warm-up 1e-5 g, 900 s": ("drift", added(lambda c: 1e-5 * np.exp(-minutes(c) / 15.0))),
+    "warm-up 1e-4 g, 900 s": ("drift", added(lambda c: 1e-4 * np.exp(-minutes(c) / 15.0))),
+    "backlash 10 urad": ("forward against back", added(lambda c: -10e-6 * sine(c) * back(c))),
+    "backlash 20 urad": ("forward against back", added(lambda c: -20e-6 * sine(c) * back(c))),
+    "one reading 25 ug off": ("outlier", added(lambda c: 25e-6 * (minutes(c) == 21.0))),
+    "one reading 40 ug off": ("outlier", added(lambda c: 40e-6 * (minutes(c) == 21.0))),
+    "one position 200 urad off": (
+        "lack of fit",
+        added(lambda c: -2e-4 * sine(c) * (c["angle"] == 135.0)),
+    ),
+    "two readings swapped": ("order of positions", swapped),
+    "one stroke mirrored": ("order of positions", mirrored),
+    "steps of 0.01 mA": ("resolution", coarse),
+}
+
+
+def warned(regime: Regime, fault: str, seed: int, number: int) -> tuple[set[str], set[str]]:
+    """Gates that warn of a record, and gates that looked at it."""
+    columns = readings(
+        Unit(),
+        regime.stand,
+        np.random.default_rng([seed, number]),
+        strokes=regime.strokes,
+        temperatures=regime.temperatures,
+    )
+    if fault:
+        as_arrays = {name: np.array(values) for name, values in columns.items()}
+        FAULTS[fault][1](as_arrays)
+        columns = {name: values.tolist() for name, values in as_arrays.items()}
+    calibration = accelcal.fit(record_of(columns, regime.declared))
+    gates = [*calibration.gates, *(gate for table in calibration.tables for gate in table.gates)]
+    return (
+        {gate.name for gate in gates if gate.verdict == "warn"},
+        {gate.name for gate in gates if gate.verdict != "not assessed"},
+    )
+
+
+def rates(regime: Regime, fault: str, records: int, seed: int, pool: Any) -> dict[str, float]:
+    """Share of the records of which each gate warns, of all where it looks, and any gate [%]."""
+    one = partial(warned, regime, fault, seed)
+    warnings, looked = Counter(), set()
+    for found, assessed in pool.map(one, range(records), chunksize=25):
+        warnings.update(found)
+        warnings["any gate"] += bool(found)
+        looked |= assessed
+    return {name: 100.0 * warnings[name] / records for name in (*sorted(looked), "any gate")}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print both tables; exit 1 where a gate warns too often of clean records."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument(
+        "--tables", type=int, default=10000, help="tables a regime; a twentieth a fault"
+    )
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--seed", type=int, default=2026)
+    parser.add_argument("--smoke", action="store_true", help="60 tables a regime, no verdict")
+    options = parser.parse_args(arguments)
+    tables = 60 if options.smoke else options.tables
+    print(f"{tables} tables a regime, accelcal {accelcal.__version__}")
+    start = time.monotonic()
+    with ProcessPoolExecutor(options.jobs) as pool:
+        too_many = _clean(tables, options.seed, pool)
+        _faulty(max(tables // 20, 15), options.seed, pool)
+    print(f"{time.monotonic() - start:.0f} s with {options.jobs} processes")
+    print("too many false alarms: " + (", ".join(too_many) or "none"))
+    return 1 if too_many and not options.smoke else 0
+
+
+def _clean(tables: int, seed: int, pool: Any) -> list[str]:
+    """Print the false alarms; return the gates that give too many."""
+    too_many = []
+    print("\nclean records with a warning [%]")
+    for regime in REGIMES:
+        records = tables // len(regime.temperatures)
+        allowed = 1.0 + 300.0 * math.sqrt(0.01 * 0.99 / records)
+        print(f"  {regime.name}: {records} records, 1 % by chance stays below {allowed:.2f}")
+        for name, rate in rates(regime, "", records, seed, pool).items():
+            print(f"    {name:24s}{rate:8.2f}")
+            if name != "any gate" and rate > (allowed if name in TESTS else 0.0):
+                too_many.append(f"{regime.name}, {name}: {rate:.2f}")
+        sys.stdout.flush()
+    return too_many
+
+
+def _faulty(tables: int, seed: int, pool: Any) -> None:
+    """Print how often the gate of each fault finds it, and which others warn."""
+    print(f"\nfaults of the first run found by their gate [%], {tables} tables each")
+    print(f"  {'':32s}{'one run':>8s}{'3 runs':>8s}  gate (others that warn of 5 % or more)")
+    for fault, (gate, _) in FAULTS.items():
+        alone, among = (
+            rates(regime, fault, tables // len(regime.temperatures), seed, pool)
+            for regime in (ONE, ALL)
+        )
+        others = [
+            f"{name} {rate:.0f}"
+            for name, rate in alone.items()
+            if name not in (gate, "any gate") and rate >= 5.0
+        ]
+        also = f" ({', '.join(others)})" if others else ""
+        print(f"  {fault:32s}{alone[gate]:8.1f}{among[gate]:8.1f}  {gate}{also}")
+        sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
