@@ -25,6 +25,7 @@ FLOORS = (
     {"report", "export"},
     {"io", "batch"},
     {"calibrate"},
+    {"discovery"},
     {
         "gates",
         "weaknesses",
@@ -37,7 +38,7 @@ FLOORS = (
     },
     {"estimate", "effects"},
     {"printed"},
-    {"record", "results", "specification"},
+    {"record", "results", "specification", "accelerometer"},
     {"model"},
     {"geometry"},
     {"units", "probability", "grouping", "atomic"},

@@ -18,6 +18,7 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.accelerometer import AL15, Accelerometer, BilinearLaw, checked
 from accelcal.effects.conditions import SECONDS_PER_READING, Conditions, conditions_of
 from accelcal.effects.effect import ActsOn, Disturbance
 from accelcal.errors import InputError
@@ -28,88 +29,6 @@ __all__ = ["AL15", "NOISE_FREE", "Accelerometer", "BilinearLaw", "NoiseComponent
 __all__ += ["TumblePlan", "simulate"]
 
 Array = NDArray[np.float64]
-
-
-def _check(minimum: float = -math.inf, /, **values: float) -> None:
-    for name, value in values.items():
-        if not math.isfinite(value):
-            raise InputError(f"{name} is {value}; it is a finite number")
-        if value < minimum:
-            raise InputError(f"{name} is {value}; it is {minimum:g} or more")
-
-
-@dataclass(frozen=True, slots=True)
-class BilinearLaw:
-    """A value at T0 with one temperature slope above it and one below.
-
-    Attributes
-    ----------
-    at_reference : float
-        Value at the reference temperature.
-    above, below : float, default 0
-        Slopes for dT > 0 and for dT < 0 [per degC].
-    """
-
-    at_reference: float
-    above: float = 0.0
-    below: float = 0.0
-
-    def __post_init__(self) -> None:
-        _check(**asdict(self))
-
-
-@dataclass(frozen=True, slots=True)
-class Accelerometer:
-    """The true coefficients of an accelerometer; those left out are the AL-15's.
-
-    Attributes
-    ----------
-    scale_factor : BilinearLaw
-        K1 [output unit / g], with relative slopes beta [1/degC].
-    bias : BilinearLaw
-        k0 [g], with slopes lambda [g/degC].
-    misalignment : BilinearLaw
-        delta towards the cross axis in the rotation plane [rad], with slopes gamma [rad/degC].
-    k2, k3, cross_coupling : float
-        Nonlinearity of second and third order and delta_ip [g/g^2], [g/g^3], [g/g^2].
-    reference_temperature : float
-        T0 [degC].
-    unit, serial : str
-        Output unit and serial number (None: no number).
-
-    Raises
-    ------
-    InputError
-        If a value is not finite or the scale factor is zero.
-
-    Notes
-    -----
-    From the results printed in the paper: bias 3.324 mg, -3.9e-5 and -4.5e-5 g/degC; relative
-    slopes of the scale factor 520 and 480 ppm/degC; k2 105 ug/g^2; k3 87 ug/g^3; misalignment
-    1.15 mrad for both axes. From the data sheet quoted there: scale factor 1.2 to 1.5 mA/g, of
-    which 1.35 is the middle. Not in the paper and **set by us**: T0 = 20 degC ("normal
-    temperature"), delta_ip = 20 ug/g^2, slopes of the misalignment 1.5 and 1.2 urad/degC.
-    """
-
-    scale_factor: BilinearLaw = BilinearLaw(1.35, 520e-6, 480e-6)
-    bias: BilinearLaw = BilinearLaw(3.324e-3, -3.9e-5, -4.5e-5)
-    misalignment: BilinearLaw = BilinearLaw(1.15e-3, 1.5e-6, 1.2e-6)
-    k2: float = 105e-6
-    k3: float = 87e-6
-    cross_coupling: float = 20e-6
-    reference_temperature: float = 20.0
-    unit: str = "mA"
-    serial: str | None = "AL-15"
-
-    def __post_init__(self) -> None:
-        _check(k2=self.k2, k3=self.k3, cross_coupling=self.cross_coupling)
-        _check(reference_temperature=self.reference_temperature)
-        if self.scale_factor.at_reference == 0.0:
-            raise InputError("the scale factor is 0; it is the change of output for 1 g")
-
-
-AL15 = Accelerometer()
-"""The accelerometer of the paper; `Accelerometer` tells where each figure comes from."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +69,7 @@ class NoiseComponents:
     temperature: float = 0.0
 
     def __post_init__(self) -> None:
-        _check(0.0, **asdict(self))
+        checked(0.0, **asdict(self))
 
 
 NOISE_FREE = NoiseComponents(0.0, 0.0, 0.0, 0.0, 0.0)
@@ -203,12 +122,12 @@ class TumblePlan:
     local_gravity: float | None = None
 
     def __post_init__(self) -> None:
-        _check(1, positions=self.positions, strokes=self.strokes)
-        _check(-math.inf, **{f"angle {i}": th for i, th in enumerate(self.angles or (0.0,), 1)})
-        _check(-273.15, **{f"temperature {i}": t for i, t in enumerate(self.temperatures, 1)})
+        checked(1, positions=self.positions, strokes=self.strokes)
+        checked(-math.inf, **{f"angle {i}": th for i, th in enumerate(self.angles or (0.0,), 1)})
+        checked(-273.15, **{f"temperature {i}": t for i, t in enumerate(self.temperatures, 1)})
         checked_fixture_angle(self.delta0)
-        _check(0.0, resolution=self.resolution, seconds_between_runs=self.seconds_between_runs)
-        _check(1e-9, seconds_per_reading=self.seconds_per_reading)
+        checked(0.0, resolution=self.resolution, seconds_between_runs=self.seconds_between_runs)
+        checked(1e-9, seconds_per_reading=self.seconds_per_reading)
         for name in ("angles", "temperatures", "mountings"):
             if getattr(self, name) == ():
                 raise InputError(f"{name} is empty; a test has one or more")
@@ -261,7 +180,7 @@ def simulate(
     """
     if seed is None:
         seed = int(np.random.default_rng().integers(2**32))
-    _check(0, seed=seed)
+    checked(0, seed=seed)
     run = _Simulation(accelerometer, plan, noise, tuple(effects), seed)
     blank = _blank(accelerometer, plan)
     record = replace(
@@ -297,9 +216,10 @@ class _Simulation:
             angle=angle,
             input=a_i,
             cross=a_p,
+            axial=a_i + self.accelerometer.misalignment.at(excess) * a_p,
             excess=excess,
-            gain=1.0 + _change(self.accelerometer.scale_factor, excess),
-            indicated=_indication(self.accelerometer, a_i, a_p, excess),
+            gain=1.0 + self.accelerometer.scale_factor.change(excess),
+            indicated=self.accelerometer.indication(a_i, a_p, excess),
         )
 
     def output(self, c: Conditions) -> Array:
@@ -377,18 +297,6 @@ def _blank(accelerometer: Accelerometer, plan: TumblePlan) -> TumbleRecord:
         apparatus=Apparatus(local_gravity=plan.local_gravity),
         source="<simulated>",
     )
-
-
-def _indication(accelerometer: Accelerometer, a_i: Array, a_p: Array, excess: Array) -> Array:
-    """Y / K1(T), the bracket of the product model [g]."""
-    k0 = accelerometer.bias.at_reference + _change(accelerometer.bias, excess)
-    delta = accelerometer.misalignment.at_reference + _change(accelerometer.misalignment, excess)
-    along = a_i + accelerometer.k2 * a_i**2 + accelerometer.k3 * a_i**3
-    return k0 + along + delta * a_p + accelerometer.cross_coupling * a_i * a_p
-
-
-def _change(law: BilinearLaw, excess: Array) -> Array:
-    return np.where(excess > 0.0, law.above, law.below) * excess
 
 
 def _rounded(output: Array, step: float) -> Array:

@@ -35,6 +35,8 @@ class Conditions:
         Acceleration along the input axis a_i [local g].
     cross : ndarray
         Acceleration along the cross axis in the rotation plane, called a_p [local g].
+    axial : ndarray
+        Acceleration along the true input axis, which the misalignment tilts [local g].
     excess : ndarray
         Temperature above the reference, dT = T - T0 [degC].
     approach : ndarray
@@ -63,6 +65,7 @@ class Conditions:
     angle: Array
     input: Array
     cross: Array
+    axial: Array
     excess: Array
     approach: Array
     stroke: NDArray[np.int64]
@@ -103,7 +106,7 @@ def conditions_of(
     Returns
     -------
     Conditions
-        Those of an ideal accelerometer: `indicated` is a_i, `gain` 1, `per_radian` the derivative
+        Those of an ideal accelerometer: `indicated` and `axial` are a_i, `gain` 1, `per_radian` the derivative
         of a_i, `per_degree` 0. Who knows better replaces them.
 
     Notes
@@ -133,6 +136,7 @@ def conditions_of(
         angle=record.angle,
         input=sensed.input,
         cross=sensed.pendulous + sensed.output,  # one of the two is zero
+        axial=sensed.input,
         excess=excess,
         approach=_approach(record.run, excess),
         stroke=record.stroke,

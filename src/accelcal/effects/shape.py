@@ -15,7 +15,7 @@ _OTHER_MOUNTING = "the other cross axis in the rotation plane"
 
 
 def _dead_zone(c: Conditions, threshold: float) -> NDArray[np.float64]:
-    return -np.clip(c.input, -threshold, threshold)
+    return -np.clip(c.axial, -threshold, threshold)
 
 
 EFFECTS = (
@@ -80,7 +80,7 @@ EFFECTS = (
         id="dead-zone",
         name="dead zone",
         physics="Below a threshold nothing answers; beyond it the output is shifted towards zero.",
-        formula="-a_i where |a_i| < w, else -w sign(a_i)",
+        formula="-a where |a| < w, else -w sign(a), with a = a_i + delta a_p",
         signature="The two positions near 0 g stand out: sin 3th, or K0 and K2, by their signs.",
         to_tell_apart="fine steps of the head about the two positions near 0 g",
         acts_on="output",

@@ -19,6 +19,9 @@ Array = NDArray[np.float64]
 HOUR = 3600.0  # s
 DAY = 24.0 * HOUR
 
+_SHOWN_BY = 4
+"""Readings on either side that a step within a run takes; with fewer, it is an outlier."""
+
 _APPROACH = 45.0
 """The head comes to the first position of a run from this far before it [deg]."""
 
@@ -30,6 +33,17 @@ def _time_constants(c: Conditions) -> Array:
     shortest = 0.5 * float(np.median(intervals)) if intervals.size else 1.0
     longest = max(float(c.run_time.max()), 2.0 * shortest)
     return np.geomspace(shortest, longest, 1 + math.ceil(2.0 * math.log(longest / shortest)))
+
+
+def _moments(c: Conditions) -> Array:
+    """First readings after a step that shows in some readings of a run, or lies between runs."""
+    run = c.run[c.order]
+    starts = np.flatnonzero(np.concatenate([[True], run[1:] != run[:-1], [True]]))
+    place = np.arange(c.number.size)
+    behind = place - starts[np.searchsorted(starts, place, side="right") - 1]
+    ahead = starts[np.searchsorted(starts, place, side="right")] - place
+    seen = (np.minimum(behind, ahead) >= _SHOWN_BY) | ((behind == 0) & (place > 0))
+    return place[seen] + 1.0
 
 
 def _bias_step(c: Conditions, step: float, reading: float) -> Array:
@@ -124,7 +138,7 @@ EFFECTS = (
                 default=0.0,
                 minimum=0.0,
                 linear=False,
-                search=lambda c: np.arange(2.0, c.number.size + 1.0),
+                search=_moments,
                 discrete=True,
             ),
         ),
