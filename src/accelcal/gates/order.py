@@ -94,8 +94,8 @@ def order_of_positions(table: PreparedTable, delta0: float = 0.0) -> Gate:
 def _best_order(table: PreparedTable, fit: _Fit, delta0: float) -> tuple[str, float]:
     """The best of the other orders of strokes, with its sum of squared residuals."""
     names, members = _groups_of_strokes(table.record.stroke)
-    if not names:
-        return "", np.inf
+    if not names or _squares_without(table, fit, members).min() > fit.squares / _MUCH_BETTER:
+        return "", np.inf  # no order of a group fits better than leaving the group out
     found = []
     for order in _other_orders(table):
         squares = _squares_of_groups(table, fit, order, members, delta0)
@@ -144,17 +144,30 @@ def _design(table: PreparedTable, order: _Order, delta0: float) -> Array:
     return design[:, table.estimability.columns]
 
 
+def _squares_without(table: PreparedTable, fit: _Fit, members: Mask) -> Array:
+    """Squared residuals after refitting without each group, shape (groups,)."""
+    nothing = np.zeros_like(fit.residual)
+    return _refitted(table, fit, np.zeros_like(fit.basis), nothing, members)
+
+
 def _squares_of_groups(
     table: PreparedTable, fit: _Fit, order: _Order, members: Mask, delta0: float
 ) -> Array:
-    """Squared residuals after refitting with each group in another order, shape (groups,).
-
-    Another order changes the normal matrix 1 by D, the right-hand side by d and the squares by q,
-    each a sum over the readings concerned; refitting leaves squares + q - d (1 + D)^-1 d. So no
-    design of a whole table is needed for each group.
-    """
+    """Squared residuals after refitting with each group in another order, shape (groups,)."""
     basis = _design(table, order, delta0) @ fit.to_basis
     residual = order.sign * table.record.output - basis @ fit.values
+    return _refitted(table, fit, basis, residual, members)
+
+
+def _refitted(
+    table: PreparedTable, fit: _Fit, basis: Array, residual: Array, members: Mask
+) -> Array:
+    """Squared residuals after refitting with the rows of each group changed, shape (groups,).
+
+    Other rows change the normal matrix 1 by D, the right-hand side by d and the squares by q, each
+    a sum over the readings concerned; refitting leaves squares + q - d (1 + D)^-1 d. So no design
+    of a whole table is needed for each group.
+    """
 
     def of_groups(change: Array) -> Array:
         strokes = np.zeros((members.shape[1], *change.shape[1:]))
