@@ -49,10 +49,17 @@ def remainder(effect: Floats, base: Floats) -> Floats:
 
 def noncentrality(effect: Floats, directions: Floats, covariance: Floats) -> float:
     """q: norm of the remainder of an effect in whitened coordinates."""
-    root = np.linalg.cholesky(covariance)
-    white = np.linalg.solve(root, np.column_stack([directions, effect]))
+    white = whitened(np.column_stack([directions, effect]), covariance)
     left = remainder(white[:, -1], orthonormal(white[:, :-1]))
     return float(np.linalg.norm(left))
+
+
+def whitened(columns: Floats, covariance: Floats) -> Floats:
+    """Columns in coordinates in which the noise has unit covariance, shape (n, k)."""
+    variances = np.diag(covariance)
+    if np.count_nonzero(covariance) == len(variances):
+        return columns / np.sqrt(variances)[:, None]
+    return np.linalg.solve(np.linalg.cholesky(covariance), columns)
 
 
 def are_distinct(effects: list[Floats], base: Floats, *, seen: float, alike: float) -> bool:
