@@ -38,11 +38,13 @@ class Regime:
     declared: dict[str, float] = field(default_factory=dict)
     temperatures: tuple[float, ...] = (20.0,)
     positions: int = 8
+    strokes: int = 6
     laws: str = ""
     aside: str = ""
 
 
 HEAD = 2e-5
+NOISE = 1.35 * 5e-6  # in the unit of the output
 NO_HEAD = {"head_uncertainty": 0.0}
 LAUNCH = {"launch_uncertainty": 1e-5, "launch_sf_uncertainty": 1e-5}
 REGIMES = (
@@ -50,6 +52,27 @@ REGIMES = (
     Regime("head 2e-5 declared", Stand(head=HEAD), {"head_uncertainty": HEAD}),
     Regime("head 2e-5 estimated", Stand(head=HEAD)),
     Regime("head 2e-5 estimated, 12 positions", Stand(head=HEAD), positions=12),
+    Regime("head 6.7e-6 estimated", Stand(head=6.7e-6)),
+    Regime("head 5e-6 estimated, as large as the noise", Stand(head=5e-6)),
+    *(
+        Regime(f"one stroke, {positions} positions, {text}", stand, positions=positions, strokes=1)
+        for positions in (12, 24, 36)
+        for text, stand in (("no head error", Stand()), ("head 2e-5", Stand(head=HEAD)))
+    ),
+    Regime(
+        "one stroke, 8 positions, head 2e-5 declared",
+        Stand(head=HEAD),
+        {"head_uncertainty": HEAD},
+        strokes=1,
+    ),
+    *(
+        Regime(
+            f"noise of {share:g} steps, resolution declared",
+            Stand(step=NOISE / share),
+            NO_HEAD | {"resolution": NOISE / share},
+        )
+        for share in (0.2, 0.5, 1.0)
+    ),
     Regime("launch declared", Stand(launch=1e-5, launch_sf=1e-5), NO_HEAD | LAUNCH),
     Regime("launch estimated from 6 runs", Stand(launch=1e-5, launch_sf=1e-5), NO_HEAD, REPEATED),
     Regime(
@@ -79,7 +102,18 @@ REGIMES = (
         laws="readings",
     ),
     Regime("* noise only, nothing declared", Stand(), aside="wider than needed"),
-    Regime("* head as large as the noise", Stand(head=5e-6), aside="2 dof cannot resolve it"),
+    Regime(
+        "* one stroke, 8 positions, no head error",
+        Stand(),
+        strokes=1,
+        aside="three residuals for both errors: the report says so",
+    ),
+    Regime(
+        "* one stroke, 8 positions, head 2e-5",
+        Stand(head=HEAD),
+        strokes=1,
+        aside="three residuals for both errors: the report says so",
+    ),
     Regime(
         "* launch neither declared nor repeated",
         Stand(launch=1e-5),
@@ -106,17 +140,24 @@ def record_of(columns: dict[str, list[float]], declared: dict[str, float]) -> ac
     )
 
 
+def any_unit(rng: np.random.Generator) -> Unit:
+    """Draw a unit like the AL-15, so that no step of the voltmeter falls on the same digits."""
+    near = {"K1": 1.35, "k0": 3.324e-3, "k2": 105e-6, "k3": 87e-6, "delta": 1.15e-3}
+    return Unit(**{name: value * rng.uniform(0.9, 1.1) for name, value in near.items()})
+
+
 def one_table(
     regime: Regime, seed: int, number: int
 ) -> tuple[dict[tuple[str, str], bool], dict[tuple[str, str], float]]:
     """Which intervals hold the truth, and how wide they are."""
     rng = np.random.default_rng([seed, number])
-    unit = Unit()
+    unit = any_unit(rng)
     columns = readings(
         unit,
         regime.stand,
         rng,
         positions=regime.positions,
+        strokes=regime.strokes,
         temperatures=regime.temperatures,
     )
     calibration = accelcal.fit(

@@ -45,12 +45,13 @@ class Unit:
 
 @dataclass(frozen=True)
 class Stand:
-    """Standard deviations of the errors of a stand."""
+    """Standard deviations of the errors of a stand, and the step of its voltmeter."""
 
     reading: float = 5e-6
     head: float = 0.0
     launch: float = 0.0
     launch_sf: float = 0.0
+    step: float = 0.0
 
 
 def readings(
@@ -86,6 +87,8 @@ def readings(
                     + k["M_ip"] * a_i * a_p
                     + k["K1"] * stand.reading * rng.standard_normal()
                 )
+                if stand.step:
+                    output = stand.step * round(output / stand.step)
                 row = (run, temperature, 360.0 * j / positions, stroke, output)
                 for name, value in zip(columns, row, strict=True):
                     columns[name].append(value)

@@ -15,8 +15,10 @@ from accelcal.estimate.head import HeadError, LackOfFit, head_error, lack_of_fit
 from accelcal.estimate.launch import RunShift, reached_by, run_shift
 from accelcal.estimate.linear import METHODS, LinearEstimator, linear_estimator
 from accelcal.estimate.noise import ReadingNoise, reading_noise
+from accelcal.estimate.rounding import rounding
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
+from accelcal.estimate.unrepeated import told_apart
 from accelcal.grouping import decimal_step, distinct, grouped
 from accelcal.model import COEFFICIENTS
 from accelcal.record import Apparatus
@@ -175,8 +177,17 @@ def _judge_errors(
     ]
     noises = reading_noise(tables, outputs)
     found = lack_of_fit(tables, outputs, noises, coefficients)
-    separable = all(noise.source not in ("residuals", "none") for noise in noises)
-    head = head_error(found, apparatus.head_uncertainty, separable=separable)
+    declared = apparatus.head_uncertainty
+    if found.contrasts.size and all(noise.source == "residuals" for noise in noises):
+        told = told_apart(found, noises[0].dof, declared)
+        noises = [
+            noise._replace(factor=told.noise * noise.factor, dof=told.noise_dof) for noise in noises
+        ]
+        found = found.in_units_of(told.noise)
+        head = head_error(found, declared, told_apart=told.head)
+    else:
+        separable = all(noise.source not in ("residuals", "none") for noise in noises)
+        head = head_error(found, declared, separable=separable)
     return _Errors(
         coefficients=coefficients,
         noises=noises,
@@ -230,16 +241,19 @@ def _shift_component(
 def _resolution_component(
     estimators: Sequence[LinearEstimator], errors: _Errors, step: float | None
 ) -> Component:
-    """Rounding error, where the noise is too small to average it out over the strokes."""
+    """Rounding errors that the reading noise does not hold."""
     blocks = []
     for estimator, noise in zip(estimators, errors.noises, strict=True):
         table = estimator.table
         q = decimal_step(table.record.output) if step is None else step
-        hidden = not noise.factor * table.scatter.min() > q / 2.0
-        size = q / np.sqrt(12.0) if hidden else 0.0
-        same_position = distinct(estimator.table.head)[:, None] == estimator.table.head
-        common = size * estimator.map @ same_position.T
-        blocks.append(common @ common.T)
+        if noise.source == "residuals":
+            q = 0.0  # they hold it all
+        size = float(noise.factor * table.scatter.min())
+        left = rounding(size, q, seen=noise.source != "declared")
+        same_position = distinct(table.head)[:, None] == table.head
+        common = left.common * estimator.map @ same_position.T
+        own = left.own * estimator.map
+        blocks.append(common @ common.T + own @ own.T)
     return Component(_block_diagonal(blocks), np.full(sum(b.shape[0] for b in blocks), np.inf))
 
 
