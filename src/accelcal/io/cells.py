@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from itertools import compress
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,8 +26,7 @@ MISSING = frozenset(
 _WITH_UNIT = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*([^0-9\s.,+-].*)")
 
 
-@dataclass(frozen=True, slots=True)
-class Column:
+class Column(NamedTuple):
     """One column of the table.
 
     Attributes
@@ -66,7 +64,7 @@ class Column:
             if isinstance(self.cells, np.ndarray)
             else list(compress(self.cells, keep))
         )
-        return replace(self, cells=chosen, lines=self.lines[keep])
+        return self._replace(cells=chosen, lines=self.lines[keep])
 
     def without_unit(self) -> Column:
         """Take off the unit that every cell carries, as in ``1.25 mA``; it becomes the column's."""
@@ -78,7 +76,8 @@ class Column:
         if self.unit and canonical_unit(self.unit) != canonical_unit(unit):
             problem, remedy = f"{{}} under a heading in {self.unit}", "use one unit in a column"
             raise self.refuse(list(self.cells).index(first), problem, remedy)
-        return replace(self, unit=unit, cells=[self._bare(i, unit) for i in range(len(self.cells))])
+        cells = [self._bare(i, unit) for i in range(len(self.cells))]
+        return self._replace(unit=unit, cells=cells)
 
     def _bare(self, index: int, unit: str) -> str:
         cell = str(self.cells[index])

@@ -66,7 +66,7 @@ def summary(records: Sequence[TumbleRecord], form: TableForm) -> dict[str, Any]:
     return {
         "schema": "accelcal/check/1",
         "source": records[0].source,
-        "table": {name: getattr(form, name) for name in form.__slots__},
+        "table": form._asdict(),
         "records": [_record_summary(record) for record in records],
     }
 

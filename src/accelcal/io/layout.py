@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sized
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from accelcal.errors import TableError
@@ -19,7 +18,7 @@ _PREAMBLE_LINES = 200
 _HEADINGS_REMEDY = "the first row names the columns: temperature, position, stroke, output"
 _DECLARATION = re.compile(r"([^:=,;\t]+)[:=](.*)")
 _DECLARATION_IN_CELLS = re.compile(r"([^,;\t]+)[,;\t](.*)")
-_EXCEL_ERROR = re.compile(r"#(N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)")
+_EXCEL_ERROR = r"#(N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)"
 
 
 class Declared(NamedTuple):
@@ -29,8 +28,7 @@ class Declared(NamedTuple):
     line: int
 
 
-@dataclass(frozen=True, slots=True)
-class Layout:
+class Layout(NamedTuple):
     """A table taken apart, its cells still text.
 
     Attributes
@@ -69,13 +67,15 @@ class _Headings(NamedTuple):
     line: int
 
 
-def read_layout(source: SourceText) -> Layout:
+def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
     """Take a table apart.
 
     Parameters
     ----------
     source : SourceText
         The whole text of the file.
+    remedy : str, optional
+        What the headings should be, for the message where there are none.
 
     Returns
     -------
@@ -89,7 +89,7 @@ def read_layout(source: SourceText) -> Layout:
     """
     refuse_document(source.text, source.name)
     lines = source.text.split("\n")
-    headings, above, start = _find_headings(lines, source.name)
+    headings, above, start = _find_headings(lines, source.name, remedy)
     declared, aside = _declarations(above, source.name)
     rows, numbers, comments = _rows(lines, start, headings, source.name)
     if comments:
@@ -201,7 +201,9 @@ def counted(things: Sized, what: str) -> str:
     return f"{len(things)} {what}{' was' if len(things) == 1 else 's were'}"
 
 
-def _find_headings(lines: list[str], name: str) -> tuple[_Headings, list[tuple[int, str]], int]:
+def _find_headings(
+    lines: list[str], name: str, remedy: str
+) -> tuple[_Headings, list[tuple[int, str]], int]:
     """Headings, the lines above them that are not blank, and the index of the first row."""
     above: list[tuple[int, str]] = []
     commented = None
@@ -220,7 +222,7 @@ def _find_headings(lines: list[str], name: str) -> tuple[_Headings, list[tuple[i
             return commented, [item for item in above if item[0] != commented.line], index
         commented = found or commented
         above.append((index + 1, line))
-    raise _no_headings(above, name)
+    raise _no_headings(above, name, remedy)
 
 
 def _headings(line: str, number: int) -> _Headings | None:
@@ -317,7 +319,7 @@ def _comments(lines: list[str], numbers: list[int], name: str) -> Iterator[int]:
     for number in numbers:
         line = lines[number - 1]
         text = _uncomment(line)
-        if text is None or _EXCEL_ERROR.match(line.strip(' \t"')):
+        if text is None or re.match(_EXCEL_ERROR, line.strip(' \t"')):
             continue
         declaration = _DECLARATION.fullmatch(text)
         if declaration and canonical_key(declaration[1].strip()):
@@ -327,12 +329,12 @@ def _comments(lines: list[str], numbers: list[int], name: str) -> Iterator[int]:
         yield number
 
 
-def _no_headings(above: list[tuple[int, str]], name: str) -> TableError:
+def _no_headings(above: list[tuple[int, str]], name: str, remedy: str) -> TableError:
     table = [(number, line) for number, line in above if _uncomment(line) is None]
     if not above:
-        return TableError("the file is empty", _HEADINGS_REMEDY, source=name)
+        return TableError("the file is empty", remedy, source=name)
     if not table:
-        return TableError("header lines, but no table", _HEADINGS_REMEDY, source=name)
+        return TableError("header lines, but no table", remedy, source=name)
     number, line = table[0]
     cells = re.split(r"[;\t]|,(?!\d)|\s+", line.strip())
     numeric = sum(cell[:1].isdigit() or cell[:1] in "+-." for cell in cells if cell)
@@ -340,4 +342,4 @@ def _no_headings(above: list[tuple[int, str]], name: str) -> TableError:
         problem = "numbers where the column headings belong"
     else:
         problem = f"no column headings in {shown(line.strip())}"
-    return TableError(problem, _HEADINGS_REMEDY, source=name, line=number)
+    return TableError(problem, remedy, source=name, line=number)

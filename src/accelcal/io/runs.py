@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -154,8 +154,7 @@ def _no_level(readings: Readings, level: NDArray[np.bool_], source: str) -> Tabl
 # -- visits ----------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class _Segments:
+class _Segments(NamedTuple):
     """Stretches of rows of one level, in an order that may be that of measuring."""
 
     order: Ints  # of the readings

@@ -103,7 +103,7 @@ def read_stability(
     <StabilityRecord <table>: 1 launches, 3 samples>
     """
     text = read_text(source)
-    layout = _with_own_headings(read_layout(text))
+    layout = _with_own_headings(read_layout(text, _REMEDY))
     given = {key: value for key, value in (overrides or {}).items() if value}
     columns = _columns(layout)
     output = numbers(columns["output"])
@@ -137,7 +137,7 @@ def _with_own_headings(layout: Layout) -> Layout:
         else heading
         for heading in layout.headings
     )
-    return replace(layout, headings=headings)
+    return layout._replace(headings=headings)
 
 
 def _columns(layout: Layout) -> Roles:

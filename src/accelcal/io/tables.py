@@ -8,8 +8,7 @@ headings and rows (`layout`), columns (`columns`, `engines`), cells (`cells`), r
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,8 +34,7 @@ _NEEDED = ("output", "angle", "temperature", "stroke", "mounting", "position")
 _OPTIONAL = ("std", "count", "line")
 
 
-@dataclass(frozen=True, slots=True)
-class TableForm:
+class TableForm(NamedTuple):
     """How a table was written.
 
     Attributes
