@@ -97,6 +97,10 @@ def record_warnings(
         )
     else:
         said.append(f"{effective} the reversed mounting would separate them")
+    said.append(
+        "a mirrored order in all strokes, J counted against the turn, leaves no residual: it only"
+        " turns the signs of M and M_ip"
+    )
     return (*said, *_of_head(estimate), *_of_launch(estimate))
 
 

@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 
 _HARMLESS = 1e-6  # g, well below the noise of any reading
 _HIDING = 0.5  # noise over step below which rounding is no longer random
+_NO_SCATTER = 1e-6  # noise over step that only rounding errors of the arithmetic make
 _ALIKE = 1.5  # visible over declared step above which the two contradict each other
 
 
@@ -48,11 +49,12 @@ def resolution(table: PreparedTable, noise: ReadingNoise, scale: float) -> Gate:
         return warn_if("resolution", False, "no step of the readings that matters")
     size = f"{step:.6g} {table.record.unit or 'output units'} ({acceleration(step / scale)})"
     if declared is not None and step < _ALIKE * declared:
-        return warn_if("resolution", False, f"step of {size} as declared")
+        return warn_if("resolution", False, f"the declared step covers that of {size}")
     if not np.isfinite(noise.factor):
         return not_assessed("resolution", f"steps of {size}, and nothing tells the reading noise")
     scatter = noise.factor * median(table.scatter)
-    steps = f"steps of {size}, scatter of {acceleration(scatter / scale)}"
+    alike = scatter < _NO_SCATTER * step
+    steps = f"steps of {size}, scatter of {'0' if alike else acceleration(scatter / scale)}"
     if scatter >= _HIDING * step:
         return warn_if("resolution", False, steps)
     remedy = f"rounding passes for head error; declare '# resolution: {step:.6g}'"
