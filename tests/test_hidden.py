@@ -180,6 +180,17 @@ def test_backlash_goes_by_the_sine():
     assert effect[table.angle == 180.0] == pytest.approx(0.0, abs=1e-7)
 
 
+def test_each_run_is_approached_forwards():
+    truth, table, _ = effect_in_g("backlash")
+    world = table.world.having("stand", **truth)
+    behind = (table.session.angle - world.stand.angle(table.session))[table.session.read]
+    # on the way back the worm first takes up its slack: the turning point is still as it was
+    forward = (table.stroke % 2 == 1) | (table.position == 9)
+    again = (table.stroke > 1) & (table.stroke % 2 == 1) & (table.position == 1)
+    expected = np.where(forward & ~again, 0.5, -0.5) * truth["backlash"]
+    np.testing.assert_allclose(behind, expected, atol=1e-12)
+
+
 def test_temperature_hysteresis_knows_from_where_a_level_was_reached():
     truth, table, effect = effect_in_g("temperature-hysteresis", "loop")
     of_run = [effect[table.run == run] / truth["thermal_lag"] for run in range(1, 9)]
@@ -547,6 +558,15 @@ def test_noise_has_its_covariance(regime):
     assert ahead == pytest.approx(np.diag(expected, 1).mean(), abs=0.05 * expected.max())
     size = np.sqrt(np.diag(expected))
     assert np.abs(np.cov(noise.T) - expected)[np.triu_indices(54)].max() < 0.5 * size.max() ** 2
+
+
+def test_memory_of_the_noise_ends_with_the_run():
+    taken = session(DESIGNS["three"], np.random.default_rng(1))
+    rng = np.random.default_rng(2)
+    noise = np.array([REGIMES["ar1"].scatter(taken, rng) for _ in range(1000)])
+    together = np.corrcoef(noise.T)
+    assert together[52, 53] == pytest.approx(0.5, abs=0.12)
+    assert together[53, 54] == pytest.approx(0.0, abs=0.12)
 
 
 def test_head_errors_repeat_in_all_strokes_and_runs():
