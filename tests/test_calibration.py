@@ -26,6 +26,7 @@ GOLDEN = Path(__file__).parent / "golden" / "calibration-1.json"
 COEFFICIENTS = {"K0": 0, "K1": 1, "K2": 2, "K3": 3, "M": 1, "M_ip": 2}
 ERRORS = {"k0": "g", "k2": "g/g^2", "k3": "g/g^3", "delta": "rad", "delta_ip": "g/g^2"}
 LEAF = {"value", "standard_uncertainty", "unit"}
+PARTS = ("at_T0", "above", "below")
 
 
 def table(levels=(20.0, 70.0, -40.0), strokes=2, positions=8, header="# unit: mA", seed=1):
@@ -243,8 +244,11 @@ class Parts:
         self.rng = rng
 
     def number(self):
-        gauss, wide = self.rng.gauss(0.0, 1.0), 10.0 ** self.rng.uniform(-300, 300)
+        gauss, wide = self.rng.gauss(0.0, 1.0), 10.0 ** self.rng.uniform(-300, 100)
         return self.rng.choice([0.0, -1.5, gauss, wide, 5e-324])
+
+    def size(self):
+        return abs(self.number())
 
     def text(self):
         return self.rng.choice(self.TEXTS)
@@ -256,16 +260,21 @@ class Parts:
         return tuple(make() for _ in range(least + self.rng.randrange(3)))
 
     def quantity(self):
-        number = self.number
-        value, standard = self.maybe(number), self.maybe(number)
-        return Quantity(value, standard, self.text(), self.maybe(number), self.maybe(number))
+        value, (standard, *others) = (
+            self.maybe(self.number),
+            [self.maybe(self.size) for _ in range(3)],
+        )
+        return Quantity(value, standard, self.text(), *others)
+
+    def coefficients(self):
+        return {name: Quantity(-1.5, self.maybe(self.size), self.text()) for name in COEFFICIENTS}
 
     def gate(self):
         return Gate(self.text(), self.text(), self.text())
 
     def source(self):
-        number, text = self.number, self.text
-        return ErrorSource(text(), self.maybe(number), text(), self.maybe(number), text())
+        size, text = self.size, self.text
+        return ErrorSource(text(), self.maybe(size), text(), self.maybe(size), text())
 
     def law(self):
         return BilinearLaw(*(self.maybe(self.quantity) for _ in range(3)))
@@ -292,7 +301,8 @@ class Parts:
         return Residuals(*made)
 
     def table(self):
-        n, p = self.rng.randrange(4), self.rng.randrange(4)
+        n, p = self.rng.randrange(4), self.rng.choice([0, 2, 3])
+        spread = self.size()
         return TableCalibration(
             run=self.text(),
             mounting="o+",
@@ -300,10 +310,12 @@ class Parts:
             readings=n,
             dof=self.rng.randrange(9),
             residual_rms=self.number(),
-            coefficients={name: self.quantity() for name in COEFFICIENTS},
+            coefficients=self.coefficients(),
             error_model={name: self.quantity() for name in ERRORS},
             covariance_names=tuple(COEFFICIENTS)[:p],
-            covariance_matrix=tuple(tuple(self.number() for _ in range(p)) for _ in range(p)),
+            covariance_matrix=tuple(
+                tuple(spread if i == j else -spread / 2.0 for i in range(p)) for j in range(p)
+            ),
             budget={"K0": {"head": self.number()}},
             stands_for={"K1": self.text()},
             residuals=self.residuals(n),
@@ -315,10 +327,10 @@ class Parts:
         return Calibration(
             method=self.text(),
             output_unit=self.maybe(self.text),
-            tables=self.several(self.table),
+            tables=self.several(self.table, least=1),
             serial=self.maybe(self.text),
             g_local_m_s2=self.maybe(self.number),
-            T0_degC=self.maybe(self.number),
+            T0_degC=self.number(),
             delta0_rad=self.number(),
             robust=self.rng.random() < 0.5,
             source=self.text(),
@@ -427,15 +439,16 @@ def test_calibrations_without_a_list_are_refused(several):
 
 
 def test_every_missing_key_is_refused(document):
-    needed = set(document) - {"effects", "verdict", "schema", "acceleration_unit"}
-    for key in needed:
+    needed = "method g_local_m_s2 output_unit serial T0_degC tables temperature_model warnings"
+    for key in needed.split():
         cut = {name: part for name, part in document.items() if name != key}
         with pytest.raises(DocumentError, match=f"lacks '{key}'"):
             Calibration.from_document(cut)
 
 
 def test_every_missing_key_of_a_table_is_refused(document):
-    for key in document["tables"][0]:
+    needed = "run temperature_degC readings dof residual_rms coefficients error_model covariance"
+    for key in [*needed.split(), "warnings"]:
         cut = copy.deepcopy(document)
         del cut["tables"][0][key]
         with pytest.raises(DocumentError, match=f"lacks '{key}'"):
@@ -542,7 +555,12 @@ def test_copies_and_pickles_are_equal(calibration):
 
 def test_frame(calibration):
     frame = calibration.to_frame()
-    assert len(frame) == 3 * 11
+    laws = [f"{name} {part}" for name in ("k0", "K1", "delta") for part in PARTS]
+    assert len(frame) == 3 * 11 + len(laws)
+    assert frame.coefficient.tolist()[3 * 11 :] == laws
+    slope = calibration.rows()[3 * 11 + 4]
+    assert slope["value"] == calibration.temperature_model.K1.above.value
+    assert (slope["run"], slope["unit"], slope["temperature_degC"]) == (None, "1/degC", 20.0)
     assert {"run", "coefficient", "value", "standard_uncertainty", "unit"} <= set(frame.columns)
     bias = frame[frame.coefficient == "k0"].set_index("run").value
     expected = {part.run: part.error_model["k0"].value for part in calibration.tables}

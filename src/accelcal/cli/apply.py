@@ -11,7 +11,7 @@ from typing import IO, TYPE_CHECKING, Any, cast
 import click
 
 from accelcal.cli.deliver import refuse_to_overwrite
-from accelcal.cli.options import data_argument, number, output_option
+from accelcal.cli.options import data_argument, mounting_option, number, output_option
 from accelcal.errors import AccelcalWarning, InputError
 
 if TYPE_CHECKING:
@@ -41,6 +41,7 @@ __all__ = ["apply"]
 @click.option("--unit", "output_unit", metavar="UNIT", help="Unit of the outputs in DATA.")
 @click.option("--serial", metavar="TEXT", help="Serial number, where CAL.json holds several.")
 @click.option("--run", metavar="TEXT", help="Use the table of this run only.")
+@mounting_option
 @click.option(
     "--output-uncertainty",
     type=number,
@@ -64,6 +65,7 @@ def apply(
     path: str | None,
     serial: str | None,
     run: str | None,
+    mounting: str | None,
     **options: Any,
 ) -> None:
     """Turn the outputs in DATA into accelerations by the calibration CAL.json.
@@ -86,7 +88,8 @@ def apply(
     refuse_to_overwrite([calibration, data], path)
     file = read_calibrations(calibration)
     with open_samples(data) as samples:
-        found = compensation(file.choose(serial or samples.headings.declared.get("serial")), run)
+        serial = serial or samples.headings.declared.get("serial")
+        found = compensation(file.choose(serial, mounting), run)
         about = f"{file.name}, SHA-256 {file.sha256}"
         stream = AccelerationStream(found, samples, StreamOptions(**options), about)
         for note in stream.notes:

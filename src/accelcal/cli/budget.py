@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from accelcal.cli.deliver import deliver
-from accelcal.cli.options import format_option, number, numbers, output_option
+from accelcal.cli.options import (
+    SECONDS,
+    durations,
+    format_option,
+    mounting_option,
+    number,
+    numbers,
+    output_option,
+)
 
 if TYPE_CHECKING:
     from accelcal.error_budget.random_part import RandomPart
@@ -16,21 +24,6 @@ if TYPE_CHECKING:
     from accelcal.results.error_budget import ErrorBudget
 
 __all__ = ["budget"]
-
-_SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0}
-
-
-def durations(text: str) -> tuple[float, ...]:
-    """Type of an option: durations separated by commas, as in ``600,10min,12h``; in seconds."""
-    return tuple(_duration(item.strip()) for item in text.split(","))
-
-
-def _duration(text: str) -> float:
-    digits = text.rstrip("sminh ")
-    unit = text[len(digits) :].strip() or "s"
-    if unit not in _SECONDS:
-        raise click.BadParameter(f"{text!r} is no time; write it as 600, 600s, 10min or 12h.")
-    return number(digits) * _SECONDS[unit]
 
 
 @click.command()
@@ -86,6 +79,7 @@ def _duration(text: str) -> float:
 @click.option("--exact", is_flag=True, help="Take (K1 - K1N)/K1 of (2), not its first order.")
 @click.option("--extrapolate", is_flag=True, help="Allow temperatures outside the calibrated ones.")
 @click.option("--serial", metavar="TEXT", help="Serial number, where CAL.json holds several.")
+@mounting_option
 @click.option("--plot", "picture", metavar="FILE", help="Draw the budget (png or svg).")
 @format_option("text", "json", "csv")
 def budget(
@@ -93,6 +87,7 @@ def budget(
     path: str | None,
     picture: str | None,
     serial: str | None,
+    mounting: str | None,
     form: str,
     **options: Any,
 ) -> None:
@@ -112,7 +107,7 @@ def budget(
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
     from accelcal.io.calibrations import read_calibrations
 
-    chosen = read_calibrations(calibration).choose(serial)
+    chosen = read_calibrations(calibration).choose(serial, mounting)
     found = _budget(chosen, _random(chosen, options), options)
     if picture is not None:
         _draw(picture, found)
@@ -130,7 +125,7 @@ def _random(calibration: Calibration, options: dict[str, Any]) -> RandomPart:
     return random_part(
         calibration,
         _stability(options["stability"]),
-        drift_rate=None if per_hour is None else per_hour / _SECONDS["h"],
+        drift_rate=None if per_hour is None else per_hour / SECONDS["h"],
         **{name: options[name] for name in names.split()},
     )
 
@@ -141,7 +136,7 @@ def _stability(path: str | None) -> Any:
     from accelcal.io.text import read_text
     from accelcal.results.json_text import parse_json
 
-    return parse_json(read_text(path).text)
+    return parse_json(read_text(path, "stability test").text)
 
 
 def _budget(calibration: Calibration, random: RandomPart, options: dict[str, Any]) -> ErrorBudget:

@@ -10,7 +10,7 @@ import click
 
 from accelcal.errors import InputError
 
-__all__ = ["deliver", "refuse_to_overwrite"]
+__all__ = ["deliver", "refuse_stdin_twice", "refuse_to_overwrite"]
 
 
 def deliver(text: str, path: str | None = None) -> None:
@@ -55,6 +55,23 @@ def refuse_to_overwrite(sources: Sequence[str], path: str | None) -> None:
     for source in sources:
         if path not in (None, "-") and os.path.realpath(source) == os.path.realpath(str(path)):
             raise InputError(f"-o {path} is a file to be read; name another file with -o")
+
+
+def refuse_stdin_twice(sources: Sequence[str]) -> None:
+    """Refuse to read standard input more than once.
+
+    Parameters
+    ----------
+    sources : sequence of str
+        Files that are read.
+
+    Raises
+    ------
+    InputError
+        If ``"-"`` is among them twice.
+    """
+    if list(sources).count("-") > 1:
+        raise InputError("- is given twice; standard input can be read once, so name it once")
 
 
 def _print(text: str) -> None:

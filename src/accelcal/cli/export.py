@@ -7,7 +7,7 @@ import warnings
 import click
 
 from accelcal.cli.deliver import deliver, refuse_to_overwrite
-from accelcal.cli.options import output_option
+from accelcal.cli.options import mounting_option, output_option
 from accelcal.errors import AccelcalWarning, InputError
 
 __all__ = ["export"]
@@ -26,8 +26,14 @@ _FORM_OF_SUFFIX = {".h": "c", ".hpp": "c", ".yaml": "yaml", ".yml": "yaml", ".cs
 )
 @click.option("--serial", metavar="TEXT", help="Serial number, where CAL.json holds several.")
 @click.option("--run", metavar="TEXT", help="Export the table of this run only.")
+@mounting_option
 def export(
-    calibration: str, path: str | None, form: str | None, serial: str | None, run: str | None
+    calibration: str,
+    path: str | None,
+    form: str | None,
+    serial: str | None,
+    run: str | None,
+    mounting: str | None,
 ) -> None:
     """Export the calibration CAL.json as a C header, YAML or CSV.
 
@@ -47,7 +53,7 @@ def export(
     refuse_to_overwrite([calibration], path)
     form = form or _form_of(path)
     file = read_calibrations(calibration)
-    chosen = file.choose(serial)
+    chosen = file.choose(serial, mounting)
     content = export_content(chosen, file.sha256, run)
     found = compensation(chosen, run)
     if form == "c":

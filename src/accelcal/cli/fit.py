@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from accelcal.cli.deliver import deliver, refuse_to_overwrite
-from accelcal.cli.options import data_argument, format_option, number, output_option
+from accelcal.cli.deliver import deliver, refuse_stdin_twice, refuse_to_overwrite
+from accelcal.cli.options import data_argument, fixture_angle, format_option, number, output_option
 
 if TYPE_CHECKING:
     from accelcal.results.calibration import Calibration
@@ -27,11 +27,17 @@ __all__ = ["fit"]
     help="Estimator; the last three are the closed forms (6).",
 )
 @click.option("--robust", is_flag=True, help="Guard against outliers by comparing the strokes.")
-@click.option("--t0", type=number, metavar="DEG", help="Reference temperature T0 [degC].")
-@click.option("--g", type=number, metavar="M_S2", help="Local gravity [m/s^2].")
+@click.option(
+    "--t0",
+    "reference_temperature",
+    type=number,
+    metavar="DEG",
+    help="Reference temperature T0 [degC].",
+)
+@click.option("--g", "local_gravity", type=number, metavar="M_S2", help="Local gravity [m/s^2].")
 @click.option(
     "--delta0",
-    type=number,
+    type=fixture_angle,
     metavar="RAD",
     help="Fixture angle between head zero and input axis, taken as given [rad].",
 )
@@ -53,6 +59,15 @@ __all__ = ["fit"]
     metavar="REL",
     help="Relative standard uncertainty of the scale factor from run to run.",
 )
+@click.option(
+    "--temperature-uncertainty",
+    type=number,
+    metavar="DEG",
+    help="Standard uncertainty of a temperature [degC].",
+)
+@click.option("--resolution", type=number, metavar="U", help="Step of the output [output unit].")
+@click.option("--unit", metavar="UNIT", help="Unit of the output, such as mA.")
+@click.option("--serial", metavar="TEXT", help="Serial number of the accelerometer.")
 @click.option("--positions", type=click.IntRange(1), metavar="N", help="Positions in a turn.")
 @click.option(
     "--coefficients",
@@ -79,18 +94,13 @@ def fit(
     path: str | None,
     method: str,
     robust: bool,
-    t0: float | None,
-    g: float | None,
     delta0: float | None,
-    head_uncertainty: float | None,
-    launch_uncertainty: float | None,
-    launch_sf_uncertainty: float | None,
-    positions: int | None,
     coefficients: str,
     strict: bool,
     temperature_laws: str,
     spec: str | None,
     form: str,
+    **declared: Any,
 ) -> None:
     """Calibrate from the tables DATA.
 
@@ -105,18 +115,11 @@ def fit(
       accelcal fit 2024/*.csv --format csv
       accelcal fit table.csv --spec examples/al15.toml
     """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
+    refuse_stdin_twice(data)
     refuse_to_overwrite(data, path)
     from accelcal.calibrate import fit as calibrate
     from accelcal.io.tables import read_tables
 
-    declared = {
-        "reference_temperature": t0,
-        "local_gravity": g,
-        "head_uncertainty": head_uncertainty,
-        "launch_uncertainty": launch_uncertainty,
-        "launch_sf_uncertainty": launch_sf_uncertainty,
-        "positions": positions,
-    }
     calibrations = [
         calibrate(
             record,

@@ -3,12 +3,31 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from typing import Any, TypeVar
 
 import click
 
-__all__ = ["data_argument", "format_option", "number", "numbers", "output_option", "setting"]
+from accelcal.errors import InputError
+
+__all__ = [
+    "data_argument",
+    "duration",
+    "durations",
+    "fixture_angle",
+    "format_option",
+    "mounting_option",
+    "number",
+    "numbers",
+    "output_option",
+    "setting",
+]
+
+SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0}
+"""Units of a duration."""
+
+_LARGEST = 1e30
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -21,12 +40,37 @@ def number(text: str) -> float:
         value = math.nan
     if not math.isfinite(value):
         raise click.BadParameter(f"{text!r} is not a finite number.")
+    if abs(value) > _LARGEST:
+        raise click.BadParameter(f"{text!r} is too large; nothing here exceeds {_LARGEST:g}.")
     return value
 
 
 def numbers(text: str) -> tuple[float, ...]:
     """Type of an option: finite numbers separated by commas, as in ``20,80,-40``."""
     return tuple(number(item) for item in text.split(","))
+
+
+def durations(text: str) -> tuple[float, ...]:
+    """Type of an option: durations separated by commas, as in ``600,10min,12h``; in seconds."""
+    return tuple(duration(item.strip()) for item in text.split(","))
+
+
+def duration(text: str) -> float:
+    """Type of an option: a duration such as ``600``, ``600s``, ``10min`` or ``12h``; in seconds."""
+    match = re.fullmatch(r"([-+0-9.eE]+)\s*([^-+0-9.]*)", text)
+    if not match or (match[2] or "s") not in SECONDS:
+        raise click.BadParameter(f"{text!r} is no time; write it as 600, 600s, 10min or 12h.")
+    return number(match[1]) * SECONDS[match[2] or "s"]
+
+
+def fixture_angle(text: str) -> float:
+    """Type of an option: a fixture angle [rad]."""
+    from accelcal.geometry import checked_fixture_angle
+
+    try:
+        return checked_fixture_angle(number(text))
+    except InputError as error:
+        raise click.BadParameter(f"{error}.") from None
 
 
 def setting(text: str) -> tuple[str, float]:
@@ -55,6 +99,15 @@ def output_option(
     return click.option(
         "-o", "--output", "path", metavar=metavar, required=required, help=f"Write {what} here."
     )
+
+
+def mounting_option(function: Function) -> Function:
+    """Option ``--mounting``: the tables of one mounting of a calibration."""
+    return click.option(
+        "--mounting",
+        type=click.Choice(["o+", "o-", "p+", "p-"]),
+        help="Use the tables of this mounting only.",
+    )(function)
 
 
 def format_option(*forms: str) -> Callable[[Function], Function]:

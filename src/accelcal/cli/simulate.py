@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from accelcal.cli.deliver import deliver
-from accelcal.cli.options import number, numbers, output_option, setting
+from accelcal.cli.options import fixture_angle, number, numbers, output_option, setting
 
 if TYPE_CHECKING:
     from accelcal.effects.effect import Effect
@@ -21,6 +21,11 @@ Settings = list[tuple[str, float]]
 def settings(text: str) -> Settings:
     """Type of an option: names and their numbers, as in ``warm-up=1e-4,tau=900``."""
     return [setting(item) for item in text.split(",")]
+
+
+def texts(text: str) -> list[str]:
+    """Type of an option: words separated by commas, as in ``o+,o-``."""
+    return [item.strip() for item in text.split(",")]
 
 
 @click.command()
@@ -49,11 +54,12 @@ def settings(text: str) -> Settings:
 @click.option(
     "--mounting",
     "mountings",
+    type=texts,
     multiple=True,
-    metavar="SIDE",
-    help="Mounting o+, o-, p+ or p-; several are taken in turn.",
+    metavar="SIDE,...",
+    help="Mountings o+, o-, p+ or p- in their order, each taken through all temperatures [o+].",
 )
-@click.option("--delta0", type=number, metavar="RAD", help="Fixture angle [0 rad].")
+@click.option("--delta0", type=fixture_angle, metavar="RAD", help="Fixture angle [0 rad].")
 @click.option("--reading-noise", type=number, metavar="G", help="Noise of a reading [5e-6 g].")
 @click.option(
     "--head-error", type=number, metavar="RAD", help="Error of a head position [6.7e-6 rad]."
@@ -146,6 +152,7 @@ def _simulated(options: dict[str, Any]) -> TumbleRecord:
     from accelcal.simulation import Accelerometer, NoiseComponents, TumblePlan
     from accelcal.simulation import simulate as run
 
+    options["mountings"] = tuple(side for sides in options["mountings"] for side in sides)
     given = {name: value for name, value in options.items() if value not in (None, ())}
     return run(
         Accelerometer(serial=given["serial"]),

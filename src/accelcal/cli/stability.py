@@ -7,8 +7,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from accelcal.cli.deliver import deliver
-from accelcal.cli.options import data_argument, format_option, number, numbers, output_option
+from accelcal.cli.deliver import deliver, refuse_stdin_twice
+from accelcal.cli.options import (
+    data_argument,
+    duration,
+    durations,
+    format_option,
+    number,
+    output_option,
+)
 
 if TYPE_CHECKING:
     from accelcal.results.stability import Stability
@@ -43,23 +50,23 @@ def probability(text: str) -> float | None:
 )
 @click.option(
     "--window",
-    type=number,
-    default=600.0,
+    type=duration,
+    default="600",
     show_default=True,
-    metavar="S",
-    help="Start of each launch whose mean makes sigma_L [s].",
+    metavar="T",
+    help="Start of each launch whose mean makes sigma_L, such as 600 or 10min [s].",
 )
 @click.option(
     "--times",
-    type=numbers,
+    type=durations,
     default="600,3600,21600,43200",
     show_default=True,
-    metavar="S,...",
-    help="Times at which (3) is evaluated [s].",
+    metavar="T,...",
+    help="Times at which (3) is evaluated, such as 600, 10min or 12h [s].",
 )
-@click.option("--average", type=number, metavar="S", help="Average the samples over S first [s].")
+@click.option("--average", type=duration, metavar="S", help="Average the samples over S first [s].")
 @click.option(
-    "--launch-gap", type=number, metavar="S", help="A longer pause begins a new launch [s]."
+    "--launch-gap", type=duration, metavar="S", help="A longer pause begins a new launch [s]."
 )
 @click.option(
     "--plot", "picture", metavar="FILE", help="Draw the bias and the Allan deviation (png, svg)."
@@ -92,6 +99,7 @@ def stability(
       accelcal stability monday.csv tuesday.csv --calibration cal.json --plot stability.png
       accelcal stability record.csv --scale-factor 1.3 --probability 0.9973
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
+    refuse_stdin_twice(data)
     from accelcal.io.stability_record import read_stability_records
     from accelcal.stability.analysis import analyse
     from accelcal.stability.record import averaged, split_at_gaps
@@ -116,13 +124,12 @@ def stability(
 
 def _calibrated(path: str, scale_factor: float | None, record: StabilityRecord) -> float:
     from accelcal.errors import InputError
-    from accelcal.io.text import read_text
-    from accelcal.results.calibration import Calibration
+    from accelcal.io.calibrations import read_calibrations
     from accelcal.stability.analysis import scale_factor_from
 
     if scale_factor is not None:
         raise InputError("--calibration and --scale-factor; give one of the two")
-    return scale_factor_from(Calibration.from_json(read_text(path).text), record)
+    return scale_factor_from(read_calibrations(path).choose(record.serial), record)
 
 
 def _draw(path: str, result: Stability, record: StabilityRecord) -> None:

@@ -88,7 +88,7 @@ def _from_tables(calibration: Calibration, tables: Sequence[TableCalibration]) -
     if len(set(axes)) < len(axes):
         names = ", ".join(f"{table.run} ({table.mounting})" for table in tables)
         raise InputError(
-            f"{len(tables)} tables and no temperature law, runs {names}; choose one run"
+            f"{len(tables)} tables and no temperature law, runs {names}; choose by run or mounting"
         )
     main = tables[0]
     level = main.temperature_degC

@@ -31,13 +31,15 @@ class CalibrationFile(NamedTuple):
     sha256: str
     calibrations: tuple[Calibration, ...]
 
-    def choose(self, serial: str | None = None) -> Calibration:
+    def choose(self, serial: str | None = None, mounting: str | None = None) -> Calibration:
         """Choose one calibration.
 
         Parameters
         ----------
         serial : str, optional
             Serial number; without it the file must hold one calibration.
+        mounting : str, optional
+            One of `accelcal.geometry.MOUNTINGS`, whose tables alone are kept.
 
         Returns
         -------
@@ -47,8 +49,12 @@ class CalibrationFile(NamedTuple):
         Raises
         ------
         InputError
-            If there is none, or several.
+            If there is none, or several, or no table of this mounting.
         """
+        chosen = self._of_serial(serial)
+        return chosen if mounting is None else chosen.of_mounting(mounting)
+
+    def _of_serial(self, serial: str | None) -> Calibration:
         chosen = [c for c in self.calibrations if serial in (None, c.serial) or c.serial is None]
         if len(chosen) == 1:
             return chosen[0]
@@ -81,10 +87,10 @@ def read_calibrations(source: str) -> CalibrationFile:
     DocumentError
         If it is no file of calibrations.
     """
-    read = read_text(source)
+    read = read_text(source, "calibration")
     data = read.text.encode() if source == "-" else Path(source).read_bytes()
     try:
         calibrations = calibrations_from_json(read.text)
     except DocumentError as error:
-        raise DocumentError(f"{read.name}: {error}") from None
+        raise error.at(read.name) from None
     return CalibrationFile(read.name, hashlib.sha256(data).hexdigest(), calibrations)

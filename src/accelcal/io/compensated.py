@@ -167,7 +167,7 @@ class AccelerationStream:
         TableError
             At a cell that is no number, or a temperature outside the calibrated range.
         """
-        yield self._header().encode()
+        header = self._header()
         for block in self._samples.blocks():
             values = dict(block.values)
             for name, factor in self._factors.items():
@@ -175,7 +175,8 @@ class AccelerationStream:
             measured = self._measured(values)
             self._refuse_other_temperatures(block, values, measured)
             self._count(values, measured)
-            yield self._csv(block, measured).encode()
+            yield (header + self._csv(block, measured)).encode()
+            header = ""
 
     def _measured(self, values: Mapping[str, Array]) -> MeasuredAcceleration:
         cross = {axis.name: values.get(axis.name) for axis in self._found.axes}

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from accelcal.errors import TableError, located
 from accelcal.io.cells import MISSING
 from accelcal.io.layout import shown, split_line
+from accelcal.io.text import refuse_document
 from accelcal.io.vocabulary import canonical_key, has_unit, read_heading, split_unit
 from accelcal.units import output_unit
 
@@ -15,6 +16,9 @@ __all__ = ["SampleHeadings", "read_sample_headings"]
 
 ROLES = ("output", "temperature", "time", "a_p", "a_o")
 """What a column may hold."""
+
+_JSON_LINES = 5
+"""Lines in which a document says what it is."""
 
 _REMEDY = "name the columns in the first row: output, and temperature where it is known"
 
@@ -98,11 +102,13 @@ def read_sample_headings(readline: Callable[[], str], source: str) -> SampleHead
         bare = row.strip(' \t\r\n"')
         if bare.startswith("#"):
             commented = bare.lstrip("# ")
-            declared |= _declaration(commented)
-        elif bare.strip(",;"):
+            declared |= _declaration(commented.rstrip(' \t,;"'))
+        elif bare.strip(",;") and not bare.casefold().startswith("sep="):  # as Excel has it
             break
     else:
         raise TableError("no samples", _REMEDY, source=source)
+    if bare.startswith(("{", "[")):
+        refuse_document("".join([bare, *(readline() for _ in range(_JSON_LINES))]), source)
     above = "output" not in _roles(bare) and "output" in _roles(commented)
     texts, separator = _split_headings(commented if above else bare)
     columns = _columns(texts, source, line)

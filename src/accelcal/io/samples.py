@@ -191,6 +191,8 @@ class SampleReader:
         cells, width = split_line(row, self.headings.separator), len(self.headings.texts)
         while len(cells) > width and not cells[-1]:
             cells.pop()
+        if len(cells) < width and not any(self.headings.texts[len(cells) :]):
+            cells += [""] * (width - len(cells))
         if len(cells) != width:
             problem = f"{len(cells)} field{'s' if len(cells) > 1 else ''} under {width} headings"
             remedy = "write every field, nothing between the separators where one is missing"

@@ -44,13 +44,15 @@ class SourceText(NamedTuple):
     compressed: bool
 
 
-def read_text(source: Source) -> SourceText:
+def read_text(source: Source, what: str = "table") -> SourceText:
     """Read the whole of a source as text.
 
     Parameters
     ----------
     source : path, "-" or file object
         What to read; gzip is told by its first bytes.
+    what : str, default "table"
+        What it is, for messages.
 
     Returns
     -------
@@ -62,7 +64,7 @@ def read_text(source: Source) -> SourceText:
     TableError
         If the source cannot be read or is not text.
     """
-    name, content = _read(source)
+    name, content = _read(source, what)
     if isinstance(content, str):
         return SourceText(name, _tidy(content, name), "text", compressed=False)
     compressed = content.startswith(b"\x1f\x8b")
@@ -100,11 +102,11 @@ def refuse_document(text: str, name: str) -> None:
     raise TableError(problem, remedy, source=name, line=1)
 
 
-def _read(source: Source) -> tuple[str, bytes | str]:
+def _read(source: Source, what: str) -> tuple[str, bytes | str]:
     if source == "-":
         source = getattr(sys.stdin, "buffer", sys.stdin)
     if isinstance(source, str | os.PathLike):
-        return os.fspath(source), _read_path(os.fspath(source))
+        return os.fspath(source), _read_path(os.fspath(source), what)
     name = getattr(source, "name", "<table>")
     try:
         content = source.read()
@@ -114,15 +116,15 @@ def _read(source: Source) -> tuple[str, bytes | str]:
     return name if isinstance(name, str) else "<stdin>", content
 
 
-def _read_path(path: str) -> bytes:
+def _read_path(path: str, what: str) -> bytes:
     try:
         with open(path, "rb") as file:  # noqa: PTH123  (pathlib costs start-up time)
             return file.read()
     except FileNotFoundError:
-        remedy = "give the path of a table, or - for standard input"
+        remedy = f"give the path of a {what}, or - for standard input"
         raise TableError("no such file", remedy, source=path) from None
     except IsADirectoryError:
-        raise TableError("is a folder", "give the path of one table", source=path) from None
+        raise TableError("is a folder", f"give the path of one {what}", source=path) from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         remedy = "give a file that can be read"

@@ -134,9 +134,10 @@ def _temperature(model: Document, reference: float) -> Iterator[str]:
 
 
 def _errors(document: Document) -> Iterator[str]:
-    yield "Sources of error"
+    if document["error_sources"]:
+        yield "Sources of error"
     readings = [s for s in document["error_sources"] if s["name"] == "reading"]
-    for table, source in zip(document["tables"], readings, strict=True):
+    for table, source in zip(document["tables"], readings, strict=False):
         yield f"  reading noise, run {table['run']}: {_size(source)}{_in_micro_g(source, table)}"
     titles = {"head": "head position", "launch": "bias, launch to launch"}
     titles["launch_sf"] = "scale factor, launch to launch"

@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from accelcal.errors import DocumentError
+from accelcal.errors import DocumentError, InputError
+from accelcal.results.checked import (
+    checked,
+    flag,
+    list_of,
+    number,
+    number_or_none,
+    text,
+    text_or_none,
+)
 from accelcal.results.json_text import json_text, parse_json
 from accelcal.results.mapping import FrozenMapping, frozen, thawed
-from accelcal.results.quantity import Document, ErrorSource, Gate, fields_document
+from accelcal.results.quantity import Document, ErrorSource, Gate, Quantity, fields_document
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
 
@@ -154,24 +163,28 @@ class Calibration:
             If the document is of another type or version, in other units, or incomplete.
         """
         _check_schema(document)
-        plain = (
-            "method robust g_local_m_s2 output_unit serial date source T0_degC delta0_rad software"
-        )
         try:
             return cls(
-                **{key: document[key] for key in plain.split()},
-                tables=tuple(TableCalibration.from_document(t) for t in document["tables"]),
-                error_sources=tuple(ErrorSource(**s) for s in document["error_sources"]),
-                gates=tuple(Gate(**gate) for gate in document["gates"]),
-                warnings=tuple(document["warnings"]),
-                temperature_model=(
-                    TemperatureModel.from_document(document["temperature_model"])
-                    if document["temperature_model"]
-                    else None
+                method=checked(document, "method", text),
+                output_unit=checked(document, "output_unit", text_or_none),
+                tables=checked(document, "tables", _tables),
+                serial=checked(document, "serial", text_or_none),
+                g_local_m_s2=checked(document, "g_local_m_s2", number_or_none),
+                T0_degC=checked(document, "T0_degC", number_or_none),
+                delta0_rad=checked(document, "delta0_rad", number, 0.0),
+                robust=checked(document, "robust", flag, False),
+                source=checked(document, "source", text, "<document>"),
+                date=checked(document, "date", text_or_none, None),
+                error_sources=checked(
+                    document, "error_sources", list_of(ErrorSource.from_document), ()
                 ),
-                verdict=_verdict(document.get("verdict")),
-                effects=frozen(document.get("effects", [])),
-            )
+                gates=checked(document, "gates", list_of(Gate.from_document), ()),
+                warnings=checked(document, "warnings", list_of(text)),
+                software=checked(document, "software", text, ""),
+                temperature_model=checked(document, "temperature_model", _laws),
+                verdict=checked(document, "verdict", _verdict, None),
+                effects=checked(document, "effects", list_of(_effect), ()),
+            )._with_reference()
         except KeyError as error:
             raise DocumentError(
                 f"the calibration lacks {error}; write it anew with accelcal fit"
@@ -180,6 +193,12 @@ class Calibration:
             raise DocumentError(
                 f"the calibration is damaged ({error}); write it anew with accelcal fit"
             ) from None
+
+    def _with_reference(self) -> Calibration:
+        """Demand a T0 where laws refer to it."""
+        if self.temperature_model is not None and self.T0_degC is None:
+            raise TypeError("temperature_model has no T0_degC")
+        return self
 
     def to_json(self, path: str | PathLike[str] | None = None) -> str:
         """Write the calibration as JSON.
@@ -217,28 +236,64 @@ class Calibration:
         """
         return cls.from_document(parse_json(text))
 
+    def of_mounting(self, mounting: str) -> Calibration:
+        """Keep the tables of one mounting.
+
+        Parameters
+        ----------
+        mounting : str
+            One of `accelcal.geometry.MOUNTINGS`.
+
+        Returns
+        -------
+        Calibration
+            With the temperature laws, where they were made from this mounting: that of most tables.
+
+        Raises
+        ------
+        InputError
+            If there is no such table.
+        """
+        tables = tuple(table for table in self.tables if table.mounting == mounting)
+        have = [table.mounting for table in self.tables]
+        if not tables:
+            raise InputError(
+                f"no table of mounting {mounting!r}; the calibration has"
+                f" {', '.join(dict.fromkeys(have))}"
+            )
+        laws = self.temperature_model if mounting == max(have, key=have.count) else None
+        return replace(self, tables=tables, temperature_model=laws)
+
     def rows(self) -> list[dict[str, Any]]:
-        """List all coefficients, a flat dictionary each.
+        """List all coefficients and temperature laws, a flat dictionary each.
 
         Returns
         -------
         list of dict
             Keys serial, run, mounting, temperature_degC, coefficient, value,
-            standard_uncertainty, unit, expanded_uncertainty, dof, stands_for.
+            standard_uncertainty, unit, expanded_uncertainty, dof, stands_for. The laws are named
+            as in ``"k0 above"`` and belong to no run.
         """
-        return [
-            {
-                "serial": self.serial,
-                "run": table.run,
-                "mounting": table.mounting,
-                "temperature_degC": table.temperature_degC,
-                "coefficient": name,
-                **quantity.to_document(),
-                "stands_for": table.meaning(name),
-            }
+        of_tables = [
+            self._row(name, quantity, table)
             for table in self.tables
             for name, quantity in {**table.coefficients, **table.error_model}.items()
         ]
+        laws = self.temperature_model.quantities() if self.temperature_model else ()
+        return of_tables + [self._row(name, quantity) for name, quantity in laws]
+
+    def _row(
+        self, name: str, quantity: Quantity, table: TableCalibration | None = None
+    ) -> dict[str, Any]:
+        return {
+            "serial": self.serial,
+            "run": table.run if table else None,
+            "mounting": table.mounting if table else None,
+            "temperature_degC": table.temperature_degC if table else self.T0_degC,
+            "coefficient": name,
+            **quantity.to_document(),
+            "stands_for": table.meaning(name) if table else name,
+        }
 
     def to_frame(self) -> pd.DataFrame:
         """Tabulate all coefficients.
@@ -251,6 +306,23 @@ class Calibration:
         import pandas as pd
 
         return pd.DataFrame(self.rows())
+
+
+def _tables(document: Any) -> tuple[TableCalibration, ...]:
+    found = list_of(TableCalibration.from_document)(document)
+    if not found:
+        raise TypeError("is empty, in place of a table or more")
+    return found
+
+
+def _laws(document: Document | None) -> TemperatureModel | None:
+    return None if document is None else TemperatureModel.from_document(document)
+
+
+def _effect(document: Any) -> FrozenMapping[Any]:
+    if not isinstance(document, Mapping):
+        raise TypeError(f"{document!r:.40} in place of an object")
+    return FrozenMapping({name: frozen(part) for name, part in document.items()})
 
 
 def _verdict(document: Document | None) -> Verdict | None:

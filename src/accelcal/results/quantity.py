@@ -6,7 +6,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["ErrorSource", "Gate", "Quantity", "Residuals", "fields_document", "number_or_none"]
+from accelcal.results.checked import (
+    checked,
+    list_of,
+    number,
+    number_or_none,
+    size_or_none,
+    text,
+    whole,
+)
+
+__all__ = ["ErrorSource", "Gate", "Quantity", "Residuals", "fields_document"]
 
 Document = Mapping[str, Any]
 
@@ -56,35 +66,12 @@ class Quantity:
     def from_document(cls, document: Document) -> Quantity:
         """Read the quantity from its place in a JSON document."""
         return cls(
-            value=number_or_none(document["value"]),
-            standard_uncertainty=number_or_none(document["standard_uncertainty"]),
-            unit=document["unit"],
-            expanded_uncertainty=number_or_none(document.get("expanded_uncertainty")),
-            dof=number_or_none(document.get("dof")),
+            value=checked(document, "value", number_or_none),
+            standard_uncertainty=checked(document, "standard_uncertainty", size_or_none),
+            unit=checked(document, "unit", text),
+            expanded_uncertainty=checked(document, "expanded_uncertainty", size_or_none, None),
+            dof=checked(document, "dof", size_or_none, None),
         )
-
-
-def number_or_none(value: Any) -> float | None:
-    """Take a number of a JSON document.
-
-    Parameters
-    ----------
-    value : object
-        What stands there.
-
-    Returns
-    -------
-    float or None
-        The number.
-
-    Raises
-    ------
-    TypeError
-        If something else stands there.
-    """
-    if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
-        raise TypeError(f"{value!r} in place of a number")
-    return value
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +91,11 @@ class Gate:
     name: str
     verdict: str
     finding: str
+
+    @classmethod
+    def from_document(cls, document: Document) -> Gate:
+        """Read the outcome from its place in a JSON document."""
+        return cls(*(checked(document, name, text) for name in ("name", "verdict", "finding")))
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,6 +122,17 @@ class ErrorSource:
     dof: float | None
     source: str
 
+    @classmethod
+    def from_document(cls, document: Document) -> ErrorSource:
+        """Read the source of error from its place in a JSON document."""
+        return cls(
+            name=checked(document, "name", text),
+            value=checked(document, "value", size_or_none),
+            unit=checked(document, "unit", text),
+            dof=checked(document, "dof", size_or_none, None),
+            source=checked(document, "source", text),
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class Residuals:
@@ -145,9 +148,21 @@ class Residuals:
         Residual over K1 [g].
     """
 
-    angle_deg: tuple[float, ...]
-    stroke: tuple[int, ...]
-    value: tuple[float, ...]
+    angle_deg: tuple[float, ...] = ()
+    stroke: tuple[int, ...] = ()
+    value: tuple[float, ...] = ()
+
+    @classmethod
+    def from_document(cls, document: Document) -> Residuals:
+        """Read the residuals from their place in a JSON document."""
+        found = cls(
+            angle_deg=checked(document, "angle_deg", list_of(number)),
+            stroke=checked(document, "stroke", list_of(whole)),
+            value=checked(document, "value", list_of(number)),
+        )
+        if not len(found.angle_deg) == len(found.stroke) == len(found.value):
+            raise TypeError("have lists of different lengths")
+        return found
 
 
 def fields_document(item: Gate | ErrorSource | Residuals) -> dict[str, Any]:

@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from accelcal.geometry import MOUNTINGS
+from accelcal.results.checked import (
+    checked,
+    covariance,
+    list_of,
+    mapping_of,
+    number,
+    number_or_none,
+    text,
+    whole,
+)
 from accelcal.results.mapping import FrozenMapping
 from accelcal.results.quantity import Document, Gate, Quantity, Residuals, fields_document
 
@@ -14,6 +25,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 __all__ = ["TableCalibration"]
+
+_SMALLEST = 1e-100
+"""Scale factors below it are none [output unit / g]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,25 +150,52 @@ class TableCalibration:
     @classmethod
     def from_document(cls, document: Document) -> TableCalibration:
         """Read the table from its place in a JSON document."""
-        plain = ("run", "mounting", "temperature_degC", "readings", "dof", "residual_rms")
-        residuals = document["residuals"]
+        from accelcal.model import COEFFICIENTS, ERROR_TERMS  # here, as numpy comes with it
+
+        names, matrix = checked(document, "covariance", covariance)
+        values = checked(document, "coefficients", mapping_of(Quantity.from_document, COEFFICIENTS))
+        errors = tuple(ERROR_TERMS.values())
         return cls(
-            **{key: document[key] for key in plain},
-            coefficients=_quantities(document["coefficients"]),
-            error_model=_quantities(document["error_model"]),
-            covariance_names=tuple(document["covariance"]["names"]),
-            covariance_matrix=tuple(tuple(row) for row in document["covariance"]["matrix"]),
-            budget=document["budget"],
-            stands_for=document["stands_for"],
-            residuals=Residuals(**{key: tuple(values) for key, values in residuals.items()}),
-            gates=tuple(Gate(**gate) for gate in document["gates"]),
-            warnings=tuple(document["warnings"]),
-        )
+            run=checked(document, "run", text),
+            mounting=checked(document, "mounting", _mounting, MOUNTINGS[0]),
+            temperature_degC=checked(document, "temperature_degC", number_or_none),
+            readings=checked(document, "readings", whole),
+            dof=checked(document, "dof", whole),
+            residual_rms=checked(document, "residual_rms", number),
+            coefficients=_complete(values, COEFFICIENTS),
+            error_model=_complete(
+                checked(document, "error_model", mapping_of(Quantity.from_document, errors)), errors
+            ),
+            covariance_names=names,
+            covariance_matrix=matrix,
+            budget=checked(document, "budget", mapping_of(mapping_of(number)), {}),
+            stands_for=checked(document, "stands_for", mapping_of(text), {}),
+            residuals=checked(document, "residuals", Residuals.from_document, Residuals()),
+            gates=checked(document, "gates", list_of(Gate.from_document), ()),
+            warnings=checked(document, "warnings", list_of(text)),
+        )._usable()
+
+    def _usable(self) -> TableCalibration:
+        """Demand a scale factor, whose quotients make the error model, and its covariance."""
+        scale_factor = self.coefficients["K1"].value
+        if scale_factor is None or abs(scale_factor) < _SMALLEST:
+            raise TypeError(f"coefficients have a scale factor K1 of {scale_factor}")
+        known = [name for name, quantity in self.coefficients.items() if quantity.value is not None]
+        if self.covariance_names and not {"K1"} <= set(self.covariance_names) <= set(known):
+            raise TypeError(f"covariance is of {', '.join(self.covariance_names)}")
+        return self
 
 
 def _documents(quantities: Mapping[str, Quantity]) -> dict[str, Any]:
     return {name: quantity.to_document() for name, quantity in quantities.items()}
 
 
-def _quantities(document: Document) -> dict[str, Quantity]:
-    return {name: Quantity.from_document(item) for name, item in document.items()}
+def _mounting(value: Any) -> str:
+    if value not in MOUNTINGS:
+        raise TypeError(f"{value!r} in place of one of {', '.join(MOUNTINGS)}")
+    return text(value)
+
+
+def _complete(found: Mapping[str, Quantity], names: Sequence[str]) -> dict[str, Quantity]:
+    """All quantities in their order; one that is left out was not determined."""
+    return {name: found.get(name, Quantity(None, None, "")) for name in names}

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from accelcal.results.checked import Covariance, checked, covariance, list_of, text
 from accelcal.results.quantity import Document, Quantity
 
 __all__ = ["BilinearLaw", "TemperatureModel"]
@@ -36,7 +38,7 @@ class BilinearLaw:
     @classmethod
     def from_document(cls, document: Document) -> BilinearLaw:
         """Read the law from its place in a JSON document."""
-        return cls(*(_optional(document[name]) for name in ("at_T0", "above", "below")))
+        return cls(*(checked(document, name, _optional) for name in ("at_T0", "above", "below")))
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,18 +85,29 @@ class TemperatureModel:
             },
         }
 
+    def quantities(self) -> Iterator[tuple[str, Quantity]]:
+        """Name what is determined, as in ``"k0 above"``, and give its quantity."""
+        for name, law in (("k0", self.k0), ("K1", self.K1), ("delta", self.delta)):
+            for part in ("at_T0", "above", "below"):
+                quantity = getattr(law, part)
+                if quantity is not None:
+                    yield f"{name} {part}", quantity
+        if self.hysteresis is not None:
+            yield "hysteresis", self.hysteresis
+
     @classmethod
     def from_document(cls, document: Document) -> TemperatureModel:
         """Read the model from its place in a JSON document."""
-        covariance = document.get("covariance", {"names": (), "matrix": ()})
+        unknown: Covariance = ((), ())
+        names, matrix = checked(document, "covariance", covariance, unknown)
         return cls(
-            k0=BilinearLaw.from_document(document["k0"]),
-            K1=BilinearLaw.from_document(document["K1"]),
-            delta=BilinearLaw.from_document(document["delta"]),
-            hysteresis=_optional(document["hysteresis"]),
-            warnings=tuple(document["warnings"]),
-            covariance_names=tuple(covariance["names"]),
-            covariance_matrix=tuple(tuple(row) for row in covariance["matrix"]),
+            k0=checked(document, "k0", BilinearLaw.from_document),
+            K1=checked(document, "K1", BilinearLaw.from_document),
+            delta=checked(document, "delta", BilinearLaw.from_document),
+            hysteresis=checked(document, "hysteresis", _optional, None),
+            warnings=checked(document, "warnings", list_of(text), ()),
+            covariance_names=names,
+            covariance_matrix=matrix,
         )
 
 

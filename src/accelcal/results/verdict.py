@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from accelcal.results.quantity import Document, number_or_none
+from accelcal.results.checked import number_or_none
+from accelcal.results.quantity import Document
 
 __all__ = ["OUTCOMES", "Judgement", "Verdict"]
 

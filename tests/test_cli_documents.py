@@ -1,0 +1,266 @@
+"""Calibrations as others may write them, and damaged ones: a result or a line."""
+
+import copy
+import json
+import warnings
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import accelcal
+from accelcal.cli.main import main
+from accelcal.io.calibrations import read_calibrations
+
+CONTRACT = (
+    *("schema", "method", "acceleration_unit", "g_local_m_s2", "output_unit", "serial", "T0_degC"),
+    *("tables", "temperature_model", "effects", "warnings"),
+)
+OF_A_TABLE = (
+    *("run", "temperature_degC", "readings", "dof", "residual_rms", "coefficients", "error_model"),
+    *("covariance", "warnings"),
+)
+LEAF = ("value", "standard_uncertainty", "unit")
+
+COMMANDS = (
+    ["apply", "cal.json", "data.csv", "-o", "out.csv", "--extrapolate"],
+    ["budget", "cal.json", "--acceleration=-1,0,1", "--time", "600,12h"],
+    [
+        "budget",
+        "cal.json",
+        "--temperature",
+        "20",
+        "--exact",
+        "--format",
+        "json",
+        "--extrapolate",
+    ],
+    ["export", "cal.json", "--format", "c", "-o", "out.h"],
+    ["export", "cal.json", "--format", "yaml", "-o", "out.yaml"],
+    ["stability", "record.csv", "--calibration", "cal.json"],
+)
+
+
+@pytest.fixture(scope="module")
+def document():
+    return json.loads(accelcal.fit(accelcal.simulate(seed=1)).to_json())
+
+
+@pytest.fixture(scope="module")
+def one_level():
+    plan = accelcal.TumblePlan(temperatures=(20.0,))
+    return json.loads(accelcal.fit(accelcal.simulate(plan=plan, seed=1)).to_json())
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "data.csv").write_text("output [mA],temperature\n1.25,20\n-1,35\n")
+    samples = "".join(f"{i},{1.3 + (i * 7 % 11) * 1e-6}\n" for i in range(40))
+    (tmp_path / "record.csv").write_text("time,output_mA\n" + samples)
+    return tmp_path
+
+
+def pick(document, keys):
+    return {key: document[key] for key in keys}
+
+
+def leaves(part):
+    """The same with nothing in a leaf but what the contract names."""
+    if isinstance(part, dict) and set(part) >= set(LEAF):
+        return pick(part, LEAF)
+    if isinstance(part, dict):
+        return {key: leaves(item) for key, item in part.items()}
+    return part
+
+
+def by_contract(document):
+    """A document with the keys of the contract and no other."""
+    model = leaves(document["temperature_model"])
+    tables = [leaves(pick(table, OF_A_TABLE)) for table in document["tables"]]
+    laws = model and pick(model, ("k0", "K1", "delta", "hysteresis"))
+    return pick(document, CONTRACT) | {"tables": tables, "temperature_model": laws}
+
+
+def run(command, capsys):
+    """Exit code and standard error; a warning of numpy is an error here."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        code = main(command)
+    return code, capsys.readouterr().err
+
+
+def save(folder, document):
+    (folder / "cal.json").write_text(json.dumps(document))
+
+
+# -- by the contract -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("levels", ["document", "one_level"])
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: " ".join(command[:4]))
+def test_a_document_by_the_contract_is_used(folder, capsys, request, levels, command):
+    save(folder, by_contract(request.getfixturevalue(levels)))
+    code, err = run(command, capsys)
+    assert (code, "error:" in err) == (0, False)
+
+
+def test_a_document_by_the_contract_has_defaults(folder, document):
+    save(folder, by_contract(document))
+    (found,) = read_calibrations("cal.json").calibrations
+    whole = accelcal.Calibration.from_document(document)
+    assert found.tables[0].covariance_matrix == whole.tables[0].covariance_matrix
+    assert (found.tables[0].mounting, found.delta0_rad, found.robust) == ("o+", 0.0, False)
+    assert found.tables[0].residuals.value == ()
+    assert "Run 1: 20.00 degC, mounting o+, 54 readings" in str(found)
+
+
+def test_a_coefficient_that_is_left_out_was_not_determined(folder, document):
+    cut = by_contract(document)
+    del cut["tables"][0]["coefficients"]["K3"]
+    del cut["tables"][0]["error_model"]["k3"]
+    cut["tables"][0]["covariance"] = {"names": [], "matrix": []}
+    save(folder, cut)
+    (found,) = read_calibrations("cal.json").calibrations
+    assert found.tables[0].coefficients["K3"].value is None
+
+
+# -- damaged ---------------------------------------------------------------------------------------
+
+
+def at(path, value):
+    """Set what stands at a path of keys."""
+
+    def damage(document):
+        *way, last = path
+        for key in way:
+            document = document[key]
+        document[last] = value
+
+    return damage
+
+
+TABLE = ("tables", 0)
+DAMAGED = {
+    "no tables": (at(("tables",), []), "tables is empty, in place of a table or more"),
+    "covariance of one": (
+        at((*TABLE, "covariance", "matrix"), [[1]]),
+        "tables covariance has 6 names and no matrix of that size",
+    ),
+    "covariance of others": (
+        at((*TABLE, "covariance"), {"names": ["K0"], "matrix": [[1]]}),
+        "tables covariance is of K0",
+    ),
+    "negative variance": (
+        at((*TABLE, "covariance", "matrix", 0, 0), -1),
+        "tables covariance of K0 and K0 is -1, which no covariance is",
+    ),
+    "temperature": (
+        at((*TABLE, "temperature_degC"), "x"),
+        "tables temperature_degC 'x' in place of a number",
+    ),
+    "no scale factor": (
+        at((*TABLE, "coefficients", "K1", "value"), 0),
+        "tables coefficients have a scale factor K1 of 0.0",
+    ),
+    "huge": (
+        at((*TABLE, "error_model", "k0", "value"), 1e300),
+        "tables error_model k0 value 1e+300 in place of a number of at most 1e+100",
+    ),
+    "mounting": (at((*TABLE, "mounting"), "q"), "tables mounting 'q' in place of one of o+, o-,"),
+    "serial": (at(("serial",), 7), "serial 7 in place of a text"),
+    "T0": (at(("T0_degC",), None), "temperature_model has no T0_degC"),
+    "laws": (at(("temperature_model",), 3), "temperature_model 3 in place of an object"),
+}
+
+
+@pytest.mark.parametrize("name", DAMAGED)
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: " ".join(command[:4]))
+def test_damaged_calibrations(folder, capsys, document, name, command):
+    damaged = copy.deepcopy(document)
+    damage, said = DAMAGED[name]
+    damage(damaged)
+    save(folder, damaged)
+    code, err = run(command, capsys)
+    assert (code, err.count("\n")) == (2, 1)
+    assert err.startswith(f"cal.json: the calibration is damaged ({said}")
+    assert err.endswith("; write it anew with accelcal fit\n")
+
+
+def test_nan_is_no_number_of_json(folder, capsys, document):
+    save(folder, document | {"T0_degC": float("nan")})
+    code, err = run(COMMANDS[0], capsys)
+    assert (code, err.count("\n")) == (2, 1)
+    assert err.startswith("cal.json: not JSON (NaN is not a number of JSON)")
+
+
+def places(part, path=()):
+    """Paths to every part of a document."""
+    items = part.items() if isinstance(part, dict) else enumerate(part)
+    for key, item in items:
+        yield (*path, key)
+        if isinstance(item, dict | list):
+            yield from places(item, (*path, key))
+
+
+ODD = st.sampled_from(
+    [
+        *(
+            None,
+            True,
+            [],
+            {},
+            "",
+            "x",
+            "K1",
+            "1.5",
+            "\ud800",
+            "\x00\n",
+            [[1]],
+            {"value": 1},
+            [None],
+        ),
+        *(0, -1, 1, 7, 1e300, -1e300, 1e99, -1e99, 1e-99, 1e-300, 5e-324, 10**400, float("nan")),
+        *(float("inf"), 0.5, 20.0, 1e6, -273.15),
+    ]
+)
+
+
+@st.composite
+def damages(draw, paths):
+    number = draw(st.integers(1, 3))
+    return [(draw(st.sampled_from(paths)), draw(st.just(...) | ODD)) for _ in range(number)]
+
+
+def damaged_by(document, wounds):
+    document = copy.deepcopy(document)
+    for (*way, last), value in wounds:
+        part = document
+        try:
+            for key in way:
+                part = part[key]
+            if value is ...:
+                del part[last]
+            else:
+                part[last] = value
+        except (KeyError, IndexError, TypeError):
+            continue  # another wound has taken it away
+    return document
+
+
+@pytest.mark.parametrize("levels", ["document", "one_level"])
+@settings(
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+    max_examples=150,
+)
+@given(data=st.data())
+def test_any_damage_gives_a_result_or_a_line(folder, capsys, request, levels, data):
+    whole = request.getfixturevalue(levels)
+    rare = [path for path in places(whole) if "residuals" not in path]
+    wounded = damaged_by(whole, data.draw(damages(rare)))
+    (folder / "cal.json").write_text(json.dumps(wounded), "utf-8")
+    code, err = run(data.draw(st.sampled_from(COMMANDS)), capsys)
+    assert code in (0, 2), err
+    assert "Traceback" not in err
+    if code == 2:
+        assert err.splitlines()[-1].startswith(("cal.json:", "error: ", "data.csv"))

@@ -1,0 +1,270 @@
+"""What somebody tries on the first day: wrong files, wrong units, options that must be told."""
+
+import csv
+import io
+import json
+
+import pytest
+
+import accelcal
+from accelcal.cli.main import main
+from accelcal.cli.options import duration
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    main(["simulate", "--seed", "1", "-o", "table.csv"])
+    main(["fit", "table.csv", "-o", "cal.json"])
+    return tmp_path
+
+
+@pytest.fixture
+def run(folder, capsys):  # noqa: ARG001  (it makes the files)
+    def run_on(*arguments):
+        capsys.readouterr()
+        code = main(list(arguments))
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return run_on
+
+
+def said(err):
+    return err.splitlines()[-1]
+
+
+# -- files that are something else -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("command", ["apply", "budget", "export"])
+def test_a_calibration_that_is_not_there(run, command):
+    code, _, err = run(
+        command,
+        "nofile.json",
+        *(["table.csv"] if command == "apply" else []),
+        *(["--format", "c"] if command == "export" else []),
+    )
+    remedy = "give the path of a calibration, or - for standard input"
+    assert (code, err) == (2, f"nofile.json: no such file; {remedy}\n")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["fit", "cal.json"],
+        ["check", "cal.json"],
+        ["stability", "cal.json"],
+        ["apply", "cal.json", "cal.json"],
+    ],
+    ids=" ".join,
+)
+def test_a_calibration_in_place_of_a_table(run, arguments):
+    code, out, err = run(*arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith(
+        "cal.json:1: a calibration written by accelcal fit, not a table; give it to"
+    )
+
+
+@pytest.mark.parametrize("command", ["fit", "stability"])
+def test_standard_input_is_read_once(run, command):
+    code, _, err = run(command, "-", "-")
+    assert (code, said(err)) == (
+        2,
+        "error: - is given twice; standard input can be read once, so name it once",
+    )
+
+
+@pytest.mark.parametrize("text", ["", "# unit: mA\n"])
+def test_an_empty_record_is_told_its_own_columns(run, folder, text):
+    (folder / "empty.csv").write_text(text)
+    err = run("stability", "empty.csv")[2]
+    assert "; name the columns time and output, and, where there are such, temperature" in err
+
+
+# -- options ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("command", [["fit", "table.csv"], ["simulate"]], ids=" ".join)
+def test_a_fixture_angle_in_degrees_is_told(run, command):
+    code, _, err = run(*command, "--delta0", "10")
+    assert code == 2
+    assert "above pi/4; give it in rad, 10 deg are 0.174533 rad" in err
+    assert run(*command, "--delta0", "0.001")[0] == 0
+
+
+def test_options_say_what_header_lines_say(run, folder):
+    declared = {
+        "temperature_uncertainty": 0.2,
+        "resolution": 2e-6,
+        "unit": "V",
+        "serial": "B7",
+        "launch_uncertainty": 3e-5,
+        "launch_sf_uncertainty": 2e-5,
+        "head_uncertainty": 1e-5,
+    }
+    table = (folder / "table.csv").read_text()
+    lines = [f"# {key}: {value}" for key, value in declared.items()]
+    body = [line for line in table.splitlines() if line.split(":")[0].strip("# ") not in declared]
+    (folder / "header.csv").write_text("\n".join(lines + body) + "\n")
+    options = [(f"--{key.replace('_', '-')}", str(value)) for key, value in declared.items()]
+    by_options = json.loads(run("fit", "table.csv", *sum(options, ()), "--format", "json")[1])
+    by_header = json.loads(run("fit", "header.csv", "--format", "json")[1])
+    assert by_options | {"source": ""} == by_header | {"source": ""}
+    assert (by_options["serial"], by_options["output_unit"]) == ("B7", "V")
+
+
+def test_an_unknown_unit_of_an_option(run):
+    code, _, err = run("fit", "table.csv", "--unit", "furlong")
+    assert code == 2
+    assert said(err).startswith("error: unit 'furlong' is no output unit; it is one of V, mV,")
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"), [("600", 600), ("1e3s", 1000), ("10 min", 600), ("12h", 43200)]
+)
+def test_durations(text, seconds):
+    assert duration(text) == seconds
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["budget", "cal.json", "--time"],
+        ["stability", "table.csv", "--times"],
+        ["stability", "table.csv", "--window"],
+    ],
+    ids=" ".join,
+)
+@pytest.mark.parametrize("text", ["5weeks", "h", "", "1e99h"])
+def test_durations_that_are_none(run, arguments, text):
+    code, _, err = run(*arguments, text)
+    assert code == 2
+    assert (
+        "is no time; write it as 600, 600s, 10min or 12h." in err
+        or "is not a finite" in err
+        or "too large" in err
+    )
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--acceleration", "1e300"],
+        ["--temperature", "1e300", "--extrapolate"],
+        ["--time", "1e300"],
+        ["--drift-rate", "1e300"],
+    ],
+    ids=" ".join,
+)
+def test_numbers_too_large_to_calculate_with(run, arguments):
+    code, _, err = run("budget", "cal.json", *arguments)
+    assert code == 2
+    assert "'1e300' is too large; nothing here exceeds 1e+30." in err
+
+
+# -- several mountings -----------------------------------------------------------------------------
+
+
+@pytest.fixture
+def both(run, folder):
+    """One level in two mountings, and its calibration."""
+    assert (
+        run(
+            "simulate",
+            "--mounting",
+            "o+,o-",
+            "--temperatures",
+            "20",
+            "--seed",
+            "1",
+            "-o",
+            "both.csv",
+        )[0]
+        == 0
+    )
+    assert run("fit", "both.csv", "-o", "both.json")[0] == 0
+    (folder / "data.csv").write_text("output [mA]\n1.25\n")
+    return accelcal.Calibration.from_json((folder / "both.json").read_text())
+
+
+def test_mountings_by_commas_or_one_by_one(run, both, folder):
+    assert [table.mounting for table in both.tables] == ["o+", "o-"]
+    run(
+        "simulate",
+        "--mounting",
+        "o+",
+        "--mounting",
+        "o-",
+        "--temperatures",
+        "20",
+        "--seed",
+        "1",
+        "-o",
+        "two.csv",
+    )
+    assert (folder / "two.csv").read_bytes() == (folder / "both.csv").read_bytes()
+
+
+@pytest.mark.parametrize("mounting", ["o+", "o-"])
+def test_a_mounting_is_chosen(run, both, mounting):
+    assert "choose by run or mounting" in run("apply", "both.json", "data.csv")[2]
+    code, out, _ = run("apply", "both.json", "data.csv", "--mounting", mounting)
+    assert code == 0
+    (table,) = both.of_mounting(mounting).tables
+    found = accelcal.apply(both.of_mounting(mounting), [1.25])
+    assert table.mounting == mounting
+    assert float(out.splitlines()[-1].split(",")[0]) == pytest.approx(found.value[0], rel=1e-14)
+    for command in (["budget", "both.json"], ["export", "both.json", "--format", "c"]):
+        assert run(*command, "--mounting", mounting)[0] == 0
+
+
+@pytest.mark.usefixtures("both")
+def test_a_mounting_that_was_not_tested(run):
+    code, _, err = run("budget", "both.json", "--mounting", "p+")
+    assert (code, said(err)) == (2, "error: no table of mounting 'p+'; the calibration has o+, o-")
+
+
+def test_laws_stay_with_their_mounting():
+    plan = accelcal.TumblePlan(mountings=("o+", "o-"), temperatures=(20.0, 80.0, -40.0))
+    whole = accelcal.fit(accelcal.simulate(plan=plan, seed=1))
+    assert whole.of_mounting("o+").temperature_model == whole.temperature_model is not None
+    assert whole.of_mounting("o-").temperature_model is None
+
+
+# -- results ---------------------------------------------------------------------------------------
+
+
+def test_csv_holds_the_temperature_laws(run):
+    rows = list(csv.DictReader(io.StringIO(run("fit", "table.csv", "--format", "csv")[1])))
+    laws = {row["coefficient"]: row for row in rows if not row["run"]}
+    document = json.loads(run("fit", "table.csv", "--format", "json")[1])
+    slope = document["temperature_model"]["k0"]["below"]
+    assert float(laws["k0 below"]["value"]) == slope["value"]
+    assert laws["k0 below"]["unit"] == "g/degC"
+    assert len(laws) == 9
+
+
+def test_apply_fails_before_it_prints(run, folder):
+    (folder / "data.csv").write_text("output [mA],temperature\nx,20\n")
+    code, out, err = run("apply", "cal.json", "data.csv")
+    assert (code, out) == (2, "")
+    assert said(err).startswith("data.csv:2: output [mA] 'x' is not a number")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "sep=;\n# unit: mA;;\noutput;temperature;;\n1,25;20;;\n",
+        "# unit: mA,,\noutput,temperature,,\n1.25,20,,\n",
+        "output [mA];temperature\n1,25;20\n",
+        '"# unit: mA"\noutput,temperature\n1.25,20\n',
+        "# unit: mA\noutput,temperature,,\n1.25,20\n",
+    ],
+)
+def test_streams_as_programs_write_them(run, folder, text):
+    (folder / "data.csv").write_text(text)
+    code, out, err = run("apply", "cal.json", "data.csv")
+    assert (code, "names no unit" in err) == (0, False)
+    assert float(out.splitlines()[-1].split(",")[0]) == pytest.approx(0.9218, abs=1e-3)
