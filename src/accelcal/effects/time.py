@@ -43,7 +43,7 @@ def _moments(c: Conditions) -> Array:
     behind = place - starts[np.searchsorted(starts, place, side="right") - 1]
     ahead = starts[np.searchsorted(starts, place, side="right")] - place
     seen = (np.minimum(behind, ahead) >= _SHOWN_BY) | ((behind == 0) & (place > 0))
-    return place[seen] + 1.0
+    return np.asarray(place[seen] + 1.0)
 
 
 def _bias_step(c: Conditions, step: float, reading: float) -> Array:

@@ -1,0 +1,1 @@
+"""The missing effect: where model and readings disagree, its name, and how sure that is."""

@@ -1,0 +1,211 @@
+"""The model that is taken for granted, and the same with effects added to it.
+
+With dT = T - T0, a reading over the scale factor at T0 is a product,
+
+    Y / K1N = [1 + beta(dT) + s_run] [k0(dT) + b_run + a_i + k2 a_i^2 + k3 a_i^3 + delta(dT) a_p
+              + delta_ip a_i a_p + effects]
+
+with bilinear beta, k0 and delta. The shifts s_run and b_run from launch to launch are free where
+their size is not declared; else they are errors, see `accelcal.discovery.noise`. Everything is
+linear within either bracket, so the model is two matrices.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.effects.conditions import LEVEL_CHANGE, Conditions, conditions_of
+from accelcal.errors import InputError
+from accelcal.record import TumbleRecord
+
+__all__ = ["BaseModel", "base_model", "solve"]
+
+Array = NDArray[np.float64]
+
+_STEPS = 5
+_RANK = 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BaseModel:
+    """Columns of the two brackets for n readings.
+
+    Attributes
+    ----------
+    nominal : float
+        K1N, the scale factor at T0 as a first fit has it [output unit / g].
+    reading : ndarray, shape (n,)
+        Readings over `nominal` [g].
+    gain : ndarray, shape (n, p)
+        Columns of the first bracket.
+    inside : ndarray, shape (n, q)
+        Columns of the second bracket.
+    names : tuple of str
+        Coefficient that each of the p + q columns belongs to.
+    conditions : Conditions
+        Of the readings, as the fitted model has them.
+    """
+
+    nominal: float
+    reading: Array
+    gain: Array
+    inside: Array
+    names: tuple[str, ...]
+    conditions: Conditions
+
+    def split(self, parameters: Array) -> tuple[Array, Array]:
+        """Both brackets at the parameters, each of shape (n,)."""
+        p = self.gain.shape[1]
+        gain = 1.0 + self.gain @ parameters[:p]
+        return gain, self.conditions.input + self.inside @ parameters[p:]
+
+    def jacobian(self, parameters: Array) -> Array:
+        """Derivative of the model by its parameters, shape (n, p + q)."""
+        gain, inside = self.split(parameters)
+        return np.hstack([inside[:, None] * self.gain, gain[:, None] * self.inside])
+
+    def residual(self, parameters: Array) -> Array:
+        """Reading minus model [g], shape (n,)."""
+        gain, inside = self.split(parameters)
+        return self.reading - gain * inside
+
+    def extended(self, columns: Array, names: tuple[str, ...]) -> BaseModel:
+        """Add columns [g] to the second bracket."""
+        return replace(self, inside=np.hstack([self.inside, columns]), names=(*self.names, *names))
+
+
+def base_model(
+    record: TumbleRecord, reference_temperature: float, delta0: float = 0.0
+) -> BaseModel:
+    """Set up the base model of a record.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        The readings.
+    reference_temperature : float
+        T0 [degC].
+    delta0 : float, default 0
+        Fixture angle [rad].
+
+    Returns
+    -------
+    BaseModel
+        The model, with the conditions of an accelerometer that has the fitted coefficients.
+
+    Raises
+    ------
+    InputError
+        If the readings do not follow the input axis at all.
+    """
+    ideal = conditions_of(record, reference_temperature, delta0)
+    centred = ideal.input - ideal.input.mean()
+    nominal = float(centred @ record.output / (centred @ centred or np.inf))
+    if not abs(nominal) > 1e-3 * np.abs(record.output - record.output.mean()).max():
+        raise InputError(
+            f"{record.source}: the readings do not follow the angle of the head; discovery needs"
+            " a tumble test of an accelerometer"
+        )
+    law, names = _law(ideal.excess)
+    runs = (ideal.run[:, None] == np.arange(ideal.run.max() + 1)).astype(float)
+    gain, of_gain = [law], [f"K1{name}" for name in names]
+    inside, of_inside = [law], [f"K0{name}" for name in names]
+    if record.apparatus.launch_sf_uncertainty is None:
+        gain, of_gain = [*gain, runs], of_gain + ["K1"] * runs.shape[1]
+    if record.apparatus.launch_uncertainty is None:
+        inside, of_inside = [*inside, runs], of_inside + ["K0"] * runs.shape[1]
+    inside += [ideal.input[:, None] ** 2, ideal.input[:, None] ** 3]
+    of_inside += ["K2", "K3"]
+    for axis in "op":
+        here = np.char.startswith(record.mounting, axis)
+        if here.any():
+            cross = np.where(here, ideal.cross, 0.0)
+            inside += [cross[:, None] * law, (cross * ideal.input)[:, None]]
+            of_inside += [*(f"M{name}" for name in names), "M_ip"]
+    first = BaseModel(
+        nominal=nominal,
+        reading=record.output / nominal,
+        gain=np.hstack(gain),
+        inside=np.hstack(inside),
+        names=(*of_gain, *of_inside),
+        conditions=ideal,
+    )
+    return replace(first, conditions=_fitted_conditions(first, solve(first)))
+
+
+def solve(model: BaseModel, whitener: Array | None = None) -> Array:
+    """Fit the model by Gauss-Newton steps of generalised least squares.
+
+    Parameters
+    ----------
+    model : BaseModel
+        The model.
+    whitener : ndarray, shape (n, n), optional
+        Matrix that makes the errors of the readings independent and alike.
+
+    Returns
+    -------
+    ndarray, shape (p + q,)
+        The parameters; of those that the readings do not determine, the smallest set.
+    """
+    parameters = np.zeros(len(model.names))
+    for _ in range(_STEPS):
+        jacobian, residual = model.jacobian(parameters), model.residual(parameters)
+        if whitener is not None:
+            jacobian, residual = whitener @ jacobian, whitener @ residual
+        norms = np.sqrt((jacobian**2).sum(axis=0))
+        norms[norms == 0.0] = 1.0
+        step = np.linalg.lstsq(jacobian / norms, residual, rcond=_RANK)[0] / norms
+        parameters = parameters + step
+        if np.abs(step).max() < 1e-13:
+            break
+    return parameters
+
+
+def _law(excess: Array) -> tuple[Array, list[str]]:
+    """Columns of a bilinear law; a side without a level of its own has no slope."""
+    columns, names = [np.ones(excess.size)], [""]
+    for side, name in (
+        (np.maximum(excess, 0.0), " above T0"),
+        (np.minimum(excess, 0.0), " below T0"),
+    ):
+        if np.abs(side).max() >= LEVEL_CHANGE:
+            columns.append(side)
+            names.append(name)
+    return np.stack(columns, axis=1), names
+
+
+def _fitted_conditions(model: BaseModel, parameters: Array) -> Conditions:
+    """Conditions with what the fitted model says the accelerometer indicates and how it changes."""
+    c = model.conditions
+    gain, inside = model.split(parameters)
+    return replace(
+        c,
+        axial=c.input + _tilt(model, parameters),
+        indicated=inside,
+        gain=gain,
+        per_degree=_per_degree(model, parameters, gain, inside),
+    )
+
+
+def _tilt(model: BaseModel, parameters: Array) -> Array:
+    """Part of the cross-axis acceleration that lies along the true input axis [g]."""
+    own = np.array([name.startswith("M") and name != "M_ip" for name in model.names])
+    inside = own[model.gain.shape[1] :]
+    return np.asarray(model.inside[:, inside] @ parameters[own])
+
+
+def _per_degree(model: BaseModel, parameters: Array, gain: Array, inside: Array) -> Array:
+    """Change of the second bracket with the temperature [g/degC]."""
+    c = model.conditions
+    slope = np.zeros(c.input.size)
+    sides = {" above T0": c.excess >= 0.0, " below T0": c.excess < 0.0}
+    acts = {"K0": np.ones_like(c.input), "K1": inside / gain, "M": c.cross}
+    for name, value in zip(model.names, parameters.tolist(), strict=True):
+        for side, here in sides.items():
+            if name.endswith(side):
+                slope += np.where(here, value * acts[name.removesuffix(side)], 0.0)
+    return slope

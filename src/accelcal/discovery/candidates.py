@@ -1,0 +1,171 @@
+"""Effects of the catalogue as directions in which the readings may differ from the base model."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.space import Space
+from accelcal.effects.conditions import Conditions
+from accelcal.effects.effect import Effect
+
+__all__ = ["Candidates", "Instance", "candidates", "column_of", "direction", "instances_of"]
+
+Array = NDArray[np.float64]
+
+VISIBLE = 0.01
+"""Part of an effect that the base model must leave for the effect to be looked for."""
+
+_PHASES = 12
+_FINER = 3
+
+
+class Instance(NamedTuple):
+    """An effect with everything but its size.
+
+    Attributes
+    ----------
+    effect : Effect
+        Entry of the catalogue.
+    mixture : tuple of float
+        Amplitudes for the size 1.
+    shape : mapping of str to float
+        Parameters that enter nonlinearly.
+    """
+
+    effect: Effect
+    mixture: tuple[float, ...]
+    shape: Mapping[str, float]
+
+
+class Candidates(NamedTuple):
+    """All instances that can be seen, as unit vectors of the space.
+
+    Attributes
+    ----------
+    instances : tuple of Instance
+        N instances, those of one effect together.
+    directions : ndarray, shape (m, N)
+        Their unit vectors.
+    length : ndarray, shape (N,)
+        Length of an instance of size 1, in standard deviations of the noise.
+    owner : ndarray of int, shape (N,)
+        Index into `effects`.
+    effects : tuple of Effect
+        Effects that can be seen.
+    hidden : tuple of Effect
+        Effects of which the base model leaves nothing.
+    """
+
+    instances: tuple[Instance, ...]
+    directions: Array
+    length: Array
+    owner: NDArray[np.intp]
+    effects: tuple[Effect, ...]
+    hidden: tuple[Effect, ...]
+
+    @property
+    def one_sided(self) -> NDArray[np.bool_]:
+        """Where only a positive size makes sense, shape (N,)."""
+        return np.array([i.effect.amplitudes[0].minimum == 0.0 for i in self.instances])
+
+
+def candidates(effects: Sequence[Effect], space: Space, c: Conditions) -> Candidates:
+    """Set up the search directions of some effects.
+
+    Parameters
+    ----------
+    effects : sequence of Effect
+        Effects with an amplitude.
+    space : Space
+        What the base model leaves.
+    c : Conditions
+        Of the readings.
+
+    Returns
+    -------
+    Candidates
+        The directions.
+    """
+    seen: list[tuple[Effect, list[Instance], Array, Array]] = []
+    hidden = []
+    for effect in effects:
+        instances = list(instances_of(effect, c))
+        columns = np.stack([column_of(item, c) for item in instances], axis=1)
+        whole = np.sqrt(((space.whitener @ columns) ** 2).sum(axis=0))
+        shown = space.see(columns)
+        length = np.sqrt((shown**2).sum(axis=0))
+        visible = np.flatnonzero(length > VISIBLE * whole)
+        if visible.size:
+            unit = shown[:, visible] / length[visible]
+            seen.append((effect, [instances[i] for i in visible], unit, length[visible]))
+        else:
+            hidden.append(effect)
+    sizes = [len(own) for _, own, _, _ in seen]
+    empty = np.empty((space.size, 0))
+    return Candidates(
+        instances=tuple(itertools.chain.from_iterable(own for _, own, _, _ in seen)),
+        directions=np.hstack([empty, *(unit for _, _, unit, _ in seen)]),
+        length=np.concatenate([np.empty(0), *(length for _, _, _, length in seen)]),
+        owner=np.repeat(np.arange(len(seen)), sizes),
+        effects=tuple(effect for effect, _, _, _ in seen),
+        hidden=tuple(hidden),
+    )
+
+
+def instances_of(effect: Effect, c: Conditions) -> Iterator[Instance]:
+    """All instances of an effect that are tried.
+
+    Parameters
+    ----------
+    effect : Effect
+        The effect.
+    c : Conditions
+        Of the readings.
+
+    Yields
+    ------
+    Instance
+        For all values of its nonlinear parameters; of several amplitudes, the first alone, and
+        the last two in all phases.
+    """
+    grids = [_grid(item.search(c), discrete=item.discrete) for item in effect.shapes if item.search]
+    names = [item.name for item in effect.shapes]
+    for values in itertools.product(*grids):
+        for mixture in _mixtures(len(effect.amplitudes)):
+            yield Instance(effect, mixture, dict(zip(names, values, strict=True)))
+
+
+def _grid(values: Array, *, discrete: bool) -> list[float]:
+    if discrete or values.size < 2:
+        return [float(value) for value in values]
+    places = np.arange(0, values.size - 1 + 0.5 / _FINER, 1.0 / _FINER)
+    if np.all(values > 0.0):
+        return [float(v) for v in np.exp(np.interp(places, np.arange(values.size), np.log(values)))]
+    return [float(v) for v in np.interp(places, np.arange(values.size), values)]
+
+
+def _mixtures(amplitudes: int) -> list[tuple[float, ...]]:
+    if amplitudes == 1:
+        return [(1.0,)]
+    first = [(1.0, *[0.0] * (amplitudes - 1))] if amplitudes > 2 else []
+    phases = np.pi * np.arange(_PHASES) / _PHASES
+    lead = (0.0,) * (amplitudes - 2)
+    return first + [(*lead, float(np.cos(phi)), float(np.sin(phi))) for phi in phases]
+
+
+def column_of(instance: Instance, c: Conditions) -> Array:
+    """Change of the readings for an instance of size 1 [g], shape (n,)."""
+    columns = instance.effect.columns(c, **instance.shape)
+    return np.asarray(c.gain * (columns @ np.array(instance.mixture)))
+
+
+def direction(instance: Instance, space: Space, c: Conditions) -> tuple[Array, float]:
+    """Unit vector of an instance in the space, and its length for size 1."""
+    seen = space.see(column_of(instance, c))
+    length = float(np.sqrt(seen @ seen))
+    return seen / length, length

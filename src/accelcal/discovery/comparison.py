@@ -1,0 +1,89 @@
+"""A record beside the base model: what is left, in the measure of its noise."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.base import BaseModel, base_model, solve
+from accelcal.discovery.candidates import Instance, column_of
+from accelcal.discovery.noise import ReadingNoise, covariance, reading_noise, saturated
+from accelcal.discovery.space import Space, space_of, whitener_of
+from accelcal.estimate.tables import head_positions
+from accelcal.record import TumbleRecord
+
+__all__ = ["Comparison", "compared"]
+
+Array = NDArray[np.float64]
+
+
+class Comparison(NamedTuple):
+    """A record and the base model, fitted to it by generalised least squares.
+
+    Attributes
+    ----------
+    record : TumbleRecord
+        The record of n readings.
+    model : BaseModel
+        The model.
+    parameters : ndarray, shape (p,)
+        Its parameters.
+    noise : ReadingNoise
+        Noise of the readings.
+    space : Space
+        The m dimensions that the model leaves.
+    seen : ndarray, shape (m,)
+        Coordinates of the readings in it.
+    """
+
+    record: TumbleRecord
+    model: BaseModel
+    parameters: Array
+    noise: ReadingNoise
+    space: Space
+    seen: Array
+
+
+def compared(
+    record: TumbleRecord,
+    reference_temperature: float,
+    delta0: float = 0.0,
+    known: tuple[Instance, ...] = (),
+) -> Comparison:
+    """Compare a record with the base model.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        The record.
+    reference_temperature : float
+        T0 [degC].
+    delta0 : float, default 0
+        Fixture angle [rad].
+    known : tuple of Instance
+        Effects that are known to be there, so that they do not count as noise.
+
+    Returns
+    -------
+    Comparison
+        The comparison; the known effects are not in the model.
+
+    Raises
+    ------
+    InputError
+        If the record is too small, see `accelcal.discovery.noise.reading_noise`.
+    """
+    model = base_model(record, reference_temperature, delta0)
+    repeating = saturated(model.conditions, record.mounting)
+    columns = [column_of(item, model.conditions)[:, None] for item in known]
+    first = model.residual(solve(model))
+    noise = reading_noise(model.conditions, first, np.hstack([repeating, *columns]))
+    head = head_positions(record.angle)
+    spread = covariance(model.conditions, noise, record.apparatus, head)
+    whitener = whitener_of(spread, noise.sigma)
+    parameters = solve(model, whitener)
+    space = space_of(whitener, model.jacobian(parameters), repeating)
+    seen = space.see(model.residual(parameters))
+    return Comparison(record, model, parameters, noise, space, seen)

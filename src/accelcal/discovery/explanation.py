@@ -1,0 +1,182 @@
+"""Some effects fitted together: their nonlinear parameters, what they take up, what they leave."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.candidates import Instance, direction
+from accelcal.discovery.family import NEW, Family, Judgement, chance, judge, without
+from accelcal.discovery.noise import orthonormal
+from accelcal.effects.conditions import Conditions
+
+__all__ = ["Explanation", "best_instances", "explanation"]
+
+Array = NDArray[np.float64]
+
+_ROUNDS = 3
+
+
+class Explanation(NamedTuple):
+    """Some effects, fitted together.
+
+    Attributes
+    ----------
+    instances : tuple of Instance
+        The effects with their nonlinear parameters.
+    directions : ndarray, shape (m, h)
+        Their unit vectors.
+    squares : float
+        Sum of squares that they take up.
+    p_values : tuple of float
+        For each one, the chance that noise makes it look as needed beside the others.
+    rest : Judgement
+        What the family says about what they leave.
+    """
+
+    instances: tuple[Instance, ...]
+    directions: Array
+    squares: float
+    p_values: tuple[float, ...]
+    rest: Judgement
+
+    @property
+    def ids(self) -> frozenset[str]:
+        """Ids of the effects."""
+        return frozenset(item.effect.id for item in self.instances)
+
+
+def best_instances(family: Family, seen: Array, effects: Sequence[int]) -> tuple[list[int], float]:
+    """Find the best instances of some effects together, in turns.
+
+    Parameters
+    ----------
+    family : Family
+        The family.
+    seen : ndarray, shape (m,)
+        Coordinates of the readings.
+    effects : sequence of int
+        Indices of the effects.
+
+    Returns
+    -------
+    places : list of int
+        Index of an instance for each effect.
+    squares : float
+        Sum of squares that they take up together.
+    """
+    places: list[int] = []
+    for effect in effects:
+        places.append(_best_place(family, seen, effect, places))
+    for _ in range(_ROUNDS if len(effects) > 1 else 0):
+        before = list(places)
+        for i, effect in enumerate(effects):
+            places[i] = _best_place(family, seen, effect, places[:i] + places[i + 1 :])
+        if places == before:
+            break
+    return places, _squares(family.candidates.directions[:, places], seen)
+
+
+def _squares(directions: Array, seen: Array) -> float:
+    return float(((orthonormal(directions).T @ seen) ** 2).sum())
+
+
+def _best_place(family: Family, seen: Array, effect: int, others: list[int]) -> int:
+    found = family.candidates
+    own = np.flatnonzero(found.owner == effect)
+    taken = orthonormal(found.directions[:, others])
+    columns = without(found.directions[:, own], taken)
+    length = np.sqrt((columns**2).sum(axis=0))
+    size = np.where(length > NEW, columns.T @ seen / np.maximum(length, NEW), 0.0)
+    size = np.where(found.one_sided[own], np.maximum(size, 0.0), size)
+    return int(own[np.argmax(size**2)])
+
+
+def explanation(family: Family, seen: Array, c: Conditions, places: Sequence[int]) -> Explanation:
+    """Fit some effects with all their parameters.
+
+    Parameters
+    ----------
+    family : Family
+        The family.
+    seen : ndarray, shape (m,)
+        Coordinates of the readings.
+    c : Conditions
+        Of the readings.
+    places : sequence of int
+        Instances to start from.
+
+    Returns
+    -------
+    Explanation
+        The effects, off the grid of their parameters.
+    """
+    instances = [family.candidates.instances[place] for place in places]
+    directions = family.candidates.directions[:, list(places)].copy()
+    for index, place in enumerate(places):
+        others = orthonormal(np.delete(directions, index, axis=1))
+        better = _refined(family, seen, c, place, others)
+        instances[index] = better
+        directions[:, index] = direction(better, family.space, c)[0]
+    return Explanation(
+        instances=tuple(instances),
+        directions=directions,
+        squares=_squares(directions, seen),
+        p_values=tuple(
+            _p_value(family, seen, instances, directions, index) for index in range(len(places))
+        ),
+        rest=judge(family, seen, orthonormal(directions)),
+    )
+
+
+def _refined(family: Family, seen: Array, c: Conditions, place: int, others: Array) -> Instance:
+    """Move the nonlinear parameter off the grid, to where the squares are largest."""
+    start = family.candidates.instances[place]
+    smooth = [item.name for item in start.effect.shapes if not item.discrete]
+    if len(smooth) != 1:
+        return start
+    from scipy.optimize import minimize_scalar  # type: ignore[import-untyped]
+
+    def at(value: float) -> Instance:
+        return start._replace(shape={**start.shape, smooth[0]: float(value)})
+
+    def loss(value: float) -> float:
+        unit = without(direction(at(value), family.space, c)[0], others)
+        return -float((unit @ seen) ** 2) / max(float(unit @ unit), NEW**2)
+
+    low, high = _neighbours(family, place, smooth[0])
+    found = minimize_scalar(loss, bounds=(low, high), method="bounded")
+    return at(found.x) if found.fun < loss(start.shape[smooth[0]]) else start
+
+
+def _neighbours(family: Family, place: int, name: str) -> tuple[float, float]:
+    """Values of a parameter on the grid next to that of an instance."""
+    found = family.candidates
+    own = np.flatnonzero(found.owner == found.owner[place])
+    values = np.array([found.instances[i].shape[name] for i in own])
+    here = found.instances[place].shape[name]
+    return (
+        float(values[values < here].max(initial=-np.inf if values.min() < here else here)),
+        float(values[values > here].min(initial=np.inf if values.max() > here else here)),
+    )
+
+
+def _p_value(
+    family: Family, seen: Array, instances: Sequence[Instance], directions: Array, index: int
+) -> float:
+    """Chance that noise makes one effect look as needed beside the others."""
+    left = without(seen, orthonormal(directions))
+    variance = float(family.space.pure_error(left)) / family.space.dof
+    unit = without(directions[:, index], orthonormal(np.delete(directions, index, axis=1)))
+    if unit @ unit < NEW**2:
+        return 1.0
+    size = float(unit @ seen / np.sqrt(unit @ unit))
+    effect = instances[index].effect
+    if effect.amplitudes[0].minimum == 0.0 and size < 0.0:
+        return 1.0
+    single = float(chance(np.array(size**2 / variance), family.space.dof))
+    tries = family.tries[[other.id for other in family.candidates.effects].index(effect.id)]
+    return float(min(1.0, single * tries * family.tests))

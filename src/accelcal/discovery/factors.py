@@ -1,0 +1,93 @@
+"""The factors of a test, by which a disagreement is described: blocks of columns, in order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.noise import cycle, dummies, orthonormal
+from accelcal.discovery.space import Space
+from accelcal.effects.conditions import LEVEL_CHANGE, Conditions
+
+__all__ = ["Block", "blocks"]
+
+Array = NDArray[np.float64]
+
+
+class Block(NamedTuple):
+    """What a factor may do to the readings, beyond what factors before it can do.
+
+    Attributes
+    ----------
+    factor : str
+        Its name.
+    basis : ndarray, shape (m, k)
+        Orthonormal basis in the space.
+    """
+
+    factor: str
+    basis: Array
+
+
+def blocks(space: Space, c: Conditions) -> tuple[Block, ...]:
+    """Split the space by factors, each orthogonal to those before it.
+
+    Parameters
+    ----------
+    space : Space
+        What the base model leaves.
+    c : Conditions
+        Of the readings.
+
+    Returns
+    -------
+    tuple of Block
+        Those factors that the test has.
+    """
+    found: list[Block] = []
+    taken = np.empty((space.size, 0))
+    for factor, columns in _columns(c):
+        seen = space.see(columns)
+        whole = np.sqrt((columns**2).sum(axis=0)).max(initial=0.0)
+        left = seen - taken @ (taken.T @ seen)
+        norms = np.sqrt((left**2).sum(axis=0))
+        scale = max(np.sqrt((seen**2).sum(axis=0)).max(initial=0.0), whole * 1e-6)
+        basis = orthonormal(left[:, norms > 1e-3 * scale])
+        if basis.shape[1]:
+            found.append(Block(factor, basis))
+            taken = np.hstack([taken, basis])
+    return tuple(found)
+
+
+def _columns(c: Conditions) -> Iterator[tuple[str, Array]]:
+    position = dummies(np.mod(np.round(c.angle, 6), 360.0))
+    direction = c.rotation[:, None]
+    axes = np.stack([np.ones_like(c.input), c.input, c.cross], axis=1)
+    hours = c.run_time / max(float(c.run_time.max()), 1e-9) - 0.5
+    clock = c.time / max(float(c.time.max()), 1e-9) - 0.5
+    yield "position", position
+    yield "stroke", direction
+    yield "stroke*position", direction * position
+    if np.ptp(c.excess) >= LEVEL_CHANGE:
+        level = dummies(np.round(c.excess / LEVEL_CHANGE))
+        rise = np.stack([c.excess, np.abs(c.excess)], axis=1) / np.abs(c.excess).max()
+        yield "temperature", level
+        yield "temperature*position", _products(rise, position)
+    if np.ptp(c.approach) > 0.0:
+        yield "heating/cooling", _products(c.approach[:, None], axes)
+    yield "time", np.stack([hours, hours**2, hours**3], axis=1)
+    yield "time*position", _products(np.stack([hours, clock], axis=1), axes)
+    yield "cycle", dummies(cycle(c))
+    runs = dummies(c.run)
+    if runs.shape[1] > 1:
+        yield "run", _products(runs, axes)
+        yield "run*time", _products(runs, hours[:, None])
+        yield "run*position", _products(runs, position)
+        yield "run*cycle", dummies(c.run, cycle(c))
+
+
+def _products(a: Array, b: Array) -> Array:
+    return np.asarray((a[:, :, None] * b[:, None, :]).reshape(a.shape[0], -1))

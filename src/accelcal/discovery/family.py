@@ -1,0 +1,222 @@
+"""One test over everything that is searched, with its false-alarm rate from simulated noise.
+
+Each effect and each factor has a p-value of its own; an effect with nonlinear parameters has that
+of its best instance, times the number of independent tries that its instances amount to. The
+smallest p-value of all is judged by its own distribution. Both numbers come from noise drawn in
+the same space, so that it does not matter how the candidates are correlated, nor that a parameter
+exists only where there is an effect.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.candidates import Candidates
+from accelcal.discovery.factors import Block
+from accelcal.discovery.noise import orthonormal
+from accelcal.discovery.space import Space
+
+__all__ = ["SMALLEST", "Family", "Judgement", "chance", "family_of", "judge"]
+
+Array = NDArray[np.float64]
+
+DRAWS = 4000
+SMALLEST = 1e-300
+"""Smallest p-value told."""
+
+NEW = 0.02
+"""Part of an effect that must be new beside other effects."""
+
+_LEVELS = (0.05, 0.02, 0.01, 0.005)
+
+
+class Family(NamedTuple):
+    """Everything that is tested at once.
+
+    Attributes
+    ----------
+    space : Space
+        The space.
+    candidates : Candidates
+        E effects with N instances.
+    blocks : tuple of Block
+        Factors.
+    tries : ndarray, shape (E,)
+        Independent tries that the instances of each effect amount to.
+    tests : float
+        Independent tests that the whole family amounts to.
+    """
+
+    space: Space
+    candidates: Candidates
+    blocks: tuple[Block, ...]
+    tries: Array
+    tests: float
+
+
+class Judgement(NamedTuple):
+    """What the family says about some coordinates.
+
+    Attributes
+    ----------
+    p_value : float
+        Chance that noise alone gives as small a p-value anywhere in the family.
+    effects : ndarray, shape (E,)
+        p-value of each effect.
+    blocks : ndarray, shape (B,)
+        p-value of each factor.
+    """
+
+    p_value: float
+    effects: Array
+    blocks: Array
+
+
+class _Left(NamedTuple):
+    """Coordinates with what is taken out of them, for k draws at once.
+
+    Attributes
+    ----------
+    seen : ndarray, shape (m, k)
+        The coordinates.
+    shown : ndarray, shape (b, k)
+        Their systematic part.
+    pure : ndarray, shape (k,)
+        Sum of squares of their pure error.
+    """
+
+    seen: Array
+    shown: Array
+    pure: Array
+
+
+def family_of(
+    space: Space,
+    found: Candidates,
+    factors: tuple[Block, ...],
+    tails: float = np.inf,
+    seed: int = 0,
+) -> Family:
+    """Set up the family and find its false-alarm rates.
+
+    Parameters
+    ----------
+    space : Space
+        The space.
+    found : Candidates
+        Effects to look for.
+    factors : tuple of Block
+        Factors to look at.
+    tails : float, default infinite
+        Degrees of freedom of the Student distribution of the noise.
+    seed : int, default 0
+        Of the simulated noise.
+
+    Returns
+    -------
+    Family
+        The family.
+    """
+    bare = Family(space, found, factors, np.ones(len(found.effects)), 1.0)
+    noise = _noise(space.rotation, tails, np.random.default_rng(seed))
+    effects, blocks = _p_values(bare, noise, None)
+    tries = np.array([_multiplicity(p) for p in effects])
+    honest = effects * tries[:, None]
+    smallest = np.minimum(honest.min(axis=0, initial=1.0), blocks.min(axis=0, initial=1.0))
+    return bare._replace(tries=tries, tests=_multiplicity(smallest))
+
+
+def _noise(rotation: Array, tails: float, rng: np.random.Generator) -> Array:
+    """Coordinates of noise alone, shape (m, DRAWS)."""
+    readings, dimensions = rotation.shape
+    if np.isinf(tails):
+        return rng.standard_normal((dimensions, DRAWS))
+    student = rng.standard_t(tails, (readings, DRAWS)) * np.sqrt((tails - 2.0) / tails)
+    return np.asarray(rotation.T @ student)
+
+
+def _multiplicity(p: Array) -> float:
+    """Factor that makes p-values honest, from their values under noise alone."""
+    factors = [level / max(float(np.quantile(p, level)), SMALLEST) for level in _LEVELS]
+    return max(1.0, float(np.mean(factors)))
+
+
+def judge(family: Family, seen: Array, taken: Array | None = None) -> Judgement:
+    """Test the whole family on some coordinates.
+
+    Parameters
+    ----------
+    family : Family
+        The family.
+    seen : ndarray, shape (m,)
+        Coordinates of the readings.
+    taken : ndarray, shape (m, h), optional
+        Orthonormal basis of what has been explained already.
+
+    Returns
+    -------
+    Judgement
+        p-values.
+    """
+    effects, blocks = _p_values(family, seen[:, None], taken)
+    honest = np.minimum(effects[:, 0] * family.tries, 1.0)
+    smallest = min(honest.min(initial=1.0), blocks.min(initial=1.0))
+    return Judgement(min(1.0, float(smallest) * family.tests), honest, blocks[:, 0])
+
+
+def chance(ratio: Array, dof: int, degrees: int = 1) -> Array:
+    """Survival function of F with `degrees` and `dof` degrees of freedom, never zero."""
+    from scipy.special import fdtrc  # type: ignore[import-untyped]
+
+    return np.asarray(np.maximum(fdtrc(degrees, dof, ratio), SMALLEST))
+
+
+def _p_values(family: Family, seen: Array, taken: Array | None) -> tuple[Array, Array]:
+    """p-values of the best instance of each effect, (E, k), and of each factor, (B, k)."""
+    space, found = family.space, family.candidates
+    left = _left(space, seen, taken)
+    ratios = _ratios(family, left, taken)
+    starts = np.searchsorted(found.owner, np.arange(len(found.effects)))
+    best = np.maximum.reduceat(ratios, starts, axis=0) if starts.size else ratios
+    blocks = [_of_block(block.basis, left, space.dof, taken) for block in family.blocks]
+    return chance(best, space.dof), np.array(blocks).reshape(-1, seen.shape[1])
+
+
+def _left(space: Space, seen: Array, taken: Array | None) -> _Left:
+    rest = seen if taken is None else without(seen, taken)
+    shown = space.systematic.T @ rest
+    return _Left(rest, shown, (rest**2).sum(axis=0) - (shown**2).sum(axis=0))
+
+
+def without(columns: Array, taken: Array) -> Array:
+    """Take the span of an orthonormal basis out of some columns."""
+    return np.asarray(columns - taken @ (taken.T @ columns))
+
+
+def _ratios(family: Family, left: _Left, taken: Array | None) -> Array:
+    """F of each instance against the pure error that is left beside it, shape (N, k)."""
+    space, found = family.space, family.candidates
+    columns = found.directions if taken is None else without(found.directions, taken)
+    length = np.sqrt((columns**2).sum(axis=0))
+    columns = columns * np.where(length > NEW, 1.0 / np.maximum(length, NEW), 0.0)
+    systematic = space.systematic.T @ columns
+    pure_part = 1.0 - (systematic**2).sum(axis=0)
+    projection = columns.T @ left.seen
+    in_pure_error = projection - systematic.T @ left.shown
+    size = np.where(found.one_sided[:, None], np.maximum(projection, 0.0), projection)
+    beside = left.pure - 2.0 * size * in_pure_error + size**2 * pure_part[:, None]
+    return np.asarray(size**2 * space.dof / np.maximum(beside, SMALLEST))
+
+
+def _of_block(basis: Array, left: _Left, dof: int, taken: Array | None) -> Array:
+    if taken is not None:
+        basis = without(basis, taken)
+        basis = orthonormal(basis[:, (basis**2).sum(axis=0) > NEW**2])
+    degrees = basis.shape[1]
+    if not degrees:
+        return np.ones(left.pure.size)
+    squares = ((basis.T @ left.seen) ** 2).sum(axis=0)
+    return chance(squares / degrees * dof / np.maximum(left.pure, SMALLEST), dof, degrees)

@@ -1,0 +1,209 @@
+"""Errors of the readings: noise from replicates, and what is declared of head, launch, chamber.
+
+The noise is judged by pure error: by what differs between readings of one position in one run,
+reached in the same sense, after the mean of each cycle and a drift. It is never taken from the
+residuals of a model, which may lack an effect.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.effects.conditions import Conditions
+from accelcal.errors import InputError
+from accelcal.grouping import grouped
+from accelcal.record import Apparatus
+
+__all__ = ["ReadingNoise", "covariance", "cycle", "dummies", "orthonormal", "reading_noise"]
+__all__ += ["saturated"]
+
+Array = NDArray[np.float64]
+
+FEWEST_REPLICATES = 8
+"""Degrees of freedom of pure error below which nothing can be discovered."""
+
+_RHOS = np.linspace(-0.3, 0.9, 121)
+_LAGS = 40
+_HEAVY = 1.0  # excess kurtosis from which tails count as heavy
+_STUDENT = 5.0
+
+
+class ReadingNoise(NamedTuple):
+    """Noise of the readings.
+
+    Attributes
+    ----------
+    sigma : float
+        Standard deviation of one reading [g].
+    rho : float
+        Correlation of one reading with the next in the order of measuring.
+    dof : int
+        Degrees of freedom of the pure error.
+    tails : float
+        Degrees of freedom of the Student distribution that has its tails; infinite if normal.
+    """
+
+    sigma: float
+    rho: float
+    dof: int
+    tails: float
+
+
+def cycle(c: Conditions) -> NDArray[np.int64]:
+    """Cycle of each reading, a forward and a back stroke, from 0."""
+    return (c.stroke - 1) // 2
+
+
+def dummies(*keys: NDArray[np.generic]) -> Array:
+    """Columns of zeros and ones, one for each combination of the keys that occurs."""
+    label = np.zeros(keys[0].size, dtype=np.int64)
+    for key in keys:
+        groups, index, _ = grouped(key)
+        label = label * groups.size + index
+    groups, index, _ = grouped(label)
+    return np.asarray(index[:, None] == np.arange(groups.size), dtype=np.float64)
+
+
+def saturated(c: Conditions, mounting: NDArray[np.str_]) -> Array:
+    """Columns that take up everything that repeats, so that only noise is left.
+
+    Parameters
+    ----------
+    c : Conditions
+        Of n readings.
+    mounting : ndarray of str, shape (n,)
+        Their mountings.
+
+    Returns
+    -------
+    ndarray, shape (n, k)
+        Run x position x sense of rotation, the cycles of each run, and a drift in each run.
+    """
+    cells = dummies(c.run, mounting, np.round(c.angle, 6), c.rotation)
+    cycles = dummies(c.run, cycle(c))
+    runs = dummies(c.run)
+    return np.hstack([cells, cycles, runs * c.run_time[:, None]])
+
+
+def orthonormal(columns: Array) -> Array:
+    """Orthonormal basis of the span of some columns, of whatever rank."""
+    norms = np.sqrt((columns**2).sum(axis=0))
+    kept = columns[:, norms > 0.0] / norms[norms > 0.0]
+    if not kept.size:
+        return np.empty((columns.shape[0], 0))
+    values, vectors = np.linalg.eigh(kept.T @ kept)
+    good = values > 1e-11 * max(values[-1], 1.0)
+    return np.asarray(kept @ (vectors[:, good] / np.sqrt(values[good])))
+
+
+def reading_noise(c: Conditions, residual: Array, all_that_repeats: Array) -> ReadingNoise:
+    """Estimate the noise of the readings from their replicates.
+
+    Parameters
+    ----------
+    c : Conditions
+        Of n readings.
+    residual : ndarray, shape (n,)
+        Reading minus some model that is the same for replicates [g].
+    all_that_repeats : ndarray, shape (n, k)
+        From `saturated`.
+
+    Returns
+    -------
+    ReadingNoise
+        Standard deviation, correlation of neighbours, degrees of freedom.
+
+    Raises
+    ------
+    InputError
+        If there are too few replicates.
+
+    Notes
+    -----
+    The correlation is that of an AR(1) process within each run for which the lag-1 sum of products
+    of the pure error has its expectation; the pure error of independent readings is not
+    independent, and its expectation says by how much.
+    """
+    basis = orthonormal(all_that_repeats)
+    dof = residual.size - basis.shape[1]
+    if dof < FEWEST_REPLICATES:
+        raise InputError(
+            f"{residual.size} readings leave {max(dof, 0)} degrees of freedom for their noise;"
+            f" to discover an effect takes {FEWEST_REPLICATES} or more: measure two or more cycles"
+            " of a forward and a back stroke in each run"
+        )
+    order = c.order
+    projector = np.eye(residual.size) - basis[order] @ basis[order].T
+    error = projector @ residual[order]
+    rho, variance = _autocorrelation(error, projector, c.run[order])
+    tails = _STUDENT if _excess_kurtosis(error, projector, variance) > _HEAVY else np.inf
+    return ReadingNoise(float(np.sqrt(variance)), rho, dof, tails)
+
+
+def _excess_kurtosis(error: Array, projector: Array, variance: float) -> float:
+    """Excess kurtosis of the noise, of which the pure error is a mixture."""
+    fourth = float((error**4).sum() - 3.0 * ((np.diagonal(projector) * variance) ** 2).sum())
+    return fourth / (float((projector**4).sum()) * variance**2)
+
+
+def _autocorrelation(error: Array, projector: Array, run: NDArray[np.int64]) -> tuple[float, float]:
+    """Correlation of neighbours and the variance, both with their expectations matched."""
+    neighbours = np.where(run[1:] == run[:-1], 1.0, 0.0)
+    shifted = np.zeros_like(projector)  # D projector, D the sum of products of neighbours
+    shifted[:-1] += 0.5 * neighbours[:, None] * projector[1:]
+    shifted[1:] += 0.5 * neighbours[:, None] * projector[:-1]
+    of_products = _lag_sums(projector @ shifted, run)
+    of_squares = _lag_sums(projector, run)
+    powers = _RHOS[:, None] ** np.arange(of_squares.size)
+    observed = float((neighbours * error[1:] * error[:-1]).sum() / (error @ error))
+    expected = (powers @ of_products) / (powers @ of_squares)
+    best = int(np.argmin(np.abs(expected - observed)))
+    if abs(_RHOS[best]) < 2.0 / np.sqrt(projector.trace()):
+        best = int(np.argmin(np.abs(_RHOS)))
+    rho = float(np.round(_RHOS[best], 6))
+    return rho, float(error @ error / (powers[best] @ of_squares))
+
+
+def _lag_sums(matrix: Array, run: NDArray[np.int64]) -> Array:
+    """Sums of a symmetric matrix along its diagonals, within runs: trace with rho^lag."""
+    sums = [float(np.trace(matrix))]
+    for lag in range(1, min(_LAGS, run.size)):
+        same = run[lag:] == run[:-lag]
+        sums.append(float((np.diagonal(matrix, lag)[same] + np.diagonal(matrix, -lag)[same]).sum()))
+    return np.array(sums)
+
+
+def covariance(c: Conditions, noise: ReadingNoise, declared: Apparatus, head: Array) -> Array:
+    """Covariance of the errors of the readings, over the variance of one reading's noise.
+
+    Parameters
+    ----------
+    c : Conditions
+        Of n readings.
+    noise : ReadingNoise
+        Their noise.
+    declared : Apparatus
+        What is declared of head, launch and temperature; what is not declared counts as zero.
+    head : ndarray, shape (n,)
+        Head position of each reading [deg].
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+        In units of ``noise.sigma ** 2``.
+    """
+    apart = np.abs(c.number[:, None] - c.number)
+    total = np.where(c.run[:, None] == c.run, noise.rho**apart, 0.0)
+    runs = dummies(c.run)
+    for size, acting in (
+        (declared.head_uncertainty, (c.gain * c.per_radian)[:, None] * dummies(head)),
+        (declared.launch_uncertainty, c.gain[:, None] * runs),
+        (declared.launch_sf_uncertainty, (c.gain * c.indicated)[:, None] * runs),
+        (declared.temperature_uncertainty, (c.gain * c.per_degree)[:, None] * runs),
+    ):
+        if size:
+            total = total + (size / noise.sigma) ** 2 * acting @ acting.T
+    return total

@@ -1,0 +1,97 @@
+"""Which effects: the smallest sets of effects beside which nothing disagrees any more."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.explanation import Explanation, best_instances, explanation
+from accelcal.discovery.family import Family, Judgement, judge
+from accelcal.effects.conditions import Conditions
+
+__all__ = ["Findings", "search"]
+
+Array = NDArray[np.float64]
+
+_BEAM = 12
+"""Sets of effects from which larger sets are made."""
+
+_TRIED = 36
+"""Larger sets of effects that are fitted with all their parameters."""
+
+
+class Findings(NamedTuple):
+    """What a search found.
+
+    Attributes
+    ----------
+    before : Judgement
+        The family on the base model alone.
+    explanations : tuple of Explanation
+        Smallest sets of effects that leave nothing, best first; empty where nothing disagrees or
+        nothing in the catalogue explains it.
+    nearest : Explanation or None
+        Where nothing explains it, the effects that come nearest.
+    """
+
+    before: Judgement
+    explanations: tuple[Explanation, ...]
+    nearest: Explanation | None
+
+
+def search(
+    family: Family, seen: Array, c: Conditions, *, alpha: float = 0.01, most: int = 3
+) -> Findings:
+    """Find the effects that explain a disagreement.
+
+    Parameters
+    ----------
+    family : Family
+        What is tested.
+    seen : ndarray, shape (m,)
+        Coordinates of the readings.
+    c : Conditions
+        Of the readings.
+    alpha : float, default 0.01
+        False-alarm rate over the whole family.
+    most : int, default 3
+        Effects at once.
+
+    Returns
+    -------
+    Findings
+        The explanations.
+    """
+    before = judge(family, seen)
+    nearest: Explanation | None = None
+    beam: list[frozenset[int]] = [frozenset()]
+    for _ in range(most if before.p_value < alpha else 0):
+        tried = _larger(family, seen, c, beam)
+        needed = [e for e in tried if max(e.p_values) < alpha]
+        passing = [e for e in needed if e.rest.p_value >= alpha]
+        if passing:
+            return Findings(before, tuple(passing), None)
+        nearest = needed[0] if needed else nearest
+        beam = [_indices(family, e) for e in tried[:_BEAM]]
+    return Findings(before, (), nearest)
+
+
+def _indices(family: Family, found: Explanation) -> frozenset[int]:
+    return frozenset(
+        i for i, effect in enumerate(family.candidates.effects) if effect.id in found.ids
+    )
+
+
+def _larger(
+    family: Family, seen: Array, c: Conditions, beam: list[frozenset[int]]
+) -> list[Explanation]:
+    """Explanations with one effect more than those of the beam, best first."""
+    every = range(len(family.candidates.effects))
+    sets = {chosen | {other} for chosen in beam for other in every if other not in chosen}
+    fitted = [best_instances(family, seen, sorted(chosen)) for chosen in sorted(sets, key=sorted)]
+    fitted.sort(key=lambda item: -item[1])
+    kept = fitted if beam == [frozenset()] else fitted[:_TRIED]
+    found = [explanation(family, seen, c, places) for places, _ in kept]
+    return sorted(found, key=lambda e: -e.squares)

@@ -1,0 +1,95 @@
+"""Where effects are looked for: whitened readings after the base model has taken its part."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.noise import orthonormal
+
+__all__ = ["Space", "space_of", "whitener_of"]
+
+Array = NDArray[np.float64]
+
+
+class Space(NamedTuple):
+    """The m dimensions of n readings that the base model leaves.
+
+    Attributes
+    ----------
+    whitener : ndarray, shape (n, n)
+        Map of readings [g] to readings whose errors are independent, with variance 1.
+    rotation : ndarray, shape (n, m)
+        Orthonormal basis of what the base model leaves of whitened readings.
+    systematic : ndarray, shape (m, b)
+        Orthonormal basis of all that repeats in replicates; what is left is pure error.
+    """
+
+    whitener: Array
+    rotation: Array
+    systematic: Array
+
+    @property
+    def size(self) -> int:
+        """Dimensions m."""
+        return int(self.systematic.shape[0])
+
+    @property
+    def dof(self) -> int:
+        """Degrees of freedom of the pure error."""
+        return self.size - int(self.systematic.shape[1])
+
+    def see(self, columns: Array) -> Array:
+        """Coordinates of readings or columns [g], shape (m,) or (m, k)."""
+        return np.asarray(self.rotation.T @ (self.whitener @ columns))
+
+    def pure_error(self, seen: Array) -> Array:
+        """Sum of squares of the pure error of coordinates, shape (m,) or (m, k)."""
+        shown = self.systematic.T @ seen
+        return np.asarray((seen**2).sum(axis=0) - (shown**2).sum(axis=0))
+
+
+def whitener_of(covariance: Array, sigma: float) -> Array:
+    """Matrix that makes errors of a covariance independent, with variance 1.
+
+    Parameters
+    ----------
+    covariance : ndarray, shape (n, n)
+        In units of ``sigma ** 2``.
+    sigma : float
+        Unit [g].
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+        Inverse of its Cholesky factor over sigma [1/g].
+    """
+    from scipy.linalg import solve_triangular  # type: ignore[import-untyped]
+
+    lower = np.linalg.cholesky(covariance)
+    return np.asarray(solve_triangular(lower, np.eye(lower.shape[0]), lower=True)) / sigma
+
+
+def space_of(whitener: Array, base: Array, repeating: Array) -> Space:
+    """Find what the base model leaves.
+
+    Parameters
+    ----------
+    whitener : ndarray, shape (n, n)
+        From `whitener_of`.
+    base : ndarray, shape (n, p)
+        Derivatives of the base model, of whatever rank [g per unit].
+    repeating : ndarray, shape (n, k)
+        Columns that take up all that repeats, of whatever rank.
+
+    Returns
+    -------
+    Space
+        The space.
+    """
+    taken = orthonormal(whitener @ base)
+    full, _ = np.linalg.qr(taken, mode="complete")
+    rotation = full[:, taken.shape[1] :]
+    return Space(whitener, rotation, orthonormal(rotation.T @ (whitener @ repeating)))
