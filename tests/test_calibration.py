@@ -232,6 +232,28 @@ def test_a_head_error_as_large_as_the_noise_is_said():
     assert "cannot tell" not in simulated(head=5e-6, positions=12)
 
 
+FEW = "noise and head error come from the same few residuals: no honest interval can be had"
+
+
+def unrepeated(positions, **apparatus):
+    """Sentences of a fit of one stroke that does not return to its first position."""
+    angles = tuple(360.0 / positions * j for j in range(positions))
+    plan = accelcal.TumblePlan(angles=angles, strokes=1, temperatures=(20.0,))
+    record = accelcal.simulate(plan=plan, seed=4)
+    undeclared = {"head_uncertainty": None} | apparatus
+    return " ".join(accelcal.fit(record.with_apparatus(**undeclared)).warnings)
+
+
+def test_one_stroke_that_shows_too_little_is_said():
+    assert FEW in unrepeated(8)
+    assert "measure two strokes or declare head_uncertainty" in unrepeated(12)
+    assert FEW not in unrepeated(24)
+    assert FEW not in unrepeated(8, head_uncertainty=6.7e-6)
+    assert FEW in simulated(head=2e-5, positions=7, strokes=1)
+    assert FEW not in simulated(head=2e-5, strokes=1)
+    assert "neither declared nor visible" in simulated(head=2e-5, positions=6, strokes=1)
+
+
 # -- there and back --------------------------------------------------------------------------------
 
 
