@@ -161,7 +161,40 @@ def test_durations_that_are_none(run, arguments, text):
 def test_numbers_too_large_to_calculate_with(run, arguments):
     code, _, err = run("budget", "cal.json", *arguments)
     assert code == 2
-    assert "'1e300' is too large; nothing here exceeds 1e+30." in err
+    assert "'1e300' is too large; nothing here exceeds 1e+12." in err
+
+
+RECORDS = {
+    "outputs": (lambda i: (i, 1e300 + i * 1e298), "output '1e+300' is too large;"),
+    "one output": (lambda i: (i, 1e300 if i == 0 else i), "output '1e+300' is too large;"),
+    "small outputs": (lambda i: (i, 1e-300 * (2 + i)), "output '2e-300' is too small, as all"),
+    "times": (
+        lambda i: (1e298 * (i + 1), i),
+        "time '1e+298' is no time of a record; write seconds",
+    ),
+    "short times": (lambda i: (1e-300 * i, i), "time does not increase in launch '1';"),
+}
+
+
+@pytest.mark.parametrize("name", RECORDS)
+def test_records_too_large_to_calculate_with(run, folder, name):
+    row, problem = RECORDS[name]
+    lines = [",".join(map(repr, row(i))) for i in range(20)]
+    (folder / "record.csv").write_text("\n".join(["time,output", *lines]) + "\n")
+    code, out, err = run("stability", "record.csv")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert err.partition(": ")[2].startswith(problem)
+
+
+def test_one_output_only(run, folder):
+    (folder / "record.csv").write_text("time,output\n0,1.5\n")
+    assert "record.csv:2: the only output is 1.5; check" in run("stability", "record.csv")[2]
+
+
+def test_a_scale_factor_too_small(run):
+    code, _, err = run("stability", "table.csv", "--scale-factor", "1e-300")
+    assert code == 2
+    assert "'1e-300' is too small; write 0, or 1e-30 or more." in err
 
 
 # -- several mountings -----------------------------------------------------------------------------

@@ -27,7 +27,8 @@ __all__ = [
 SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0}
 """Units of a duration."""
 
-_LARGEST = 1e30
+_LARGEST = 1e12
+_SMALLEST = 1e-30
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -42,6 +43,8 @@ def number(text: str) -> float:
         raise click.BadParameter(f"{text!r} is not a finite number.")
     if abs(value) > _LARGEST:
         raise click.BadParameter(f"{text!r} is too large; nothing here exceeds {_LARGEST:g}.")
+    if 0.0 < abs(value) < _SMALLEST:
+        raise click.BadParameter(f"{text!r} is too small; write 0, or {_SMALLEST:g} or more.")
     return value
 
 

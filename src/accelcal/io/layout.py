@@ -10,7 +10,16 @@ from accelcal.errors import TableError
 from accelcal.io.text import SourceText, refuse_document
 from accelcal.io.vocabulary import Heading, canonical_key, read_heading, split_unit
 
-__all__ = ["Declared", "Layout", "counted", "listed", "read_layout", "shown", "split_line"]
+__all__ = [
+    "Declared",
+    "Layout",
+    "all_of",
+    "counted",
+    "listed",
+    "read_layout",
+    "shown",
+    "split_line",
+]
 
 _SEPARATORS = ("\t", ";", ",", None)
 _CORE = {"temperature", "position", "angle", "stroke", "output"}
@@ -199,6 +208,29 @@ def counted(things: Sized, what: str) -> str:
     ('1 row was', '2 rows were')
     """
     return f"{len(things)} {what}{' was' if len(things) == 1 else 's were'}"
+
+
+def all_of(count: int, what: str) -> str:
+    """Say that all things are something.
+
+    Parameters
+    ----------
+    count : int
+        How many there are.
+    what : str
+        Their name in the singular.
+
+    Returns
+    -------
+    str
+        Such as ``"all 3 outputs are"``.
+
+    Examples
+    --------
+    >>> all_of(1, "output"), all_of(3, "output")
+    ('the only output is', 'all 3 outputs are')
+    """
+    return f"the only {what} is" if count == 1 else f"all {count} {what}s are"
 
 
 def _find_headings(

@@ -13,6 +13,7 @@ from accelcal.errors import TableError
 from accelcal.geometry import MOUNTINGS, is_mounting
 from accelcal.io.cells import Column, labels, numbers, times, whole_numbers
 from accelcal.io.columns import Table
+from accelcal.io.layout import all_of
 from accelcal.io.vocabulary import TIME_UNITS
 
 __all__ = ["Readings", "read_readings"]
@@ -157,7 +158,7 @@ def _at(values: NDArray[Any] | None, index: Ints) -> NDArray[Any] | None:
 
 def _require_any(present: NDArray[np.bool_], output: Column) -> None:
     if not present.any():
-        problem = f"all {present.size} outputs are missing"
+        problem = f"{all_of(present.size, 'output')} missing"
         line = int(output.lines[0])
         raise TableError(problem, "write at least one", source=output.source, line=line)
 

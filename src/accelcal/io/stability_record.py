@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from accelcal.errors import InputError, TableError, located
 from accelcal.io.cells import Column, labels, numbers, times
 from accelcal.io.engines import BulkEngineGivesUp, Columns, columns_by_pandas, columns_by_split
-from accelcal.io.layout import Layout, counted, listed, read_layout, shown
+from accelcal.io.layout import Layout, all_of, counted, listed, read_layout, shown
 from accelcal.io.text import Source, read_text
 from accelcal.io.vocabulary import TIME_UNITS
 from accelcal.stability.record import Launch, StabilityRecord
@@ -27,6 +27,15 @@ BULK_CHARACTERS = 2_000_000
 _OWN_HEADINGS = {"launch": "run", "start": "run", "input": "input", "acceleration": "input"}
 _ROLES = ("time", "output", "temperature", "run", "input", "serial")
 _REMEDY = "name the columns time and output, and, where there are such, temperature and launch"
+
+_LARGEST = 1e30
+"""Outputs beyond it, and below its inverse, are none [output unit]."""
+
+_LONGEST = 1e12
+"""Times beyond it are none [s]; that of the common clocks counts to 2e9."""
+
+_SHORTEST = 1e-9
+"""Steps of time below it are none [s]."""
 
 Roles = dict[str, Column]
 
@@ -113,6 +122,7 @@ def read_stability(
         missing = columns["output"].lines[~kept]
         notes.append(f"{counted(missing, 'missing output')} left out ({listed(missing)})")
     columns = {name: column.take(kept) for name, column in columns.items()}
+    _require_size(output[kept], columns["output"])
     _require_change(output[kept], columns["output"])
     return StabilityRecord(
         launches=tuple(_launches(columns, output[kept])),
@@ -190,7 +200,7 @@ def _launch(
         problem = f"launch {shown(name)} has {counted(lines, 'sample').rsplit(' ', 1)[0]}"
         remedy = "a launch has at least 3; one launch in the file needs no column launch"
         raise TableError(problem, remedy, source=column.source, line=int(lines[0]))
-    back = np.flatnonzero(np.diff(parts["time"]) <= 0.0)
+    back = np.flatnonzero(np.diff(parts["time"]) < _SHORTEST)
     if back.size:
         problem = f"{column.heading} does not increase in launch {shown(name)}"
         remedy = "sort the samples, write the time with more digits, and give each launch its name"
@@ -205,7 +215,17 @@ def _seconds(column: Column) -> NDArray[np.float64]:
     if found.dtype.kind == "M":
         seconds: NDArray[np.float64] = (found - found[0]) / np.timedelta64(1, "s")
         return seconds
+    column.check(np.abs(found) <= _LONGEST, "{} is no time of a record", "write seconds")
     return found * TIME_UNITS.get((column.unit or "s").casefold(), 1.0)
+
+
+def _require_size(output: NDArray[np.float64], column: Column) -> None:
+    """Refuse outputs whose squares cannot be calculated with."""
+    column.check(np.abs(output) <= _LARGEST, "{} is too large", "write it in another unit")
+    if output.size and np.abs(output).max() < 1.0 / _LARGEST:
+        raise column.refuse(
+            0, "{} is too small, as all others", "write the outputs in another unit"
+        )
 
 
 def _require_change(output: NDArray[np.float64], column: Column) -> None:
@@ -213,7 +233,7 @@ def _require_change(output: NDArray[np.float64], column: Column) -> None:
         problem, remedy = "all outputs are missing", "write the outputs"
         raise TableError(problem, remedy, source=column.source, line=None)
     if (output == output[0]).all():
-        problem = f"all {output.size} outputs are {output[0]:g}"
+        problem = f"{all_of(output.size, 'output')} {output[0]:g}"
         remedy = "check the voltmeter and the output column; a real output has noise"
         raise TableError(problem, remedy, source=column.source, line=int(column.lines[0]))
 
