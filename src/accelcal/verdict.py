@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import overload
 
+from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.model import ERROR_TERMS
 from accelcal.probability import dof_of_student_quantile, student_survival
 from accelcal.results.calibration import Calibration
@@ -23,7 +24,6 @@ from accelcal.specification import QUANTITIES, RULES, Limit, Specification, conv
 
 __all__ = ["judge"]
 
-_SAME_LEVEL = 1.0  # temperatures closer than this are one level [degC]
 _LEVEL = 0.95  # of the expanded uncertainty
 
 _COEFFICIENTS = MappingProxyType(
@@ -122,7 +122,7 @@ def _operating_temperatures(limit: Limit, calibration: Calibration) -> Judgement
         return _not_tested(limit, _Finding("T", "", None, "the temperatures are unknown"))
     low, high = min(levels), max(levels)
     tested = f"tested {round(low, 2):g} to {round(high, 2):g} degC"
-    if low > limit.minimum + _SAME_LEVEL or high < limit.maximum - _SAME_LEVEL:
+    if low > limit.minimum + SAME_LEVEL or high < limit.maximum - SAME_LEVEL:
         return _not_tested(limit, _Finding("T", tested, None, "the test did not cover the range"))
     return Judgement(limit.name, "T", tested, "pass", limit.unit, limit.minimum, limit.maximum)
 
@@ -186,7 +186,7 @@ def _at_reference(symbol: str, calibration: Calibration) -> list[_Finding]:
 def _is_at(table: TableCalibration, reference: float | None) -> bool:
     if reference is None or table.temperature_degC is None:
         return False
-    return abs(table.temperature_degC - reference) <= _SAME_LEVEL
+    return abs(table.temperature_degC - reference) <= SAME_LEVEL
 
 
 def _in_table(symbol: str, table: TableCalibration) -> _Finding:

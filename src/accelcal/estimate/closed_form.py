@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import DesignError
+from accelcal.estimate.estimability import signed
 from accelcal.estimate.tables import PreparedTable
 from accelcal.geometry import turn_angles
 from accelcal.model import COEFFICIENTS
@@ -92,16 +93,11 @@ def closed_form_meaning(method: str) -> dict[str, str]:
 
 def _combination(shares: Array) -> str:
     terms = [
-        _signed(float(share), name)
+        signed(float(share), name)
         for name, share in zip(COEFFICIENTS, shares, strict=True)
         if abs(share) > 1e-9
     ]
     return " ".join(terms).removeprefix("+ ")
-
-
-def _signed(share: float, name: str) -> str:
-    size = "" if abs(abs(share) - 1.0) < 1e-9 else f"{abs(share):.3g} "
-    return f"{'-' if share < 0 else '+'} {size}{name}"
 
 
 def _position_means(angle: Array) -> Array:

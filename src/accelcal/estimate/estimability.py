@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from accelcal.errors import DesignError
 from accelcal.model import COEFFICIENTS
 
-__all__ = ["Estimability", "estimability"]
+__all__ = ["Estimability", "estimability", "signed"]
 
 Array = NDArray[np.float64]
 
@@ -155,11 +155,30 @@ def _stands_for(absorbed: Mapping[str, Mapping[str, float]]) -> dict[str, str]:
     parts: dict[str, list[str]] = {}
     for lost in (name for name in COEFFICIENTS if name in absorbed):
         for name, share in absorbed[lost].items():
-            parts.setdefault(name, [name]).append(_signed(share, lost))
+            parts.setdefault(name, [name]).append(signed(share, lost))
     return {name: " ".join(parts[name]) for name in COEFFICIENTS if name in parts}
 
 
-def _signed(share: float, name: str) -> str:
+def signed(share: float, name: str) -> str:
+    """Write a share of a coefficient as a term of a sum.
+
+    Parameters
+    ----------
+    share : float
+        The share.
+    name : str
+        The coefficient.
+
+    Returns
+    -------
+    str
+        The term, with its sign.
+
+    Examples
+    --------
+    >>> signed(-0.75, "K3"), signed(1.0, "K1")
+    ('- 0.75 K3', '+ K1')
+    """
     sign = "+" if share > 0 else "-"
     size = "" if abs(abs(share) - 1.0) < 5e-4 else f"{abs(share):.3g} "
     return f"{sign} {size}{name}"

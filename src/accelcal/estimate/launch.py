@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["RunShift", "reached_by", "run_shift"]
+__all__ = ["SAME_LEVEL", "RunShift", "reached_by", "run_shift"]
 
 Array = NDArray[np.float64]
 
-# Runs whose mean temperatures differ by less than this are at one level [degC].
-_SAME_LEVEL = 1.0
+SAME_LEVEL = 1.0
+"""Temperatures that differ by less than this are one level [degC]."""
 
 # Runs must span this much for their common slope to be worth anything [degC].
 _TELLING_RANGE = 5.0
@@ -69,7 +69,7 @@ def reached_by(levels: Sequence[float]) -> Array | None:
     for before, now in pairwise(np.flatnonzero(np.isfinite(temperature)).tolist()):
         step = temperature[now] - temperature[before]
         # a chamber that wavers about its level neither heats nor cools
-        reached[now] = np.sign(step) if abs(step) > _SAME_LEVEL else reached[before]
+        reached[now] = np.sign(step) if abs(step) > SAME_LEVEL else reached[before]
     both = ({-1.0, 1.0} <= set(reached[level].tolist()) for level in _levels(temperature))
     return reached if any(both) else None
 
@@ -166,5 +166,5 @@ def _levels(temperature: Array) -> list[NDArray[np.intp]]:
     """Group the runs by temperature: indices of the runs of each level."""
     order = np.argsort(temperature, kind="stable")
     order = order[~np.isnan(temperature[order])]
-    breaks = np.flatnonzero(np.diff(temperature[order]) > _SAME_LEVEL) + 1
+    breaks = np.flatnonzero(np.diff(temperature[order]) > SAME_LEVEL) + 1
     return [group for group in np.split(order, breaks) if group.size]

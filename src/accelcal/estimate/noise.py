@@ -13,12 +13,13 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.grouping import grouped
 from accelcal.probability import f_survival
 
-__all__ = ["ReadingNoise", "reading_noise"]
+__all__ = ["FEW", "ReadingNoise", "reading_noise"]
 
 Array = NDArray[np.float64]
 
-# Below this many degrees of freedom a table's own replicates say too little about its noise.
-_FEW = 3
+FEW = 3
+"""Degrees of freedom below which a scatter of its own says too little."""
+
 _SIGNIFICANT = 0.01
 
 
@@ -105,7 +106,7 @@ def _choose(
         (pooled, "replicates of all tables"),
         (residual, "residuals"),
     ):
-        if scatter.dof >= _FEW or (source == "residuals" and scatter.dof >= 1):
+        if scatter.dof >= FEW or (source == "residuals" and scatter.dof >= 1):
             # readings that are all alike to the last digit still have a rounding error
             floor = 4.0 * np.finfo(float).eps * float(np.abs(y).max())
             return ReadingNoise(max(scatter.variance**0.5, floor), scatter.dof, source)
@@ -114,7 +115,7 @@ def _choose(
 
 def _declared(own: _Scatter, declared_dof: float) -> ReadingNoise:
     """Declared scatter, unless the replicates contradict it."""
-    if own.dof >= _FEW and f_survival(own.variance, own.dof, declared_dof) < _SIGNIFICANT:
+    if own.dof >= FEW and f_survival(own.variance, own.dof, declared_dof) < _SIGNIFICANT:
         factor = own.variance**0.5
         return ReadingNoise(factor, own.dof, "replicates", excess=factor)
     return ReadingNoise(1.0, declared_dof, "declared")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.noise import ReadingNoise
+from accelcal.estimate.noise import FEW, ReadingNoise
 from accelcal.estimate.tables import PreparedTable
-from accelcal.gates.trend import FEW, Replicates, directed, moments, smallest, trend_of
+from accelcal.gates.trend import Replicates, directed, moments, smallest, trend_of
 from accelcal.gates.verdict import SIGNIFICANT, acceleration, not_assessed, warn_if
 from accelcal.grouping import grouped, median
 from accelcal.probability import f_survival, student_survival

@@ -7,17 +7,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.estimate.noise import FEW
 from accelcal.estimate.tables import PreparedTable
 from accelcal.grouping import distinct, grouped
 from accelcal.record import TumbleRecord
 
-__all__ = ["FEW", "Replicates", "directed", "moments", "smallest", "trend_of"]
+__all__ = ["Replicates", "directed", "moments", "smallest", "trend_of"]
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
-
-FEW = 3
-"""Degrees of freedom below which a scatter of its own says too little."""
 
 _HIGHEST_POWER = 3  # of a drift, however many strokes there are
 
