@@ -108,10 +108,7 @@ def fit(
     _check_record(record)
     _check_arguments(method, reference_temperature, temperature_laws)
     delta0 = _fixture_angle(record, delta0)
-    tables = []
-    for table in record.tables():
-        with _naming(table):
-            tables.append(prepare(table, delta0=delta0, asked=coefficients, strict=strict))
+    tables = list(_prepared(record, delta0, coefficients, strict=strict))
     with _naming(record):
         estimate = estimate_jointly(
             tables, record.apparatus, method=method, robust=robust, delta0=delta0
@@ -134,15 +131,25 @@ def fit(
         error_sources=_error_sources(tables, estimate, record.unit),
         gates=record_gates(estimate, _table_names(tables)),
         warnings=(
-            *record_warnings(
-                estimate, method, delta0, [str(table.record.mounting[0]) for table in tables]
-            ),
-            *_of_laws(laws, chosen=chosen, mountings={str(t.record.mounting[0]) for t in tables}),
+            *record_warnings(estimate, method, delta0, _mountings(tables)),
+            *_of_laws(laws, chosen=chosen, mountings=set(_mountings(tables))),
             *undeclared_temperature(laws, record.apparatus.temperature_uncertainty),
         ),
         software=f"accelcal {__version__}",
         temperature_model=laws,
     )
+
+
+def _prepared(
+    record: TumbleRecord, delta0: float, asked: Sequence[str], *, strict: bool
+) -> Iterator[PreparedTable]:
+    for table in record.tables():
+        with _naming(table):
+            yield prepare(table, delta0=delta0, asked=asked, strict=strict)
+
+
+def _mountings(tables: Sequence[PreparedTable]) -> list[str]:
+    return [str(table.record.mounting[0]) for table in tables]
 
 
 def _check_record(record: object) -> None:
@@ -248,31 +255,31 @@ def _table_calibration(
     noise = estimate.noises[index]
     own = {name: c.part(estimate.part(index)) for name, c in estimate.components.items()}
     covariance = np.sum([part.covariance for part in own.values()], axis=0)
-    unit = table.record.unit
+    known = bool(np.isfinite(covariance).all())
     dof = residual.size - len(names)
-    temperature = table.record.mean_temperature
     judged = linear_estimator(table).coefficients(table.record.output)
     return TableCalibration(
         run=table.record.run_labels[int(table.record.run[0])],
         mounting=str(table.record.mounting[0]),
-        temperature_degC=temperature if np.isfinite(temperature) else None,
+        temperature_degC=_finite(table.record.mean_temperature),
         readings=residual.size,
         dof=dof,
         residual_rms=float(np.sqrt((residual**2).sum() / dof)) if dof > 0 else 0.0,
-        coefficients=_coefficients(names, values, own, unit),
+        coefficients=_coefficients(names, values, own, table.record.unit),
         error_model=_error_model(names, values, own),
-        covariance_names=names if np.isfinite(covariance).all() else (),
-        covariance_matrix=_rows(covariance) if np.isfinite(covariance).all() else (),
+        covariance_names=names if known else (),
+        covariance_matrix=_rows(covariance) if known else (),
         budget=_budget(names, own),
         stands_for=dict(estimate.stands_for[index]),
-        residuals=Residuals(
-            angle_deg=tuple(table.record.angle.tolist()),
-            stroke=tuple(table.record.stroke.tolist()),
-            value=tuple((residual / judged[1]).tolist()),
-        ),
+        residuals=_residuals(table.record, residual / judged[COEFFICIENTS.index("K1")]),
         gates=table_gates(table, judged, noise, delta0, len(estimate.noises)),
         warnings=table_warnings(table, noise),
     )
+
+
+def _residuals(record: TumbleRecord, value: Array) -> Residuals:
+    arrays = record.angle, record.stroke, value
+    return Residuals(*(tuple(array.tolist()) for array in arrays))
 
 
 def _coefficients(
