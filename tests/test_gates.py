@@ -556,6 +556,14 @@ def test_readings_without_noise_pass():
     assert warnings_of(accelcal.fit(record)) == {}
 
 
+def test_directions_that_meet_at_no_angle_are_not_compared():
+    """Forward strokes from 0 to 315 deg, back strokes from 360 deg only."""
+    rows = [row for row in readings_of(strokes=7) if (row[1] == 9) == (row[2] % 2 == 0)]
+    calibration = accelcal.fit(accelcal.read_table(io.StringIO(text_of(rows))))
+    gate = calibration.tables[0].gates[2]
+    assert (gate.name, gate.verdict) == (AGAINST, "not assessed")
+
+
 # -- false alarms ----------------------------------------------------------------------------------
 
 TESTS = ("closure", "drift", AGAINST, "outlier")

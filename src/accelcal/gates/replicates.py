@@ -178,7 +178,7 @@ def forward_against_back(table: PreparedTable, scale: float, level: float = SIGN
         squares, part = together.squares - rest, together.dof - dof
     else:
         squares, part, rest, dof = _backlash_like(difference / np.sqrt(variance), angles)
-    if dof < 1.0:
+    if min(part, dof) < 1.0:
         return not_assessed(name, "needs more positions, or two strokes in each direction")
     ratio = squares / part / max(rest / dof, smallest(table) ** 2)
     worst = int(np.argmax(np.abs(difference)))
