@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from accelcal.report.columns import aligned
@@ -50,13 +50,22 @@ def residual_lines(table: Document) -> Iterator[str]:
         yield from lines
         return
     yield f"residuals [{unit}] by head angle, over {len(strokes)} strokes (the JSON has them all)"
+    yield from _by_angle(strokes, rows, shown)
+    yield f"residuals [{unit}] by stroke: mean"
+    means = [_mean([values[i] for _, values in rows]) for i in range(len(strokes))]
+    yield from _in_lines([f"k={k} {shown(mean)}" for k, mean in zip(strokes, means, strict=True)])
+
+
+def _by_angle(
+    strokes: Sequence[int],
+    rows: Sequence[tuple[float, Sequence[Residual]]],
+    shown: Callable[[Residual], str],
+) -> Iterator[str]:
+    """Summary of the residuals at each head angle."""
     forward = [stroke % 2 == 1 for stroke in strokes]
     columns = [["deg", *_SUMMARY]]
     columns += [[f"{angle:g}", *map(shown, _summary(values, forward))] for angle, values in rows]
     yield from aligned(columns, right=range(len(columns[0])))
-    yield f"residuals [{unit}] by stroke: mean"
-    means = [_mean([values[i] for _, values in rows]) for i in range(len(strokes))]
-    yield from _in_lines([f"k={k} {shown(mean)}" for k, mean in zip(strokes, means, strict=True)])
 
 
 def _decimals(largest: float) -> int:
