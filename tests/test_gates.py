@@ -212,6 +212,19 @@ def test_orders_are_judged_as_by_refitting_each():
             assert squares[k] == pytest.approx(rest.item(), rel=1e-6), (other.said, name)
 
 
+def test_no_order_of_a_group_is_better_than_leaving_it_out():
+    table = prepared(missing=0.1, seed=3, strokes=5)
+    fit = order._Fit.of(table.kept_design, table.record.output)
+    _, members = order._groups_of_strokes(table.record.stroke)
+    without = order._squares_without(table, fit, members)
+    for k, group in enumerate(members):
+        kept = ~group[table.record.stroke - 1]
+        rest = np.linalg.lstsq(table.kept_design[kept], table.record.output[kept], rcond=None)[1]
+        assert without[k] == pytest.approx(rest.item(), rel=1e-6)
+    for other in order._other_orders(table):
+        assert (order._squares_of_groups(table, fit, other, members, 0.0) > without).all()
+
+
 def test_many_strokes_take_little_memory():
     """A design for each order of 1000 strokes would take gigabytes."""
     table = prepared(strokes=1000)
