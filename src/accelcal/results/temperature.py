@@ -60,7 +60,8 @@ class TemperatureModel:
         What is missing, and why.
     covariance_names, covariance_matrix
         Names such as ``"k0 above"`` of what is determined, and its covariance; an empty matrix
-        where unknown.
+        where unknown. Laws from the tables have k2, k3 and delta_ip of the table nearest to T0
+        among them.
     """
 
     k0: BilinearLaw

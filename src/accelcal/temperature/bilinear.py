@@ -105,6 +105,7 @@ def named_model(
     *,
     hysteresis: Quantity | None,
     warnings: tuple[str, ...],
+    others: tuple[str, ...] = (),
 ) -> TemperatureModel:
     """Name the parameters of the three laws and give them their uncertainties.
 
@@ -113,7 +114,7 @@ def named_model(
     values : ndarray, shape (3 p,)
         Value at T0 and slopes of k0, of K1 and of delta; the slopes of K1 are absolute.
     components : mapping of str to Component
-        Components of their errors.
+        Components of their errors and, behind them, of those of `others`.
     sides : sequence of str
         See `measured_sides`.
     unit : str or None
@@ -122,6 +123,8 @@ def named_model(
         h_T.
     warnings : tuple of str
         What is missing.
+    others : tuple of str
+        Names of what follows no law, but is correlated with the laws.
 
     Returns
     -------
@@ -129,8 +132,8 @@ def named_model(
         Laws of k0, K1 and delta, with their covariance; the slopes of K1 are relative.
     """
     count = 1 + len(sides)
-    shown_components = propagate(components, _relative_slopes(values, count))
-    found = intervals(shown_components)
+    shown_components = propagate(components, _relative_slopes(values, count, len(others)))
+    found = intervals(shown_components)[: values.size]
     shown = values.copy()
     shown[count + 1 : 2 * count] /= values[count]
     output = f"{unit or 'output unit'}/g"
@@ -140,21 +143,21 @@ def named_model(
     )
     covariance = np.asarray(sum(part.covariance for part in shown_components.values()))
     known = bool(np.isfinite(covariance).all())
-    names = tuple(f"{law} {part}" for law in ("k0", "K1", "delta") for part in ("at_T0", *sides))
+    names = [f"{law} {part}" for law in ("k0", "K1", "delta") for part in ("at_T0", *sides)]
     return TemperatureModel(
         k0,
         K1,
         delta,
         hysteresis,
         warnings,
-        covariance_names=names if known else (),
+        covariance_names=(*names, *others) if known else (),
         covariance_matrix=tuple(map(tuple, covariance.tolist())) if known else (),
     )
 
 
-def _relative_slopes(values: Array, count: int) -> Array:
+def _relative_slopes(values: Array, count: int, others: int) -> Array:
     """Derivative of the laws' parameters when the slopes of K1 are divided by K1 at T0."""
-    jacobian = np.eye(values.size)
+    jacobian = np.eye(values.size + others)
     at_reference = values[count]
     for row in range(count + 1, 2 * count):
         jacobian[row, row] = 1.0 / at_reference

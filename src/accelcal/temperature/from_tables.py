@@ -20,7 +20,7 @@ from accelcal.estimate.launch import reached_by
 from accelcal.estimate.solver import LeastSquares
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, intervals, propagate
-from accelcal.model import COEFFICIENTS
+from accelcal.model import COEFFICIENTS, ERROR_TERMS
 from accelcal.probability import f_survival
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
 from accelcal.temperature.bilinear import (
@@ -48,17 +48,20 @@ _NO_LEVEL_NEAR_T0 = (
 _SIGNIFICANT = 0.001
 _ROUNDING = 1e-9  # g, relative or rad: below it a misfit is of no interest
 _K0, _K1, _M = (COEFFICIENTS.index(name) for name in ("K0", "K1", "M"))
+_WITHOUT_LAW = ("K2", "K3", "M_ip")
 
 
 class _Levels(NamedTuple):
     """k0, K1 and delta of R tables in one mounting, with the components of their errors.
 
-    `values` and the components go k0 of all tables, then K1, then delta.
+    `values` and the components go k0 of all tables, then K1, then delta; the components then have
+    `others`, which follow no law, of the table nearest to T0.
     """
 
     rise: Array
     values: Array
     components: Mapping[str, Component]
+    others: tuple[str, ...]
 
 
 def laws_from_tables(
@@ -145,17 +148,23 @@ def _fitted(
         first = _solution(levels, sides, reached) @ levels.values
         levels = _with_temperature_error(levels, first, sides, *uncertain)
     solved = _solution(levels, sides, reached)
-    values, components = solved @ levels.values, propagate(levels.components, solved)
-    laws = slice(3 * (1 + len(sides)))
-    of_laws = {name: part.part(laws) for name, part in components.items()}
+    values = solved @ levels.values
+    count, others = 3 * (1 + len(sides)), len(levels.others)
+    aside = np.zeros((solved.shape[0], others))
+    with_others = np.hstack([np.zeros((others, solved.shape[1])), np.eye(others)])
+    # laws, others, h_T
+    whole = np.insert(np.hstack([solved, aside]), count, with_others, axis=0)
+    components = propagate(levels.components, whole)
+    of_laws = {name: part.part(slice(count + others)) for name, part in components.items()}
     hysteresis = None
     if reached is not None:
         hysteresis = quantity(float(values[-1]), intervals(components)[-1], "g")
     return named_model(
-        values[laws],
+        values[:count],
         of_laws,
         sides,
         unit,
+        others=levels.others,
         hysteresis=hysteresis,
         warnings=(*_unmeasured(sides), *_misfits(levels, values, sides, reached)),
     )
@@ -216,19 +225,32 @@ def tables_of_one_mounting(tables: Sequence[PreparedTable], estimate: JointEstim
 def _levels(estimate: JointEstimate, chosen: Sequence[int], rise: Array) -> _Levels:
     """Quotients by K1 and their error components, by the law of propagation."""
     size = len(chosen)
-    jacobian = np.zeros((3 * size, sum(len(names) for names in estimate.names)))
-    values = np.zeros(3 * size)
-    for row, index in enumerate(chosen):
-        k = estimate.coefficients[index]
-        place = {
-            name: estimate.part(index).start + i for i, name in enumerate(estimate.names[index])
-        }
-        values[row::size] = k[_K0] / k[_K1], k[_K1], k[_M] / k[_K1]
-        for block, name, value in ((0, "K0", k[_K0]), (2, "M", k[_M])):
-            jacobian[block * size + row, place[name]] = 1.0 / k[_K1]
-            jacobian[block * size + row, place["K1"]] = -value / k[_K1] ** 2
-        jacobian[size + row, place["K1"]] = 1.0
-    return _Levels(rise, values, propagate(estimate.components, jacobian))
+    nearest = chosen[int(np.abs(rise).argmin())]
+    others = [name for name in _WITHOUT_LAW if name in estimate.names[nearest]]
+    quotients = [_quotient(estimate, i, "K0") for i in chosen]
+    quotients += [np.zeros_like(quotients[0]) for _ in chosen]  # the scale factors themselves
+    quotients += [_quotient(estimate, i, "M") for i in chosen]
+    quotients += [_quotient(estimate, nearest, name) for name in others]
+    for row, i in enumerate(chosen):
+        quotients[size + row][_place(estimate, i, "K1")] = 1.0
+    k = np.array([estimate.coefficients[i] for i in chosen])
+    values = np.concatenate([k[:, _K0] / k[:, _K1], k[:, _K1], k[:, _M] / k[:, _K1]])
+    components = propagate(estimate.components, np.stack(quotients))
+    return _Levels(rise, values, components, tuple(ERROR_TERMS[name] for name in others))
+
+
+def _place(estimate: JointEstimate, table: int, name: str) -> int:
+    start: int = estimate.part(table).start
+    return start + estimate.names[table].index(name)
+
+
+def _quotient(estimate: JointEstimate, table: int, name: str) -> Array:
+    """Derivative of a coefficient over K1 of a table by all coefficients of all tables."""
+    k = estimate.coefficients[table]
+    row = np.zeros(sum(len(names) for names in estimate.names))
+    row[_place(estimate, table, name)] = 1.0 / k[_K1]
+    row[_place(estimate, table, "K1")] = -k[COEFFICIENTS.index(name)] / k[_K1] ** 2
+    return row
 
 
 def _solution(levels: _Levels, sides: Sequence[str], reached: Array | None) -> Array:
@@ -268,5 +290,9 @@ def _with_temperature_error(
     laws = parameters[: 3 * (1 + len(sides))].reshape(3, -1)
     local = laws @ local_slopes(levels.rise, sides).T
     acting = np.concatenate([np.diag(row) for row in local]) * uncertainty
-    component = Component(acting @ acting.T, np.tile(dof, 3))
-    return _Levels(levels.rise, levels.values, {**levels.components, "temperature": component})
+    aside = len(levels.others)
+    component = Component(
+        np.pad(acting @ acting.T, (0, aside)),
+        np.pad(np.tile(dof, 3), (0, aside), constant_values=np.inf),
+    )
+    return levels._replace(components={**levels.components, "temperature": component})
