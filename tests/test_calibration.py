@@ -266,11 +266,15 @@ class Parts:
         self.rng = rng
 
     def number(self):
-        gauss, wide = self.rng.gauss(0.0, 1.0), 10.0 ** self.rng.uniform(-300, 100)
+        gauss, wide = self.rng.gauss(0.0, 1.0), 10.0 ** self.rng.uniform(-300, 40)
         return self.rng.choice([0.0, -1.5, gauss, wide, 5e-324])
 
     def size(self):
-        return abs(self.number())
+        number = abs(self.number())
+        return number if number > 1e-60 else 0.0
+
+    def freedom(self):
+        return max(abs(self.number()), 0.1)
 
     def text(self):
         return self.rng.choice(self.TEXTS)
@@ -284,7 +288,7 @@ class Parts:
     def quantity(self):
         value, (standard, *others) = (
             self.maybe(self.number),
-            [self.maybe(self.size) for _ in range(3)],
+            [self.maybe(make) for make in (self.size, self.size, self.freedom)],
         )
         return Quantity(value, standard, self.text(), *others)
 
@@ -296,7 +300,7 @@ class Parts:
 
     def source(self):
         size, text = self.size, self.text
-        return ErrorSource(text(), self.maybe(size), text(), self.maybe(size), text())
+        return ErrorSource(text(), self.maybe(size), text(), self.maybe(self.freedom), text())
 
     def law(self):
         return BilinearLaw(*(self.maybe(self.quantity) for _ in range(3)))

@@ -165,7 +165,7 @@ DAMAGED = {
     ),
     "huge": (
         at((*TABLE, "error_model", "k0", "value"), 1e300),
-        "tables error_model k0 value 1e+300 in place of a number of at most 1e+100",
+        "tables error_model k0 value 1e+300 in place of a number of at most 1e+40",
     ),
     "mounting": (at((*TABLE, "mounting"), "q"), "tables mounting 'q' in place of one of o+, o-,"),
     "serial": (at(("serial",), 7), "serial 7 in place of a text"),

@@ -119,15 +119,19 @@ def budget(
 
 def _random(calibration: Calibration, options: dict[str, Any]) -> RandomPart:
     from accelcal.error_budget.random_part import random_part
+    from accelcal.errors import DocumentError
 
     per_hour = options["drift_rate"]
     names = "factor launch fluctuation hysteresis threshold scale_factor_instability"
-    return random_part(
-        calibration,
-        _stability(options["stability"]),
-        drift_rate=None if per_hour is None else per_hour / SECONDS["h"],
-        **{name: options[name] for name in names.split()},
-    )
+    try:
+        return random_part(
+            calibration,
+            _stability(options["stability"]),
+            drift_rate=None if per_hour is None else per_hour / SECONDS["h"],
+            **{name: options[name] for name in names.split()},
+        )
+    except DocumentError as error:
+        raise error.at(options["stability"]) from None
 
 
 def _stability(path: str | None) -> Any:

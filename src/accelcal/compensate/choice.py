@@ -141,8 +141,12 @@ def _from_laws(
         covariance=_rows(_covariance_at(main, ratio, model.hysteresis)),
         T0=T0,
         temperatures=(min(levels), max(levels)),
-        above=_far_level(chosen, T0, 1.0, ratio, model) if model.k0.above else None,
-        below=_far_level(chosen, T0, -1.0, ratio, model) if model.k0.below else None,
+        above=_far_level(chosen, T0, 1.0, ratio, model)
+        if model.k0.above and max(levels) > T0
+        else None,
+        below=_far_level(chosen, T0, -1.0, ratio, model)
+        if model.k0.below and min(levels) < T0
+        else None,
         accelerations=_tested(main, calibration.delta0_rad),
         other=other[0] if other else None,
         other_covariance=other[1] if other else (),
@@ -270,7 +274,12 @@ def _ratio_of_uncertainties(
 
 def _covariance_at(table: TableCalibration, ratio: Array, hysteresis: Quantity | None) -> Array:
     """Covariance with the correlations of a table, its uncertainties multiplied by the ratio."""
-    covariance = np.asarray(_covariance(table) * np.outer(ratio, ratio))
+    with np.errstate(over="ignore"):
+        covariance = np.asarray(_covariance(table) * np.outer(ratio, ratio))
+    if np.isinf(covariance).any():
+        raise InputError(
+            "the temperature laws are too uncertain for their table; fit the record anew"
+        )
     if hysteresis is not None and hysteresis.value is not None:
         covariance[0, 0] += hysteresis.value**2  # the bias is on either side of its law
     return covariance

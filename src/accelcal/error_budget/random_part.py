@@ -9,6 +9,7 @@ from typing import Any
 
 from accelcal.errors import DocumentError, InputError
 from accelcal.results.calibration import Calibration
+from accelcal.results.checked import number_or_none
 
 __all__ = ["USUAL_FACTOR", "RandomBound", "RandomPart", "random_part"]
 
@@ -189,9 +190,9 @@ def _stability_values(document: Any) -> dict[str, float]:
     try:
         if (document["schema"], document["unit"]) == (_STABILITY, "g"):
             return {
-                name: abs(estimate["value"])
+                name: abs(value)
                 for name, estimate in document["components"].items()
-                if estimate["value"] is not None
+                if (value := number_or_none(estimate["value"])) is not None
             }
     except (KeyError, TypeError, AttributeError):
         pass

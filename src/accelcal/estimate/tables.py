@@ -98,9 +98,9 @@ def prepare(
             " changes with the angle, so give the readings of the accelerometer"
         )
     largest = float(np.abs(record.output).max())
-    if not 1e-100 < largest < 1e100:
+    if not 1e-20 < largest < 1e20:
         raise InputError(
-            f"outputs of up to {largest:g}; they lie between 1e-100 and 1e100, so give them in"
+            f"outputs of up to {largest:g}; they lie between 1e-20 and 1e20, so give them in"
             " another unit"
         )
     mounting = str(record.mounting[0])

@@ -10,6 +10,7 @@ __all__ = [
     "checked",
     "covariance",
     "flag",
+    "freedom_or_none",
     "list_of",
     "mapping_of",
     "number",
@@ -24,8 +25,14 @@ Part = TypeVar("Part")
 Kind = Callable[[Any], Part]
 Covariance = tuple[tuple[str, ...], tuple[tuple[float, ...], ...]]
 
-LARGEST = 1e100
+LARGEST = 1e40
 """Numbers beyond it are none of a calibration; their squares can still be calculated with."""
+
+SMALLEST = 1e-60
+"""The same of uncertainties above zero."""
+
+_FEWEST = 0.1
+"""Degrees of freedom below it are none."""
 
 _ROUNDING = 1e-6
 
@@ -110,6 +117,16 @@ def size_or_none(value: Any) -> float | None:
     found = number_or_none(value)
     if found is not None and found < 0.0:
         raise _wrong(value, "a number from zero")
+    if found is not None and 0.0 < found < SMALLEST:
+        raise _wrong(value, f"zero or a number from {SMALLEST:g}")
+    return found
+
+
+def freedom_or_none(value: Any) -> float | None:
+    """Take degrees of freedom or null."""
+    found = number_or_none(value)
+    if found is not None and found < _FEWEST:
+        raise _wrong(value, "degrees of freedom")
     return found
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from accelcal.results.checked import (
     checked,
+    freedom_or_none,
     list_of,
     number,
     number_or_none,
@@ -70,7 +71,7 @@ class Quantity:
             standard_uncertainty=checked(document, "standard_uncertainty", size_or_none),
             unit=checked(document, "unit", text),
             expanded_uncertainty=checked(document, "expanded_uncertainty", size_or_none, None),
-            dof=checked(document, "dof", size_or_none, None),
+            dof=checked(document, "dof", freedom_or_none, None),
         )
 
 
@@ -129,7 +130,7 @@ class ErrorSource:
             name=checked(document, "name", text),
             value=checked(document, "value", size_or_none),
             unit=checked(document, "unit", text),
-            dof=checked(document, "dof", size_or_none, None),
+            dof=checked(document, "dof", freedom_or_none, None),
             source=checked(document, "source", text),
         )
 

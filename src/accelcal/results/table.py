@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["TableCalibration"]
 
-_SMALLEST = 1e-100
+_SMALLEST = 1e-20
 """Scale factors below it are none [output unit / g]."""
 
 
