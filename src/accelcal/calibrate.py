@@ -345,7 +345,7 @@ def _error_sources(
             "reading",
             _finite(noise.factor * median(table.scatter)),
             unit or "output unit",
-            _finite(noise.dof),
+            _finite(noise.dof) or None,  # no degrees of freedom: nothing is known
             noise.source,
         )
         for table, noise in zip(tables, estimate.noises, strict=True)
