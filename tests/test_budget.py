@@ -185,9 +185,30 @@ def test_intervals_hold_the_truth():
         reading = scale * (bias + a + 105e-6 * a**2 + 87e-6 * a**3)
         error = (reading - estimated * a) / scale
         hits += np.abs(error - found.systematic) <= found.expanded_uncertainty
-    for count in hits[:2]:
+    for count in hits:
         assert stats.binomtest(int(count), runs, 0.95).pvalue > 1e-3
-    assert hits[2] >= 0.95 * runs  # away from T0 the uncertainty is on the safe side
+
+
+@pytest.mark.parametrize(("temperature", "side"), [(80.0, "above"), (-40.0, "below")])
+def test_calibration_uncertainty_away_from_t0(al15, temperature, side):
+    """x' C x with the covariance of the laws and of what has no law, written out."""
+    model, rise, a, p = al15.temperature_model, temperature - 20.0, 0.8, -0.6
+    at_T0 = {"k0": 1.0, "K1": a / model.K1.at_T0.value, "delta": p}
+    acting = {f"{law} at_T0": x for law, x in at_T0.items()}
+    acting |= {f"k0 {side}": rise, f"K1 {side}": a * rise, f"delta {side}": p * rise}
+    acting |= {"k2": a**2, "k3": a**3, "delta_ip": a * p}
+    x = np.array([acting.get(name, 0.0) for name in model.covariance_names])
+    expected = math.sqrt(x @ np.array(model.covariance_matrix) @ x)
+    found = budget(al15, a, a_p=p, temperature=temperature, random=RandomPart())
+    assert found.standard_uncertainty[0] == pytest.approx(expected, rel=1e-9)
+
+
+def test_laws_from_readings_count_as_uncorrelated_with_what_has_no_law():
+    """On the safe side: K1 and k3 of one table would cancel."""
+    record = accelcal.read_table(EXAMPLE)
+    tables, readings = (accelcal.fit(record, temperature_laws=by) for by in ("tables", "readings"))
+    u = [budget(c, 1.0, random=RandomPart()).standard_uncertainty[0] for c in (tables, readings)]
+    assert u[1] > 1.2 * u[0]
 
 
 # -- where the random part comes from --------------------------------------------------------------
@@ -399,7 +420,7 @@ def test_stability_file(saved, tmp_path, capsys):
         (["--temperature", "95"], "outside the calibrated -40 to 80 degC"),
         (["--a-o", "1"], "no table in mounting p"),
         (["--time", "3d"], "3d"),
-        (["--time", "h"], "not a finite number"),
+        (["--time", "h"], "h"),
         (["--launch", "-1"], "finite, zero or more"),
         (["--factor", "0"], "above zero"),
         (["--plot", "budget.pdf"], "name a file that ends in .png or .svg"),
@@ -423,6 +444,19 @@ def test_table_in_a_notebook(al15):
     totals = frame[frame["component"] == "total"]
     assert totals["a_i"].tolist() == [0.0, 1.0]
     assert totals["expanded_uncertainty_g"].notna().all()
+
+
+@pytest.mark.parametrize("temperature", [20.0, 80.0])
+def test_shares_of_the_table_add_up(al15, temperature):
+    """No share is negative: coefficients that cancel have one share together."""
+    found = budget(al15, 1.0, temperature=temperature, random=random_part(al15, **PAPER_RANDOM))
+    text = str(found)
+    assert "these together, with their correlations" in text
+    shares = [
+        float(line.split(" %")[0].split()[-1]) for line in text.splitlines() if " %  " in line
+    ]
+    assert min(shares) >= 0.0
+    assert sum(shares) == pytest.approx(100.0, abs=0.5)
 
 
 # -- the picture -----------------------------------------------------------------------------------

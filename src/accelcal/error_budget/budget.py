@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.error_budget.coefficients import Coefficients, coefficients_of
-from accelcal.error_budget.components import (
-    random_components,
-    sensitivity,
-    systematic_components,
-)
-from accelcal.error_budget.conditions import Conditions, conditions
+from accelcal.error_budget.coefficients import coefficients_of
+from accelcal.error_budget.components import random_components, systematic_components
+from accelcal.error_budget.conditions import conditions
+from accelcal.error_budget.correlation import correlated_symbols, covariance
 from accelcal.error_budget.random_part import RandomPart, random_part
 from accelcal.error_budget.weaknesses import weaknesses
 from accelcal.errors import InputError
 from accelcal.probability import student_quantile
 from accelcal.results.calibration import Calibration
-from accelcal.results.error_budget import ErrorBudget, ErrorComponent
+from accelcal.results.error_budget import ErrorBudget
 
 __all__ = ["budget"]
 
@@ -79,9 +74,8 @@ def budget(
     -----
     Equation (4), with the bias bound (3). The error is that of a reading turned into acceleration
     by K1N alone. In the GUM sum each bound counts by its standard uncertainty, without the factor
-    0.5 of (3), and the calibration uncertainty of each coefficient counts as well. The coefficients
-    at T0 are correlated as in their table. A slope counts as uncorrelated with its value at T0,
-    which makes the uncertainty away from T0 somewhat too large.
+    0.5 of (3), and the calibration uncertainty of each coefficient counts as well, with the
+    correlations of `accelcal.error_budget.correlation.covariance`.
 
     Examples
     --------
@@ -104,10 +98,16 @@ def budget(
         ),
         *random_components(random, points),
     )
+    correlated = correlated_symbols(coefficients)
     variances = np.array([part.standard_uncertainty**2 for part in parts])
-    covariance = _covariance(coefficients, points, parts)
-    standard = np.sqrt(np.maximum(variances.sum(axis=0) + covariance, 0.0))
-    factor = _coverage_factor(variances, np.array([part.dof for part in parts]))
+    together = np.array([part.symbol in correlated for part in parts])
+    alone = variances[together].sum(axis=0)
+    # the correlations are rounded and, between tables, estimated: no variance is below zero
+    added = np.maximum(covariance(coefficients, points, parts), -alone)
+    standard = np.sqrt(variances.sum(axis=0) + added)
+    joint = np.divide(alone + added, alone, out=np.ones_like(alone), where=alone > 0.0)
+    shares = np.where(together[:, None], joint, 1.0) * variances
+    factor = _coverage_factor(shares, np.array([part.dof for part in parts]))
     return ErrorBudget(
         a_i=points.acceleration.input,
         a_p=points.acceleration.pendulous,
@@ -116,9 +116,10 @@ def budget(
         time_s=points.time,
         extrapolated=points.extrapolated,
         components=parts,
+        correlated=correlated,
         systematic=np.sum([part.value for part in parts], axis=0),
         worst_case=np.sum([part.bound for part in parts], axis=0),
-        covariance=covariance,
+        covariance=added,
         standard_uncertainty=standard,
         coverage_factor=factor,
         expanded_uncertainty=factor * standard,
@@ -126,22 +127,6 @@ def budget(
         serial=calibration.serial,
         source=calibration.source,
     )
-
-
-def _covariance(
-    coefficients: Coefficients, points: Conditions, parts: Sequence[ErrorComponent]
-) -> Array:
-    """Sum of 2 r u u' over all pairs of correlated coefficients, GUM (16)."""
-    signed = {
-        part.symbol: part.standard_uncertainty * np.sign(sensitivity(part.symbol, points))
-        for part in parts
-        if part.symbol in coefficients.at_T0
-    }
-    total = np.zeros(points.rise.size)
-    for (first, second), correlation in coefficients.correlations.items():
-        if first in signed and second in signed:
-            total += 2.0 * correlation * signed[first] * signed[second]
-    return total
 
 
 def _coverage_factor(variances: Array, dof: Array) -> Array:

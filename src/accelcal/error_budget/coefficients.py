@@ -14,7 +14,7 @@ from accelcal.model import ERROR_TERMS
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
-from accelcal.results.temperature import BilinearLaw
+from accelcal.results.temperature import BilinearLaw, TemperatureModel
 
 __all__ = ["SAME_LEVEL", "Coefficients", "coefficients_of"]
 
@@ -41,6 +41,8 @@ class Coefficients:
         T0, or the temperature of the only level [degC].
     range : tuple of float, or None
         Lowest and highest temperature of the calibration [degC]; None where unknown.
+    model : TemperatureModel or None
+        The laws with their covariance.
     """
 
     at_T0: Mapping[str, Quantity]
@@ -48,6 +50,7 @@ class Coefficients:
     correlations: Mapping[tuple[str, str], float]
     reference: float | None
     range: tuple[float, float] | None
+    model: TemperatureModel | None
 
     def slope(self, name: str, rise: NDArray[np.float64], part: str) -> NDArray[np.float64]:
         """Slope of a coefficient at each T - T0, or an uncertainty of it; 0 where there is none.
@@ -122,6 +125,7 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
         correlations=_correlations(main, _AXES[law_axis]),
         reference=calibration.T0_degC if model is not None else main.temperature_degC,
         range=(min(levels), max(levels)) if levels else None,
+        model=model,
     )
 
 

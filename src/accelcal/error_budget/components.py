@@ -14,7 +14,7 @@ from accelcal.model import acceleration_error, bias_bound
 from accelcal.results.error_budget import ErrorComponent
 from accelcal.results.quantity import Quantity
 
-__all__ = ["AT_T0", "random_components", "sensitivity", "systematic_components"]
+__all__ = ["AT_T0", "SLOPES", "random_components", "sensitivity", "systematic_components"]
 
 Array = NDArray[np.float64]
 
@@ -30,12 +30,13 @@ AT_T0 = {
 }
 """Coefficients at T0 -> what they are."""
 
-_SLOPES = {
+SLOPES = {
     "k0": ("bias, temperature", "lam"),
     "K1": ("scale factor, temperature", "beta"),
     "delta_O": ("misalignment, temperature", "gam_O"),
     "delta_P": ("misalignment, temperature", "gam_P"),
 }
+"""Coefficients with slopes -> what their slope is, and its symbol."""
 
 
 def sensitivity(name: str, points: Conditions) -> Array:
@@ -128,7 +129,7 @@ def _at_reference(name: str, quantity: Quantity, points: Conditions) -> ErrorCom
 def _with_temperature(
     name: str, coefficients: Coefficients, points: Conditions, exact: bool
 ) -> ErrorComponent:
-    title, symbol = _SLOPES[name]
+    title, symbol = SLOPES[name]
     change = coefficients.slope(name, points.rise, "value") * points.rise
     if exact and name == "K1":
         change = change / (1.0 + change)  # (K1 - K1N)/K1 of (2), where (4) has beta dT

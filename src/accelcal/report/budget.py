@@ -10,9 +10,12 @@ from accelcal.report.columns import aligned
 from accelcal.report.names import printable
 from accelcal.report.numbers import significant
 
-__all__ = ["budget_text", "place"]
+__all__ = ["TOGETHER", "budget_text", "joint_variance", "place"]
 
 Document = Mapping[str, Any]
+
+TOGETHER = "these together, with their correlations"
+"""What stands for the coefficients that are correlated with one another."""
 
 _WIDTH = 100
 _MICRO = 1e6
@@ -101,11 +104,16 @@ def _split(point: Document) -> Iterator[str]:
     mark = " (*extrapolated)" if point["extrapolated"] else ""
     yield f"At {place(point)}{mark}"
     variance = point["standard_uncertainty"] ** 2
+    counting = [part for part in point["components"] if _counts(part)]
+    together, alone = (
+        [part for part in counting if part["correlated"] is correlated]
+        for correlated in (True, False)
+    )
     rows: list[tuple[str, ...]] = [("", "", "error", "+- (4)", "u", "of u^2", "from")]
-    rows += [_component(part, variance) for part in point["components"] if _counts(part)]
-    if point["covariance"]:
-        share = _percent(point["covariance"], variance)
-        rows.append(("correlation of the coefficients", "", "", "", "", share, "calibration"))
+    rows += [(*_component(part)[:5], "", part["origin"]) for part in together]
+    if together:
+        rows.append(_jointly(point, variance))
+    rows += [_component(part, variance) for part in alone]
     rows.append(_sum(point))
     yield from (f"  {line}" for line in aligned(rows, right={2, 3, 4, 5}))
     yield from _bands(point)
@@ -115,7 +123,32 @@ def _counts(part: Document) -> bool:
     return bool(part["value"] or part["bound"] or part["standard_uncertainty"])
 
 
-def _component(part: Document, variance: float) -> tuple[str, ...]:
+def joint_variance(point: Document) -> float:
+    """Variance of all coefficients that are correlated with one another.
+
+    Parameters
+    ----------
+    point : mapping
+        An entry of ``"points"``.
+
+    Returns
+    -------
+    float
+        Their share of the combined variance [g^2].
+    """
+    parts = (part for part in point["components"] if part["correlated"])
+    alone = sum(part["standard_uncertainty"] ** 2 for part in parts)
+    return float(max(alone + point["covariance"], 0.0))
+
+
+def _jointly(point: Document, variance: float) -> tuple[str, ...]:
+    """Correlated errors cancel in part, so only together they have a share."""
+    joint = joint_variance(point)
+    u = significant(_MICRO * joint**0.5, 2)
+    return (TOGETHER, "", "", "", u, _percent(joint, variance), "calibration")
+
+
+def _component(part: Document, variance: float = 0.0) -> tuple[str, ...]:
     return (
         part["name"],
         part["symbol"],

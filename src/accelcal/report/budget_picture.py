@@ -7,7 +7,7 @@ from io import BytesIO
 from typing import Any
 
 from accelcal.errors import InputError
-from accelcal.report.budget import place
+from accelcal.report.budget import joint_variance, place
 
 __all__ = ["FORMS", "budget_picture"]
 
@@ -17,6 +17,7 @@ FORMS = ("png", "svg")
 """Forms of a picture; the name of the file ends in one of them."""
 
 _MICRO = 1e6
+_COEFFICIENTS = "all coefficients together"
 _LABELLED = 16  # bars; of more, the axis has numbers only
 
 
@@ -43,7 +44,8 @@ def budget_picture(document: Document, form: str) -> bytes:
     Notes
     -----
     A component of standard uncertainty u_i has the share U u_i^2 / u_c^2 of the expanded
-    uncertainty U, so that the shares add up to U.
+    uncertainty U, so that the shares add up to U. The errors of the coefficients are correlated and
+    cancel in part, so they have one share together.
     """
     if form not in FORMS:
         raise InputError(f"picture {form!r}; name a file that ends in .{' or .'.join(FORMS)}")
@@ -88,19 +90,25 @@ def _parts(points: Sequence[Document], key: str) -> dict[str, list[float]]:
     table: dict[str, list[float]] = {}
     for point in points:
         for part in point["components"]:
-            table.setdefault(f"{part['symbol']}  {part['name']}", []).append(_MICRO * part[key])
+            table.setdefault(_label(part), []).append(_MICRO * part[key])
     return {name: sizes for name, sizes in table.items() if any(sizes)}
 
 
 def _shares(points: Sequence[Document]) -> dict[str, list[float]]:
-    table = _parts(points, "standard_uncertainty")
-    table = {name: [(u / _MICRO) ** 2 for u in sizes] for name, sizes in table.items()}
-    if any(point["covariance"] for point in points):
-        table["correlation of the coefficients"] = [point["covariance"] for point in points]
-    return {
-        name: [v * _per_variance(point) for v, point in zip(variances, points, strict=True)]
-        for name, variances in table.items()
-    }
+    """Share of U of each component at each point [ug]; correlated ones have one share together."""
+    shares: dict[str, list[float]] = {}
+    for point in points:
+        weight = _per_variance(point)
+        shares.setdefault(_COEFFICIENTS, []).append(weight * joint_variance(point))
+        for part in point["components"]:
+            if not part["correlated"]:
+                share = weight * part["standard_uncertainty"] ** 2
+                shares.setdefault(_label(part), []).append(share)
+    return {name: sizes for name, sizes in shares.items() if any(sizes)}
+
+
+def _label(part: Document) -> str:
+    return f"{part['symbol']}  {part['name']}"
 
 
 def _per_variance(point: Document) -> float:

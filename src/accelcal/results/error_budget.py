@@ -67,8 +67,10 @@ class ErrorBudget:
         Sum of the systematic parts [local g].
     worst_case : ndarray, shape (n,)
         What stands behind +- in (4), added linearly as the paper does [local g].
+    correlated : frozenset of str
+        Symbols of the components that are correlated with one another.
     covariance : ndarray, shape (n,)
-        What the correlations of the coefficients add to the combined variance [g^2].
+        What their correlations add to the combined variance [g^2].
     standard_uncertainty, coverage_factor, expanded_uncertainty : ndarray, shape (n,)
         Combined standard uncertainty by the GUM, Student's factor, and the half width of the 95 %
         interval [local g].
@@ -89,6 +91,7 @@ class ErrorBudget:
     components: tuple[ErrorComponent, ...]
     systematic: Array
     worst_case: Array
+    correlated: frozenset[str]
     covariance: Array
     standard_uncertainty: Array
     coverage_factor: Array
@@ -135,6 +138,7 @@ class ErrorBudget:
                     "value": float(part.value[index]),
                     "bound": float(part.bound[index]),
                     "standard_uncertainty": float(part.standard_uncertainty[index]),
+                    "correlated": part.symbol in self.correlated,
                     "origin": part.origin,
                 }
                 for part in self.components

@@ -1,0 +1,101 @@
+"""How the coefficients of (4) are correlated: values at T0, slopes, and what has no slope."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.error_budget.coefficients import Coefficients
+from accelcal.error_budget.components import SLOPES, sensitivity
+from accelcal.error_budget.conditions import Conditions
+from accelcal.results.error_budget import ErrorComponent
+
+__all__ = ["correlated_symbols", "covariance"]
+
+Array = NDArray[np.float64]
+
+_SIDES = ("above", "below")
+
+
+def covariance(
+    coefficients: Coefficients, points: Conditions, parts: Sequence[ErrorComponent]
+) -> Array:
+    """Sum of 2 r u u' over all pairs of correlated coefficients, GUM (16).
+
+    Parameters
+    ----------
+    coefficients : Coefficients
+        What was calibrated.
+    points : Conditions
+        The n points.
+    parts : sequence of ErrorComponent
+        The components of the error there.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        What correlation adds to the combined variance [g^2].
+
+    Notes
+    -----
+    The covariance is that of the fit. Laws from all readings do not tell how they are correlated
+    with k2, k3 and delta_ip, which count as uncorrelated with them: mostly on the safe side.
+    """
+    correlated = correlated_symbols(coefficients)
+    signed = {part.symbol: _signed(part, points) for part in parts if part.symbol in correlated}
+    total = np.zeros(points.rise.size)
+    for side, there in zip(_SIDES, (points.rise > 0.0, points.rise <= 0.0), strict=True):
+        for (first, second), r in _correlations(coefficients, side).items():
+            total += np.where(there, 2.0 * r * signed[first] * signed[second], 0.0)
+    return total
+
+
+def correlated_symbols(coefficients: Coefficients) -> frozenset[str]:
+    """Name the components that are correlated with others.
+
+    Parameters
+    ----------
+    coefficients : Coefficients
+        What was calibrated.
+
+    Returns
+    -------
+    frozenset of str
+        Symbols of components.
+    """
+    pairs = (_correlations(coefficients, side) for side in _SIDES)
+    return frozenset(symbol for found in pairs for pair in found for symbol in pair)
+
+
+def _signed(part: ErrorComponent, points: Conditions) -> Array:
+    """Standard uncertainty with the sign by which the coefficient acts."""
+    at_T0 = {slope: name for name, (_, slope) in SLOPES.items()}
+    name = at_T0.get(part.symbol, part.symbol)
+    acting = sensitivity(name, points)
+    acting = acting * points.rise if part.symbol in at_T0 else acting
+    return part.standard_uncertainty * np.sign(acting)
+
+
+def _correlations(coefficients: Coefficients, side: str) -> dict[tuple[str, str], float]:
+    """Correlations of all coefficients where the slopes of one side act."""
+    model = coefficients.model
+    if model is None:
+        known = coefficients.at_T0.keys()
+        return {pair: r for pair, r in coefficients.correlations.items() if set(pair) <= known}
+    symbols = {name: name for name in ("k2", "k3")}
+    for name, law in zip(coefficients.slopes, ("k0", "K1", "delta"), strict=True):
+        symbols |= {f"{law} at_T0": name, f"{law} {side}": SLOPES[name][1]}
+    symbols["delta_ip"] = "delta_io" if "delta_P" in coefficients.slopes else "delta_ip"
+    sigma = np.sqrt(
+        np.diagonal(np.reshape(model.covariance_matrix, 2 * (len(model.covariance_names),)))
+    )
+    places = [i for i, n in enumerate(model.covariance_names) if n in symbols and sigma[i] > 0.0]
+    return {
+        (symbols[model.covariance_names[i]], symbols[model.covariance_names[j]]): (
+            model.covariance_matrix[i][j] / float(sigma[i] * sigma[j])
+        )
+        for i, j in combinations(places, 2)
+    }
