@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import math
 
 import pytest
 
@@ -264,6 +265,22 @@ def test_laws_stay_with_their_mounting():
     whole = accelcal.fit(accelcal.simulate(plan=plan, seed=1))
     assert whole.of_mounting("o+").temperature_model == whole.temperature_model is not None
     assert whole.of_mounting("o-").temperature_model is None
+
+
+def test_a_level_met_again_is_said(run, folder):
+    rows = [
+        f"{level},{place},{stroke},{1.3 * math.cos(place * math.pi / 4) + 1e-6 * index % 7e-6}"
+        for index, (level, strokes) in enumerate([(20, (1, 2)), (80, (1, 2)), (20, (3, 4))])
+        for stroke in strokes
+        for place in range(1, 10)
+    ]
+    (folder / "again.csv").write_text("\n".join(["T,J,k,Y", *rows]) + "\n")
+    code, out, err = run("fit", "again.csv", "--format", "json")
+    assert code == 0
+    assert err == (
+        "note: again.csv: a temperature was met again (line 38): a new run there, '20 (2)'\n"
+    )
+    assert [table["run"] for table in json.loads(out)["tables"]] == ["20", "80", "20 (2)"]
 
 
 # -- results ---------------------------------------------------------------------------------------

@@ -146,7 +146,10 @@ def _stability(path: str | None) -> Any:
 def _budget(calibration: Calibration, random: RandomPart, options: dict[str, Any]) -> ErrorBudget:
     from itertools import product
 
+    import numpy as np
+
     from accelcal.error_budget.budget import budget as budget_of
+    from accelcal.errors import InputError
 
     lists: Sequence[Sequence[float | None]] = (
         options["time"],
@@ -155,14 +158,18 @@ def _budget(calibration: Calibration, random: RandomPart, options: dict[str, Any
     )
     time, temperature, a_i = zip(*product(*lists), strict=True)
     names = "a_p a_o temperature_uncertainty exact extrapolate"
-    return budget_of(
-        calibration,
-        a_i,
-        temperature=temperature if options["temperature"] else None,
-        time=time,
-        random=random,
-        **{name: options[name] for name in names.split()},
-    )
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = budget_of(
+            calibration,
+            a_i,
+            temperature=temperature if options["temperature"] else None,
+            time=time,
+            random=random,
+            **{name: options[name] for name in names.split()},
+        )
+    if not np.isfinite([found.systematic, found.expanded_uncertainty]).all():
+        raise InputError("the error is too large to be a number; check calibration and options")
+    return found
 
 
 def _draw(path: str, found: ErrorBudget) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -11,6 +11,7 @@ from accelcal.cli.deliver import deliver, refuse_stdin_twice, refuse_to_overwrit
 from accelcal.cli.options import data_argument, fixture_angle, format_option, number, output_option
 
 if TYPE_CHECKING:
+    from accelcal.record import TumbleRecord
     from accelcal.results.calibration import Calibration
 
 __all__ = ["fit"]
@@ -131,7 +132,7 @@ def fit(
             temperature_laws=temperature_laws,
         )
         for source in data
-        for record in read_tables(source, overrides=declared)
+        for record in _noted(read_tables(source, overrides=declared))
     ]
     if spec is not None:
         calibrations = _judged(calibrations, spec)
@@ -141,6 +142,14 @@ def fit(
         deliver(_shown(calibrations, form))
     if any(c.verdict is not None and c.verdict.outcome == "fail" for c in calibrations):
         click.get_current_context().exit(1)
+
+
+def _noted(records: Iterable[TumbleRecord]) -> Iterator[TumbleRecord]:
+    """Tell what the reader set aside or assumed."""
+    for record in records:
+        for note in record.notes:
+            click.echo(f"note: {record.source}: {note}", err=True)
+        yield record
 
 
 def _judged(calibrations: Sequence[Calibration], spec: str) -> list[Calibration]:
