@@ -246,8 +246,6 @@ def _resolution_component(
     for estimator, noise in zip(estimators, errors.noises, strict=True):
         table = estimator.table
         q = decimal_step(table.record.output) if step is None else step
-        if noise.source == "residuals":
-            q = 0.0  # they hold it all
         size = float(noise.factor * table.scatter.min())
         left = rounding(size, q, seen=noise.source != "declared")
         same_position = distinct(table.head)[:, None] == table.head

@@ -50,7 +50,9 @@ def rounding(noise: float, step: float, *, seen: bool) -> Rounding:
     step : float
         Step of the readings, 0 for none [output unit].
     seen : bool
-        Whether `noise` is the scatter of rounded readings, and not that before the rounding.
+        Whether `noise` is the scatter of rounded readings, and not that before the rounding. The
+        residuals of one stroke count as such: where they come out small beside the step, they are
+        no more to be trusted than the scatter of strokes.
 
     Returns
     -------
