@@ -38,6 +38,7 @@ FLOORS = (
     },
     {"estimate", "effects"},
     {"printed"},
+    {"reference"},
     {"record", "results", "specification", "accelerometer"},
     {"model"},
     {"geometry"},

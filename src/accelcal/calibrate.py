@@ -16,10 +16,10 @@ from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.estimate.uncertainty import Component, Interval, intervals, propagate
 from accelcal.gates.record import record_gates
 from accelcal.gates.table import table_gates
-from accelcal.geometry import checked_fixture_angle
 from accelcal.grouping import median
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, POWERS
 from accelcal.record import TumbleRecord
+from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource, Quantity, Residuals
 from accelcal.results.table import TableCalibration
@@ -35,7 +35,6 @@ __all__ = ["TEMPERATURE_LAWS", "fit"]
 Array = NDArray[np.float64]
 
 _ERROR_UNITS = {"k0": "g", "k2": "g/g^2", "k3": "g/g^3", "delta": "rad", "delta_ip": "g/g^2"}
-_USUAL_TEMPERATURE = 20.0
 
 TEMPERATURE_LAWS = ("tables", "readings")
 """What the temperature laws are fitted to; the first is the default."""
@@ -107,13 +106,13 @@ def fit(
     """
     _check_record(record)
     _check_arguments(method, reference_temperature, temperature_laws)
-    delta0 = _fixture_angle(record, delta0)
+    delta0 = fixture_angle(record, delta0)
     tables = list(_prepared(record, delta0, coefficients, strict=strict))
     with _naming(record):
         estimate = estimate_jointly(
             tables, record.apparatus, method=method, robust=robust, delta0=delta0
         )
-    reference, chosen = _reference_temperature(record, reference_temperature)
+    reference, chosen = reference_temperature_of(record, reference_temperature)
     laws = _temperature_model(tables, estimate, reference, temperature_laws, method)
     return Calibration(
         method=method,
@@ -223,27 +222,6 @@ def _table_names(tables: Sequence[PreparedTable]) -> list[str]:
     ]
     several = len({mounting for _, mounting in names}) > 1
     return [f"{run}, mounting {mounting}" if several else run for run, mounting in names]
-
-
-def _fixture_angle(record: TumbleRecord, given: float | None) -> float:
-    declared = record.metadata.get("delta0", "0")
-    try:
-        found = float(declared.replace(",", ".")) if given is None else given
-    except ValueError:
-        raise InputError(
-            f"{record.source}: delta0 is {declared!r}; it is a number in rad, as in 0.001"
-        ) from None
-    return checked_fixture_angle(found)
-
-
-def _reference_temperature(record: TumbleRecord, given: float | None) -> tuple[float | None, bool]:
-    """T0 and whether it was chosen here, as none was given."""
-    declared = record.reference_temperature if given is None else given
-    if declared is not None:
-        return declared, False
-    runs = (record.select(record.run == i) for i in range(len(record.run_labels)))
-    levels = [run.mean_temperature for run in runs if np.isfinite(run.mean_temperature)]
-    return min(levels, key=lambda level: abs(level - _USUAL_TEMPERATURE), default=None), True
 
 
 def _table_calibration(

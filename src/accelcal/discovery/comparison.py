@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,9 @@ from accelcal.record import TumbleRecord
 __all__ = ["Comparison", "compared"]
 
 Array = NDArray[np.float64]
+
+_RHOS = 6
+"""Values of the correlation of neighbours under which false alarms are judged."""
 
 
 class Comparison(NamedTuple):
@@ -36,6 +40,9 @@ class Comparison(NamedTuple):
         The m dimensions that the model leaves.
     seen : ndarray, shape (m,)
         Coordinates of the readings in it.
+    roots : tuple of ndarray, shape (m, n)
+        Maps of independent numbers to coordinates of noise alone: one, or, where the correlation of
+        neighbours is estimated, one for each of several values that it may have.
     """
 
     record: TumbleRecord
@@ -44,6 +51,7 @@ class Comparison(NamedTuple):
     noise: ReadingNoise
     space: Space
     seen: Array
+    roots: tuple[Array, ...]
 
 
 def compared(
@@ -80,10 +88,27 @@ def compared(
     columns = [column_of(item, model.conditions)[:, None] for item in known]
     first = model.residual(solve(model))
     noise = reading_noise(model.conditions, first, np.hstack([repeating, *columns]))
-    head = head_positions(record.angle)
-    spread = covariance(model.conditions, noise, record.apparatus, head)
-    whitener = whitener_of(spread, noise.sigma)
-    parameters = solve(model, whitener)
-    space = space_of(whitener, model.jacobian(parameters), repeating)
+    spread = _spread(record, model, noise)
+    space_whitener = whitener_of(spread, noise.sigma)
+    parameters = solve(model, space_whitener)
+    space = space_of(space_whitener, model.jacobian(parameters), repeating)
     seen = space.see(model.residual(parameters))
-    return Comparison(record, model, parameters, noise, space, seen)
+    roots = _roots(record, model, noise, space)
+    return Comparison(record, model, parameters, noise, space, seen, roots)
+
+
+def _spread(record: TumbleRecord, model: BaseModel, noise: ReadingNoise) -> Array:
+    """Covariance of the errors of the readings, in units of ``noise.sigma ** 2``."""
+    return covariance(model.conditions, noise, record.apparatus, head_positions(record.angle))
+
+
+def _roots(
+    record: TumbleRecord, model: BaseModel, noise: ReadingNoise, space: Space
+) -> tuple[Array, ...]:
+    if not noise.rho:
+        return (space.rotation.T,)
+    uncertainty = float(np.sqrt((1.0 - noise.rho**2) / noise.dof))
+    normal = NormalDist(noise.rho, uncertainty)
+    rhos = np.clip([normal.inv_cdf((k + 0.5) / _RHOS) for k in range(_RHOS)], -0.9, 0.95)
+    lowers = [np.linalg.cholesky(_spread(record, model, noise._replace(rho=rho))) for rho in rhos]
+    return tuple(noise.sigma * space.see(lower) for lower in lowers)

@@ -97,6 +97,7 @@ def family_of(
     space: Space,
     found: Candidates,
     factors: tuple[Block, ...],
+    roots: tuple[Array, ...],
     tails: float = np.inf,
     seed: int = 0,
 ) -> Family:
@@ -110,6 +111,8 @@ def family_of(
         Effects to look for.
     factors : tuple of Block
         Factors to look at.
+    roots : tuple of ndarray, shape (m, n)
+        Maps of independent numbers to coordinates of noise alone, all as likely.
     tails : float, default infinite
         Degrees of freedom of the Student distribution of the noise.
     seed : int, default 0
@@ -121,7 +124,7 @@ def family_of(
         The family.
     """
     bare = Family(space, found, factors, np.ones(len(found.effects)), 1.0)
-    noise = _noise(space.rotation, tails, np.random.default_rng(seed))
+    noise = _noise(roots, tails, np.random.default_rng(seed))
     effects, blocks = _p_values(bare, noise, None)
     tries = np.array([_multiplicity(p) for p in effects])
     honest = effects * tries[:, None]
@@ -129,13 +132,13 @@ def family_of(
     return bare._replace(tries=tries, tests=_multiplicity(smallest))
 
 
-def _noise(rotation: Array, tails: float, rng: np.random.Generator) -> Array:
-    """Coordinates of noise alone, shape (m, DRAWS)."""
-    readings, dimensions = rotation.shape
+def _noise(roots: tuple[Array, ...], tails: float, rng: np.random.Generator) -> Array:
+    """Coordinates of noise alone, shape (m, DRAWS or nearly)."""
+    shape = (roots[0].shape[1], DRAWS // len(roots))
     if np.isinf(tails):
-        return rng.standard_normal((dimensions, DRAWS))
-    student = rng.standard_t(tails, (readings, DRAWS)) * np.sqrt((tails - 2.0) / tails)
-    return np.asarray(rotation.T @ student)
+        return np.hstack([root @ rng.standard_normal(shape) for root in roots])
+    scale = np.sqrt((tails - 2.0) / tails)
+    return np.hstack([root @ (scale * rng.standard_t(tails, shape)) for root in roots])
 
 
 def _multiplicity(p: Array) -> float:

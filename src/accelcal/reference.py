@@ -1,0 +1,70 @@
+"""What coefficients refer to: the reference temperature T0 and the fixture angle of a record."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from accelcal.errors import InputError
+from accelcal.geometry import checked_fixture_angle
+from accelcal.record import TumbleRecord
+
+__all__ = ["fixture_angle", "reference_temperature_of"]
+
+_USUAL_TEMPERATURE = 20.0
+
+
+def fixture_angle(record: TumbleRecord, given: float | None = None) -> float:
+    """Take the fixture angle as given, else as the record declares it, else 0.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        The record.
+    given : float, optional
+        Fixture angle [rad].
+
+    Returns
+    -------
+    float
+        The fixture angle [rad].
+
+    Raises
+    ------
+    InputError
+        If what the record declares is no number, or the angle is none of a fixture.
+    """
+    declared = record.metadata.get("delta0", "0")
+    try:
+        found = float(declared.replace(",", ".")) if given is None else given
+    except ValueError:
+        raise InputError(
+            f"{record.source}: delta0 is {declared!r}; it is a number in rad, as in 0.001"
+        ) from None
+    return checked_fixture_angle(found)
+
+
+def reference_temperature_of(
+    record: TumbleRecord, given: float | None = None
+) -> tuple[float | None, bool]:
+    """Take T0 as given, else as the record declares it, else the level nearest to 20 degC.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        The record.
+    given : float, optional
+        T0 [degC].
+
+    Returns
+    -------
+    temperature : float or None
+        T0; None where no temperature is known [degC].
+    chosen : bool
+        Whether it was chosen here, as none was given.
+    """
+    declared = record.reference_temperature if given is None else given
+    if declared is not None:
+        return declared, False
+    runs = (record.select(record.run == i) for i in range(len(record.run_labels)))
+    levels = [run.mean_temperature for run in runs if np.isfinite(run.mean_temperature)]
+    return min(levels, key=lambda level: abs(level - _USUAL_TEMPERATURE), default=None), True

@@ -1,0 +1,236 @@
+"""The result of a discovery: where model and readings disagree, which effect, what it changes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from accelcal.errors import DocumentError
+from accelcal.results.checked import checked, list_of, mapping_of, number, text, text_or_none, whole
+from accelcal.results.findings import (
+    Change,
+    Detectable,
+    Fault,
+    FoundEffect,
+    Gap,
+    Share,
+    Undetectable,
+    Unexplained,
+    plain,
+)
+from accelcal.results.json_text import json_text, parse_json
+from accelcal.results.quantity import Document, ErrorSource, fields_document
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+__all__ = ["SCHEMA", "Discovery"]
+
+SCHEMA = "accelcal/discovery/1"
+
+
+@dataclass(frozen=True, slots=True)
+class Discovery:
+    """What was discovered in one record.
+
+    Attributes
+    ----------
+    noise : tuple of ErrorSource
+        Reading noise, head, launch and temperature, as they were taken.
+    before, after : Gap
+        Gap between model and readings without and with the effects.
+    where : tuple of Share
+        Factors of the disagreement.
+    effects : tuple of FoundEffect
+        Effects in the order found.
+    unexplained : Unexplained or None
+        What is left that no effect explains.
+    undetectable : tuple of Undetectable
+        Effects that this test cannot show.
+    smallest_detectable : tuple of Detectable
+        Sizes that it would show.
+    faults : tuple of Fault
+        Faults of the readings.
+    coefficients : tuple of Change
+        What the effects change in the model.
+    next_measurement : str
+        What to measure next; empty where nothing is open.
+    notes : tuple of str
+        What a reader must know.
+    p_value : float
+        Chance that noise alone disagrees as much with the model, over all that was searched.
+    alpha : float
+        False-alarm rate below which an effect is named.
+    serial : str or None
+        Serial number.
+    T0_degC : float
+        Reference temperature.
+    delta0_rad : float
+        Fixture angle.
+    readings : int
+        Number of readings.
+    source, software : str
+        Where the readings came from, and what looked at them.
+    """
+
+    noise: tuple[ErrorSource, ...]
+    before: Gap
+    after: Gap
+    where: tuple[Share, ...]
+    effects: tuple[FoundEffect, ...]
+    unexplained: Unexplained | None
+    undetectable: tuple[Undetectable, ...]
+    smallest_detectable: tuple[Detectable, ...]
+    faults: tuple[Fault, ...] = ()
+    coefficients: tuple[Change, ...] = ()
+    next_measurement: str = ""
+    notes: tuple[str, ...] = ()
+    p_value: float = 1.0
+    alpha: float = 0.01
+    serial: str | None = None
+    T0_degC: float = 20.0
+    delta0_rad: float = 0.0
+    readings: int = 0
+    source: str = "<table>"
+    software: str = ""
+
+    def __str__(self) -> str:
+        from accelcal.report.discovery import discovery_text
+
+        return discovery_text(self)
+
+    def __repr__(self) -> str:
+        name = f"serial {self.serial}" if self.serial else self.source
+        found = ", ".join(effect.id for effect in self.effects)
+        open_end = "an effect that nothing explains" if self.unexplained else "nothing"
+        return f"<Discovery {name}: {found or open_end}>"
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the discovery as the JSON document of schema `SCHEMA`."""
+        return {
+            "schema": SCHEMA,
+            "software": self.software,
+            "source": self.source,
+            "serial": self.serial,
+            "T0_degC": self.T0_degC,
+            "delta0_rad": self.delta0_rad,
+            "readings": self.readings,
+            "alpha": self.alpha,
+            "p_value": self.p_value,
+            "noise": {source.name: fields_document(source) for source in self.noise},
+            "faults": [fault.to_document() for fault in self.faults],
+            "gap": {"before": plain(self.before), "after": plain(self.after)},
+            "where": [plain(share) for share in self.where],
+            "effects": [effect.to_document() for effect in self.effects],
+            "unexplained": plain(self.unexplained) if self.unexplained else None,
+            "undetectable": [plain(item) for item in self.undetectable],
+            "smallest_detectable": [plain(item) for item in self.smallest_detectable],
+            "coefficients": [change.to_document() for change in self.coefficients],
+            "next_measurement": self.next_measurement,
+            "notes": list(self.notes),
+        }
+
+    @classmethod
+    def from_document(cls, document: Document) -> Discovery:
+        """Read a discovery from its JSON document.
+
+        Parameters
+        ----------
+        document : mapping
+            What `to_document` returns.
+
+        Returns
+        -------
+        Discovery
+            Equal to the one that was written.
+
+        Raises
+        ------
+        DocumentError
+            If the document is of another type or version, or damaged.
+        """
+        schema = document.get("schema") if isinstance(document, Mapping) else None
+        if schema != SCHEMA:
+            raise DocumentError(
+                f"schema {schema!r} in place of {SCHEMA!r}; give a file written by accelcal"
+                " discover"
+            )
+        try:
+            return cls._from_checked(document)
+        except KeyError as error:
+            raise DocumentError(
+                f"the discovery lacks {error}; write it anew with accelcal discover"
+            ) from None
+        except (TypeError, AttributeError) as error:
+            raise DocumentError(
+                f"the discovery is damaged ({error}); write it anew with accelcal discover"
+            ) from None
+
+    @classmethod
+    def _from_checked(cls, document: Document) -> Discovery:
+        gap = document["gap"]
+        return cls(
+            noise=tuple(checked(document, "noise", mapping_of(ErrorSource.from_document)).values()),
+            before=checked(gap, "before", Gap.from_document),
+            after=checked(gap, "after", Gap.from_document),
+            where=checked(document, "where", list_of(Share.from_document)),
+            effects=checked(document, "effects", list_of(FoundEffect.from_document)),
+            unexplained=checked(document, "unexplained", _unexplained),
+            undetectable=checked(document, "undetectable", list_of(Undetectable.from_document)),
+            smallest_detectable=checked(
+                document, "smallest_detectable", list_of(Detectable.from_document)
+            ),
+            faults=checked(document, "faults", list_of(Fault.from_document), ()),
+            coefficients=checked(document, "coefficients", list_of(Change.from_document), ()),
+            next_measurement=checked(document, "next_measurement", text, ""),
+            notes=checked(document, "notes", list_of(text), ()),
+            p_value=checked(document, "p_value", number, 1.0),
+            alpha=checked(document, "alpha", number, 0.01),
+            serial=checked(document, "serial", text_or_none, None),
+            T0_degC=checked(document, "T0_degC", number, 20.0),
+            delta0_rad=checked(document, "delta0_rad", number, 0.0),
+            readings=checked(document, "readings", whole, 0),
+            source=checked(document, "source", text, "<document>"),
+            software=checked(document, "software", text, ""),
+        )
+
+    def to_json(self, path: str | PathLike[str] | None = None) -> str:
+        """Write the discovery as JSON.
+
+        Parameters
+        ----------
+        path : path, optional
+            File to write, whole or not at all; without it the text is only returned.
+
+        Returns
+        -------
+        str
+            The JSON text; numbers keep all their digits.
+        """
+        return json_text(self.to_document(), path)
+
+    @classmethod
+    def from_json(cls, text: str) -> Discovery:
+        """Read a discovery from JSON text.
+
+        Parameters
+        ----------
+        text : str
+            What `to_json` returns.
+
+        Returns
+        -------
+        Discovery
+            Equal to the one that was written.
+
+        Raises
+        ------
+        DocumentError
+            If the text is not JSON, or not such a document.
+        """
+        return cls.from_document(parse_json(text))
+
+
+def _unexplained(document: Document | None) -> Unexplained | None:
+    return None if document is None else Unexplained.from_document(document)
