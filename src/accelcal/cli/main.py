@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import io
 import os
@@ -70,6 +71,7 @@ def _start_quickly() -> None:
     """Leave out what a short command does not need (benchmarks/startup.py shows the effect)."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the matrices are small: no threads
     gc.set_threshold(100_000, 50, 50)  # imports make much and throw away little
+    atexit.register(gc.freeze)  # nobody searches for garbage at the end
 
 
 def _run(arguments: Sequence[str]) -> int:
