@@ -175,8 +175,8 @@ ERRORS = {
     ),
     "a calibration": (
         '{\n "schema": "accelcal/calibration/1",\n "method": "least-squares"}',
-        "1: a calibration written by accelcal fit, not a table; give it to accelcal apply, budget or"
-        " export, and here the table of readings",
+        "1: a calibration written by accelcal fit, not a table;"
+        " give it to accelcal apply, budget or export, and here the table of readings",
     ),
     "another document": (
         '{"schema": "accelcal/stability/1"}',
@@ -318,6 +318,14 @@ ERRORS = {
     "header infinite": (
         "# T0: 1e999\n" + OK,
         "1: reference_temperature is inf; it is a finite number",
+    ),
+    "T0": (
+        "# T0: 293\n" + OK,
+        "1: reference_temperature is 293; it is a temperature of the test in degC",
+    ),
+    "header large": (
+        "# temperature_uncertainty: 1e9\n" + OK,
+        "1: temperature_uncertainty is 1000000000.0; it is below 100 degC",
     ),
     "header negative": (
         "# resolution: -1\n" + OK,

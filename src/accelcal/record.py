@@ -21,7 +21,13 @@ from accelcal.grouping import distinct
 __all__ = ["Apparatus", "TumbleRecord"]
 
 
-_LARGEST = {"head_uncertainty": 0.1, "launch_uncertainty": 1.0, "launch_sf_uncertainty": 0.1}
+_LARGEST = {
+    "head_uncertainty": (0.1, "rad"),
+    "launch_uncertainty": (1.0, "g"),
+    "launch_sf_uncertainty": (0.1, "as a part of one"),
+    "temperature_uncertainty": (100.0, "degC"),
+    "resolution": (1e20, "in the output unit"),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,11 +68,9 @@ class Apparatus:
             value = None if item.name == "local_gravity" else getattr(self, item.name)
             if value is not None and not 0 <= value < np.inf:
                 raise InputError(f"{item.name} is {value}; it is a finite number, zero or more")
-            if value is not None and value >= _LARGEST.get(item.name, np.inf):
-                raise InputError(
-                    f"{item.name} is {value}; it is below {_LARGEST[item.name]:g}, in g, rad or"
-                    " relative"
-                )
+            largest, unit = _LARGEST.get(item.name, (np.inf, ""))
+            if value is not None and value >= largest:
+                raise InputError(f"{item.name} is {value}; it is below {largest:g} {unit}")
         if self.local_gravity is not None and not 9.7 < self.local_gravity < 9.9:
             raise InputError(
                 f"local gravity {self.local_gravity} m/s^2 is found nowhere on Earth; it lies"

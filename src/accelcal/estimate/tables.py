@@ -103,6 +103,7 @@ def prepare(
             f"outputs of up to {largest:g}; they lie between 1e-20 and 1e20, so give them in"
             " another unit"
         )
+    _check_scatter(record)
     mounting = str(record.mounting[0])
     design = design_matrix(accelerations(record.angle, delta0, mounting), mounting)
     found = estimability(design, asked, strict=strict)
@@ -148,6 +149,15 @@ def _angular_derivative(angle: Array, delta0: float, mounting: str) -> Array:
     rates = accelerations(angle + 90.0, delta0, mounting)  # derivatives of cosine and sine
     aside: Any = (a + 1j * step * rate for a, rate in zip(here, rates, strict=True))
     return design_matrix(Acceleration(*aside), mounting).imag / step
+
+
+def _check_scatter(record: TumbleRecord) -> None:
+    """Refuse deviations and numbers of samples whose squares cannot be calculated with."""
+    for name, values in (("std", record.std), ("count", record.count)):
+        known = values[values > 0.0] if values is not None else np.ones(1)
+        strange = known[(known < 1e-40) | (known > 1e20)]
+        if strange.size:
+            raise InputError(f"{name} of {strange[0]:g}; it lies between 1e-40 and 1e20")
 
 
 def _declared_scatter(record: TumbleRecord) -> tuple[Array, float | None]:

@@ -13,6 +13,7 @@ import numpy as np
 from accelcal.errors import InputError, TableError, located
 from accelcal.geometry import checked_fixture_angle
 from accelcal.io.layout import Declared, Layout, shown, split_line
+from accelcal.io.readings import MAXIMUM_TEMPERATURE
 from accelcal.io.vocabulary import KEYS, UNITS_OF, has_unit
 from accelcal.record import Apparatus
 from accelcal.units import canonical_unit, output_unit
@@ -126,6 +127,9 @@ def _number(
         raise _refusal(layout, declared, f"{key} is {value}", "it is a finite number")
     if key in APPARATUS:
         located(partial(Apparatus, **{key: value}), source=layout.source, line=declared.line)
+    if key == "reference_temperature" and not -273.15 <= value <= MAXIMUM_TEMPERATURE:
+        problem, remedy = f"{key} is {value:g}", "it is a temperature of the test in degC"
+        raise _refusal(layout, declared, problem, remedy)
     if key == "delta0":
         located(checked_fixture_angle, value, source=layout.source, line=declared.line)
     return value
