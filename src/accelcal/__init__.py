@@ -68,6 +68,7 @@ if TYPE_CHECKING:
     from accelcal.calibrate import fit as fit
     from accelcal.compensate.apply import MeasuredAcceleration as MeasuredAcceleration
     from accelcal.compensate.apply import apply as apply
+    from accelcal.discovery.discover import discover as discover
     from accelcal.errors import AccelcalError as AccelcalError
     from accelcal.errors import AccelcalWarning as AccelcalWarning
     from accelcal.errors import DesignError as DesignError
@@ -85,6 +86,7 @@ if TYPE_CHECKING:
     from accelcal.record import Apparatus as Apparatus
     from accelcal.record import TumbleRecord as TumbleRecord
     from accelcal.results.calibration import Calibration as Calibration
+    from accelcal.results.discovery import Discovery as Discovery
     from accelcal.results.quantity import Quantity as Quantity
     from accelcal.simulation import AL15 as AL15
     from accelcal.simulation import Accelerometer as Accelerometer
@@ -100,6 +102,7 @@ __all__ = [
     "Apparatus",
     "Calibration",
     "DesignError",
+    "Discovery",
     "DocumentError",
     "InputError",
     "MeasuredAcceleration",
@@ -112,6 +115,7 @@ __all__ = [
     "accelerations",
     "apply",
     "design_matrix",
+    "discover",
     "fit",
     "output",
     "position_angles",
@@ -130,6 +134,7 @@ _HOME = {
     "Apparatus": "accelcal.record",
     "Calibration": "accelcal.results.calibration",
     "DesignError": "accelcal.errors",
+    "Discovery": "accelcal.results.discovery",
     "DocumentError": "accelcal.errors",
     "InputError": "accelcal.errors",
     "MeasuredAcceleration": "accelcal.compensate.apply",
@@ -141,6 +146,7 @@ _HOME = {
     "accelerations": "accelcal.geometry",
     "apply": "accelcal.compensate.apply",
     "design_matrix": "accelcal.model",
+    "discover": "accelcal.discovery.discover",
     "fit": "accelcal.calibrate",
     "output": "accelcal.model",
     "position_angles": "accelcal.geometry",

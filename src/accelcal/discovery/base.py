@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions, conditions_of
 from accelcal.errors import InputError
+from accelcal.model import SEEN_IN_MOUNTING
 from accelcal.record import TumbleRecord
 
 __all__ = ["BaseModel", "base_model", "solve"]
@@ -119,12 +120,10 @@ def base_model(
         inside, of_inside = [*inside, runs], of_inside + ["K0"] * runs.shape[1]
     inside += [ideal.input[:, None] ** 2, ideal.input[:, None] ** 3]
     of_inside += ["K2", "K3"]
-    for axis in "op":
-        here = np.char.startswith(record.mounting, axis)
-        if here.any():
-            cross = np.where(here, ideal.cross, 0.0)
-            inside += [cross[:, None] * law, (cross * ideal.input)[:, None]]
-            of_inside += [*(f"M{name}" for name in names), "M_ip"]
+    for axis, (tilt, coupling) in _axes(record).items():
+        cross = np.where(np.char.startswith(record.mounting, axis), ideal.cross, 0.0)
+        inside += [cross[:, None] * law, (cross * ideal.input)[:, None]]
+        of_inside += [*(f"{tilt}{name}" for name in names), coupling]
     first = BaseModel(
         nominal=nominal,
         reading=record.output / nominal,
@@ -165,6 +164,14 @@ def solve(model: BaseModel, whitener: Array | None = None) -> Array:
     return parameters
 
 
+def _axes(record: TumbleRecord) -> dict[str, tuple[str, str]]:
+    """Symbols of misalignment and cross-coupling, by the axis along the shaft."""
+    axes = sorted({str(mounting)[0] for mounting in record.mounting})
+    if len(axes) == 1:
+        return {axes[0]: ("M", "M_ip")}
+    return {axis: (SEEN_IN_MOUNTING[axis][-2], SEEN_IN_MOUNTING[axis][-1]) for axis in axes}
+
+
 def _law(excess: Array) -> tuple[Array, list[str]]:
     """Columns of a bilinear law; a side without a level of its own has no slope."""
     columns, names = [np.ones(excess.size)], [""]
@@ -193,7 +200,7 @@ def _fitted_conditions(model: BaseModel, parameters: Array) -> Conditions:
 
 def _tilt(model: BaseModel, parameters: Array) -> Array:
     """Part of the cross-axis acceleration that lies along the true input axis [g]."""
-    own = np.array([name.startswith("M") and name != "M_ip" for name in model.names])
+    own = np.array([name.startswith("M") and "_i" not in name for name in model.names])
     inside = own[model.gain.shape[1] :]
     return np.asarray(model.inside[:, inside] @ parameters[own])
 
@@ -203,7 +210,8 @@ def _per_degree(model: BaseModel, parameters: Array, gain: Array, inside: Array)
     c = model.conditions
     slope = np.zeros(c.input.size)
     sides = {" above T0": c.excess >= 0.0, " below T0": c.excess < 0.0}
-    acts = {"K0": np.ones_like(c.input), "K1": inside / gain, "M": c.cross}
+    acts = {"K0": np.ones_like(c.input), "K1": inside / gain}
+    acts |= dict.fromkeys(("M", "M_O", "M_P"), c.cross)
     for name, value in zip(model.names, parameters.tolist(), strict=True):
         for side, here in sides.items():
             if name.endswith(side):

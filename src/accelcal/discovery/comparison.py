@@ -40,6 +40,8 @@ class Comparison(NamedTuple):
         The m dimensions that the model leaves.
     seen : ndarray, shape (m,)
         Coordinates of the readings in it.
+    spread : ndarray, shape (n, n)
+        Covariance of the errors of the readings, in units of the variance of their noise.
     roots : tuple of ndarray, shape (m, n)
         Maps of independent numbers to coordinates of noise alone: one, or, where the correlation of
         neighbours is estimated, one for each of several values that it may have.
@@ -51,6 +53,7 @@ class Comparison(NamedTuple):
     noise: ReadingNoise
     space: Space
     seen: Array
+    spread: Array
     roots: tuple[Array, ...]
 
 
@@ -94,7 +97,7 @@ def compared(
     space = space_of(space_whitener, model.jacobian(parameters), repeating)
     seen = space.see(model.residual(parameters))
     roots = _roots(record, model, noise, space)
-    return Comparison(record, model, parameters, noise, space, seen, roots)
+    return Comparison(record, model, parameters, noise, space, seen, spread, roots)
 
 
 def _spread(record: TumbleRecord, model: BaseModel, noise: ReadingNoise) -> Array:
@@ -111,4 +114,4 @@ def _roots(
     normal = NormalDist(noise.rho, uncertainty)
     rhos = np.clip([normal.inv_cdf((k + 0.5) / _RHOS) for k in range(_RHOS)], -0.9, 0.95)
     lowers = [np.linalg.cholesky(_spread(record, model, noise._replace(rho=rho))) for rho in rhos]
-    return tuple(noise.sigma * space.see(lower) for lower in lowers)
+    return tuple(noise.sigma * space.see(np.asarray(lower)) for lower in lowers)

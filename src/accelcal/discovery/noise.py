@@ -17,7 +17,15 @@ from accelcal.errors import InputError
 from accelcal.grouping import grouped
 from accelcal.record import Apparatus
 
-__all__ = ["ReadingNoise", "covariance", "cycle", "dummies", "orthonormal", "reading_noise"]
+__all__ = [
+    "ReadingNoise",
+    "cells",
+    "covariance",
+    "cycle",
+    "dummies",
+    "orthonormal",
+    "reading_noise",
+]
 __all__ += ["saturated"]
 
 Array = NDArray[np.float64]
@@ -57,14 +65,19 @@ def cycle(c: Conditions) -> NDArray[np.int64]:
     return (c.stroke - 1) // 2
 
 
-def dummies(*keys: NDArray[np.generic]) -> Array:
-    """Columns of zeros and ones, one for each combination of the keys that occurs."""
+def cells(*keys: NDArray[np.generic]) -> NDArray[np.intp]:
+    """Number the combinations of some keys, from 0; shape (n,)."""
     label = np.zeros(keys[0].size, dtype=np.int64)
     for key in keys:
         groups, index, _ = grouped(key)
         label = label * groups.size + index
-    groups, index, _ = grouped(label)
-    return np.asarray(index[:, None] == np.arange(groups.size), dtype=np.float64)
+    return grouped(label)[1]
+
+
+def dummies(*keys: NDArray[np.generic]) -> Array:
+    """Columns of zeros and ones, one for each combination of the keys that occurs."""
+    index = cells(*keys)
+    return np.asarray(index[:, None] == np.arange(index.max() + 1), dtype=np.float64)
 
 
 def saturated(c: Conditions, mounting: NDArray[np.str_]) -> Array:
@@ -82,10 +95,10 @@ def saturated(c: Conditions, mounting: NDArray[np.str_]) -> Array:
     ndarray, shape (n, k)
         Run x position x sense of rotation, the cycles of each run, and a drift in each run.
     """
-    cells = dummies(c.run, mounting, np.round(c.angle, 6), c.rotation)
+    repeated = dummies(c.run, mounting, np.round(c.angle, 6), c.rotation)
     cycles = dummies(c.run, cycle(c))
     runs = dummies(c.run)
-    return np.hstack([cells, cycles, runs * c.run_time[:, None]])
+    return np.hstack([repeated, cycles, runs * c.run_time[:, None]])
 
 
 def orthonormal(columns: Array) -> Array:

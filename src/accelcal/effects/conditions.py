@@ -106,8 +106,8 @@ def conditions_of(
     Returns
     -------
     Conditions
-        Those of an ideal accelerometer: `indicated` and `axial` are a_i, `gain` 1, `per_radian` the derivative
-        of a_i, `per_degree` 0. Who knows better replaces them.
+        Those of an ideal accelerometer: `indicated` and `axial` are a_i, `gain` 1, `per_radian` the
+        derivative of a_i, `per_degree` 0. Who knows better replaces them.
 
     Notes
     -----

@@ -1,14 +1,18 @@
-"""Files of calibrations: one calibration, or several in one document."""
+"""Files of results: one calibration or discovery, or several in one document."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from accelcal.errors import DocumentError
 from accelcal.results.calibration import SCHEMA, Calibration
 from accelcal.results.json_text import json_text, parse_json
 
-__all__ = ["calibrations_from_json", "calibrations_to_json"]
+if TYPE_CHECKING:
+    from accelcal.results.discovery import Discovery
+
+__all__ = ["calibrations_from_json", "calibrations_to_json", "discoveries_to_json"]
 
 
 def calibrations_to_json(calibrations: Sequence[Calibration]) -> str:
@@ -57,3 +61,22 @@ def calibrations_from_json(text: str) -> tuple[Calibration, ...]:
             "'calibrations' holds no list of calibrations; give a file written by accelcal fit"
         )
     return tuple(Calibration.from_document(each) for each in several)
+
+
+def discoveries_to_json(discoveries: Sequence[Discovery]) -> str:
+    """Write discoveries as one JSON document.
+
+    Parameters
+    ----------
+    discoveries : sequence of Discovery
+        One or more.
+
+    Returns
+    -------
+    str
+        The document of the discovery, or one with the key ``"discoveries"`` for several.
+    """
+    if len(discoveries) == 1:
+        return discoveries[0].to_json()
+    documents = [each.to_document() for each in discoveries]
+    return json_text({"schema": documents[0]["schema"], "discoveries": documents})

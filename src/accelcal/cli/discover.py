@@ -1,0 +1,101 @@
+"""accelcal discover: name the effect that the model lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import click
+
+from accelcal.cli.deliver import deliver, refuse_stdin_twice, refuse_to_overwrite
+from accelcal.cli.options import data_argument, fixture_angle, format_option, number, output_option
+
+__all__ = ["discover"]
+
+
+@click.command()
+@data_argument(many=True)
+@output_option("the discovery, with the extended model, as JSON", metavar="MODEL.json")
+@click.option(
+    "--alpha",
+    type=number,
+    default=0.01,
+    show_default=True,
+    help="False-alarm rate over the whole catalogue below which an effect is named.",
+)
+@click.option(
+    "--max-effects",
+    type=click.IntRange(1, 5),
+    default=3,
+    show_default=True,
+    help="Effects at once.",
+)
+@click.option(
+    "--t0",
+    "reference_temperature",
+    type=number,
+    metavar="DEG",
+    help="Reference temperature T0 [degC].",
+)
+@click.option(
+    "--delta0",
+    type=fixture_angle,
+    metavar="RAD",
+    help="Fixture angle between head zero and input axis, taken as given [rad].",
+)
+@click.option(
+    "--head-uncertainty",
+    type=number,
+    metavar="G",
+    help="Standard uncertainty of one head position [g, or rad: at 90 deg they are the same].",
+)
+@click.option(
+    "--launch-uncertainty",
+    type=number,
+    metavar="G",
+    help="Standard uncertainty of the bias from run to run [g].",
+)
+@click.option(
+    "--launch-sf-uncertainty",
+    type=number,
+    metavar="REL",
+    help="Relative standard uncertainty of the scale factor from run to run.",
+)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the search.")
+@format_option("text", "json")
+def discover(
+    data: Sequence[str],
+    path: str | None,
+    alpha: float,
+    max_effects: int,
+    delta0: float | None,
+    seed: int,
+    form: str,
+    **declared: float | None,
+) -> None:
+    """Find where model and readings of DATA disagree, and name the effect that is missing.
+
+    Searches the catalogue of effects, gives each one found with its size, the gap before and
+    after, what else it could be, what it changes in the coefficients, and what this test cannot
+    show. Readings need replicates: two or more cycles of a forward and a back stroke.
+
+    \b
+    Examples:
+      accelcal discover table.csv
+      accelcal discover table.csv --head-uncertainty 1e-5 -o model.json
+    """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
+    refuse_stdin_twice(data)
+    refuse_to_overwrite(data, path)
+    from accelcal.discovery.discover import discover as search
+    from accelcal.io.tables import read_tables
+    from accelcal.results.documents import discoveries_to_json
+
+    found = [
+        search(record, alpha=alpha, max_effects=max_effects, delta0=delta0, seed=seed)
+        for source in data
+        for record in read_tables(source, overrides=declared)
+    ]
+    if path is not None:
+        deliver(discoveries_to_json(found), path)
+    if path != "-":
+        texts = ("\n\n" + "=" * 100 + "\n\n").join(map(str, found))
+        deliver(discoveries_to_json(found) if form == "json" else texts)

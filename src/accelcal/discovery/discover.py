@@ -1,0 +1,273 @@
+"""From a record to a discovery: the rooms of this package, wired together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.candidates import Instance, candidates
+from accelcal.discovery.comparison import Comparison, compared
+from accelcal.discovery.explanation import Explanation
+from accelcal.discovery.factors import blocks
+from accelcal.discovery.family import Family, family_of
+from accelcal.discovery.held_out import held_out_rms
+from accelcal.discovery.noise import orthonormal
+from accelcal.discovery.search import Findings, search
+from accelcal.discovery.solution import Solution, changes, parameters_of, solution
+from accelcal.discovery.where import shares, structure
+from accelcal.effects.catalogue import catalogue
+from accelcal.effects.effect import Effect
+from accelcal.errors import InputError
+from accelcal.record import TumbleRecord
+from accelcal.reference import fixture_angle, reference_temperature_of
+from accelcal.results.discovery import Discovery
+from accelcal.results.findings import FoundEffect, Gap, Unexplained
+from accelcal.results.quantity import ErrorSource
+from accelcal.version import __version__
+
+__all__ = ["discover"]
+
+Array = NDArray[np.float64]
+
+_SAME_NOISE = 0.01
+
+
+class _Look(NamedTuple):
+    """A record compared with the base model and searched."""
+
+    comparison: Comparison
+    family: Family
+    findings: Findings
+
+
+def discover(
+    record: TumbleRecord,
+    *,
+    alpha: float = 0.01,
+    max_effects: int = 3,
+    reference_temperature: float | None = None,
+    delta0: float | None = None,
+    effects: Sequence[Effect] | None = None,
+    seed: int = 0,
+) -> Discovery:
+    """Find where the model and the readings of a record disagree, and name the missing effect.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        Readings of one accelerometer, each position in at least two cycles of a run.
+    alpha : float, default 0.01
+        An effect is named if noise makes anything of all that is searched look like it with a
+        chance below this.
+    max_effects : int, default 3
+        Effects at once.
+    reference_temperature : float, optional
+        T0; by default that of the record, else the level nearest to 20 degC [degC].
+    delta0 : float, optional
+        Fixture angle; by default that of the record, else 0 [rad].
+    effects : sequence of Effect, optional
+        Effects to look for; by default those of the catalogue.
+    seed : int, default 0
+        Of the noise that is simulated to find the false-alarm rate.
+
+    Returns
+    -------
+    Discovery
+        Where they disagree, the effects, what they change, and what this test cannot show.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of its range, or the record has too few replicates.
+
+    Notes
+    -----
+    What passes for noise is the pure error of replicates; head, launch and temperature errors are
+    taken as declared. A launch shift that is not declared is free in each run, a head error that
+    is not declared is taken as zero, which the notes say.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> from accelcal.effects.catalogue import effect
+    >>> record = accelcal.simulate(effects=[effect("backlash").of(2e-5)], seed=1)
+    >>> accelcal.discover(record)
+    <Discovery serial AL-15: backlash>
+    """
+    _check(alpha, max_effects)
+    t0, _ = reference_temperature_of(record, reference_temperature)
+    reference = 0.0 if t0 is None else t0
+    angle = fixture_angle(record, delta0)
+    searched = [item for item in effects or catalogue() if _is_searched(item)]
+    look = _look(record, reference, angle, searched, (), alpha, max_effects, seed)
+    found = _best(look.findings)
+    if found is not None:
+        known = _look(record, reference, angle, searched, found.instances, alpha, max_effects, seed)
+        if not _same_noise(look.comparison, known.comparison):
+            look = known
+    return _discovery(look, record, alpha, reference, angle, seed)
+
+
+def _check(alpha: float, max_effects: int) -> None:
+    if not 1e-6 <= alpha <= 0.5:
+        raise InputError(f"alpha is {alpha:g}; it is a false-alarm rate from 1e-6 to 0.5")
+    if not 1 <= max_effects <= 5:
+        raise InputError(f"max_effects is {max_effects}; it is a whole number from 1 to 5")
+
+
+def _is_searched(effect: Effect) -> bool:
+    """Whether an effect adds to the readings in proportion to its size."""
+    return effect.acts_on != "readings" and bool(effect.amplitudes)
+
+
+def _look(
+    record: TumbleRecord,
+    reference: float,
+    delta0: float,
+    effects: Sequence[Effect],
+    known: tuple[Instance, ...],
+    alpha: float,
+    most: int,
+    seed: int,
+) -> _Look:
+    comparison = compared(record, reference, delta0, known)
+    c = comparison.model.conditions
+    found = candidates(effects, comparison.space, c)
+    factors = blocks(comparison.space, c)
+    family = family_of(
+        comparison.space, found, factors, comparison.roots, comparison.noise.tails, seed
+    )
+    return _Look(comparison, family, search(family, comparison.seen, c, alpha=alpha, most=most))
+
+
+def _best(findings: Findings) -> Explanation | None:
+    return findings.explanations[0] if findings.explanations else findings.nearest
+
+
+def _same_noise(one: Comparison, other: Comparison) -> bool:
+    same_size = abs(one.noise.sigma / other.noise.sigma - 1.0) < _SAME_NOISE
+    return same_size and one.noise.rho == other.noise.rho
+
+
+def _discovery(
+    look: _Look, record: TumbleRecord, alpha: float, reference: float, delta0: float, seed: int
+) -> Discovery:
+    comparison, family, findings = look
+    named = findings.explanations[0] if findings.explanations else None
+    instances = named.instances if named else ()
+    without, within = solution(comparison), solution(comparison, instances)
+    return Discovery(
+        noise=_noise(comparison),
+        before=_gap(without, held_out_rms(comparison, (), seed)),
+        after=_gap(within, held_out_rms(comparison, instances, seed)),
+        where=shares(comparison, family.blocks),
+        effects=tuple(_effects(look, named, seed)) if named else (),
+        unexplained=_unexplained(look, alpha),
+        undetectable=(),
+        smallest_detectable=(),
+        coefficients=changes(comparison, without, within) if named else (),
+        notes=tuple(_notes(record)),
+        p_value=findings.before.p_value,
+        alpha=alpha,
+        serial=record.serial,
+        T0_degC=reference,
+        delta0_rad=delta0,
+        readings=len(record),
+        source=record.source,
+        software=f"accelcal {__version__}",
+    )
+
+
+def _noise(comparison: Comparison) -> tuple[ErrorSource, ...]:
+    noise, declared = comparison.noise, comparison.record.apparatus
+    reading = ErrorSource("reading", noise.sigma, "g", float(noise.dof), "replicates")
+    others = (
+        ("head", declared.head_uncertainty, "rad", "none"),
+        ("launch", declared.launch_uncertainty, "g", "free in each run"),
+        ("launch_sf", declared.launch_sf_uncertainty, "1", "free in each run"),
+        ("temperature", declared.temperature_uncertainty, "degC", "none"),
+    )
+    return (
+        reading,
+        *(
+            ErrorSource(name, size, unit, None, missing if size is None else "declared")
+            for name, size, unit, missing in others
+        ),
+    )
+
+
+def _gap(fit: Solution, held_out: float | None) -> Gap:
+    return Gap(float(np.sqrt(np.mean(fit.residual**2))), held_out, fit.chi2 / fit.dof)
+
+
+def _effects(look: _Look, named: Explanation, seed: int) -> Iterator[FoundEffect]:
+    """Effects of the best explanation, the strongest first, each on top of those before it."""
+    comparison = look.comparison
+    order = np.argsort(named.p_values, kind="stable")
+    instances = [named.instances[i] for i in order]
+    parameters = parameters_of(comparison, instances)
+    fits = [solution(comparison, instances[:k]) for k in range(len(instances) + 1)]
+    held = [held_out_rms(comparison, instances[:k], seed) for k in range(len(instances) + 1)]
+    for k, place in enumerate(order):
+        effect = instances[k].effect
+        others = _indistinguishable(look.findings, named, effect)
+        yield FoundEffect(
+            id=effect.id,
+            name=effect.name,
+            parameters=parameters[k],
+            p_value=named.p_values[place],
+            gap_before=_gap(fits[k], None).rms,
+            gap_after=_gap(fits[k + 1], None).rms,
+            heldout_before=held[k],
+            heldout_after=held[k + 1],
+            indistinguishable=others,
+            to_tell_apart=effect.to_tell_apart if others else "",
+        )
+
+
+def _indistinguishable(findings: Findings, named: Explanation, effect: Effect) -> tuple[str, ...]:
+    """Ids that explain the readings too in place of one effect, the others being the same."""
+    rest = named.ids - {effect.id}
+    found = [other.ids - rest for other in findings.explanations if rest <= other.ids]
+    return tuple(next(iter(ids)) for ids in found if len(ids) == 1 and effect.id not in ids)
+
+
+def _unexplained(look: _Look, alpha: float) -> Unexplained | None:
+    findings, family = look.findings, look.family
+    if findings.explanations or findings.before.p_value >= alpha:
+        return None
+    near = findings.nearest
+    taken = None if near is None else orthonormal(near.directions)
+    judged = findings.before if near is None else near.rest
+    block = family.blocks[int(np.argmin(judged.blocks))]
+    seen = look.comparison.seen
+    share = float(((block.basis.T @ seen) ** 2).sum() / (seen @ seen))
+    told = structure(look.comparison, block, taken)
+    if near is not None:
+        names = " and ".join(sorted(near.ids))
+        told += f"; nearest in the catalogue, but not accepted: {names}"
+    return Unexplained(told, share, judged.p_value)
+
+
+def _notes(record: TumbleRecord) -> Iterator[str]:
+    declared = record.apparatus
+    if declared.head_uncertainty is None:
+        yield (
+            "head_uncertainty is not declared and taken as zero: errors of the head positions look"
+            " like effects that depend on the position alone"
+        )
+    if declared.launch_uncertainty is None:
+        yield (
+            "launch_uncertainty is not declared: the bias is free in each run, and effects on the"
+            " bias from run to run cannot be seen"
+        )
+    if declared.launch_sf_uncertainty is None:
+        yield (
+            "launch_sf_uncertainty is not declared: the scale factor is free in each run, and"
+            " effects on it from run to run cannot be seen"
+        )
+    if record.time is None:
+        yield "no times: one reading a minute is assumed, in the order of the strokes"

@@ -1,0 +1,252 @@
+"""The model with effects in it, solved: sizes of the effects, and the coefficients beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.base import BaseModel, solve
+from accelcal.discovery.candidates import Instance, column_of
+from accelcal.discovery.comparison import Comparison
+from accelcal.effects.conditions import Conditions
+from accelcal.effects.effect import Parameter
+from accelcal.probability import student_quantile
+from accelcal.results.findings import Change
+from accelcal.results.quantity import Quantity
+
+__all__ = ["Solution", "changes", "parameters_of", "solution"]
+
+Array = NDArray[np.float64]
+
+_LEVEL = 0.975
+_STEP = 1e-4
+_DETERMINED = 1e-6
+_UNITS: Mapping[str, str] = {
+    "K0": "g",
+    "K1": "1",
+    "K2": "g/g^2",
+    "K3": "g/g^3",
+    **dict.fromkeys(("M", "M_O", "M_P"), "rad"),
+    **dict.fromkeys(("M_ip", "M_io"), "g/g^2"),
+}
+
+
+class Solution(NamedTuple):
+    """The model with some effects, fitted to a record.
+
+    Attributes
+    ----------
+    model : BaseModel
+        The model with a column for each effect.
+    parameters : ndarray, shape (p,)
+        Its parameters.
+    residual : ndarray, shape (n,)
+        Reading minus model [g].
+    chi2, dof : float, int
+        Sum of squares of the residuals in the measure of the noise, and its degrees of freedom.
+    """
+
+    model: BaseModel
+    parameters: Array
+    residual: Array
+    chi2: float
+    dof: int
+
+
+def solution(comparison: Comparison, instances: Sequence[Instance] = ()) -> Solution:
+    """Fit the base model with some effects by generalised least squares.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The record and its noise.
+    instances : sequence of Instance
+        The effects.
+
+    Returns
+    -------
+    Solution
+        The fit.
+    """
+    c = comparison.model.conditions
+    columns = [_inside(item, c) for item in instances]
+    model = comparison.model
+    if columns:
+        model = model.extended(np.stack(columns, axis=1), tuple(i.effect.id for i in instances))
+    parameters = solve(model, comparison.space.whitener)
+    residual = model.residual(parameters)
+    chi2 = float(((comparison.space.whitener @ residual) ** 2).sum())
+    return Solution(model, parameters, residual, chi2, comparison.space.size - len(instances))
+
+
+def _inside(instance: Instance, c: Conditions) -> Array:
+    """Column of an effect in the second bracket, which the gain multiplies."""
+    return column_of(instance, c) / c.gain
+
+
+def parameters_of(
+    comparison: Comparison, instances: Sequence[Instance]
+) -> tuple[dict[str, Quantity], ...]:
+    """Estimate all parameters of some effects together.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The record and its noise.
+    instances : sequence of Instance
+        The effects, with the nonlinear parameters found by the search.
+
+    Returns
+    -------
+    tuple of dict of str to Quantity
+        For each effect its parameters; a number of a reading or of a position has no uncertainty.
+
+    Notes
+    -----
+    Amplitudes by linear least squares in the space that the base model leaves; uncertainties of
+    all parameters together from the derivatives by the nonlinear ones at the solution.
+    """
+    c, space = comparison.model.conditions, comparison.space
+    own = [_amplitudes(item) for item in instances]
+    columns = [_columns(item, names, c) for item, names in zip(instances, own, strict=True)]
+    linear = space.see(np.hstack(columns))
+    sizes = np.linalg.lstsq(linear, comparison.seen, rcond=None)[0]
+    split = np.split(sizes, np.cumsum([len(names) for names in own])[:-1])
+    slopes = [
+        _slopes(item, names, size, c)
+        for item, names, size in zip(instances, own, split, strict=True)
+    ]
+    derivatives = np.hstack([linear, *(space.see(s) for s in slopes if s.shape[1])])
+    uncertainty = np.sqrt(np.maximum(np.diagonal(np.linalg.pinv(derivatives.T @ derivatives)), 0.0))
+    factor = student_quantile(_LEVEL, space.dof)
+    of_sizes = iter(uncertainty[: sizes.size])
+    of_shapes = iter(uncertainty[sizes.size :])
+    return tuple(
+        {
+            **{
+                p.name: _quantity(p, value, next(of_sizes), factor, space.dof)
+                for p, value in zip(names, size.tolist(), strict=True)
+            },
+            **{
+                p.name: _quantity(
+                    p,
+                    item.shape[p.name],
+                    None if p.discrete else next(of_shapes),
+                    factor,
+                    space.dof,
+                )
+                for p in item.effect.shapes
+            },
+        }
+        for item, names, size in zip(instances, own, split, strict=True)
+    )
+
+
+def _amplitudes(instance: Instance) -> list[Parameter]:
+    """Amplitudes that the mixture of the instance has."""
+    return [p for p, part in zip(instance.effect.amplitudes, _parts(instance), strict=True) if part]
+
+
+def _parts(instance: Instance) -> list[bool]:
+    mixture = instance.mixture
+    if len(mixture) > 1 and any(mixture[-2:]):  # a phase: both of the last two
+        return [False] * (len(mixture) - 2) + [True, True]
+    return [part != 0.0 for part in mixture]
+
+
+def _columns(instance: Instance, names: Sequence[Parameter], c: Conditions) -> Array:
+    columns = instance.effect.columns(c, **instance.shape)
+    kept = [instance.effect.amplitudes.index(item) for item in names]
+    return np.asarray(c.gain[:, None] * columns[:, kept])
+
+
+def _slopes(instance: Instance, names: Sequence[Parameter], size: Array, c: Conditions) -> Array:
+    """Derivatives of the effect by its smooth nonlinear parameters [g per unit], (n, k)."""
+    found = [np.empty((c.input.size, 0))]
+    for parameter in instance.effect.shapes:
+        if parameter.discrete:
+            continue
+        value = instance.shape[parameter.name]
+        step = _STEP * max(abs(value), 1e-3)
+        above, below = (
+            _columns(instance._replace(shape={**instance.shape, parameter.name: at}), names, c)
+            for at in (value + step, value - step)
+        )
+        found.append(((above - below) @ size / (2.0 * step))[:, None])
+    return np.hstack(found)
+
+
+def _quantity(
+    parameter: Parameter, value: float, uncertainty: float | None, factor: float, dof: int
+) -> Quantity:
+    if uncertainty is None:
+        return Quantity(value, None, parameter.unit)
+    u = float(uncertainty)
+    return Quantity(value, u, parameter.unit, factor * u, float(dof))
+
+
+def changes(comparison: Comparison, before: Solution, after: Solution) -> tuple[Change, ...]:
+    """Tell what effects change in the coefficients of the model.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The record and its noise.
+    before, after : Solution
+        The fits without and with the effects.
+
+    Returns
+    -------
+    tuple of Change
+        Those coefficients that the readings determine in both fits, over K1 at T0.
+    """
+    one, two = _coefficients(comparison, before), _coefficients(comparison, after)
+    return tuple(Change(name, one[name], two[name]) for name in one if name in two)
+
+
+def _coefficients(comparison: Comparison, fit: Solution) -> dict[str, Quantity]:
+    jacobian = comparison.space.whitener @ fit.model.jacobian(fit.parameters)
+    norms = np.sqrt((jacobian**2).sum(axis=0))
+    inverse = np.linalg.pinv(jacobian / norms, rcond=1e-9)
+    found = {}
+    for name, weights in _functionals(comparison.model).items():
+        functional = np.concatenate([weights, np.zeros(fit.parameters.size - weights.size)])
+        if not functional.any():
+            continue
+        scaled = functional / norms
+        through = scaled @ inverse
+        if np.abs(through @ (jacobian / norms) - scaled).max() > _DETERMINED * np.abs(scaled).max():
+            continue
+        u = float(np.sqrt(through @ through))
+        factor = student_quantile(_LEVEL, comparison.space.dof)
+        found[name] = Quantity(
+            float(functional @ fit.parameters),
+            u,
+            _unit(name),
+            factor * u,
+            float(comparison.space.dof),
+        )
+    return found
+
+
+def _functionals(model: BaseModel) -> dict[str, Array]:
+    """Weights of the parameters in each coefficient: the law and the mean over the runs."""
+    names = list(model.names)
+    found = {}
+    for name in dict.fromkeys(names):
+        places = [i for i, other in enumerate(names) if other == name]
+        weights = np.zeros(len(names))
+        weights[places[0]] = 1.0
+        if len(places) > 1:
+            weights[places[1:]] = 1.0 / len(places[1:])
+        found[name] = weights
+    return found
+
+
+def _unit(name: str) -> str:
+    symbol, _, side = name.partition(" ")
+    unit = _UNITS[symbol]
+    return {"1": "1/degC"}.get(unit, f"{unit}/degC") if side else unit

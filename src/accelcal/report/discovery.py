@@ -1,0 +1,203 @@
+"""A discovery as a colleague would tell it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from textwrap import fill
+
+from accelcal.report.columns import aligned
+from accelcal.report.numbers import matching_digits, significant
+from accelcal.results.discovery import Discovery
+from accelcal.results.findings import Change, FoundEffect
+from accelcal.results.quantity import Quantity
+
+__all__ = ["discovery_text"]
+
+_WIDTH = 100
+_SHOWN_P = 0.05
+_FEW = 8
+
+
+def discovery_text(found: Discovery) -> str:
+    """Tell a discovery.
+
+    Parameters
+    ----------
+    found : Discovery
+        The discovery.
+
+    Returns
+    -------
+    str
+        Lines of at most 100 characters.
+    """
+    sections = (
+        _head(found),
+        _faults(found),
+        _verdict(found),
+        _where(found),
+        *(_effect(found, effect) for effect in found.effects),
+        _changes(found),
+        _open(found),
+        _notes(found),
+    )
+    return "\n\n".join("\n".join(lines) for lines in map(list, sections) if lines)
+
+
+def _head(found: Discovery) -> Iterator[str]:
+    name = f"serial {found.serial}, " if found.serial else ""
+    yield f"DISCOVERY  {name}{found.source}, {found.readings} readings"
+    reading = found.noise[0]
+    told = [f"reading {significant((reading.value or 0.0) * 1e6, 2)} ug from replicates"]
+    told += [
+        f"{source.name} {source.source if source.value is None else _declared(source.value)}"
+        for source in found.noise[1:]
+    ]
+    yield from _wrapped("noise: " + "; ".join(told))
+
+
+def _declared(value: float) -> str:
+    return f"{significant(value, 2)} declared"
+
+
+def _faults(found: Discovery) -> Iterator[str]:
+    if found.faults:
+        yield "Faults of the readings, before any physics"
+    for fault in found.faults:
+        yield from _wrapped(fault.finding, "  - ")
+
+
+def _verdict(found: Discovery) -> Iterator[str]:
+    p = _chance(found.p_value)
+    if found.effects:
+        names = " and ".join(effect.name for effect in found.effects)
+        yield from _wrapped(f"Model and readings disagree ({p}). What is missing: {names}.")
+    elif found.unexplained:
+        yield from _wrapped(f"Model and readings disagree ({p}), and no known effect explains it.")
+    else:
+        yield from _wrapped(f"Model and readings agree ({p}): nothing is missing that shows.")
+    yield from _gap(found)
+
+
+def _gap(found: Discovery) -> Iterator[str]:
+    rows: list[tuple[str, ...]] = [("gap", "before", "after", "")]
+    rows.append(("all readings, rms", *_both(found.before.rms, found.after.rms), "ug"))
+    held = (found.before.heldout_rms, found.after.heldout_rms)
+    if held[0] is not None and held[1] is not None:
+        rows.append(("readings left out, rms", *_both(held[0], held[1]), "ug"))
+    chi2 = (found.before.reduced_chi2, found.after.reduced_chi2)
+    rows.append(("chi^2 per degree of freedom", *(significant(value, 3) for value in chi2), ""))
+    shown = rows if found.effects else [row[:2] + row[3:] for row in rows]
+    yield ""
+    yield from aligned(shown, right={1, 2} if found.effects else {1})
+
+
+def _both(before: float, after: float) -> tuple[str, str]:
+    return significant(before * 1e6, 3), significant(after * 1e6, 3)
+
+
+def _where(found: Discovery) -> Iterator[str]:
+    if not (found.effects or found.unexplained):
+        return
+    yield "Where they disagree"
+    named = [share for share in found.where if share.p_value < _SHOWN_P]
+    rows = [("factor", "share", "chance of noise")]
+    rows += [
+        (share.factor, f"{100.0 * share.share:.1f} %", _number(share.p_value))
+        for share in sorted(named, key=lambda share: -share.share)
+    ]
+    rest = sum(share.share for share in found.where if share.p_value >= _SHOWN_P)
+    rows.append(("other factors, no more than noise", f"{100.0 * rest:.1f} %", ""))
+    repeatability = 1.0 - sum(share.share for share in found.where)
+    rows.append(("repeatability", f"{100.0 * repeatability:.1f} %", ""))
+    yield from (f"  {line}" for line in aligned(rows, right={1}))
+    if found.unexplained:
+        yield from _wrapped(f"pattern: {found.unexplained.structure}", "  ")
+
+
+def _effect(found: Discovery, effect: FoundEffect) -> Iterator[str]:
+    from accelcal.effects.catalogue import effect as entry_of
+
+    entry = entry_of(effect.id)
+    yield f"{effect.name.capitalize()}  [{effect.id}], {_chance(effect.p_value)}"
+    yield from _wrapped(f"{entry.physics} Term: {entry.formula}", "  ")
+    yield from _wrapped(entry.signature, "  ")
+    for name, quantity in effect.parameters.items():
+        yield f"  {name} = {_told(quantity)}"
+    if len(found.effects) > 1:
+        before, after = _both(effect.gap_before, effect.gap_after)
+        yield f"  gap {before} -> {after} ug"
+    if effect.indistinguishable:
+        names = ", ".join(entry_of(other).name for other in effect.indistinguishable)
+        yield from _wrapped(f"It could as well be: {names}.", "  ")
+        yield from _wrapped(f"To tell them apart: {effect.to_tell_apart}.", "  ")
+
+
+def _told(quantity: Quantity) -> str:
+    unit = "" if quantity.unit == "1" else f" {quantity.unit}"
+    if quantity.value is None or quantity.standard_uncertainty is None:
+        return f"{quantity.value:g}{unit}"
+    value, uncertainty = matching_digits(quantity.value, quantity.expanded_uncertainty)
+    return f"{value} +- {uncertainty}{unit} (95 %)"
+
+
+def _changes(found: Discovery) -> Iterator[str]:
+    if not found.coefficients:
+        return
+    yield "What it changes in the coefficients (over K1)"
+    rows = [("", "before", "after", "change", "")]
+    rows += [_change(item) for item in found.coefficients]
+    yield from (f"  {line}" for line in aligned(rows, right={1, 2, 3}))
+
+
+_SCALES = {
+    "g": (1e6, "ug"),
+    "1": (1e6, "ppm"),
+    "rad": (1e6, "urad"),
+    "g/g^2": (1e6, "ug/g^2"),
+    "g/g^3": (1e6, "ug/g^3"),
+    "g/degC": (1e6, "ug/degC"),
+    "1/degC": (1e6, "ppm/degC"),
+    "rad/degC": (1e6, "urad/degC"),
+}
+
+
+def _change(item: Change) -> tuple[str, str, str, str, str]:
+    scale, unit = _SCALES.get(item.after.unit, (1.0, item.after.unit))
+    before, after = ((q.value or 0.0) * scale for q in (item.before, item.after))
+    uncertainty = (item.after.standard_uncertainty or 0.0) * scale
+    shown = [matching_digits(value, uncertainty)[0] for value in (before, after, after - before)]
+    if item.coefficient == "K1":  # relative to the fit that the search started from
+        shown[:2] = ["", ""]
+    return (item.coefficient, *shown, unit)  # type: ignore[return-value]
+
+
+def _open(found: Discovery) -> Iterator[str]:
+    if found.undetectable:
+        yield "What this test cannot show, and what would take it up"
+        for item in found.undetectable:
+            yield f"  {item.id}: {', '.join(item.absorbed_by) or 'nothing'}"
+    if found.next_measurement:
+        yield "Next measurement"
+        yield from _wrapped(found.next_measurement, "  ")
+
+
+def _notes(found: Discovery) -> Iterator[str]:
+    if found.notes:
+        yield "Notes"
+    for note in found.notes:
+        yield from _wrapped(note, "  - ")
+
+
+def _chance(p: float) -> str:
+    return f"chance of noise {_number(p)}"
+
+
+def _number(p: float) -> str:
+    return f"{p:.2f}" if p >= 0.1 else f"{p:.1g}" if p > 1e-15 else "below 1e-15"
+
+
+def _wrapped(text: str, lead: str = "") -> Iterator[str]:
+    yield from fill(
+        text, _WIDTH, initial_indent=lead, subsequent_indent=" " * len(lead)
+    ).splitlines()
