@@ -16,7 +16,7 @@ from accelcal.grouping import distinct, grouped
 from accelcal.model import design_matrix
 from accelcal.results.quantity import Gate
 
-__all__ = ["order_of_positions"]
+__all__ = ["OtherOrder", "order_of_positions", "order_of_strokes"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -33,6 +33,33 @@ class _Order(NamedTuple):
     said: str
     angle: Array
     sign: float = 1.0
+
+
+class OtherOrder(NamedTuple):
+    """Another order of positions in some strokes, under which the fit would be better.
+
+    Attributes
+    ----------
+    said : str
+        Which strokes, and what of them.
+    squares : float
+        Squared residuals that it would leave, infinite where no other order is better.
+    chosen : ndarray of bool, shape (n,)
+        Readings of these strokes.
+    angle : ndarray, shape (n,)
+        Head angles of all readings in this order [deg].
+    sign : float
+        Sign of the output of these strokes.
+    better : float
+        The squared residuals over those.
+    """
+
+    said: str
+    squares: float
+    chosen: Mask
+    angle: Array
+    sign: float
+    better: float
 
 
 class _Fit(NamedTuple):
@@ -82,7 +109,7 @@ def order_of_positions(table: PreparedTable, delta0: float = 0.0) -> Gate:
         return not_assessed(name, "no residual to compare orders by")
     fit = _Fit.of(table.kept_design, output)
     said, best = min(
-        [_best_order(table, fit, delta0), _best_swap(table, fit)], key=lambda found: found[1]
+        [_best_order(table, fit, delta0)[:2], _best_swap(table, fit)], key=lambda found: found[1]
     )
     best = max(best, _NOTHING * float(output @ output))
     if fit.squares <= _MUCH_BETTER * best:
@@ -91,18 +118,47 @@ def order_of_positions(table: PreparedTable, delta0: float = 0.0) -> Gate:
     return warn_if(name, True, f"the residuals would be {ratio} times smaller with {said}")
 
 
-def _best_order(table: PreparedTable, fit: _Fit, delta0: float) -> tuple[str, float]:
-    """The best of the other orders of strokes, with its sum of squared residuals."""
+def order_of_strokes(table: PreparedTable, delta0: float = 0.0) -> OtherOrder | None:
+    """Find the other order of one or more strokes under which the fit would be far better.
+
+    Parameters
+    ----------
+    table : PreparedTable
+        The table.
+    delta0 : float, default 0
+        Fixture angle of the fit [rad].
+
+    Returns
+    -------
+    OtherOrder or None
+        None where none leaves a third of the residuals or less.
+    """
+    output = table.record.output
+    if len(output) <= len(table.estimability.kept):
+        return None
+    fit = _Fit.of(table.kept_design, output)
+    found = _best_order(table, fit, delta0)
+    least = max(found.squares, _NOTHING * float(output @ output))
+    return found if fit.squares > _MUCH_BETTER * least else None
+
+
+def _best_order(table: PreparedTable, fit: _Fit, delta0: float) -> OtherOrder:
+    """The best of the other orders of strokes."""
     names, members = _groups_of_strokes(table.record.stroke)
     if not names or _squares_without(table, fit, members).min() > fit.squares / _MUCH_BETTER:
-        return "", np.inf  # no order of a group fits better than leaving the group out
+        # no order of a group fits better than leaving the group out
+        nothing = np.zeros(len(table.record), dtype=np.bool_)
+        return OtherOrder("", np.inf, nothing, table.record.angle, 1.0, 0.0)
     found = []
     for order in _other_orders(table):
         squares = _squares_of_groups(table, fit, order, members, delta0)
         found.append((float(squares.min()), order, int(np.argmin(squares))))
     _, order, group = min(found, key=lambda one: one[0])
     chosen = members[group, _stroke_index(table)]
-    return f"{names[group]} {order.said}", _squares(table, order, chosen, delta0)
+    squares = _squares(table, order, chosen, delta0)
+    better = fit.squares / max(squares, _NOTHING)
+    said = f"{names[group]} {order.said}"
+    return OtherOrder(said, squares, chosen, order.angle, order.sign, better)
 
 
 def _other_orders(table: PreparedTable) -> Iterator[_Order]:
