@@ -1,21 +1,25 @@
-"""Coverage of the 95 % intervals of gamma_D, sigma_F and the white noise N in one launch.
+"""Coverage of the 95 % intervals of gamma_D and sigma_F in one launch, and of noise terms.
 
 python benchmarks/stability_coverage.py [launches]
 
 Each launch has 600 samples, 1 s apart, of one kind of noise and no drift. Prints the share of
 launches whose interval holds the truth, beside that of the textbook interval of a slope. The truth
-of sigma_F is its root mean square over all launches.
+of sigma_F is its root mean square over all launches. Then the same for the coefficients N, K and Q
+of the Allan deviation, in records of 4000 samples of one noise each.
 """
 
 import argparse
 
 import numpy as np
 
+from accelcal.stability.allan import overlapping_allan
+from accelcal.stability.noise_terms import noise_terms
 from accelcal.stability.record import Launch
 from accelcal.stability.spread import deviation
 from accelcal.stability.trend import fit_trend
 
 SAMPLES = 600
+RECORD = 4000
 
 
 def autoregressive(random, time_constant):
@@ -69,6 +73,30 @@ def covered(make, launches, seed=1):
     return textbook / launches, drift / launches, fluctuation / launches
 
 
+def walk(random):
+    """Random walk, each sample the mean of eight steps."""
+    return np.cumsum(random.normal(size=8 * RECORD)).reshape(-1, 8).mean(axis=1) / 8**0.5
+
+
+TERMS = {
+    "N": lambda random: random.normal(size=RECORD),
+    "K": walk,
+    "Q": lambda random: np.diff(random.normal(size=RECORD + 1)),
+}
+"""Records in which one coefficient is 1."""
+
+
+def covered_term(name, records, seed=1):
+    """Share of records whose interval of a coefficient holds the truth; not identified: missed."""
+    random = np.random.default_rng(seed)
+    found = (
+        noise_terms(overlapping_allan([TERMS[name](random)]), "g")[name] for _ in range(records)
+    )
+    return (
+        sum(term.value is not None and term.lower <= 1.0 <= term.upper for term in found) / records
+    )
+
+
 def main():
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -79,6 +107,8 @@ def main():
     print(f"{'noise':24s}{'textbook':>10s}{'gamma_D':>10s}{'sigma_F':>10s}")
     for name, make in NOISES.items():
         print(f"{name:24s}" + "".join(f"{share:10.3f}" for share in covered(make, launches)))
+    for name in TERMS:
+        print(f"coefficient {name:12s}{covered_term(name, launches):10.3f}")
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from accelcal.stability.allan import overlapping_allan
-from accelcal.stability.noise_terms import TERMS, noise_terms
+from accelcal.stability.noise_terms import TERMS, _products, noise_terms
 from accelcal.stability.record import Launch
 from accelcal.stability.sampling import even_series
 
@@ -175,6 +175,35 @@ def test_intervals_of_the_white_noise_cover():
     terms = [identified(random.normal(size=1000))[1]["N"] for _ in range(100)]
     assert all(term.value is not None for term in terms)
     assert sum(term.lower <= 1.0 <= term.upper for term in terms) >= 85
+
+
+@pytest.mark.parametrize(
+    ("make", "symbol"),
+    [
+        (lambda random, n: random.normal(size=n), "N"),
+        (random_walk, "K"),
+        (lambda random, n: np.diff(random.normal(size=n + 1)), "Q"),
+    ],
+    ids="NKQ",
+)
+def test_uncertainty_of_a_term_is_its_scatter(make, symbol):
+    """All averaging times see the same samples; the interval knows it."""
+    random = np.random.default_rng(11)
+    found = [identified(make(random, 2000))[1][symbol] for _ in range(80)]
+    scatter = np.std([np.log(term.value) for term in found])
+    claimed = np.median([np.log(term.upper / term.lower) for term in found]) / (2.0 * 1.96)
+    assert 0.75 < claimed / scatter < 1.6
+
+
+def test_covariance_of_the_allan_variances_is_that_of_many_records():
+    random = np.random.default_rng(12)
+    curves = [overlapping_allan([random.normal(size=500)]) for _ in range(400)]
+    tau, count = np.array(curves[0].tau_s), np.array(curves[0].count)
+    found = np.cov(np.array([curve.deviation for curve in curves]).T ** 2)
+    expected = _products(tau, count)[1, 1]  # white noise with itself
+    scale = np.sqrt(np.outer(np.diagonal(expected), np.diagonal(expected)))
+    # 400 records know a covariance to 10 %; long averaging times feel the ends of the record
+    np.testing.assert_allclose((found / scale)[:4, :4], (expected / scale)[:4, :4], atol=0.25)
 
 
 def test_too_short_a_record_identifies_nothing():

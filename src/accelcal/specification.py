@@ -176,12 +176,12 @@ RULES: Mapping[str, DecisionRule] = MappingProxyType(
     {
         "guard band": DecisionRule(
             1.0,
-            "guard band w = U (95 %), ISO 14253-1:2013 and ILAC-G8:09/2019: pass or fail only"
+            "guard band w = U (95 %), ILAC-G8:09/2019: pass or fail only"
             " where the whole interval value +- U lies on one side of the limit",
         ),
         "ISO 14253-1:2017": DecisionRule(
             0.83,
-            "guard band w = 0.83 U, ISO 14253-1:2017 in ILAC-G8:09/2019: pass or fail only where"
+            "guard band w = 0.83 U, ISO 14253-1:2017 as quoted: pass or fail only where"
             " its probability is at least 95 %",
         ),
         "simple acceptance": DecisionRule(

@@ -32,10 +32,17 @@ OCTAVES_LED = 2.0
 """Octaves of averaging time over which a term must be the largest one."""
 
 _WORTH_A_TERM = 6.63  # chi-squared of one degree of freedom at 1 %
-_NEIGHBOURS = 0.7  # correlation one octave apart: 0.5 in white noise, 0.9 in random walk
+_FREQUENCIES = 8192
+_STEPS = 8
+_KNOWN_TO = 1e-3  # relative, of an Allan variance
 _FLAT = 2.0 * math.log(2.0) / math.pi
 _FEWEST_POINTS = 4
 _Z = 1.959964  # 95 %, two-sided
+
+
+def _step(frequency: Array) -> Array:
+    """Squared gain of the difference of neighbouring samples."""
+    return np.asarray(4.0 * np.sin(math.pi * frequency) ** 2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,24 +59,62 @@ class NoiseTerm:
         What the unit of the output is followed by.
     variance : callable
         Allan variance at an averaging time [s] for a coefficient of 1.
+    spectrum : callable
+        Two-sided spectral density, per cycle a sample, at a frequency [cycles a sample] and an
+        interval between samples [s]; 0 for a ramp, which is not random.
     """
 
     name: str
     slope: str
     unit: str
     variance: Callable[[Array], Array]
+    spectrum: Callable[[Array, float], Array]
 
 
 TERMS: Mapping[str, NoiseTerm] = MappingProxyType(
     {
-        "Q": NoiseTerm("quantisation", "-1", "*s", lambda tau: 3.0 / tau**2),
-        "N": NoiseTerm("white noise", "-1/2", "/sqrt(Hz)", lambda tau: 1.0 / tau),
-        "B": NoiseTerm("bias instability", "0", "", lambda tau: np.full_like(tau, _FLAT)),
-        "K": NoiseTerm("random walk", "+1/2", "/sqrt(s)", lambda tau: tau / 3.0),
-        "R": NoiseTerm("ramp", "+1", "/s", lambda tau: 0.5 * tau**2),
+        "Q": NoiseTerm(
+            "quantisation", "-1", "*s", lambda tau: 3.0 / tau**2, lambda f, dt: _step(f) / dt**2
+        ),
+        "N": NoiseTerm(
+            "white noise",
+            "-1/2",
+            "/sqrt(Hz)",
+            lambda tau: 1.0 / tau,
+            lambda f, dt: np.full_like(f, 1.0 / dt),
+        ),
+        "B": NoiseTerm(
+            "bias instability",
+            "0",
+            "",
+            lambda tau: np.full_like(tau, _FLAT),
+            lambda f, _dt: 0.5 / (math.pi * f),
+        ),
+        "K": NoiseTerm(
+            "random walk", "+1/2", "/sqrt(s)", lambda tau: tau / 3.0, lambda f, dt: dt / _step(f)
+        ),
+        "R": NoiseTerm(
+            "ramp", "+1", "/s", lambda tau: 0.5 * tau**2, lambda f, _dt: np.zeros_like(f)
+        ),
     }
 )
 """Symbol -> term; IEEE 1293 and IEEE 952 use the same ones."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Curve:
+    tau: Array
+    variance: Array
+    products: Array  # see `_products`
+
+    def root(self, names: tuple[str, ...], squares: Array, expected: Array) -> Array:
+        """Cholesky factor of the covariance of the variances at coefficients."""
+        at = [list(TERMS).index(name) for name in names]
+        own = self.products[np.ix_(at, at)]
+        covariance = np.einsum("i,j,ijkl->kl", squares, squares, own)
+        # what is no noise still has its rounding, and no variance is known better than that
+        floor = (_KNOWN_TO * np.maximum(expected, self.variance)) ** 2
+        return np.linalg.cholesky(covariance + np.diag(floor))
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +146,8 @@ def noise_terms(allan: AllanDeviation, unit: str) -> dict[str, Estimate]:
     The Allan variance is a sum of the terms with coefficients not below 0. Of all sums, the one
     with the least chi-squared is taken, where each term has to lower it by 6.63 (1 %). A term of
     that sum is identified where it is the largest one over at least `OCTAVES_LED` octaves. The
-    variances weigh by their equivalent degrees of freedom; those of neighbouring octaves correlate.
+    variances at all averaging times come from the same samples; their covariance is that of
+    Gaussian noise with the spectrum of the terms, over the numbers of second differences.
 
     Examples
     --------
@@ -116,34 +162,49 @@ def noise_terms(allan: AllanDeviation, unit: str) -> dict[str, Estimate]:
     if tau.size < _FEWEST_POINTS or not variance.all():
         finding = f"{tau.size} averaging times; at least {_FEWEST_POINTS} octaves are wanted"
         return {name: Estimate(None, unit + t.unit, finding=finding) for name, t in TERMS.items()}
-    best = _best_fit(tau, variance, np.array(allan.edf))
+    best = _best_fit(_Curve(tau, variance, _products(tau, np.array(allan.count))))
     return {name: _estimate(name, best, tau, unit) for name in TERMS}
 
 
-def _best_fit(tau: Array, variance: Array, edf: Array) -> _Fit:
-    most = min(len(TERMS), tau.size - 1)
+def _products(tau: Array, count: Array) -> Array:
+    """Covariance of the Allan variances by pairs of terms, shape (terms, terms, taus, taus).
+
+    An Allan variance is the power behind the filter |H|^2 = 2 sin^4(pi f m) / (m sin(pi f))^2, and
+    of Gaussian noise two such powers have the covariance 2/n times the integral of H^2 H'^2 S^2.
+    """
+    factor = np.round(tau / tau[0])
+    edges = np.geomspace(0.01 / factor[-1], 0.5, _FREQUENCIES)
+    f, width = 0.5 * (edges[1:] + edges[:-1]), np.diff(edges)
+    gain = 8.0 * np.sin(math.pi * f * factor[:, None]) ** 4 / (factor[:, None] ** 2 * _step(f))
+    gain *= np.sqrt(4.0 * width / count[:, None])  # both signs of the frequency
+    spectra = [term.spectrum(f, float(tau[0])) for term in TERMS.values()]
+    return np.array([[(gain * one * other) @ gain.T for other in spectra] for one in spectra])
+
+
+def _best_fit(curve: _Curve) -> _Fit:
+    most = min(len(TERMS), curve.tau.size - 1)
     subsets = [names for n in range(1, most + 1) for names in combinations(TERMS, n)]
-    fits = [fit for names in subsets if (fit := _fit(names, tau, variance, edf))]
+    fits = [fit for names in subsets if (fit := _fit(names, curve))]
     return min(fits, key=lambda fit: fit.chi2 + _WORTH_A_TERM * len(fit.names))
 
 
-def _fit(names: tuple[str, ...], tau: Array, variance: Array, edf: Array) -> _Fit | None:
+def _fit(names: tuple[str, ...], curve: _Curve) -> _Fit | None:
     """Generalised least squares on the variances; None where a coefficient is not above 0."""
-    design = np.stack([TERMS[name].variance(tau) for name in names], axis=1)
-    order = np.arange(tau.size)
-    correlation = _NEIGHBOURS ** np.abs(order[:, None] - order)
-    root = np.linalg.cholesky(2.0 * correlation / np.sqrt(np.outer(edf, edf)))
-    expected = variance
-    for _ in range(8):
-        relative = np.linalg.solve(root, design / expected[:, None])
-        normal = relative.T @ relative
-        squares = np.linalg.solve(normal, relative.T @ np.linalg.solve(root, variance / expected))
-        if (squares <= 0.0).any():
-            return None
-        expected = design @ squares
-    left = np.linalg.solve(root, variance / expected - 1.0)
+    design = np.stack([TERMS[name].variance(curve.tau) for name in names], axis=1)
+    start = np.linalg.lstsq(design / curve.variance[:, None], np.ones(curve.tau.size))[0]
+    squares = np.asarray(start, dtype=np.float64)
+    for _ in range(_STEPS):
+        squares = np.maximum(squares, 0.0)
+        root = curve.root(names, squares, design @ squares)
+        scaled = np.linalg.solve(root, design)
+        normal = scaled.T @ scaled
+        right = scaled.T @ np.linalg.solve(root, curve.variance)
+        squares = np.asarray(np.linalg.solve(normal, right), dtype=np.float64)
+    if (squares <= 0.0).any():
+        return None
+    left = np.linalg.solve(root, curve.variance - design @ squares)
     # the logarithm of the determinant keeps too large a fit from looking good
-    chi2 = float(left @ left) + 2.0 * float(np.log(expected).sum())
+    chi2 = float(left @ left) + 2.0 * float(np.log(np.diagonal(root)).sum())
     return _Fit(names, squares, np.linalg.inv(normal), chi2)
 
 
