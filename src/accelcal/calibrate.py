@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings as python_warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ from accelcal.model import COEFFICIENTS, ERROR_TERMS, POWERS
 from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.calibration import Calibration
+from accelcal.results.mapping import frozen
 from accelcal.results.quantity import ErrorSource, Quantity, Residuals
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
@@ -29,6 +31,10 @@ from accelcal.temperature.from_tables import laws_from_tables
 from accelcal.temperature.run_temperatures import undeclared_temperature
 from accelcal.version import __version__
 from accelcal.weaknesses import record_warnings, table_warnings
+
+if TYPE_CHECKING:
+    from accelcal.discovery.correction import Correction
+    from accelcal.results.discovery import Discovery
 
 __all__ = ["TEMPERATURE_LAWS", "fit"]
 
@@ -50,6 +56,7 @@ def fit(
     coefficients: Sequence[str] = COEFFICIENTS,
     strict: bool = False,
     temperature_laws: str = "tables",
+    model: Discovery | None = None,
 ) -> Calibration:
     """Calibrate an accelerometer from the record of its tumble test.
 
@@ -74,6 +81,8 @@ def fit(
     temperature_laws : str, default "tables"
         Fit the temperature laws to the coefficients of the ``"tables"``, or to all ``"readings"``,
         each at its own temperature.
+    model : Discovery, optional
+        Effects to take out of the readings first; their sizes are fitted anew.
 
     Returns
     -------
@@ -107,12 +116,16 @@ def fit(
     _check_record(record)
     _check_arguments(method, reference_temperature, temperature_laws)
     delta0 = fixture_angle(record, delta0)
+    reference, chosen = reference_temperature_of(record, reference_temperature)
+    known = None if model is None else _known_effects(record, model, reference, delta0)
+    record = record if known is None else known.record
     tables = list(_prepared(record, delta0, coefficients, strict=strict))
     with _naming(record):
         estimate = estimate_jointly(
             tables, record.apparatus, method=method, robust=robust, delta0=delta0
         )
-    reference, chosen = reference_temperature_of(record, reference_temperature)
+    if known is not None:
+        estimate = _with_effects(estimate, tables, known, method, delta0)
     laws = _temperature_model(tables, estimate, reference, temperature_laws, method)
     return Calibration(
         method=method,
@@ -136,7 +149,35 @@ def fit(
         ),
         software=f"accelcal {__version__}",
         temperature_model=laws,
+        effects=() if known is None else tuple(frozen(e.to_document()) for e in known.effects),
     )
+
+
+def _known_effects(
+    record: TumbleRecord, model: Discovery, reference: float | None, delta0: float
+) -> Correction:
+    from accelcal.discovery.correction import correction
+
+    with _naming(record):
+        return correction(record, model, reference or 0.0, delta0)
+
+
+def _with_effects(
+    estimate: JointEstimate,
+    tables: Sequence[PreparedTable],
+    known: Correction,
+    method: str,
+    delta0: float,
+) -> JointEstimate:
+    """Add the uncertainty of the effects to the components of error."""
+    through = np.concatenate(
+        [
+            linear_estimator(table, method, delta0).map @ known.acting[mask]
+            for table, mask in zip(tables, known.record.table_masks(), strict=True)
+        ]
+    )
+    component = Component(through @ through.T, np.full(through.shape[0], float(known.dof)))
+    return estimate._replace(components={**estimate.components, "effects": component})
 
 
 def _prepared(

@@ -234,11 +234,15 @@ class TumbleRecord:
 
     def tables(self) -> Iterator[TumbleRecord]:
         """Iterate over the tables: one for each run and mounting, in order."""
+        return map(self.select, self.table_masks())
+
+    def table_masks(self) -> Iterator[NDArray[np.bool_]]:
+        """Iterate over the readings of each table, in the order of `tables`."""
         for index in range(len(self.run_labels)):
             for mounting in MOUNTINGS:
                 mask = (self.run == index) & (self.mounting == mounting)
                 if mask.any():
-                    yield self.select(mask)
+                    yield mask
 
     def with_apparatus(self, **declared: Any) -> TumbleRecord:
         """Replace some declarations of the apparatus.

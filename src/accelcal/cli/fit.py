@@ -13,6 +13,7 @@ from accelcal.cli.options import data_argument, fixture_angle, format_option, nu
 if TYPE_CHECKING:
     from accelcal.record import TumbleRecord
     from accelcal.results.calibration import Calibration
+    from accelcal.results.discovery import Discovery
 
 __all__ = ["fit"]
 
@@ -85,6 +86,11 @@ __all__ = ["fit"]
     help="Fit the temperature laws to the coefficients of the tables or to all readings.",
 )
 @click.option(
+    "--model",
+    metavar="MODEL.json",
+    help="Take out the effects of this discovery; their sizes are fitted anew.",
+)
+@click.option(
     "--spec",
     metavar="SPEC.toml",
     help="Judge against this data sheet; the exit code is 1 where a limit fails.",
@@ -99,6 +105,7 @@ def fit(
     coefficients: str,
     strict: bool,
     temperature_laws: str,
+    model: str | None,
     spec: str | None,
     form: str,
     **declared: Any,
@@ -121,6 +128,7 @@ def fit(
     from accelcal.calibrate import fit as calibrate
     from accelcal.io.tables import read_tables
 
+    known = None if model is None else _model(model)
     calibrations = [
         calibrate(
             record,
@@ -130,6 +138,7 @@ def fit(
             coefficients=[name.strip() for name in coefficients.split(",")],
             strict=strict,
             temperature_laws=temperature_laws,
+            model=known,
         )
         for source in data
         for record in _noted(read_tables(source, overrides=declared))
@@ -150,6 +159,12 @@ def _noted(records: Iterable[TumbleRecord]) -> Iterator[TumbleRecord]:
         for note in record.notes:
             click.echo(f"note: {record.source}: {note}", err=True)
         yield record
+
+
+def _model(path: str) -> Discovery:
+    from accelcal.io.discoveries import read_discovery
+
+    return read_discovery(path)
 
 
 def _judged(calibrations: Sequence[Calibration], spec: str) -> list[Calibration]:

@@ -1,0 +1,153 @@
+"""A record with the effects of a discovery taken out of its readings.
+
+The sizes of the effects are fitted to the record itself, in the space that the base model leaves:
+there they are independent of the coefficients that are fitted to what remains, so that their
+uncertainty adds to that of the coefficients as one more component. An effect that the record
+cannot show keeps the size that the discovery gave it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.candidates import VISIBLE, Instance, column_of
+from accelcal.discovery.comparison import Comparison, compared
+from accelcal.discovery.held_out import held_out_rms
+from accelcal.discovery.known import disturbances, instance_of, sizes_of
+from accelcal.discovery.solution import parameters_of, solution
+from accelcal.record import TumbleRecord
+from accelcal.results.discovery import Discovery
+from accelcal.results.findings import FoundEffect
+from accelcal.results.quantity import Quantity
+
+__all__ = ["Correction", "correction"]
+
+Array = NDArray[np.float64]
+
+
+class Correction(NamedTuple):
+    """A record without the effects, and what is uncertain in them.
+
+    Attributes
+    ----------
+    record : TumbleRecord
+        The record with the effects taken out of its n readings.
+    acting : ndarray, shape (n, h)
+        Change of the readings by one standard uncertainty of each of h sizes [output unit].
+    dof : int
+        Degrees of freedom of these uncertainties.
+    effects : tuple of FoundEffect
+        The effects with their sizes in this record.
+    """
+
+    record: TumbleRecord
+    acting: Array
+    dof: int
+    effects: tuple[FoundEffect, ...]
+
+
+def correction(
+    record: TumbleRecord, model: Discovery, reference_temperature: float, delta0: float = 0.0
+) -> Correction:
+    """Take the effects of a discovery out of the readings of a record.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        The record.
+    model : Discovery
+        The discovery.
+    reference_temperature : float
+        T0 [degC].
+    delta0 : float, default 0
+        Fixture angle [rad].
+
+    Returns
+    -------
+    Correction
+        The corrected record.
+
+    Raises
+    ------
+    InputError
+        If the record is too small to tell its noise, or an effect does not fit it.
+    """
+    known = disturbances(model.effects)
+    instances = [instance_of(item) for item in known]
+    if not instances:
+        return Correction(record, np.empty((len(record), 0)), 1, ())
+    comparison = compared(record, reference_temperature, delta0, tuple(instances))
+    shown = [_is_visible(comparison, item) for item in instances]
+    fitted = [item for item, is_shown in zip(instances, shown, strict=True) if is_shown]
+    new = iter(parameters_of(comparison, fitted) if fitted else ())
+    effects = tuple(
+        replace(found, parameters=next(new)) if is_shown else found
+        for found, is_shown in zip(model.effects, shown, strict=True)
+    )
+    columns, sizes, factor = _columns(comparison, effects)
+    output = record.output - comparison.model.nominal * (columns @ sizes)
+    acting = comparison.model.nominal * columns @ factor
+    told = tuple(_gaps(comparison, effects, instances))
+    return Correction(replace(record, output=output), acting, comparison.space.dof, told)
+
+
+def _is_visible(comparison: Comparison, item: Instance) -> bool:
+    column = column_of(item, comparison.model.conditions)
+    seen, whole = comparison.space.see(column), comparison.space.whitener @ column
+    return bool(np.sqrt(seen @ seen) > VISIBLE * np.sqrt(whole @ whole))
+
+
+def _columns(comparison: Comparison, effects: Sequence[FoundEffect]) -> tuple[Array, Array, Array]:
+    """Columns of all amplitudes [g], their sizes, and a factor of the covariance of the sizes."""
+    c = comparison.model.conditions
+    known = disturbances(effects)
+    columns = np.hstack(
+        [c.gain[:, None] * item.effect.columns(c, **instance_of(item).shape) for item in known]
+    )
+    sizes = np.concatenate([sizes_of(item) for item in known])
+    told = [
+        _uncertainty(found.parameters.get(parameter.name))
+        for found, item in zip(effects, known, strict=True)
+        for parameter in item.effect.amplitudes
+    ]
+    uncertain = np.array(told)
+    seen = comparison.space.see(columns[:, uncertain > 0.0])
+    inverse = np.linalg.pinv(seen.T @ seen)
+    scale = np.sqrt(np.maximum(np.diagonal(inverse), 1e-300))
+    correlation = inverse / np.outer(scale, scale)
+    factor = np.zeros((sizes.size, seen.shape[1]))
+    values, vectors = np.linalg.eigh(correlation)
+    factor[uncertain > 0.0] = uncertain[uncertain > 0.0, None] * (
+        vectors * np.sqrt(np.maximum(values, 0.0))
+    )
+    return columns, sizes, factor
+
+
+def _uncertainty(quantity: Quantity | None) -> float:
+    return 0.0 if quantity is None else quantity.standard_uncertainty or 0.0
+
+
+def _gaps(
+    comparison: Comparison, effects: Sequence[FoundEffect], instances: Sequence[Instance]
+) -> list[FoundEffect]:
+    """Tell the gap in this record, each effect on top of those before it."""
+    steps = range(len(instances) + 1)
+    rms = [
+        float(np.sqrt(np.mean(solution(comparison, instances[:k]).residual ** 2))) for k in steps
+    ]
+    held = [held_out_rms(comparison, instances[:k]) for k in steps]
+    return [
+        replace(
+            found,
+            gap_before=rms[k],
+            gap_after=rms[k + 1],
+            heldout_before=held[k],
+            heldout_after=held[k + 1],
+        )
+        for k, found in enumerate(effects)
+    ]

@@ -1,0 +1,76 @@
+"""Effects that were found before, as a document tells them, made ready to be used again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.candidates import Instance
+from accelcal.effects.catalogue import effect
+from accelcal.effects.conditions import Conditions
+from accelcal.effects.effect import Disturbance
+from accelcal.results.findings import FoundEffect
+
+__all__ = ["contribution", "disturbances", "instance_of", "sizes_of"]
+
+Array = NDArray[np.float64]
+
+
+def disturbances(found: Sequence[FoundEffect]) -> tuple[Disturbance, ...]:
+    """Give effects of the catalogue the sizes that were found.
+
+    Parameters
+    ----------
+    found : sequence of FoundEffect
+        Effects of a discovery.
+
+    Returns
+    -------
+    tuple of Disturbance
+        The effects with all their parameters.
+
+    Raises
+    ------
+    InputError
+        If an effect is not in the catalogue, or a parameter breaks a rule.
+    """
+    given = []
+    for item in found:
+        entry = effect(item.id)
+        values = {name: quantity.value or 0.0 for name, quantity in item.parameters.items()}
+        first = values.pop(entry.parameters[0].name, 0.0)
+        given.append(entry.of(first, **values))
+    return tuple(given)
+
+
+def instance_of(known: Disturbance) -> Instance:
+    """Take the size out of an effect.
+
+    Parameters
+    ----------
+    known : Disturbance
+        An effect with its size.
+
+    Returns
+    -------
+    Instance
+        The effect with its nonlinear parameters and the mixture of its amplitudes.
+    """
+    sizes = sizes_of(known)
+    norm = float(np.sqrt(sizes @ sizes))
+    mixture = sizes / norm if norm else np.eye(sizes.size)[0]
+    shape = {item.name: known.values[item.name] for item in known.effect.shapes}
+    return Instance(known.effect, tuple(mixture.tolist()), shape)
+
+
+def sizes_of(known: Disturbance) -> Array:
+    """Amplitudes of an effect."""
+    return np.array([known.values[item.name] for item in known.effect.amplitudes])
+
+
+def contribution(known: Disturbance, c: Conditions) -> Array:
+    """What an effect adds to the readings over K1 at T0 [g], shape (n,)."""
+    shape = instance_of(known).shape
+    return np.asarray(c.gain * (known.effect.columns(c, **shape) @ sizes_of(known)))

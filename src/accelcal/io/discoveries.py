@@ -1,0 +1,36 @@
+"""Files of discoveries."""
+
+from __future__ import annotations
+
+from accelcal.errors import DocumentError
+from accelcal.io.text import read_text
+from accelcal.results.discovery import Discovery
+
+__all__ = ["read_discovery"]
+
+
+def read_discovery(source: str) -> Discovery:
+    """Read the file of a discovery.
+
+    Parameters
+    ----------
+    source : str
+        Path of a JSON file; ``"-"`` reads standard input.
+
+    Returns
+    -------
+    Discovery
+        The discovery.
+
+    Raises
+    ------
+    TableError
+        If the file cannot be read.
+    DocumentError
+        If it is no file of a discovery.
+    """
+    read = read_text(source, "model")
+    try:
+        return Discovery.from_json(read.text)
+    except DocumentError as error:
+        raise error.at(read.name) from None
