@@ -54,6 +54,7 @@ REGIMES = (
     Regime("head 2e-5 estimated, 12 positions", Stand(head=HEAD), positions=12),
     Regime("head 6.7e-6 estimated", Stand(head=6.7e-6)),
     Regime("head 5e-6 estimated, as large as the noise", Stand(head=5e-6)),
+    Regime("one stroke, 8 positions, head 2e-5", Stand(head=HEAD), strokes=1),
     *(
         Regime(f"one stroke, {positions} positions, {text}", stand, positions=positions, strokes=1)
         for positions in (12, 24, 36)
@@ -103,16 +104,7 @@ REGIMES = (
     ),
     Regime("* noise only, nothing declared", Stand(), aside="wider than needed"),
     Regime(
-        "* one stroke, 8 positions, no head error",
-        Stand(),
-        strokes=1,
-        aside="three residuals for both errors: the report says so",
-    ),
-    Regime(
-        "* one stroke, 8 positions, head 2e-5",
-        Stand(head=HEAD),
-        strokes=1,
-        aside="three residuals for both errors: the report says so",
+        "* one stroke, 8 positions, no head error", Stand(), strokes=1, aside="wider than needed"
     ),
     Regime(
         "* launch neither declared nor repeated",
