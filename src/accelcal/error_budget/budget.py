@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -14,7 +16,7 @@ from accelcal.error_budget.weaknesses import weaknesses
 from accelcal.errors import InputError
 from accelcal.probability import student_quantile
 from accelcal.results.calibration import Calibration
-from accelcal.results.error_budget import ErrorBudget
+from accelcal.results.error_budget import ErrorBudget, ErrorComponent
 
 __all__ = ["budget"]
 
@@ -99,15 +101,8 @@ def budget(
         *random_components(random, points),
     )
     correlated = correlated_symbols(coefficients)
-    variances = np.array([part.standard_uncertainty**2 for part in parts])
     together = np.array([part.symbol in correlated for part in parts])
-    alone = variances[together].sum(axis=0)
-    # the correlations are rounded and, between tables, estimated: no variance is below zero
-    added = np.maximum(covariance(coefficients, points, parts), -alone)
-    standard = np.sqrt(variances.sum(axis=0) + added)
-    joint = np.divide(alone + added, alone, out=np.ones_like(alone), where=alone > 0.0)
-    shares = np.where(together[:, None], joint, 1.0) * variances
-    factor = _coverage_factor(shares, np.array([part.dof for part in parts]))
+    added, standard, factor = _combined(parts, together, covariance(coefficients, points, parts))
     return ErrorBudget(
         a_i=points.acceleration.input,
         a_p=points.acceleration.pendulous,
@@ -127,6 +122,19 @@ def budget(
         serial=calibration.serial,
         source=calibration.source,
     )
+
+
+def _combined(
+    parts: Sequence[ErrorComponent], together: NDArray[np.bool_], added: Array
+) -> tuple[Array, Array, Array]:
+    """Variance added by correlation, standard uncertainty and coverage factor of each point."""
+    variances = np.array([part.standard_uncertainty**2 for part in parts])
+    alone = variances[together].sum(axis=0)
+    added = np.maximum(added, -alone)  # correlations are rounded, and no variance is below zero
+    joint = np.divide(alone + added, alone, out=np.ones_like(alone), where=alone > 0.0)
+    shares = np.where(together[:, None], joint, 1.0) * variances
+    factor = _coverage_factor(shares, np.array([part.dof for part in parts]))
+    return added, np.sqrt(variances.sum(axis=0) + added), factor
 
 
 def _coverage_factor(variances: Array, dof: Array) -> Array:
