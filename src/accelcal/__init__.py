@@ -68,6 +68,7 @@ if TYPE_CHECKING:
     from accelcal.calibrate import fit as fit
     from accelcal.compensate.apply import MeasuredAcceleration as MeasuredAcceleration
     from accelcal.compensate.apply import apply as apply
+    from accelcal.discovery.compare import compare as compare
     from accelcal.discovery.discover import discover as discover
     from accelcal.errors import AccelcalError as AccelcalError
     from accelcal.errors import AccelcalWarning as AccelcalWarning
@@ -86,6 +87,7 @@ if TYPE_CHECKING:
     from accelcal.record import Apparatus as Apparatus
     from accelcal.record import TumbleRecord as TumbleRecord
     from accelcal.results.calibration import Calibration as Calibration
+    from accelcal.results.disagreement import Disagreement as Disagreement
     from accelcal.results.discovery import Discovery as Discovery
     from accelcal.results.quantity import Quantity as Quantity
     from accelcal.simulation import AL15 as AL15
@@ -102,6 +104,7 @@ __all__ = [
     "Apparatus",
     "Calibration",
     "DesignError",
+    "Disagreement",
     "Discovery",
     "DocumentError",
     "InputError",
@@ -114,6 +117,7 @@ __all__ = [
     "__version__",
     "accelerations",
     "apply",
+    "compare",
     "design_matrix",
     "discover",
     "fit",
@@ -134,6 +138,7 @@ _HOME = {
     "Apparatus": "accelcal.record",
     "Calibration": "accelcal.results.calibration",
     "DesignError": "accelcal.errors",
+    "Disagreement": "accelcal.results.disagreement",
     "Discovery": "accelcal.results.discovery",
     "DocumentError": "accelcal.errors",
     "InputError": "accelcal.errors",
@@ -145,6 +150,7 @@ _HOME = {
     "TumbleRecord": "accelcal.record",
     "accelerations": "accelcal.geometry",
     "apply": "accelcal.compensate.apply",
+    "compare": "accelcal.discovery.compare",
     "design_matrix": "accelcal.model",
     "discover": "accelcal.discovery.discover",
     "fit": "accelcal.calibrate",

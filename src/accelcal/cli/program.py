@@ -10,7 +10,17 @@ from accelcal.version import __version__
 
 __all__ = ["COMMANDS", "program"]
 
-COMMANDS = ("fit", "check", "simulate", "discover", "apply", "export", "stability", "budget")
+COMMANDS = (
+    "fit",
+    "check",
+    "simulate",
+    "compare",
+    "discover",
+    "apply",
+    "export",
+    "stability",
+    "budget",
+)
 """Commands in the order of the help; NAME is the function NAME of the module accelcal.cli.NAME."""
 
 

@@ -17,7 +17,7 @@ from accelcal.discovery.held_out import held_out_rms
 from accelcal.discovery.noise import orthonormal
 from accelcal.discovery.search import Findings, search
 from accelcal.discovery.solution import Solution, changes, parameters_of, solution
-from accelcal.discovery.where import shares, structure
+from accelcal.discovery.where import pattern, shares, structure
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
@@ -163,7 +163,7 @@ def _discovery(
         noise=_noise(comparison),
         before=_gap(without, held_out_rms(comparison, (), seed)),
         after=_gap(within, held_out_rms(comparison, instances, seed)),
-        where=shares(comparison, family.blocks),
+        where=shares(comparison.space, comparison.seen, family.blocks),
         effects=tuple(_effects(look, named, seed)) if named else (),
         unexplained=_unexplained(look, alpha),
         undetectable=(),
@@ -243,9 +243,11 @@ def _unexplained(look: _Look, alpha: float) -> Unexplained | None:
     taken = None if near is None else orthonormal(near.directions)
     judged = findings.before if near is None else near.rest
     block = family.blocks[int(np.argmin(judged.blocks))]
-    seen = look.comparison.seen
+    space, seen = look.comparison.space, look.comparison.seen
     share = float(((block.basis.T @ seen) ** 2).sum() / (seen @ seen))
-    told = structure(look.comparison, block, taken)
+    shape = pattern(space, seen, block, taken)
+    c, labels = look.comparison.model.conditions, look.comparison.record.run_labels
+    told = structure(c, labels, block.factor, shape)
     if near is not None:
         names = " and ".join(sorted(near.ids))
         told += f"; nearest in the catalogue, but not accepted: {names}"

@@ -32,7 +32,7 @@ class Block(NamedTuple):
     basis: Array
 
 
-def blocks(space: Space, c: Conditions) -> tuple[Block, ...]:
+def blocks(space: Space, c: Conditions, first: str = "position") -> tuple[Block, ...]:
     """Split the space by factors, each orthogonal to those before it.
 
     Parameters
@@ -41,6 +41,8 @@ def blocks(space: Space, c: Conditions) -> tuple[Block, ...]:
         What the base model leaves.
     c : Conditions
         Of the readings.
+    first : str, default "position"
+        Factor that comes before all others.
 
     Returns
     -------
@@ -49,7 +51,7 @@ def blocks(space: Space, c: Conditions) -> tuple[Block, ...]:
     """
     found: list[Block] = []
     taken = np.empty((space.size, 0))
-    for factor, columns in _columns(c):
+    for factor, columns in sorted(_columns(c), key=lambda item: item[0] != first):
         seen = space.see(columns)
         whole = np.sqrt((columns**2).sum(axis=0)).max(initial=0.0)
         left = seen - taken @ (taken.T @ seen)

@@ -7,46 +7,50 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.factors import Block
 from accelcal.discovery.family import chance, without
-from accelcal.discovery.noise import orthonormal
+from accelcal.discovery.noise import FEWEST_REPLICATES, orthonormal
+from accelcal.discovery.space import Space
+from accelcal.effects.conditions import Conditions
 from accelcal.results.findings import Share
 
 __all__ = ["pattern", "shares", "structure"]
 
 Array = NDArray[np.float64]
 
+_ENDLESS = 10**6
 _HARMONICS = 8
 _PURE = 0.8
 """Part of a pattern's squares that one harmonic must have to be called the pattern."""
 
 
-def shares(comparison: Comparison, blocks: Sequence[Block]) -> tuple[Share, ...]:
+def shares(space: Space, seen: Array, blocks: Sequence[Block]) -> tuple[Share, ...]:
     """Share of each factor in the disagreement, and the chance that it is noise.
 
     Parameters
     ----------
-    comparison : Comparison
-        Record and model.
+    space : Space
+        The space.
+    seen : ndarray, shape (m,)
+        Coordinates of the readings.
     blocks : sequence of Block
         The factors, each orthogonal to those before it.
 
     Returns
     -------
     tuple of Share
-        With Holm's p-values; what the shares leave of 1 is the repeatability.
+        With Holm's p-values; what the shares leave of 1 is the repeatability. Without replicates
+        the noise is taken as known.
     """
-    space, seen = comparison.space, comparison.seen
-    variance = float(space.pure_error(seen)) / space.dof
+    total, known = float(seen @ seen), space.dof >= FEWEST_REPLICATES
+    dof = space.dof if known else _ENDLESS
+    variance = float(space.pure_error(seen)) / dof if known else 1.0
     squares = [float(((block.basis.T @ seen) ** 2).sum()) for block in blocks]
+    sizes = [block.basis.shape[1] for block in blocks]
     single = [
-        float(
-            chance(np.array(s / block.basis.shape[1] / variance), space.dof, block.basis.shape[1])
-        )
-        for s, block in zip(squares, blocks, strict=True)
+        float(chance(np.array(s / size / variance), dof, size))
+        for s, size in zip(squares, sizes, strict=True)
     ]
-    total = float(seen @ seen)
     return tuple(
         Share(block.factor, s / total, p)
         for block, s, p in zip(blocks, squares, _holm(single), strict=True)
@@ -62,13 +66,15 @@ def _holm(p: Sequence[float]) -> list[float]:
     return honest
 
 
-def pattern(comparison: Comparison, block: Block, taken: Array | None = None) -> Array:
+def pattern(space: Space, seen: Array, block: Block, taken: Array | None = None) -> Array:
     """Part of the readings that a factor has, beside what has been explained [g], shape (n,).
 
     Parameters
     ----------
-    comparison : Comparison
-        Record and model.
+    space : Space
+        The space.
+    seen : ndarray, shape (m,)
+        Coordinates of the readings.
     block : Block
         The factor.
     taken : ndarray, shape (m, h), optional
@@ -80,36 +86,37 @@ def pattern(comparison: Comparison, block: Block, taken: Array | None = None) ->
         The pattern.
     """
     basis = block.basis if taken is None else orthonormal(without(block.basis, taken))
-    whitened = comparison.space.rotation @ (basis @ (basis.T @ comparison.seen))
-    return np.asarray(np.linalg.solve(comparison.space.whitener, whitened))
+    whitened = space.rotation @ (basis @ (basis.T @ seen))
+    return np.asarray(np.linalg.solve(space.whitener, whitened))
 
 
-def structure(comparison: Comparison, block: Block, taken: Array | None = None) -> str:
+def structure(c: Conditions, runs: Sequence[str], factor: str, shape: Array) -> str:
     """Describe the pattern of a factor in words.
 
     Parameters
     ----------
-    comparison : Comparison
-        Record and model.
-    block : Block
+    c : Conditions
+        Of n readings.
+    runs : sequence of str
+        Labels of the runs.
+    factor : str
         The factor.
-    taken : ndarray, shape (m, h), optional
-        Orthonormal basis of what has been explained.
+    shape : ndarray, shape (n,)
+        Its pattern [g].
 
     Returns
     -------
     str
         What it follows, its harmonic, its size and where it is largest.
     """
-    shape = pattern(comparison, block, taken)
-    c = comparison.model.conditions
     largest = int(np.argmax(np.abs(shape)))
     size = float(np.sqrt(np.mean(shape**2)))
     sense = "forward" if c.rotation[largest] > 0 else "back"
     return (
-        f"{_FOLLOWS.get(block.factor, block.factor)}{_harmonic(comparison, block.factor, shape)};"
-        f" {size:.2g} g rms, largest {shape[largest]:+.2g} g at {c.angle[largest]:g} deg, {sense}"
-        f" stroke {c.stroke[largest]}, run {comparison.record.run_labels[c.run[largest]]}"
+        f"{_FOLLOWS.get(factor, factor)}{_harmonic(c, factor, shape)};"
+        f" {size * 1e6:.3g} ug rms, largest {shape[largest] * 1e6:+.3g} ug at"
+        f" {c.angle[largest]:g} deg, {sense} stroke {c.stroke[largest]},"
+        f" run {runs[c.run[largest]]}"
     )
 
 
@@ -123,16 +130,15 @@ _FOLLOWS = {
     "time": "along the time in each run",
     "time*position": "by position, growing with time",
     "cycle": "by the cycle of the run",
-    "run": "from run to run",
+    "run": "bias, scale factor or misalignment from run to run",
     "run*time": "along the time, otherwise in each run",
     "run*position": "by position, otherwise in each run",
     "run*cycle": "by the cycle, otherwise in each run",
 }
 
 
-def _harmonic(comparison: Comparison, factor: str, shape: Array) -> str:
+def _harmonic(c: Conditions, factor: str, shape: Array) -> str:
     """Name the harmonic of the head angle that a pattern mostly is."""
-    c = comparison.model.conditions
     signs = {
         "position": np.ones_like(c.angle),
         "stroke*position": c.rotation,

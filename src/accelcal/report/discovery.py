@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from textwrap import fill
 
 from accelcal.report.columns import aligned
+from accelcal.report.findings import chance, factor_rows, noise_line, wrapped
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import Change, FoundEffect
 from accelcal.results.quantity import Quantity
 
 __all__ = ["discovery_text"]
-
-_WIDTH = 100
-_SHOWN_P = 0.05
-_FEW = 8
 
 
 def discovery_text(found: Discovery) -> str:
@@ -47,35 +43,25 @@ def discovery_text(found: Discovery) -> str:
 def _head(found: Discovery) -> Iterator[str]:
     name = f"serial {found.serial}, " if found.serial else ""
     yield f"DISCOVERY  {name}{found.source}, {found.readings} readings"
-    reading = found.noise[0]
-    told = [f"reading {significant((reading.value or 0.0) * 1e6, 2)} ug from replicates"]
-    told += [
-        f"{source.name} {source.source if source.value is None else _declared(source.value)}"
-        for source in found.noise[1:]
-    ]
-    yield from _wrapped("noise: " + "; ".join(told))
-
-
-def _declared(value: float) -> str:
-    return f"{significant(value, 2)} declared"
+    yield from wrapped(noise_line(found.noise))
 
 
 def _faults(found: Discovery) -> Iterator[str]:
     if found.faults:
         yield "Faults of the readings, before any physics"
     for fault in found.faults:
-        yield from _wrapped(fault.finding, "  - ")
+        yield from wrapped(fault.finding, "  - ")
 
 
 def _verdict(found: Discovery) -> Iterator[str]:
-    p = _chance(found.p_value)
+    p = chance(found.p_value)
     if found.effects:
         names = " and ".join(effect.name for effect in found.effects)
-        yield from _wrapped(f"Model and readings disagree ({p}). What is missing: {names}.")
+        yield from wrapped(f"Model and readings disagree ({p}). What is missing: {names}.")
     elif found.unexplained:
-        yield from _wrapped(f"Model and readings disagree ({p}), and no known effect explains it.")
+        yield from wrapped(f"Model and readings disagree ({p}), and no known effect explains it.")
     else:
-        yield from _wrapped(f"Model and readings agree ({p}): nothing is missing that shows.")
+        yield from wrapped(f"Model and readings agree ({p}): nothing is missing that shows.")
     yield from _gap(found)
 
 
@@ -100,28 +86,18 @@ def _where(found: Discovery) -> Iterator[str]:
     if not (found.effects or found.unexplained):
         return
     yield "Where they disagree"
-    named = [share for share in found.where if share.p_value < _SHOWN_P]
-    rows = [("factor", "share", "chance of noise")]
-    rows += [
-        (share.factor, f"{100.0 * share.share:.1f} %", _number(share.p_value))
-        for share in sorted(named, key=lambda share: -share.share)
-    ]
-    rest = sum(share.share for share in found.where if share.p_value >= _SHOWN_P)
-    rows.append(("other factors, no more than noise", f"{100.0 * rest:.1f} %", ""))
-    repeatability = 1.0 - sum(share.share for share in found.where)
-    rows.append(("repeatability", f"{100.0 * repeatability:.1f} %", ""))
-    yield from (f"  {line}" for line in aligned(rows, right={1}))
+    yield from (f"  {line}" for line in factor_rows(found.where))
     if found.unexplained:
-        yield from _wrapped(f"pattern: {found.unexplained.structure}", "  ")
+        yield from wrapped(f"pattern: {found.unexplained.structure}", "  ")
 
 
 def _effect(found: Discovery, effect: FoundEffect) -> Iterator[str]:
     from accelcal.effects.catalogue import effect as entry_of
 
     entry = entry_of(effect.id)
-    yield f"{effect.name.capitalize()}  [{effect.id}], {_chance(effect.p_value)}"
-    yield from _wrapped(f"{entry.physics} Term: {entry.formula}", "  ")
-    yield from _wrapped(entry.signature, "  ")
+    yield f"{effect.name.capitalize()}  [{effect.id}], {chance(effect.p_value)}"
+    yield from wrapped(f"{entry.physics} Term: {entry.formula}", "  ")
+    yield from wrapped(entry.signature, "  ")
     for name, quantity in effect.parameters.items():
         yield f"  {name} = {_told(quantity)}"
     if len(found.effects) > 1:
@@ -129,8 +105,8 @@ def _effect(found: Discovery, effect: FoundEffect) -> Iterator[str]:
         yield f"  gap {before} -> {after} ug"
     if effect.indistinguishable:
         names = ", ".join(entry_of(other).name for other in effect.indistinguishable)
-        yield from _wrapped(f"It could as well be: {names}.", "  ")
-        yield from _wrapped(f"To tell them apart: {effect.to_tell_apart}.", "  ")
+        yield from wrapped(f"It could as well be: {names}.", "  ")
+        yield from wrapped(f"To tell them apart: {effect.to_tell_apart}.", "  ")
 
 
 def _told(quantity: Quantity) -> str:
@@ -179,25 +155,11 @@ def _open(found: Discovery) -> Iterator[str]:
             yield f"  {item.id}: {', '.join(item.absorbed_by) or 'nothing'}"
     if found.next_measurement:
         yield "Next measurement"
-        yield from _wrapped(found.next_measurement, "  ")
+        yield from wrapped(found.next_measurement, "  ")
 
 
 def _notes(found: Discovery) -> Iterator[str]:
     if found.notes:
         yield "Notes"
     for note in found.notes:
-        yield from _wrapped(note, "  - ")
-
-
-def _chance(p: float) -> str:
-    return f"chance of noise {_number(p)}"
-
-
-def _number(p: float) -> str:
-    return f"{p:.2f}" if p >= 0.1 else f"{p:.1g}" if p > 1e-15 else "below 1e-15"
-
-
-def _wrapped(text: str, lead: str = "") -> Iterator[str]:
-    yield from fill(
-        text, _WIDTH, initial_indent=lead, subsequent_indent=" " * len(lead)
-    ).splitlines()
+        yield from wrapped(note, "  - ")

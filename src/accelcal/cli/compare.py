@@ -1,0 +1,71 @@
+"""accelcal compare: where a calibration and a record disagree."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from accelcal.cli.deliver import deliver, refuse_stdin_twice
+from accelcal.cli.options import format_option, number
+
+if TYPE_CHECKING:
+    from accelcal.results.disagreement import Disagreement
+
+__all__ = ["compare"]
+
+
+@click.command()
+@click.argument("calibration", metavar="CAL.json")
+@click.argument("data", metavar="DATA")
+@click.option(
+    "--head-uncertainty",
+    type=number,
+    metavar="G",
+    help="Standard uncertainty of one head position [g, or rad: at 90 deg they are the same].",
+)
+@click.option(
+    "--launch-uncertainty",
+    type=number,
+    metavar="G",
+    help="Standard uncertainty of the bias from run to run [g].",
+)
+@click.option(
+    "--launch-sf-uncertainty",
+    type=number,
+    metavar="REL",
+    help="Relative standard uncertainty of the scale factor from run to run.",
+)
+@format_option("text", "json")
+def compare(calibration: str, data: str, form: str, **declared: float | None) -> None:
+    """Show where the readings of DATA and what CAL.json simulates disagree.
+
+    Nothing is fitted: the calibration, with the effects that it has, predicts each reading. What
+    differs by more than noise, head, launches and the calibration's own uncertainty explain is
+    told by position, stroke, cycle, time, temperature and run.
+
+    \b
+    Examples:
+      accelcal fit table.csv -o calibration.json
+      accelcal compare calibration.json next-year.csv
+    """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
+    refuse_stdin_twice([calibration, data])
+    from accelcal.discovery.compare import compare as simulate_and_compare
+    from accelcal.io.calibrations import read_calibrations
+    from accelcal.io.tables import read_tables
+
+    known = read_calibrations(calibration)
+    found = [
+        simulate_and_compare(known.choose(record.serial), record)
+        for record in read_tables(data, overrides=declared)
+    ]
+    deliver(_json(found) if form == "json" else "\n\n".join(map(str, found)))
+
+
+def _json(found: list[Disagreement]) -> str:
+    if len(found) == 1:
+        return found[0].to_json()
+    from accelcal.results.json_text import json_text
+
+    documents = [each.to_document() for each in found]
+    return json_text({"schema": documents[0]["schema"], "comparisons": documents})

@@ -1,0 +1,324 @@
+"""A new record against what a calibration simulates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.compensate.choice import compensation
+from accelcal.compensate.coefficients import Compensation, Law
+from accelcal.discovery.factors import blocks
+from accelcal.discovery.known import contribution, disturbances
+from accelcal.discovery.noise import (
+    FEWEST_REPLICATES,
+    ReadingNoise,
+    covariance,
+    reading_noise,
+    saturated,
+)
+from accelcal.discovery.space import Space, space_of, whitener_of
+from accelcal.discovery.where import pattern, shares, structure
+from accelcal.effects.conditions import Conditions, conditions_of
+from accelcal.errors import InputError
+from accelcal.estimate.tables import head_positions
+from accelcal.probability import student_quantile
+from accelcal.record import Apparatus, TumbleRecord
+from accelcal.reference import fixture_angle
+from accelcal.results.calibration import Calibration
+from accelcal.results.disagreement import Disagreement, RunChange
+from accelcal.results.findings import FoundEffect
+from accelcal.results.quantity import ErrorSource, Quantity
+from accelcal.version import __version__
+
+__all__ = ["compare"]
+
+Array = NDArray[np.float64]
+
+_LEVEL = 0.975
+_SIGNIFICANT = 0.01
+
+
+class _Simulated(NamedTuple):
+    """What a calibration says about a record: conditions, reading and simulation over K1 [g]."""
+
+    conditions: Conditions
+    reading: Array
+    simulated: Array
+    by_coefficient: Array
+
+    @property
+    def residual(self) -> Array:
+        return self.reading - self.simulated
+
+
+def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
+    """Show where a calibration and a record disagree.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration, with the effects that it has.
+    record : TumbleRecord
+        Readings, of the same accelerometer.
+
+    Returns
+    -------
+    Disagreement
+        Shares of the factors, what has changed in each run, and what it looks like.
+
+    Raises
+    ------
+    InputError
+        If the record is in another unit, outside the calibrated temperatures, or in a mounting
+        that was not calibrated.
+
+    Notes
+    -----
+    Nothing is fitted to the record. What may differ without disagreeing is the noise of its
+    readings (from replicates), head, launch and temperature errors as declared, and the
+    uncertainty of the calibration.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> calibration = accelcal.fit(accelcal.simulate(seed=1))
+    >>> found = accelcal.compare(calibration, accelcal.simulate(seed=2))
+    >>> found.p_value > 0.01
+    True
+    """
+    found = compensation(calibration)
+    _check(calibration, found, record)
+    simulated = _simulated(calibration, found, record)
+    declared = _declared(calibration, record)
+    noise = _noise(calibration, found, record, simulated)
+    space = _space(record, simulated, noise, declared, found)
+    c, seen = simulated.conditions, space.see(simulated.residual)
+    factors = blocks(space, c, first="run")
+    where = shares(space, seen, factors)
+    worst = max(range(len(where)), key=lambda i: (where[i].p_value < _SIGNIFICANT, where[i].share))
+    shape = pattern(space, seen, factors[worst])
+    return Disagreement(
+        rms=float(np.sqrt(np.mean(simulated.residual**2))),
+        reduced_chi2=float(seen @ seen) / seen.size,
+        p_value=min(share.p_value for share in where),
+        where=where,
+        structure=(
+            structure(c, record.run_labels, factors[worst].factor, shape)
+            if where[worst].p_value < _SIGNIFICANT
+            else ""
+        ),
+        runs=tuple(_runs(record, simulated, space)),
+        noise=_sources(noise, declared, record),
+        effects=tuple(str(effect["id"]) for effect in calibration.effects),
+        notes=tuple(_notes(calibration, record, declared)),
+        serial=record.serial,
+        readings=len(record),
+        source=record.source,
+        calibration=calibration.source,
+        software=f"accelcal {__version__}",
+    )
+
+
+def _check(calibration: Calibration, found: Compensation, record: TumbleRecord) -> None:
+    units = {calibration.output_unit, record.unit} - {None}
+    if len(units) > 1:
+        raise InputError(
+            f"{record.source}: readings in {record.unit}, but the calibration is in"
+            f" {calibration.output_unit}; give readings in its unit"
+        )
+    if found.temperatures is None:
+        return
+    known = record.temperature[np.isfinite(record.temperature)]
+    outside = known[~found.within_temperatures(known)]
+    if outside.size:
+        low, high = found.temperatures
+        raise InputError(
+            f"{record.source}: readings at {outside[0]:g} degC, but the calibration is good from"
+            f" {low:g} to {high:g} degC; compare within them, or calibrate at this temperature"
+        )
+
+
+def _simulated(calibration: Calibration, found: Compensation, record: TumbleRecord) -> _Simulated:
+    delta0 = fixture_angle(record, calibration.delta0_rad or None)
+    reference = 0.0 if found.T0 is None else found.T0
+    c = conditions_of(record, reference, delta0)
+    rise, a_i, a_p = c.excess, c.input, c.cross
+    tilt, coupling = _cross(found, record)
+    gain = 1.0 + found.K1.change(rise)
+    delta = _at(tilt, record, rise)
+    inside = (
+        _at(dict.fromkeys(tilt, found.k0), record, rise)
+        + a_i
+        + found.k2 * a_i**2
+        + found.k3 * a_i**3
+        + delta * a_p
+        + coupling * a_i * a_p
+    )
+    heat = found.k0.local_slope(rise) + found.K1.local_slope(rise) * inside / gain
+    full = replace(c, axial=a_i + delta * a_p, indicated=inside, gain=gain, per_degree=heat)
+    effects = tuple(FoundEffect.from_document(effect) for effect in calibration.effects)
+    added = [contribution(item, full) for item in disturbances(effects)]
+    terms = (np.ones_like(a_i), inside, a_i**2, a_i**3, a_p, a_i * a_p)
+    return _Simulated(
+        conditions=full,
+        reading=record.output / found.K1.at_T0,
+        simulated=np.sum([gain * inside, *added], axis=0),
+        by_coefficient=gain[:, None] * np.stack(terms, axis=1),
+    )
+
+
+def _cross(found: Compensation, record: TumbleRecord) -> tuple[dict[str, Law], Array]:
+    """Law of the misalignment by axis along the shaft, and cross-coupling of each reading."""
+    axes = {axis.name: axis for axis in found.axes}
+    shaft = {"o": "a_p", "p": "a_o"}
+    along = np.array([str(mounting)[0] for mounting in record.mounting])
+    missing = [axis for axis in sorted(set(along)) if shaft[axis] not in axes]
+    if missing:
+        raise InputError(
+            f"{record.source}: mounting {missing[0]}, which the calibration has not; compare a"
+            f" record in mounting {' or '.join(a for a, name in shaft.items() if name in axes)}"
+        )
+    coupling = np.array([axes[shaft[axis]].delta_ip for axis in along])
+    return {axis: axes[shaft[axis]].delta for axis in sorted(set(along))}, coupling
+
+
+def _at(laws: dict[str, Law], record: TumbleRecord, rise: Array) -> Array:
+    """Value of a law at each reading, by the axis along the shaft."""
+    value = np.zeros(rise.size)
+    for axis, law in laws.items():
+        here = np.char.startswith(record.mounting, axis)
+        value = np.where(here, law.at_T0 + law.change(rise), value)
+    return value
+
+
+def _declared(calibration: Calibration, record: TumbleRecord) -> Apparatus:
+    """What the record declares, and where it does not, what the calibration knew."""
+    known = {source.name: source.value for source in calibration.error_sources}
+    own = record.apparatus
+    return replace(
+        own,
+        **{
+            f"{name}_uncertainty": known[name]
+            for name in ("head", "launch", "launch_sf")
+            if getattr(own, f"{name}_uncertainty") is None and known.get(name) is not None
+        },
+    )
+
+
+def _noise(
+    calibration: Calibration, found: Compensation, record: TumbleRecord, simulated: _Simulated
+) -> ReadingNoise:
+    """Noise of the readings from replicates, else as the calibration had it."""
+    c = simulated.conditions
+    try:
+        return reading_noise(c, simulated.residual, saturated(c, record.mounting))
+    except InputError:
+        known = [s.value for s in calibration.error_sources if s.name == "reading" and s.value]
+        if not known:
+            raise
+        sigma = float(np.sqrt(np.mean(np.square(known)))) / abs(found.K1.at_T0)
+        return ReadingNoise(sigma, 0.0, 0, np.inf)
+
+
+def _space(
+    record: TumbleRecord,
+    simulated: _Simulated,
+    noise: ReadingNoise,
+    declared: Apparatus,
+    found: Compensation,
+) -> Space:
+    c = simulated.conditions
+    spread = covariance(c, noise, declared, head_positions(record.angle))
+    known = np.nan_to_num(np.array(found.covariance))
+    spread = spread + simulated.by_coefficient @ known @ simulated.by_coefficient.T / noise.sigma**2
+    for slopes in _slopes(found, simulated):
+        spread = spread + slopes @ slopes.T / noise.sigma**2
+    whitener = whitener_of(spread, noise.sigma)
+    return space_of(whitener, np.empty((len(record), 0)), saturated(c, record.mounting))
+
+
+def _slopes(found: Compensation, simulated: _Simulated) -> Iterator[Array]:
+    """Errors that the temperature slopes add to those at T0, by side of T0 (n, 6) [g]."""
+    rise = simulated.conditions.excess
+    near = np.nan_to_num(np.diagonal(np.array(found.covariance)))
+    for level in (found.above, found.below):
+        if level is None or found.T0 is None:
+            continue
+        far = np.nan_to_num(np.diagonal(np.array(level.covariance)))
+        way = (rise / (level.temperature - found.T0)).clip(0.0)
+        yield simulated.by_coefficient * way[:, None] * np.sqrt(np.maximum(far - near, 0.0))
+
+
+def _runs(record: TumbleRecord, simulated: _Simulated, space: Space) -> Iterator[RunChange]:
+    """Bias, scale factor and misalignment of each run beside those of the calibration."""
+    c, residual = simulated.conditions, simulated.residual
+    axes = c.gain[:, None] * np.stack([np.ones_like(c.input), c.indicated, c.cross], axis=1)
+    for index, label in enumerate(record.run_labels):
+        own = c.run == index
+        if not own.any():
+            continue
+        whitener = np.linalg.inv(
+            np.linalg.cholesky(np.linalg.inv(space.whitener.T @ space.whitener)[np.ix_(own, own)])
+        )
+        columns = whitener @ axes[own]
+        inverse = np.linalg.pinv(columns.T @ columns)
+        values = inverse @ (columns.T @ (whitener @ residual[own]))
+        told = [
+            _quantity(value, u, unit)
+            for value, u, unit in zip(
+                values, np.sqrt(np.diagonal(inverse)), ("g", "1", "rad"), strict=True
+            )
+        ]
+        level = record.select(own).mean_temperature
+        rms = float(np.sqrt(np.mean(residual[own] ** 2)))
+        yield RunChange(label, level if np.isfinite(level) else None, rms, *told)
+
+
+def _quantity(value: float, uncertainty: float, unit: str) -> Quantity:
+    factor = student_quantile(_LEVEL, np.inf)
+    return Quantity(float(value), float(uncertainty), unit, factor * float(uncertainty))
+
+
+def _sources(
+    noise: ReadingNoise, declared: Apparatus, record: TumbleRecord
+) -> tuple[ErrorSource, ...]:
+    own = record.apparatus
+    repeated = noise.dof >= FEWEST_REPLICATES
+    reading = ErrorSource(
+        "reading",
+        noise.sigma,
+        "g",
+        float(noise.dof) if repeated else None,
+        "replicates" if repeated else "calibration",
+    )
+    others = (("head", "rad"), ("launch", "g"), ("launch_sf", "1"), ("temperature", "degC"))
+    return (
+        reading,
+        *(
+            ErrorSource(name, getattr(declared, field), unit, None, _origin(own, declared, field))
+            for name, unit in others
+            for field in (f"{name}_uncertainty",)
+        ),
+    )
+
+
+def _origin(own: Apparatus, declared: Apparatus, field: str) -> str:
+    if getattr(own, field) is not None:
+        return "declared"
+    return "none" if getattr(declared, field) is None else "calibration"
+
+
+def _notes(calibration: Calibration, record: TumbleRecord, declared: Apparatus) -> Iterator[str]:
+    if None not in (calibration.serial, record.serial) and calibration.serial != record.serial:
+        yield f"the calibration is that of {calibration.serial}, the record that of {record.serial}"
+    if declared.launch_uncertainty is None:
+        yield (
+            "launch_uncertainty is not declared: a shift of the bias from launch to launch counts"
+            " as a disagreement"
+        )
+    if declared.head_uncertainty is None:
+        yield "head_uncertainty is not declared: errors of the head count as a disagreement"

@@ -1,0 +1,86 @@
+"""A comparison of a calibration with a record, told in text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from accelcal.report.columns import aligned
+from accelcal.report.findings import chance, factor_rows, noise_line, wrapped
+from accelcal.report.numbers import matching_digits, significant
+from accelcal.results.disagreement import Disagreement
+from accelcal.results.quantity import Quantity
+
+__all__ = ["disagreement_text"]
+
+_ALPHA = 0.01
+
+
+def disagreement_text(found: Disagreement) -> str:
+    """Tell a comparison.
+
+    Parameters
+    ----------
+    found : Disagreement
+        The comparison.
+
+    Returns
+    -------
+    str
+        Lines of at most 100 characters.
+    """
+    sections = (_head(found), _verdict(found), _where(found), _runs(found), _notes(found))
+    return "\n\n".join("\n".join(lines) for lines in map(list, sections) if lines)
+
+
+def _head(found: Disagreement) -> Iterator[str]:
+    name = f"serial {found.serial}, " if found.serial else ""
+    yield f"COMPARISON  {name}{found.source}, {found.readings} readings, with {found.calibration}"
+    if found.effects:
+        yield from wrapped(f"effects in the calibration: {', '.join(found.effects)}")
+    yield from wrapped(noise_line(found.noise))
+
+
+def _verdict(found: Disagreement) -> Iterator[str]:
+    agree = found.p_value >= _ALPHA
+    verb = "agree" if agree else "DISAGREE"
+    yield f"Simulation and measurement {verb} ({chance(found.p_value)})"
+    yield (
+        f"gap {significant(found.rms * 1e6, 3)} ug rms; chi^2 per reading"
+        f" {significant(found.reduced_chi2, 3)}"
+    )
+
+
+def _where(found: Disagreement) -> Iterator[str]:
+    yield "Where they disagree"
+    yield from (f"  {line}" for line in factor_rows(found.where))
+    if found.structure:
+        yield from wrapped(f"pattern: {found.structure}", "  ")
+
+
+def _runs(found: Disagreement) -> Iterator[str]:
+    yield "Changes since the calibration, run by run (95 %)"
+    rows = [("run", "degC", "rms/ug", "bias/ug", "scale factor/ppm", "misalignment/urad")]
+    rows += [
+        (
+            change.run,
+            "" if change.temperature_degC is None else f"{change.temperature_degC:.1f}",
+            significant(change.rms * 1e6, 3),
+            _micro(change.bias),
+            _micro(change.scale_factor),
+            _micro(change.misalignment),
+        )
+        for change in found.runs
+    ]
+    yield from (f"  {line}" for line in aligned(rows, right={1, 2, 3, 4, 5}))
+
+
+def _micro(quantity: Quantity) -> str:
+    value, expanded = quantity.value or 0.0, quantity.expanded_uncertainty or 0.0
+    return " +- ".join(matching_digits(value * 1e6, expanded * 1e6))
+
+
+def _notes(found: Disagreement) -> Iterator[str]:
+    if found.notes:
+        yield "Notes"
+    for note in found.notes:
+        yield from wrapped(note, "  - ")

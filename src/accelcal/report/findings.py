@@ -1,0 +1,65 @@
+"""Parts that reports of discoveries and of comparisons share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from textwrap import fill
+
+from accelcal.report.columns import aligned
+from accelcal.report.numbers import significant
+from accelcal.results.findings import Share
+from accelcal.results.quantity import ErrorSource
+
+__all__ = ["chance", "factor_rows", "noise_line", "probability", "wrapped"]
+
+_WIDTH = 100
+_SHOWN_P = 0.05
+_READABLE = {"g": (1e6, "ug"), "rad": (1e6, "urad"), "1": (1e6, "ppm"), "degC": (1.0, "degC")}
+_NAMES = {"launch_sf": "launch scale factor"}
+
+
+def noise_line(sources: Sequence[ErrorSource]) -> str:
+    """Tell the noise of the readings and what else is uncertain."""
+    return "noise: " + "; ".join(map(_source, sources))
+
+
+def _source(source: ErrorSource) -> str:
+    name = _NAMES.get(source.name, source.name)
+    if source.value is None:
+        return f"{name} {source.source}"
+    factor, unit = _READABLE[source.unit]
+    dof = f", {source.dof:g} degrees of freedom" if source.dof is not None else ""
+    value = significant(source.value * factor, 2) if source.value else "0"
+    return f"{name} {value} {unit} ({source.source}{dof})"
+
+
+def factor_rows(where: Sequence[Share]) -> Iterator[str]:
+    """Tell the shares of the factors, the significant ones one by one."""
+    named = [share for share in where if share.p_value < _SHOWN_P]
+    rows = [("factor", "share", "chance of noise")]
+    rows += [
+        (share.factor, f"{100.0 * share.share:.1f} %", probability(share.p_value))
+        for share in sorted(named, key=lambda share: -share.share)
+    ]
+    rest = sum(share.share for share in where if share.p_value >= _SHOWN_P)
+    rows.append(("other factors, no more than noise", f"{100.0 * rest:.1f} %", ""))
+    repeatability = 1.0 - sum(share.share for share in where)
+    rows.append(("repeatability", f"{100.0 * repeatability:.1f} %", ""))
+    return aligned(rows, right={1})
+
+
+def chance(p: float) -> str:
+    """Tell a p-value."""
+    return f"chance of noise {probability(p)}"
+
+
+def probability(p: float) -> str:
+    """Write a p-value with the digits that it is worth."""
+    return f"{p:.2f}" if p >= 0.1 else f"{p:.1g}" if p > 1e-15 else "below 1e-15"
+
+
+def wrapped(text: str, lead: str = "") -> Iterator[str]:
+    """Fill lines, those after the first indented by the length of its lead."""
+    yield from fill(
+        text, _WIDTH, initial_indent=lead, subsequent_indent=" " * len(lead)
+    ).splitlines()

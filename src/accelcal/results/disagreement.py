@@ -1,0 +1,133 @@
+"""The result of a comparison: how far a calibration and a new record are apart, and where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from accelcal.results.findings import Share, plain
+from accelcal.results.json_text import json_text
+from accelcal.results.quantity import ErrorSource, Quantity, fields_document
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+__all__ = ["SCHEMA", "Disagreement", "RunChange"]
+
+SCHEMA = "accelcal/comparison/1"
+
+
+@dataclass(frozen=True, slots=True)
+class RunChange:
+    """What has changed in one run since the calibration.
+
+    Attributes
+    ----------
+    run : str
+        Its label.
+    temperature_degC : float or None
+        Its temperature.
+    rms : float
+        Of reading minus simulation [g].
+    bias, scale_factor, misalignment : Quantity
+        Change of k0 [g], of K1 (relative) and of delta [rad].
+    """
+
+    run: str
+    temperature_degC: float | None
+    rms: float
+    bias: Quantity
+    scale_factor: Quantity
+    misalignment: Quantity
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the change as it stands in the JSON document."""
+        names = ("bias", "scale_factor", "misalignment")
+        return {**plain(self), **{name: getattr(self, name).to_document() for name in names}}
+
+
+@dataclass(frozen=True, slots=True)
+class Disagreement:
+    """A record against what its calibration simulates.
+
+    Attributes
+    ----------
+    rms : float
+        Of reading minus simulation [g].
+    reduced_chi2 : float
+        Sum of squares in the measure of all that is uncertain, over the number of readings.
+    p_value : float
+        Chance that what is known to be uncertain makes any factor disagree as much.
+    where : tuple of Share
+        Factors of the disagreement.
+    structure : str
+        What its largest significant part looks like; empty where there is none.
+    runs : tuple of RunChange
+        What has changed in each run.
+    noise : tuple of ErrorSource
+        What was taken as uncertain.
+    effects : tuple of str
+        Ids of the effects that the calibration has.
+    notes : tuple of str
+        What a reader must know.
+    serial : str or None
+        Serial number.
+    readings : int
+        Number of readings.
+    source, calibration, software : str
+        Where the readings and the calibration came from, and what compared them.
+    """
+
+    rms: float
+    reduced_chi2: float
+    p_value: float
+    where: tuple[Share, ...]
+    structure: str
+    runs: tuple[RunChange, ...]
+    noise: tuple[ErrorSource, ...]
+    effects: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    serial: str | None = None
+    readings: int = 0
+    source: str = "<table>"
+    calibration: str = "<calibration>"
+    software: str = ""
+
+    def __str__(self) -> str:
+        from accelcal.report.disagreement import disagreement_text
+
+        return disagreement_text(self)
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the comparison as the JSON document of schema `SCHEMA`."""
+        return {
+            "schema": SCHEMA,
+            "software": self.software,
+            "source": self.source,
+            "calibration": self.calibration,
+            "serial": self.serial,
+            "readings": self.readings,
+            "noise": {source.name: fields_document(source) for source in self.noise},
+            "gap": {"rms": self.rms, "reduced_chi2": self.reduced_chi2},
+            "p_value": self.p_value,
+            "where": [plain(share) for share in self.where],
+            "structure": self.structure,
+            "runs": [change.to_document() for change in self.runs],
+            "effects": list(self.effects),
+            "notes": list(self.notes),
+        }
+
+    def to_json(self, path: str | PathLike[str] | None = None) -> str:
+        """Write the comparison as JSON.
+
+        Parameters
+        ----------
+        path : path, optional
+            File to write, whole or not at all; without it the text is only returned.
+
+        Returns
+        -------
+        str
+            The JSON text; numbers keep all their digits.
+        """
+        return json_text(self.to_document(), path)
