@@ -70,6 +70,7 @@ if TYPE_CHECKING:
     from accelcal.compensate.apply import apply as apply
     from accelcal.discovery.compare import compare as compare
     from accelcal.discovery.discover import discover as discover
+    from accelcal.discovery.twin import twin as twin
     from accelcal.errors import AccelcalError as AccelcalError
     from accelcal.errors import AccelcalWarning as AccelcalWarning
     from accelcal.errors import DesignError as DesignError
@@ -79,6 +80,7 @@ if TYPE_CHECKING:
     from accelcal.geometry import accelerations as accelerations
     from accelcal.geometry import position_angles as position_angles
     from accelcal.io.arrays import read_arrays as read_arrays
+    from accelcal.io.discoveries import read_discovery as read_discovery
     from accelcal.io.tables import read_table as read_table
     from accelcal.io.tables import read_tables as read_tables
     from accelcal.io.writer import write_table as write_table
@@ -124,9 +126,11 @@ __all__ = [
     "output",
     "position_angles",
     "read_arrays",
+    "read_discovery",
     "read_table",
     "read_tables",
     "simulate",
+    "twin",
     "write_table",
 ]
 
@@ -156,10 +160,12 @@ _HOME = {
     "fit": "accelcal.calibrate",
     "output": "accelcal.model",
     "position_angles": "accelcal.geometry",
+    "read_discovery": "accelcal.io.discoveries",
     "read_arrays": "accelcal.io.arrays",
     "read_table": "accelcal.io.tables",
     "read_tables": "accelcal.io.tables",
     "simulate": "accelcal.simulation",
+    "twin": "accelcal.discovery.twin",
     "write_table": "accelcal.io.writer",
 }
 """Public name -> the module where it lives."""

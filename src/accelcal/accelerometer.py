@@ -89,8 +89,8 @@ class Accelerometer:
         Nonlinearity of second and third order and delta_ip [g/g^2], [g/g^3], [g/g^2].
     reference_temperature : float
         T0 [degC].
-    unit, serial : str
-        Output unit and serial number (None: no number).
+    unit, serial : str or None
+        Output unit and serial number; None for none.
 
     Raises
     ------
@@ -113,7 +113,7 @@ class Accelerometer:
     k3: float = 87e-6
     cross_coupling: float = 20e-6
     reference_temperature: float = 20.0
-    unit: str = "mA"
+    unit: str | None = "mA"
     serial: str | None = "AL-15"
 
     def __post_init__(self) -> None:

@@ -10,6 +10,7 @@ from accelcal.cli.deliver import deliver
 from accelcal.cli.options import fixture_angle, number, numbers, output_option, setting
 
 if TYPE_CHECKING:
+    from accelcal.discovery.twin import Twin
     from accelcal.effects.effect import Effect
     from accelcal.record import TumbleRecord
 
@@ -92,7 +93,12 @@ def texts(text: str) -> list[str]:
 @click.option("--times", "timed", is_flag=True, help="Write a column of times.")
 @click.option("--undeclared", is_flag=True, help="Leave out the header lines on uncertainties.")
 @click.option("--g", "local_gravity", type=number, metavar="M_S2", help="Local gravity to declare.")
-@click.option("--serial", default="AL-15", metavar="TEXT", help="Serial number [AL-15].")
+@click.option("--serial", metavar="TEXT", help="Serial number [AL-15].")
+@click.option(
+    "--model",
+    metavar="MODEL.json",
+    help="Simulate the accelerometer, noise and effects of this discovery.",
+)
 def simulate(path: str | None, list_effects: bool, **options: Any) -> None:
     """Simulate the tumble test of an AL-15, the accelerometer of the paper.
 
@@ -148,20 +154,41 @@ _PLAN = (
 
 
 def _simulated(options: dict[str, Any]) -> TumbleRecord:
+    from dataclasses import replace
+
     from accelcal.effects.catalogue import effect
-    from accelcal.simulation import Accelerometer, NoiseComponents, TumblePlan
+    from accelcal.simulation import TumblePlan
     from accelcal.simulation import simulate as run
 
+    accelerometer, noise, effects = _simulated_model(options.pop("model"))
     options["mountings"] = tuple(side for sides in options["mountings"] for side in sides)
     given = {name: value for name, value in options.items() if value not in (None, ())}
+    if "serial" in given:
+        accelerometer = replace(accelerometer, serial=given["serial"])
     return run(
-        Accelerometer(serial=given["serial"]),
+        accelerometer,
         TumblePlan(**{name: given[name] for name in _PLAN if name in given}),
-        NoiseComponents(**{_NOISE[name]: given[name] for name in _NOISE if name in given}),
-        [effect(name).of(value, **dict(rest)) for (name, value), *rest in options["effects"]],
+        replace(noise, **{_NOISE[name]: given[name] for name in _NOISE if name in given}),
+        [
+            *effects,
+            *(effect(name).of(value, **dict(rest)) for (name, value), *rest in options["effects"]),
+        ],
         seed=given.get("seed"),
         declare=not given["undeclared"],
     )
+
+
+def _simulated_model(path: str | None) -> Twin:
+    """Accelerometer, noise and effects: those of a discovery, or of the AL-15."""
+    from accelcal.discovery.twin import Twin, twin
+
+    if path is None:
+        from accelcal.simulation import AL15, NoiseComponents
+
+        return Twin(AL15, NoiseComponents(), ())
+    from accelcal.io.discoveries import read_discovery
+
+    return twin(read_discovery(path))
 
 
 def _described(entry: Effect) -> str:

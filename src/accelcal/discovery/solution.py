@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 _LEVEL = 0.975
 _STEP = 1e-4
 _DETERMINED = 1e-6
+_SMALL = 1e-4
 _UNITS: Mapping[str, str] = {
     "K0": "g",
     "K1": "1",
@@ -201,7 +202,8 @@ def changes(comparison: Comparison, before: Solution, after: Solution) -> tuple[
     Returns
     -------
     tuple of Change
-        Those coefficients that the readings determine in both fits, over K1 at T0.
+        All coefficients, over K1 at T0; without uncertainty where the free shifts of the runs
+        could as well take their part.
     """
     one, two = _coefficients(comparison, before), _coefficients(comparison, after)
     return tuple(Change(name, one[name], two[name]) for name in one if name in two)
@@ -211,25 +213,32 @@ def _coefficients(comparison: Comparison, fit: Solution) -> dict[str, Quantity]:
     jacobian = comparison.space.whitener @ fit.model.jacobian(fit.parameters)
     norms = np.sqrt((jacobian**2).sum(axis=0))
     inverse = np.linalg.pinv(jacobian / norms, rcond=1e-9)
+    smallest = _with_small_shifts(comparison.model, jacobian, fit.parameters)
+    factor, dof = student_quantile(_LEVEL, comparison.space.dof), float(comparison.space.dof)
     found = {}
     for name, weights in _functionals(comparison.model).items():
         functional = np.concatenate([weights, np.zeros(fit.parameters.size - weights.size)])
-        if not functional.any():
-            continue
         scaled = functional / norms
         through = scaled @ inverse
-        if np.abs(through @ (jacobian / norms) - scaled).max() > _DETERMINED * np.abs(scaled).max():
+        missed = np.abs(through @ (jacobian / norms) - scaled).max()
+        if missed > _DETERMINED * np.abs(scaled).max():
+            found[name] = Quantity(float(functional @ smallest), None, _unit(name))
             continue
         u = float(np.sqrt(through @ through))
-        factor = student_quantile(_LEVEL, comparison.space.dof)
-        found[name] = Quantity(
-            float(functional @ fit.parameters),
-            u,
-            _unit(name),
-            factor * u,
-            float(comparison.space.dof),
-        )
+        value = float(functional @ fit.parameters)
+        found[name] = Quantity(value, u, _unit(name), factor * u, dof)
     return found
+
+
+def _with_small_shifts(model: BaseModel, jacobian: Array, parameters: Array) -> Array:
+    """Parameters of the same fit in which the free shifts of the runs are as small as can be."""
+    names = list(model.names)
+    shifts = [i for i, name in enumerate(names) if name in names[:i]]
+    norms = np.sqrt((jacobian**2).sum(axis=0))
+    penalty = _SMALL * np.eye(parameters.size)[shifts] * norms
+    whole = np.vstack([jacobian, penalty]) / norms
+    target = np.concatenate([jacobian @ parameters, np.zeros(len(shifts))])
+    return np.asarray(np.linalg.lstsq(whole, target, rcond=1e-12)[0] / norms)
 
 
 def _functionals(model: BaseModel) -> dict[str, Array]:

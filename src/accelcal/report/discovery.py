@@ -118,7 +118,7 @@ def _told(quantity: Quantity) -> str:
 
 
 def _changes(found: Discovery) -> Iterator[str]:
-    if not found.coefficients:
+    if not found.effects:
         return
     yield "What it changes in the coefficients (over K1)"
     rows = [("", "before", "after", "change", "")]
@@ -141,11 +141,17 @@ _SCALES = {
 def _change(item: Change) -> tuple[str, str, str, str, str]:
     scale, unit = _SCALES.get(item.after.unit, (1.0, item.after.unit))
     before, after = ((q.value or 0.0) * scale for q in (item.before, item.after))
-    uncertainty = (item.after.standard_uncertainty or 0.0) * scale
-    shown = [matching_digits(value, uncertainty)[0] for value in (before, after, after - before)]
+    shown = [_digits(value, item, scale) for value in (before, after, after - before)]
     if item.coefficient == "K1":  # relative to the fit that the search started from
         shown[:2] = ["", ""]
-    return (item.coefficient, *shown, unit)  # type: ignore[return-value]
+    return (item.coefficient, shown[0], shown[1], shown[2], unit)
+
+
+def _digits(value: float, item: Change, scale: float) -> str:
+    uncertainty = item.after.standard_uncertainty
+    if uncertainty is None:
+        return significant(value, 4) if value else "0"
+    return matching_digits(value, uncertainty * scale)[0]
 
 
 def _open(found: Discovery) -> Iterator[str]:

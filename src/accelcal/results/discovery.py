@@ -53,7 +53,11 @@ class Discovery:
     faults : tuple of Fault
         Faults of the readings.
     coefficients : tuple of Change
-        What the effects change in the model.
+        Coefficients of the model without and with the effects, over `scale_factor`.
+    scale_factor : float
+        K1 at T0 of the fit that the search started from [output unit / g].
+    output_unit : str or None
+        Unit of the output.
     next_measurement : str
         What to measure next; empty where nothing is open.
     notes : tuple of str
@@ -84,6 +88,8 @@ class Discovery:
     smallest_detectable: tuple[Detectable, ...]
     faults: tuple[Fault, ...] = ()
     coefficients: tuple[Change, ...] = ()
+    scale_factor: float = 1.0
+    output_unit: str | None = None
     next_measurement: str = ""
     notes: tuple[str, ...] = ()
     p_value: float = 1.0
@@ -126,6 +132,8 @@ class Discovery:
             "unexplained": plain(self.unexplained) if self.unexplained else None,
             "undetectable": [plain(item) for item in self.undetectable],
             "smallest_detectable": [plain(item) for item in self.smallest_detectable],
+            "scale_factor": self.scale_factor,
+            "output_unit": self.output_unit,
             "coefficients": [change.to_document() for change in self.coefficients],
             "next_measurement": self.next_measurement,
             "notes": list(self.notes),
@@ -183,6 +191,8 @@ class Discovery:
             ),
             faults=checked(document, "faults", list_of(Fault.from_document), ()),
             coefficients=checked(document, "coefficients", list_of(Change.from_document), ()),
+            scale_factor=checked(document, "scale_factor", number, 1.0),
+            output_unit=checked(document, "output_unit", text_or_none, None),
             next_measurement=checked(document, "next_measurement", text, ""),
             notes=checked(document, "notes", list_of(text), ()),
             p_value=checked(document, "p_value", number, 1.0),
