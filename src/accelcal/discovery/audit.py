@@ -1,0 +1,313 @@
+"""What a test can show, told by its design and its noise before any reading is looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.aliases import Aliases, aliases
+from accelcal.discovery.base import BaseModel, base_model, solve
+from accelcal.discovery.candidates import Candidates, Instance, column_of, instances_of
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.family import Family
+from accelcal.discovery.noise import (
+    FEWEST_REPLICATES,
+    ReadingNoise,
+    covariance,
+    orthonormal,
+    saturated,
+)
+from accelcal.discovery.space import space_of, whitener_of
+from accelcal.effects.effect import Effect
+from accelcal.errors import InputError
+from accelcal.estimate.tables import head_positions
+from accelcal.grouping import median
+from accelcal.probability import student_quantile
+from accelcal.record import TumbleRecord
+from accelcal.results.findings import Undetectable
+
+__all__ = ["Audit", "Size", "absorbed_by", "audit", "designed", "of_one_unit"]
+__all__ += ["smallest_detectable", "visible_parts"]
+
+Array = NDArray[np.float64]
+
+POWER = 0.9
+
+_CARRIED = 0.05
+"""Part of an effect for which no coefficient is listed."""
+
+
+class Size(NamedTuple):
+    """Smallest size of an effect that is found nine times in ten.
+
+    Attributes
+    ----------
+    id : str
+        Id of the effect.
+    best : float
+        Size with those nonlinear parameters that show it best.
+    typical : float
+        Median of the sizes over the grid of its nonlinear parameters.
+    unit : str
+        Unit of both.
+    """
+
+    id: str
+    best: float
+    typical: float
+    unit: str
+
+
+class Audit(NamedTuple):
+    """What a test can show.
+
+    Attributes
+    ----------
+    undetectable : tuple of Undetectable
+        Effects that the base model absorbs, with the coefficients that do.
+    visible : dict of str to float
+        Part of each other effect that the base model leaves, in the measure of the noise.
+    smallest : tuple of Size
+        Smallest sizes of the same effects.
+    aliases : tuple of Aliases
+        What the same effects are mistaken for.
+    """
+
+    undetectable: tuple[Undetectable, ...]
+    visible: dict[str, float]
+    smallest: tuple[Size, ...]
+    aliases: tuple[Aliases, ...]
+
+
+def audit(comparison: Comparison, family: Family, alpha: float = 0.01) -> Audit:
+    """Work out what a test can show.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        From `designed`, or of a record; its readings count only as far as their noise goes.
+    family : Family
+        What is tested at once.
+    alpha : float, default 0.01
+        False-alarm rate over the whole family.
+
+    Returns
+    -------
+    Audit
+        The audit.
+    """
+    found = family.candidates
+    return Audit(
+        undetectable=tuple(
+            Undetectable(effect.id, absorbed_by(effect, comparison.model, comparison.parameters))
+            for effect in found.hidden
+        ),
+        visible=visible_parts(comparison, found),
+        smallest=smallest_detectable(family, alpha),
+        aliases=aliases(found),
+    )
+
+
+def designed(
+    record: TumbleRecord, reference_temperature: float, noise: ReadingNoise, delta0: float = 0.0
+) -> Comparison:
+    """Compare a test that is only planned with the base model.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        The test with simulated readings; with or without noise in them.
+    reference_temperature : float
+        T0 [degC].
+    noise : ReadingNoise
+        The noise that its readings will have.
+    delta0 : float, default 0
+        Fixture angle [rad].
+
+    Returns
+    -------
+    Comparison
+        What `accelcal.discovery.comparison.compared` makes of readings, with the noise given.
+
+    Raises
+    ------
+    InputError
+        If the test has too few replicates for anything to be discovered.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from accelcal.simulation import NOISE_FREE, simulate
+    >>> noise = ReadingNoise(sigma=5e-6, rho=0.0, dof=0, tails=np.inf)
+    >>> designed(simulate(noise=NOISE_FREE, seed=1), 20.0, noise).noise.dof
+    102
+    """
+    model = base_model(record, reference_temperature, delta0)
+    spread = covariance(model.conditions, noise, record.apparatus, head_positions(record.angle))
+    whitener = whitener_of(spread, noise.sigma)
+    parameters = solve(model, whitener)
+    repeating = saturated(model.conditions, record.mounting)
+    space = space_of(whitener, model.jacobian(parameters), repeating)
+    if space.dof < FEWEST_REPLICATES:
+        raise InputError(
+            f"{len(record)} readings leave {space.dof} degrees of freedom for their noise; to"
+            f" discover an effect takes {FEWEST_REPLICATES} or more: plan two or more cycles of a"
+            " forward and a back stroke in each run"
+        )
+    return Comparison(
+        record=record,
+        model=model,
+        parameters=parameters,
+        noise=noise._replace(dof=space.dof),
+        space=space,
+        seen=space.see(model.residual(parameters)),
+        spread=spread,
+        roots=(space.rotation.T,),
+    )
+
+
+def absorbed_by(effect: Effect, model: BaseModel, parameters: Array) -> tuple[str, ...]:
+    """Find the fewest coefficients that carry an effect.
+
+    Parameters
+    ----------
+    effect : Effect
+        An effect that cannot be seen.
+    model : BaseModel
+        The model that absorbs it.
+    parameters : ndarray, shape (p,)
+        Its parameters.
+
+    Returns
+    -------
+    tuple of str
+        Coefficients, sorted; none where the test does not bring the effect about at all.
+
+    Notes
+    -----
+    Coefficients are dropped in turns, as long as the others carry all but a twentieth of the effect
+    [g]. It is a matter of the design: a coefficient that the noise hides carries all the same.
+
+    Examples
+    --------
+    >>> from accelcal.effects.catalogue import effect
+    >>> from accelcal.simulation import simulate
+    >>> model = base_model(simulate(seed=1), 20.0)
+    >>> absorbed_by(effect("odd-quadratic"), model, solve(model))
+    ('K1', 'K3')
+    """
+    c = model.conditions
+    base = _unit(model.jacobian(parameters))
+    columns = _unit(np.stack([column_of(item, c) for item in instances_of(effect, c)], axis=1))
+    span = orthonormal(base)
+    places, wanted = span.T @ base, span.T @ columns
+    kept = sorted(set(model.names))
+    while kept:
+        lost = {}
+        for name in kept:
+            others = [n != name and n in kept for n in model.names]
+            lost[name] = round(_left(places[:, others], wanted), 6)  # a tie is a tie
+        least = min(kept, key=lost.__getitem__)
+        if lost[least] > _CARRIED:
+            break
+        kept.remove(least)
+    return tuple(kept)
+
+
+def _unit(columns: Array) -> Array:
+    length = np.sqrt((columns**2).sum(axis=0))
+    return np.asarray(columns / np.where(length > 0.0, length, 1.0))
+
+
+def _left(taken: Array, columns: Array) -> float:
+    """Largest length that a span leaves of some columns."""
+    basis = orthonormal(taken)
+    left = columns - basis @ (basis.T @ columns)
+    return float(np.sqrt((left**2).sum(axis=0)).max())
+
+
+def visible_parts(comparison: Comparison, found: Candidates) -> dict[str, float]:
+    """Part of each effect that the base model leaves, in the measure of the noise.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The test.
+    found : Candidates
+        E effects that can be seen.
+
+    Returns
+    -------
+    dict of str to float
+        For each effect the largest part over its instances.
+    """
+    if not found.instances:
+        return {}
+    c = comparison.model.conditions
+    columns = np.stack([column_of(item, c) for item in found.instances], axis=1)
+    whole = np.sqrt(((comparison.space.whitener @ columns) ** 2).sum(axis=0))
+    starts = np.searchsorted(found.owner, np.arange(len(found.effects)))
+    parts = np.maximum.reduceat(found.length / whole, starts)
+    return dict(zip([effect.id for effect in found.effects], parts.tolist(), strict=True))
+
+
+def smallest_detectable(family: Family, alpha: float = 0.01) -> tuple[Size, ...]:
+    """Find the smallest size at which each effect is found nine times in ten.
+
+    Parameters
+    ----------
+    family : Family
+        What is tested at once.
+    alpha : float, default 0.01
+        False-alarm rate over the whole family.
+
+    Returns
+    -------
+    tuple of Size
+        One for each effect that can be seen.
+
+    Notes
+    -----
+    F of the effect with 1 and the degrees of freedom of the pure error is noncentral by the square
+    of its length; it is found where F exceeds its quantile at alpha over all tries of the family.
+    """
+    from scipy.special import ncfdtrinc  # type: ignore[import-untyped]
+
+    found, dof = family.candidates, family.space.dof
+    sizes = []
+    for number, (effect, tries) in enumerate(zip(found.effects, family.tries, strict=True)):
+        own = np.flatnonzero(found.owner == number)
+        alike, unit = of_one_unit([found.instances[i] for i in own])
+        limit = student_quantile(1.0 - alpha / (tries * family.tests), dof) ** 2
+        needed = float(np.sqrt(ncfdtrinc(1, dof, 1.0 - POWER, limit))) / found.length[own[alike]]
+        sizes.append(Size(effect.id, float(needed.min()), median(needed), unit))
+    return tuple(sizes)
+
+
+def of_one_unit(instances: Sequence[Instance]) -> tuple[NDArray[np.intp], str]:
+    """Select the instances of an effect whose size has the unit of that of the first one.
+
+    Parameters
+    ----------
+    instances : sequence of Instance
+        Instances of one effect.
+
+    Returns
+    -------
+    places : ndarray of int
+        Where they are.
+    unit : str
+        The unit.
+    """
+    units = [
+        next(
+            amplitude.unit
+            for amplitude, part in zip(item.effect.amplitudes, item.mixture, strict=True)
+            if part
+        )
+        for item in instances
+    ]
+    return np.flatnonzero(np.array(units) == units[0]), units[0]

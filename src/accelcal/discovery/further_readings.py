@@ -1,0 +1,306 @@
+"""Further readings that a laboratory could take: the menu, and how they join a record."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import fields, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.effects.conditions import LEVEL_CHANGE, SECONDS_PER_READING
+from accelcal.errors import InputError
+from accelcal.estimate.tables import head_positions
+from accelcal.geometry import turn_angles
+from accelcal.grouping import distinct, median
+from accelcal.record import Apparatus, TumbleRecord
+from accelcal.reference import fixture_angle
+from accelcal.simulation import NOISE_FREE, TumblePlan, simulate
+
+__all__ = ["Block", "blank", "joined", "menu"]
+
+Array = NDArray[np.float64]
+
+STROKES = 2
+"""Strokes in a run of a block: one forward, one back."""
+
+_SECONDS_BETWEEN_RUNS = 3600.0
+_RANGE = 60.0
+"""How far levels go from T0 on a side where a record has none [degC]."""
+
+
+_ONE_STAND = "records that are joined are of one accelerometer on one stand, declared alike"
+
+
+class Block(NamedTuple):
+    """Readings that are taken together.
+
+    Attributes
+    ----------
+    id : str
+        Name of the entry of the menu.
+    action : str
+        What is measured, to follow "measure".
+    plan : TumblePlan
+        How; its angles are those of the input axis, that is head angle plus `clocking`.
+    clocking : float
+        How far the unit is turned in its clamp on the head [deg]. A record cannot tell it: readings
+        of a turned unit join one at the angle of the input axis.
+    """
+
+    id: str
+    action: str
+    plan: TumblePlan
+    clocking: float = 0.0
+
+
+def menu(record: TumbleRecord, reference_temperature: float) -> tuple[Block, ...]:
+    """List what could be measured next.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        What has been measured.
+    reference_temperature : float
+        T0 [degC].
+
+    Returns
+    -------
+    tuple of Block
+        The blocks; those at one level are at that level of the record which is nearest to T0.
+
+    Examples
+    --------
+    >>> [block.id for block in menu(simulate(seed=1), 20.0)][:4]
+    ['same-test', 'longer-run', 'offset-positions', 'finer-positions']
+    """
+    levels = _levels(record, reference_temperature)
+    here = min(levels, key=lambda level: abs(level - reference_temperature))
+    at = f" at {here:g} degC" if len(set(levels)) > 1 else ""
+    plan = replace(_plan_of(record), temperatures=(here,), strokes=STROKES)
+    turned = replace(plan, angles=tuple(angle + 90.0 for angle in plan.angles or ()))
+    return (
+        *_same(record, plan, levels, at),
+        *_positions(plan, at),
+        Block(
+            "re-clocked",
+            f"2 strokes{at} with the unit turned by 90 deg in its clamp on the head",
+            turned,
+            90.0,
+        ),
+        *_mountings(plan, at),
+        *_temperatures(plan, levels, reference_temperature),
+    )
+
+
+def _same(record: TumbleRecord, plan: TumblePlan, levels: list[float], at: str) -> Iterator[Block]:
+    strokes = int(record.stroke.max())
+    again = replace(plan, temperatures=tuple(levels), strokes=strokes)
+    yield Block("same-test", "the same test again", again)
+    yield Block(
+        "longer-run", f"a run of {2 * strokes} strokes{at}", replace(plan, strokes=2 * strokes)
+    )
+
+
+def _positions(plan: TumblePlan, at: str) -> Iterator[Block]:
+    angles = np.array(plan.angles)
+    heads = distinct(head_positions(angles))
+    half = median(np.diff(np.append(heads, heads[0] + 360.0))) / 2.0
+    between = replace(plan, angles=tuple((angles + half).tolist()))
+    yield Block(
+        "offset-positions",
+        f"2 strokes{at} at positions {half:g} deg apart from the old ones",
+        between,
+    )
+    every = distinct(np.concatenate([angles, angles[angles < angles.max()] + half]))
+    finer = replace(plan, angles=tuple(every.tolist()))
+    yield Block(
+        "finer-positions", f"2 strokes{at} at the old positions and those {half:g} deg on", finer
+    )
+    by_30 = replace(plan, angles=tuple(turn_angles(12).tolist()))
+    yield Block("30-deg-positions", f"2 strokes{at} at positions 30 deg apart", by_30)
+
+
+def _mountings(plan: TumblePlan, at: str) -> Iterator[Block]:
+    axis, side = plan.mountings[-1][0], plan.mountings[-1][1]
+    reversed_, other = axis + "+-"[side == "+"], "op"[axis == "o"] + side
+    yield Block(
+        "reversed-mounting",
+        f"2 strokes{at} with the unit turned by 180 deg about its input axis, mounting {reversed_}",
+        replace(plan, mountings=(reversed_,)),
+    )
+    yield Block(
+        "other-axis",
+        f"2 strokes{at} with the other cross axis in the rotation plane, mounting {other}",
+        replace(plan, mountings=(other,)),
+    )
+
+
+def _temperatures(plan: TumblePlan, visited: list[float], reference: float) -> Iterator[Block]:
+    low, *above = sorted(set(visited))
+    if above:
+        start = [] if visited[-1] == low else [low]
+        loop = [*start, *above, *reversed(above[:-1])]
+        yield _at_levels("other-sense", "levels met both by heating and by cooling", plan, loop)
+    down = _span(reference - low) / 3.0
+    up = _span(max(visited) - reference) / 3.0
+    more = [reference + step for step in (-2.0 * down, -down, up, 2.0 * up)]
+    yield _at_levels("more-levels", "two more levels on either side of T0", plan, more)
+
+
+def _span(given: float) -> float:
+    return given if given >= LEVEL_CHANGE else _RANGE
+
+
+def _at_levels(name: str, which: str, plan: TumblePlan, levels: list[float]) -> Block:
+    rounded = tuple(round(level, 1) for level in levels)
+    listed = ", ".join(f"{level:g}" for level in rounded)
+    return Block(name, f"2 strokes at {listed} degC, {which}", replace(plan, temperatures=rounded))
+
+
+def _levels(record: TumbleRecord, unknown: float) -> list[float]:
+    """Level of each run in the mounting of the last one, in order [degC]."""
+    last = record.mounting[record.run == record.run.max()][0]
+    runs = distinct(record.run[record.mounting == last]).tolist()
+    levels = [record.select(record.run == run).mean_temperature for run in runs]
+    return [unknown if np.isnan(level) else round(level, 1) for level in levels]
+
+
+def _plan_of(record: TumbleRecord) -> TumblePlan:
+    """Positions, mounting and pace of a record."""
+    pace, pause = _pace(record)
+    return TumblePlan(
+        angles=tuple(distinct(np.round(record.angle, 6)).tolist()),
+        mountings=(str(record.mounting[record.run == record.run.max()][0]),),
+        seconds_per_reading=pace,
+        seconds_between_runs=pause,
+        timed=record.time is not None,
+    )
+
+
+def _pace(record: TumbleRecord) -> tuple[float, float]:
+    """Time from reading to reading, and what comes on top of it between runs [s]."""
+    if record.time is None:
+        return SECONDS_PER_READING, _SECONDS_BETWEEN_RUNS
+    order = np.argsort(record.time)
+    steps, run = np.diff(record.time[order]), record.run[order]
+    within = steps[(run[1:] == run[:-1]) & (steps > 0.0)]
+    between = steps[run[1:] != run[:-1]]
+    pace = median(within) if within.size else SECONDS_PER_READING
+    pause = max(median(between) - pace, 0.0) if between.size else _SECONDS_BETWEEN_RUNS
+    return pace, pause
+
+
+def blank(block: Block, record: TumbleRecord) -> TumbleRecord:
+    """Form of the readings of a block, with nothing of worth written in it.
+
+    Parameters
+    ----------
+    block : Block
+        The block.
+    record : TumbleRecord
+        The record that they are to join.
+
+    Returns
+    -------
+    TumbleRecord
+        The form.
+    """
+    form = simulate(plan=block.plan, noise=NOISE_FREE, seed=0, declare=False)
+    return replace(
+        form,
+        serial=record.serial,
+        unit=record.unit,
+        reference_temperature=record.reference_temperature,
+        apparatus=record.apparatus,
+        metadata=record.metadata,
+    )
+
+
+def joined(first: TumbleRecord, second: TumbleRecord) -> TumbleRecord:
+    """Add the readings of a later test of the same accelerometer on the same stand.
+
+    Parameters
+    ----------
+    first, second : TumbleRecord
+        The records, in the order in which they were measured.
+
+    Returns
+    -------
+    TumbleRecord
+        One record, with the declarations of both. Runs of the second have labels of their own.
+        Where its clock does not go on from the first one, it starts one pause between runs later.
+
+    Raises
+    ------
+    InputError
+        If the records cannot be of one accelerometer on one stand.
+
+    Examples
+    --------
+    >>> joined(simulate(seed=1), simulate(seed=2)).run_labels
+    ('1', '2', '3', '4', '5', '6')
+    """
+    numbered = first.positions == second.positions
+    both: dict[str, Any] = {
+        name: _appended(getattr(first, name), getattr(second, name))
+        for name in ("output", "angle", "temperature", "stroke", "mounting", "std", "count")
+    }
+    return replace(
+        first,
+        **both,
+        **_told(first, second),
+        run=np.concatenate([first.run, second.run + len(first.run_labels)]),
+        run_labels=_labels(first, second),
+        position=np.concatenate([first.position, second.position * numbered]),
+        time=_appended(first.time, _clock(first, second)),
+        line=None,
+    )
+
+
+def _told(first: TumbleRecord, second: TumbleRecord) -> dict[str, Any]:
+    """What either record tells of the accelerometer and of the stand."""
+    apparatus = {
+        item.name: _agreed(first, second, item.name, first.apparatus, second.apparatus)
+        for item in fields(Apparatus)
+    }
+    told = {
+        name: _agreed(first, second, name, first, second)
+        for name in ("serial", "unit", "reference_temperature")
+    }
+    if fixture_angle(first) != fixture_angle(second):
+        raise InputError(
+            f"{second.source}: delta0 {fixture_angle(second):g} after {fixture_angle(first):g};"
+            f" {_ONE_STAND}"
+        )
+    return {**told, "apparatus": Apparatus(**apparatus)}
+
+
+def _agreed(first: TumbleRecord, second: TumbleRecord, name: str, one: Any, other: Any) -> Any:
+    """Value that is told by one of two, or by both alike."""
+    a, b = getattr(one, name), getattr(other, name)
+    if a is not None and b is not None and a != b:
+        raise InputError(f"{second.source}: {name} {b} after {a} in {first.source}; {_ONE_STAND}")
+    return b if a is None else a
+
+
+def _appended(one: NDArray[Any] | None, other: NDArray[Any] | None) -> NDArray[Any] | None:
+    return None if one is None or other is None else np.asarray(np.concatenate([one, other]))
+
+
+def _labels(first: TumbleRecord, second: TumbleRecord) -> tuple[str, ...]:
+    labels = list(first.run_labels)
+    for label in second.run_labels:
+        number = len(labels) + 1
+        while label in labels:
+            label, number = str(number), number + 1
+        labels.append(label)
+    return tuple(labels)
+
+
+def _clock(first: TumbleRecord, second: TumbleRecord) -> Array | None:
+    if first.time is None or second.time is None or not second.time.min() <= first.time.max():
+        return second.time
+    start = float(first.time.max()) + sum(_pace(first))
+    return np.asarray(second.time - second.time.min() + start)

@@ -1,0 +1,235 @@
+"""What to measure next: the readings that would tell apart what the present ones cannot.
+
+For each entry of a menu the readings are foreseen, and with them how far the best explanation
+would be from each of its rivals, the rival and the base model being fitted as well as they can
+(T-optimality).
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.audit import of_one_unit
+from accelcal.discovery.candidates import VISIBLE, Instance, column_of, instances_of
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.further_readings import Block
+from accelcal.discovery.outlook import Outlook
+from accelcal.effects.conditions import Conditions
+from accelcal.effects.effect import Effect
+
+__all__ = ["Proposal", "Sight", "proposals", "to_see"]
+
+Array = NDArray[np.float64]
+Instances = Sequence[Instance]
+
+ENOUGH = 6.0
+"""Noncentrality at which a name is right in nearly all cases."""
+
+MOST = 64
+"""Blocks that are worth while."""
+
+_STEP = 0.01
+"""Step of a nonlinear parameter for a derivative, in the range that is searched."""
+
+_DUST = 1e-12
+"""Change of the readings for the size 1 below which an effect is not brought about [g]."""
+
+
+class Proposal(NamedTuple):
+    """A measurement that would tell explanations apart.
+
+    Attributes
+    ----------
+    block : Block
+        What is measured.
+    separation : tuple of float
+        Noncentrality of the best explanation beside each rival, after one block.
+    blocks : int or None
+        Blocks after which it is `ENOUGH` beside each rival; None where `MOST` are too few.
+    readings : int or None
+        Readings of these blocks.
+    hours : float or None
+        Time that they take.
+    text : str
+        The proposal in a line.
+    """
+
+    block: Block
+    separation: tuple[float, ...]
+    blocks: int | None
+    readings: int | None
+    hours: float | None
+    text: str
+
+
+class Sight(NamedTuple):
+    """A measurement that would show an effect which the present readings cannot.
+
+    Attributes
+    ----------
+    block : Block
+        What is measured, once.
+    readings : int
+        Its readings.
+    hours : float or None
+        Time that it takes.
+    size : float
+        Size from which the effect is seen.
+    unit : str
+        Unit of the size.
+    text : str
+        The same in a line.
+    """
+
+    block: Block
+    readings: int
+    hours: float | None
+    size: float
+    unit: str
+    text: str
+
+
+def proposals(
+    comparison: Comparison,
+    foreseen: Sequence[Outlook],
+    best: Instances,
+    rivals: Sequence[Instances],
+) -> tuple[Proposal, ...]:
+    """Rank the menu by what it takes to tell the best explanation from all its rivals.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The record.
+    foreseen : sequence of Outlook
+        The menu.
+    best : sequence of Instance
+        Effects of the best explanation; their sizes are those that fit the record.
+    rivals : sequence of sequence of Instance
+        Effects of each other explanation.
+
+    Returns
+    -------
+    tuple of Proposal
+        First what takes the least time, or the fewest readings where the record tells no times;
+        those that would not tell them apart come last. Empty without rivals.
+
+    Notes
+    -----
+    A rival is fitted with all its amplitudes and smooth nonlinear parameters; a number of a reading
+    or of a position stays as the record has it.
+    """
+    if not rivals:
+        return ()
+    names = _names(best), ", ".join(_names(rival) for rival in rivals)
+    c, space = comparison.model.conditions, comparison.space
+    columns = space.see(np.stack([column_of(item, c) for item in best], axis=1))
+    sizes = np.asarray(np.linalg.lstsq(columns, comparison.seen, rcond=None)[0])
+    found = [_proposal(outlook, best, sizes, rivals, names) for outlook in foreseen]
+    return tuple(sorted(found, key=_cost))
+
+
+def _cost(proposal: Proposal) -> tuple[float, float]:
+    if proposal.readings is None:
+        return np.inf, -min(proposal.separation)
+    return proposal.readings if proposal.hours is None else proposal.hours, 0.0
+
+
+def _names(instances: Instances) -> str:
+    return " + ".join(sorted(item.effect.id for item in instances))
+
+
+def _proposal(
+    outlook: Outlook,
+    best: Instances,
+    sizes: Array,
+    rivals: Sequence[Instances],
+    names: tuple[str, str],
+) -> Proposal:
+    c = outlook.conditions
+    apart = sum(size * column_of(item, c) for item, size in zip(best, sizes, strict=True))
+    beside = [outlook.beside(_span(rival, c), np.asarray(apart)[:, None]) for rival in rivals]
+
+    def hardest(number: int) -> float:
+        return min(float(left.lengths(number)[0]) for left in beside)
+
+    fewer = bisect_left(range(1, MOST + 1), ENOUGH, key=hardest)
+    blocks = fewer + 1 if fewer < MOST else None
+    return Proposal(
+        block=outlook.block,
+        separation=tuple(float(left.lengths(1)[0]) for left in beside),
+        blocks=blocks,
+        readings=None if blocks is None else blocks * outlook.readings,
+        hours=None if blocks is None or outlook.hours is None else blocks * outlook.hours,
+        text=_text(outlook, blocks, names),
+    )
+
+
+def _text(outlook: Outlook, blocks: int | None, names: tuple[str, str]) -> str:
+    action = outlook.block.action
+    if blocks is None:
+        return f"{MOST} times {action} would not tell {names[0]} from {names[1]}"
+    times = f"{blocks} times " if blocks > 1 else ""
+    readings = blocks * outlook.readings
+    return f"measure {times}{action}: {readings} readings tell {names[0]} from {names[1]}"
+
+
+def _span(instances: Instances, c: Conditions) -> Array:
+    """All that some effects can do near where they fit: amplitudes, and nonlinear parameters."""
+    columns = [np.empty((c.input.size, 0))]
+    for item in instances:
+        columns.append(c.gain[:, None] * item.effect.columns(c, **item.shape))
+        for parameter in item.effect.shapes:
+            if not parameter.discrete and parameter.search is not None:
+                step = _STEP * float(np.ptp(parameter.search(c)))
+                value = item.shape[parameter.name]
+                low = max(value - step, parameter.minimum)
+                above, below = (
+                    column_of(item._replace(shape={**item.shape, parameter.name: at}), c)
+                    for at in (value + step, low)
+                )
+                columns.append((above - below)[:, None])
+    return np.hstack(columns)
+
+
+def to_see(foreseen: Sequence[Outlook], effect: Effect) -> Sight | None:
+    """Find the measurement that shows an effect best, for its time or its readings.
+
+    Parameters
+    ----------
+    foreseen : sequence of Outlook
+        The menu.
+    effect : Effect
+        An effect that the present readings cannot show.
+
+    Returns
+    -------
+    Sight or None
+        The measurement, made once; None where nothing of the menu shows the effect.
+    """
+    seen = [sight for outlook in foreseen if (sight := _sight(outlook, effect)) is not None]
+    return min(seen, key=lambda s: s.size**2 * (s.hours or s.readings), default=None)
+
+
+def _sight(outlook: Outlook, effect: Effect) -> Sight | None:
+    c = outlook.conditions
+    instances = list(instances_of(effect, c))
+    alike, unit = of_one_unit(instances)
+    columns = np.stack([column_of(instances[i], c) for i in alike], axis=1)
+    nothing = np.empty((c.input.size, 0))
+    left = outlook.beside(nothing, columns)
+    length = left.lengths(1)
+    visible = (length > VISIBLE * left.whole(1)) & (np.abs(columns).max(axis=0) > _DUST)
+    if not visible.any():
+        return None
+    size = ENOUGH / float(length[visible].max())
+    text = (
+        f"measure {outlook.block.action}: {outlook.readings} readings show {effect.id}"
+        f" from {size:.2g} {unit}"
+    )
+    return Sight(outlook.block, outlook.readings, outlook.hours, size, unit, text)

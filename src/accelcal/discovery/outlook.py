@@ -1,0 +1,190 @@
+"""Further readings foreseen: what a record and they would show together.
+
+Errors of the head positions are unknowns with the declared uncertainty, so that old and new
+readings at one position share them. All else is independent from run to run, so that further
+blocks like the first add up; a shift that is free in each run counts as one in all of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.base import BaseModel, base_model, solve
+from accelcal.discovery.further_readings import Block, blank, joined, menu
+from accelcal.discovery.noise import ReadingNoise, covariance, dummies, orthonormal
+from accelcal.discovery.space import whitener_of
+from accelcal.effects.conditions import Conditions, conditions_of
+from accelcal.estimate.tables import head_positions
+from accelcal.record import Apparatus, TumbleRecord
+
+__all__ = ["Left", "Outlook", "outlooks"]
+
+Array = NDArray[np.float64]
+
+
+class Outlook(NamedTuple):
+    """A record with a block of readings that are foreseen.
+
+    Attributes
+    ----------
+    block : Block
+        What is measured.
+    readings : int
+        Readings of the block.
+    hours : float or None
+        Time that it takes; None where the record tells no times.
+    conditions : Conditions
+        Of the readings of record and block.
+    whiteners : tuple of ndarray
+        Of the readings of the record and of those of the block, without the head [1/g].
+    taken : ndarray, shape (n, p)
+        Columns of the base model, and of the head [g].
+    heads : int
+        How many of them, at the end, are of the head, with the standard deviation 1.
+    """
+
+    block: Block
+    readings: int
+    hours: float | None
+    conditions: Conditions
+    whiteners: tuple[Array, Array]
+    taken: Array
+    heads: int
+
+    def beside(self, others: Array, columns: Array) -> Left:
+        """What base model, head and other columns leave of some columns.
+
+        Parameters
+        ----------
+        others : ndarray, shape (n, h)
+            Columns that are fitted beside the base model [g].
+        columns : ndarray, shape (n, k)
+            The columns [g].
+
+        Returns
+        -------
+        Left
+            What is left of them, for any number of blocks.
+        """
+        every = np.hstack([self.taken, others, columns])
+        before, last = every.shape[0] - self.readings, self.taken.shape[1]
+        prior = np.zeros((self.heads, every.shape[1]))
+        prior[:, last - self.heads : last] = np.eye(self.heads)
+        old = np.vstack([self.whiteners[0] @ every[:before], prior])
+        new = self.whiteners[1] @ every[before:]
+        return Left(_triangle(old), _triangle(new), last + others.shape[1])
+
+
+def _triangle(columns: Array) -> Array:
+    return np.asarray(np.linalg.qr(columns, mode="r"))
+
+
+class Left(NamedTuple):
+    """What columns leave of other columns.
+
+    Attributes
+    ----------
+    old, new : ndarray, shape (r, t + k)
+        Triangles of all whitened columns over the readings of the record, and over a block.
+    taken : int
+        Number t of columns that take.
+    """
+
+    old: Array
+    new: Array
+    taken: int
+
+    def lengths(self, blocks: int) -> Array:
+        """Lengths that are left after a number of blocks, (k,), in standard deviations of noise."""
+        rows = np.vstack([self.old, np.sqrt(blocks) * self.new])
+        basis, wanted = orthonormal(rows[:, : self.taken]), rows[:, self.taken :]
+        return np.asarray(np.sqrt(((wanted - basis @ (basis.T @ wanted)) ** 2).sum(axis=0)))
+
+    def whole(self, blocks: int) -> Array:
+        """Lengths before anything is taken, shape (k,)."""
+        rows = np.vstack([self.old, np.sqrt(blocks) * self.new])
+        return np.asarray(np.sqrt((rows[:, self.taken :] ** 2).sum(axis=0)))
+
+
+def outlooks(
+    record: TumbleRecord, noise: ReadingNoise, reference_temperature: float, delta0: float = 0.0
+) -> tuple[Outlook, ...]:
+    """Foresee each entry of the menu of further readings.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        What has been measured, or simulated.
+    noise : ReadingNoise
+        Its noise.
+    reference_temperature : float
+        T0 [degC].
+    delta0 : float, default 0
+        Fixture angle [rad].
+
+    Returns
+    -------
+    tuple of Outlook
+        One for each entry.
+    """
+    return tuple(
+        _outlook(record, block, noise, reference_temperature, delta0)
+        for block in menu(record, reference_temperature)
+    )
+
+
+def _outlook(
+    record: TumbleRecord, block: Block, noise: ReadingNoise, reference: float, delta0: float
+) -> Outlook:
+    whole, model = _foreseen(record, blank(block, record), reference, delta0)
+    n = len(record)
+    clocking = np.where(np.arange(len(whole)) < n, 0.0, block.clocking)
+    c = replace(model.conditions, angle=whole.angle - clocking)
+    declared = record.apparatus
+    spread = covariance(c, noise, replace(declared, head_uncertainty=None), c.angle)
+    whiteners = (
+        whitener_of(spread[:n, :n], noise.sigma),
+        whitener_of(spread[n:, n:], noise.sigma),
+    )
+    head = _head(c, declared)
+    return Outlook(
+        block=block,
+        readings=len(whole) - n,
+        hours=_hours(whole, n),
+        conditions=c,
+        whiteners=whiteners,
+        taken=np.hstack([model.jacobian(solve(model)), head]),
+        heads=head.shape[1],
+    )
+
+
+def _head(c: Conditions, declared: Apparatus) -> Array:
+    """What a standard deviation of each head position does to the readings [g]."""
+    if not declared.head_uncertainty:
+        return np.empty((c.angle.size, 0))
+    acting = declared.head_uncertainty * c.gain * c.per_radian
+    return np.asarray(acting[:, None] * dummies(head_positions(c.angle)))
+
+
+def _hours(whole: TumbleRecord, before: int) -> float | None:
+    if whole.time is None:
+        return None
+    return float(whole.time[before:].max() - whole.time[:before].max()) / 3600.0
+
+
+def _foreseen(
+    record: TumbleRecord, form: TumbleRecord, reference: float, delta0: float
+) -> tuple[TumbleRecord, BaseModel]:
+    """Record and block, with the outputs that the base model of the record foresees."""
+    whole = joined(record, form)
+    old = np.arange(len(whole)) < len(record)
+    nominal = base_model(record, reference, delta0).nominal
+    ideal = nominal * conditions_of(whole, reference, delta0).input
+    first = base_model(replace(whole, output=np.where(old, whole.output, ideal)), reference, delta0)
+    gain, inside = first.split(solve(first, np.diag(old.astype(float))))
+    whole = replace(whole, output=np.where(old, whole.output, first.nominal * gain * inside))
+    return whole, base_model(whole, reference, delta0)

@@ -1,0 +1,568 @@
+"""What a test can show is known before it is made; what to measure next, after it."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import accelcal
+from accelcal.discovery.aliases import aliases, exact_class
+from accelcal.discovery.audit import (
+    absorbed_by,
+    audit,
+    designed,
+    smallest_detectable,
+)
+from accelcal.discovery.base import base_model, solve
+from accelcal.discovery.candidates import candidates, column_of, direction, instances_of
+from accelcal.discovery.comparison import compared
+from accelcal.discovery.factors import blocks
+from accelcal.discovery.family import family_of, judge
+from accelcal.discovery.further_readings import blank, joined, menu
+from accelcal.discovery.next_measurement import ENOUGH, proposals, to_see
+from accelcal.discovery.noise import ReadingNoise, covariance
+from accelcal.discovery.outlook import outlooks
+from accelcal.discovery.search import search
+from accelcal.discovery.space import whitener_of
+from accelcal.effects.catalogue import catalogue, effect
+from accelcal.errors import InputError
+from accelcal.estimate.tables import head_positions
+from accelcal.record import Apparatus
+from accelcal.simulation import NOISE_FREE, NoiseComponents, TumblePlan, simulate
+
+T0 = 20.0
+SIGMA = 5e-6
+NOISE = ReadingNoise(sigma=SIGMA, rho=0.0, dof=100, tails=np.inf)
+SEARCHED = [item for item in catalogue() if item.acts_on != "readings" and item.amplitudes]
+DECLARED = Apparatus(head_uncertainty=6.7e-6, launch_uncertainty=6.7e-6, launch_sf_uncertainty=5e-6)
+USUAL = TumblePlan(timed=True)
+ONE_RUN = TumblePlan(temperatures=(T0,), strokes=8, timed=True)
+LOOP = (20.0, 50.0, 80.0, 50.0, 20.0, -10.0, -40.0, -10.0)
+QUIET_HEAD = NoiseComponents(reading=SIGMA, head=0.0)
+
+
+@cache
+def design(plan=USUAL, apparatus=DECLARED):
+    """Comparison, candidates and family of a test without a reading."""
+    record = replace(simulate(plan=plan, noise=NOISE_FREE, seed=0), apparatus=apparatus)
+    comparison = designed(record, T0, NOISE)
+    return comparison, *_family(comparison)
+
+
+def _family(comparison):
+    c, space = comparison.model.conditions, comparison.space
+    found = candidates(SEARCHED, space, c)
+    return found, family_of(space, found, blocks(space, c), comparison.roots)
+
+
+def found_in(record):
+    """Comparison and findings of a record."""
+    comparison = compared(record, T0)
+    _, family = _family(comparison)
+    return comparison, search(family, comparison.seen, comparison.model.conditions)
+
+
+def names_of(findings):
+    return [sorted(explanation.ids) for explanation in findings.explanations]
+
+
+def whole_q(record, wanted, others, delta0=0.0):
+    """Noncentrality the long way: all readings of a record, all its covariance at once."""
+    model = base_model(record, T0, delta0)
+    c = model.conditions
+    spread = covariance(c, NOISE, record.apparatus, head_positions(record.angle))
+    whitener = whitener_of(spread, SIGMA)
+    base = whitener @ np.hstack([model.jacobian(solve(model)), others(c)])
+    base /= np.maximum(np.linalg.norm(base, axis=0), 1e-300)
+    column = whitener @ wanted(c)
+    return float(np.linalg.norm(column - base @ np.linalg.lstsq(base, column, rcond=1e-9)[0]))
+
+
+# -- what cannot be seen ---------------------------------------------------------------------------
+
+
+THREE_LEVELS = {
+    "odd-quadratic": ("K1", "K3"),
+    "cross-axis-quadratic": ("K0", "K2"),
+    "bias-temperature-quadratic": ("K0 above T0", "K0 below T0"),
+    "scale-factor-temperature-quadratic": ("K1 above T0", "K1 below T0"),
+    "break-shift": ("K0 above T0", "K0 below T0"),
+    "temperature-hysteresis": ("K0 above T0", "K0 below T0"),
+    "fixture-offset": ("M",),
+    "head-eccentricity": ("K0", "K2", "M_ip"),
+}
+
+
+def undetectable(plan=USUAL, apparatus=DECLARED):
+    comparison, _, family = design(plan, apparatus)
+    return {item.id: item.absorbed_by for item in audit(comparison, family).undetectable}
+
+
+def test_what_eight_positions_and_three_levels_cannot_show():
+    assert undetectable() == THREE_LEVELS
+
+
+def test_declared_uncertainties_do_not_change_what_absorbs():
+    assert undetectable(apparatus=replace(DECLARED, launch_uncertainty=1e-4)) == THREE_LEVELS
+
+
+def test_shifts_that_are_free_in_each_run_absorb_what_goes_with_the_run():
+    hidden = undetectable(TumblePlan(temperatures=LOOP), Apparatus())
+    assert hidden["temperature-hysteresis"] == ("K0",)
+    assert hidden["scale-factor-temperature-quadratic"] == ("K1",)
+
+
+def test_more_positions_and_levels_show_more():
+    assert "odd-quadratic" not in undetectable(TumblePlan(positions=16, temperatures=(T0,)))
+    hidden = undetectable(TumblePlan(temperatures=LOOP, timed=True))
+    assert set(THREE_LEVELS) - set(hidden) == {
+        name for name in THREE_LEVELS if "temperature" in name or name == "break-shift"
+    }
+
+
+def test_an_effect_that_is_not_brought_about_is_absorbed_by_nothing():
+    assert undetectable(ONE_RUN)["k2-temperature"] == ()
+
+
+@pytest.mark.parametrize("name", THREE_LEVELS)
+def test_the_coefficients_carry_the_effect_and_none_is_superfluous(name):
+    comparison, _, _ = design()
+    model = comparison.model
+    jacobian = model.jacobian(comparison.parameters)
+    instances = list(instances_of(effect(name), model.conditions))
+    columns = np.stack([column_of(item, model.conditions) for item in instances], axis=1)
+    carriers = absorbed_by(effect(name), model, comparison.parameters)
+
+    def left(names):
+        own = jacobian[:, [n in names for n in model.names]]
+        rest = columns - own @ np.linalg.lstsq(own, columns, rcond=None)[0]
+        return (np.linalg.norm(rest, axis=0) / np.linalg.norm(columns, axis=0)).max()
+
+    assert left(carriers) < 0.05
+    assert all(left(set(carriers) - {one}) > 0.05 for one in carriers)
+
+
+# -- how small an effect can be --------------------------------------------------------------------
+
+
+def sizes(apparatus=DECLARED):
+    return {size.id: size for size in smallest_detectable(design(apparatus=apparatus)[2])}
+
+
+@pytest.mark.parametrize("name", ["k2-temperature", "backlash", "fourth-order"])
+def test_the_smallest_size_is_found_nine_times_in_ten(name):
+    comparison, found, family = design()
+    place = [item.id for item in found.effects].index(name)
+    unit = found.directions[:, list(found.owner).index(place)]
+    length = found.length[list(found.owner).index(place)]
+    rng = np.random.default_rng(3)
+    seen = unit * length * sizes()[name].best + rng.standard_normal((300, comparison.space.size))
+    p = np.array([judge(family, one).effects[place] for one in seen]) * family.tests
+    low, high = stats.binom.ppf([0.001, 0.999], 300, 0.9) / 300
+    assert low <= (p < 0.01).mean() <= high
+
+
+def test_an_undeclared_head_makes_the_test_look_better_than_it_is():
+    assert sizes()["fourth-order"].best > 3.0 * sizes(Apparatus())["fourth-order"].best
+
+
+def test_sizes_have_the_unit_of_what_they_are_the_size_of():
+    found = sizes()
+    assert found["warm-up"].unit == "g"
+    assert found["warm-up"].best < found["warm-up"].typical
+    assert found["backlash"].best == found["backlash"].typical
+    assert found["foundation-tilt"].unit == "rad/h"  # and not the rad of its daily part
+
+
+def test_visible_parts_are_parts():
+    comparison, found, family = design()
+    visible = audit(comparison, family).visible
+    assert list(visible) == [item.id for item in found.effects]
+    assert all(0.01 < part <= 1.0 + 1e-12 for part in visible.values())
+    assert visible["stroke-offset"] == pytest.approx(1.0, abs=1e-3)
+
+
+# -- what looks alike ------------------------------------------------------------------------------
+
+
+def test_one_direction_is_one_class():
+    _, found, _ = design()
+    assert exact_class(found, "fourth-order") == ("scale-factor-asymmetry", "fourth-order")
+    assert exact_class(found, "cross-axis-cubic") == ("cross-axis-cubic", "dead-zone")
+    assert exact_class(found, "stroke-offset") == ("stroke-offset",)
+
+
+def test_more_positions_break_the_class():
+    _, found, _ = design(TumblePlan(positions=16, temperatures=(T0,)))
+    assert exact_class(found, "fourth-order") == ("fourth-order",)
+
+
+def test_near_ones_come_with_their_cosine():
+    table = {item.id: item for item in aliases(design()[1])}
+    assert dict(table["backlash"].near)["hysteresis"] == pytest.approx(0.986, abs=0.002)
+    assert dict(table["hysteresis"].near)["backlash"] == dict(table["backlash"].near)["hysteresis"]
+    assert table["warm-up"].near[0][0] == "bias-drift"
+    assert table["fourth-order"].exact == ("scale-factor-asymmetry",)
+
+
+def test_effects_with_opposite_signs_are_not_alike():
+    _, found, _ = design()
+    ids = [item.id for item in found.effects]
+    one, other = (list(found.owner).index(ids.index(n)) for n in ("dead-zone", "hysteresis"))
+    directions = found.directions.copy()
+    directions[:, other] = -directions[:, one]
+    opposite = found._replace(directions=directions)
+    assert exact_class(opposite, "hysteresis") == ("cross-axis-cubic", "hysteresis")
+
+
+def test_phases_of_one_effect_are_one_span():
+    plan = TumblePlan(temperatures=LOOP, timed=True)
+    comparison, found, _ = design(plan)
+    tilt = next(i for i in found.instances if i.effect.id == "foundation-tilt" and not i.mixture[0])
+    odd = tilt._replace(mixture=(0.0, np.cos(0.13), np.sin(0.13)))  # half-way between two phases
+    unit, length = direction(odd, comparison.space, comparison.model.conditions)
+    place = list(found.owner).index([e.id for e in found.effects].index("backlash"))
+    directions = found.directions.copy()
+    directions[:, place] = unit
+    twin = found._replace(directions=directions)
+    assert length > 0.0
+    assert "foundation-tilt" in exact_class(twin, "backlash")
+
+
+# -- a test without readings -----------------------------------------------------------------------
+
+
+def test_the_audit_is_that_of_the_design_and_not_of_the_readings():
+    one, two = (
+        designed(simulate(seed=seed, effects=[effect("backlash").of(3e-5)]), T0, NOISE)
+        for seed in (1, 2)
+    )
+    first, second = (audit(k, _family(k)[1]) for k in (one, two))
+    assert first.undetectable == second.undetectable
+    for a, b in zip(first.smallest, second.smallest, strict=True):
+        assert a.best == pytest.approx(b.best, rel=0.01)
+
+
+def test_a_design_with_the_noise_of_a_record_is_that_record():
+    record = simulate(seed=3)
+    real = compared(record, T0)
+    planned = designed(record, T0, real.noise)
+    assert np.allclose(planned.space.whitener, real.space.whitener)
+    assert planned.seen @ planned.seen == pytest.approx(real.seen @ real.seen)
+    assert planned.noise.dof == planned.space.dof
+
+
+def test_a_design_without_replicates_is_refused():
+    record = simulate(plan=TumblePlan(strokes=2, temperatures=(T0,)), seed=0)
+    with pytest.raises(InputError, match="plan two or more cycles"):
+        designed(record, T0, NOISE)
+
+
+def test_a_test_that_can_show_nothing_has_an_audit():
+    comparison, _, _ = design()
+    c, space = comparison.model.conditions, comparison.space
+    found = candidates([effect("fixture-offset")], space, c)
+    family = family_of(space, found, blocks(space, c), comparison.roots)
+    told = audit(comparison, family)
+    assert [item.id for item in told.undetectable] == ["fixture-offset"]
+    assert (told.visible, told.smallest, told.aliases) == ({}, (), ())
+
+
+# -- the menu --------------------------------------------------------------------------------------
+
+
+def on_menu(record):
+    return {block.id: block for block in menu(record, T0)}
+
+
+def test_positions_lie_between_the_old_ones():
+    assert "22.5 deg" in on_menu(simulate(seed=0))["offset-positions"].action
+    twelve = on_menu(simulate(plan=TumblePlan(positions=12), seed=0))["offset-positions"]
+    assert twelve.plan.angles[:3] == (15.0, 45.0, 75.0)
+
+
+def test_finer_positions_hold_the_old_ones():
+    plan = on_menu(simulate(seed=0))["finer-positions"].plan
+    assert plan.angles == tuple(np.arange(0.0, 361.0, 22.5))
+
+
+def test_levels_are_met_in_both_senses():
+    record = simulate(seed=0)
+    block = on_menu(record)["other-sense"]
+    assert block.plan.temperatures == (20.0, 80.0, 20.0)  # from -40 degC, where the record ends
+    whole = joined(record, blank(block, record))
+    model = base_model(whole, T0)
+    senses = {sense for sense in model.conditions.approach[model.conditions.excess == 0.0] if sense}
+    assert senses == {1.0, -1.0}
+
+
+def test_one_level_cannot_be_met_in_two_senses():
+    assert "other-sense" not in on_menu(simulate(plan=ONE_RUN, seed=0))
+
+
+def test_mountings_turn_about_one_axis_each():
+    found = on_menu(simulate(plan=TumblePlan(mountings=("p-",)), seed=0))
+    assert found["reversed-mounting"].plan.mountings == ("p+",)
+    assert found["other-axis"].plan.mountings == ("o-",)
+
+
+def test_unknown_temperatures_stay_at_t0():
+    record = simulate(plan=ONE_RUN, seed=0)
+    unknown = replace(record, temperature=np.full(len(record), np.nan))
+    assert on_menu(unknown)["offset-positions"].plan.temperatures == (T0,)
+
+
+# -- joining ---------------------------------------------------------------------------------------
+
+
+def test_joined_records_follow_one_another():
+    first, second = (simulate(plan=ONE_RUN, seed=seed) for seed in (1, 2))
+    whole = joined(first, second)
+    assert len(whole) == len(first) + len(second)
+    assert whole.run_labels == ("1", "2")
+    assert np.array_equal(whole.output[whole.run == 1], second.output)
+    assert whole.time[whole.run == 1].min() == first.time.max() + 60.0 + 3600.0
+    assert whole.position.tolist() == [*first.position, *second.position]
+    assert joined(whole, first).run_labels == ("1", "2", "3")
+
+
+def test_a_clock_that_goes_on_is_kept():
+    first, second = (simulate(plan=ONE_RUN, seed=seed) for seed in (1, 2))
+    later = replace(second, time=second.time + 1e6)
+    assert joined(first, later).time[-1] == later.time[-1]
+    assert joined(first, replace(later, time=None)).time is None
+
+
+def test_positions_of_another_numbering_become_angles():
+    first = simulate(plan=ONE_RUN, seed=1)
+    other = simulate(plan=replace(ONE_RUN, positions=12), seed=1)
+    assert not joined(first, other).position[len(first) :].any()
+
+
+def test_what_only_one_of_two_declares_holds_for_both():
+    first = simulate(plan=ONE_RUN, seed=1)
+    second = replace(first, apparatus=Apparatus(), serial=None)
+    for whole in (joined(first, second), joined(second, first)):
+        assert whole.apparatus == first.apparatus
+        assert whole.serial == first.serial
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"serial": "7"}, "serial 7 after AL-15"),
+        ({"apparatus": Apparatus(head_uncertainty=1e-3)}, "head_uncertainty 0.001 after 6.7e-06"),
+        ({"reference_temperature": 25.0}, "reference_temperature 25.0 after 20.0"),
+        ({"metadata": {"delta0": "0.001"}}, "delta0 0.001 after 0;"),
+    ],
+)
+def test_records_of_two_accelerometers_or_stands_are_not_joined(change, message):
+    first = simulate(plan=ONE_RUN, seed=1)
+    with pytest.raises(InputError, match=message):
+        joined(first, replace(first, **change))
+
+
+# -- what to measure next --------------------------------------------------------------------------
+
+
+@cache
+def asymmetric():
+    """A record with |a_i| of twenty standard deviations, and what is found in it."""
+    plan = TumblePlan(temperatures=LOOP, timed=True)
+    hidden = [effect("scale-factor-asymmetry").of(20.0 * SIGMA)]
+    record = simulate(plan=plan, noise=QUIET_HEAD, effects=hidden, seed=11)
+    return record, *found_in(record)
+
+
+@cache
+def asymmetric_proposals():
+    record, comparison, findings = asymmetric()
+    best, *rivals = [explanation.instances for explanation in findings.explanations]
+    foreseen = outlooks(record, comparison.noise, T0)
+    return proposals(comparison, foreseen, best, rivals)
+
+
+def test_the_proposed_measurement_leaves_one_name():
+    record, _, findings = asymmetric()
+    assert sorted(names_of(findings)) == [["fourth-order"], ["scale-factor-asymmetry"]]
+    best = asymmetric_proposals()[0]
+    assert best.block.id == "offset-positions"
+    whole = record
+    for seed in range(best.blocks):
+        hidden = [effect("scale-factor-asymmetry").of(20.0 * SIGMA)]
+        new = simulate(plan=best.block.plan, noise=QUIET_HEAD, effects=hidden, seed=100 + seed)
+        whole = joined(whole, new)
+    assert len(whole) == len(record) + best.readings
+    assert names_of(found_in(whole)[1]) == [["scale-factor-asymmetry"]]
+
+
+def test_the_proposal_is_told_in_a_line():
+    best = asymmetric_proposals()[0]
+    pair = " from ".join(name for (name,) in names_of(asymmetric()[2]))
+    times = f"{best.blocks} times " if best.blocks > 1 else ""
+    assert best.text == (
+        f"measure {times}2 strokes at 20 degC at positions 22.5 deg apart from the old ones:"
+        f" {best.readings} readings tell {pair}"
+    )
+
+
+def test_the_ranking_is_by_time_and_the_useless_comes_last():
+    ranked = asymmetric_proposals()
+    hours = [item.hours for item in ranked if item.hours is not None]
+    assert hours == sorted(hours)
+    assert [item.blocks is None for item in ranked] == [False] * len(hours) + [True] * (
+        len(ranked) - len(hours)
+    )
+    useless = {item.block.id for item in ranked if item.blocks is None}
+    assert {"same-test", "longer-run", "re-clocked", "reversed-mounting"} <= useless
+    assert all("would not tell" in item.text for item in ranked if item.blocks is None)
+
+
+def test_without_times_the_fewest_readings_win():
+    record, _, _ = asymmetric()
+    timeless = replace(record, time=None)
+    comparison, findings = found_in(timeless)
+    best, *rivals = [explanation.instances for explanation in findings.explanations]
+    ranked = proposals(comparison, outlooks(timeless, comparison.noise, T0), best, rivals)
+    readings = [item.readings for item in ranked if item.readings is not None]
+    assert readings == sorted(readings)
+    assert all(item.hours is None for item in ranked)
+
+
+def test_nothing_is_proposed_without_rivals():
+    _, comparison, findings = asymmetric()
+    assert proposals(comparison, (), findings.explanations[0].instances, []) == ()
+
+
+def test_proposals_repeat_to_the_last_digit():
+    first = [item.text for item in asymmetric_proposals()], asymmetric_proposals()[0].separation
+    asymmetric_proposals.cache_clear()
+    assert first == (
+        [item.text for item in asymmetric_proposals()],
+        asymmetric_proposals()[0].separation,
+    )
+
+
+@pytest.mark.parametrize("number", [1, 3])
+@pytest.mark.parametrize("name", ["offset-positions", "30-deg-positions", "other-sense"])
+def test_separation_is_the_noncentrality_of_all_readings_together(name, number):
+    """Head errors shared by old and new readings, shifts of each new run: the long way."""
+    record = simulate(seed=4).with_apparatus(
+        head_uncertainty=2e-6, launch_uncertainty=9e-6, launch_sf_uncertainty=7e-6
+    )
+    outlook = next(o for o in outlooks(record, NOISE, T0) if o.block.id == name)
+    one, two = (
+        next(instances_of(effect(e), outlook.conditions))
+        for e in ("scale-factor-asymmetry", "fourth-order")
+    )
+    c = outlook.conditions
+    left = outlook.beside(column_of(two, c)[:, None], 1e-4 * column_of(one, c)[:, None])
+    whole = record
+    for seed in range(number):
+        whole = joined(whole, simulate(plan=outlook.block.plan, seed=seed, declare=False))
+    q = whole_q(whole, lambda c: 1e-4 * column_of(one, c), lambda c: column_of(two, c)[:, None])
+    assert left.lengths(number)[0] == pytest.approx(q, rel=1e-3, abs=1e-3)
+
+
+def test_a_shift_that_is_free_in_each_run_is_free_in_the_new_one():
+    record = replace(simulate(seed=4), apparatus=Apparatus(head_uncertainty=2e-6))
+    outlook = next(o for o in outlooks(record, NOISE, T0) if o.block.id == "other-sense")
+    assert to_see([outlook], effect("temperature-hysteresis")) is None
+    column = column_of(
+        next(instances_of(effect("backlash"), outlook.conditions)), outlook.conditions
+    )
+    left = outlook.beside(np.empty((column.size, 0)), column[:, None])
+    whole = joined(record, simulate(plan=outlook.block.plan, seed=1, declare=False))
+    q = whole_q(
+        whole,
+        lambda c: column_of(next(instances_of(effect("backlash"), c)), c),
+        lambda c: np.empty((c.angle.size, 0)),
+    )
+    assert left.lengths(1)[0] == pytest.approx(q, rel=1e-3)
+
+
+def test_a_rival_with_a_time_constant_is_fitted_with_any():
+    """Warm-up of one time constant beside warm-up of nearly the same leaves next to nothing."""
+    record = simulate(plan=TumblePlan(timed=True), seed=4)
+    comparison = compared(record, T0)
+    c = comparison.model.conditions
+    warm = next(i for i in instances_of(effect("warm-up"), c) if i.shape["tau"] > 300.0)
+    near = warm._replace(shape={"tau": warm.shape["tau"] * 1.03})
+    foreseen = outlooks(record, comparison.noise, T0)
+    seen = comparison.space.see(20.0 * SIGMA * column_of(warm, c))
+    ranked = proposals(comparison._replace(seen=seen), foreseen, [warm], [[near]])
+    assert all(item.separation[0] < 0.2 for item in ranked)
+
+
+# -- what would show the invisible -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "block"),
+    [
+        ("odd-quadratic", "offset-positions"),
+        ("fixture-offset", "reversed-mounting"),
+        ("head-eccentricity", "re-clocked"),
+        ("temperature-hysteresis", "other-sense"),
+        ("bias-temperature-quadratic", "more-levels"),
+        ("break-shift", "more-levels"),
+    ],
+)
+def test_each_invisible_effect_has_a_measurement_that_shows_it(name, block):
+    comparison, _, _ = design()
+    sight = to_see(outlooks(comparison.record, NOISE, T0), effect(name))
+    assert sight.block.id == block
+    assert sight.text.startswith(f"measure {sight.block.action}: {sight.readings} readings show")
+
+
+def test_what_the_menu_cannot_show_has_none():
+    comparison, _, _ = design()
+    assert to_see(outlooks(comparison.record, NOISE, T0), effect("cross-axis-quadratic")) is None
+
+
+def test_what_is_not_brought_about_has_none():
+    comparison, _, _ = design(
+        ONE_RUN
+    )  # without a temperature slope a drifting chamber does nothing
+    assert to_see(outlooks(comparison.record, NOISE, T0), effect("chamber-drift")) is None
+
+
+def test_the_invisible_is_found_with_the_measurement_that_shows_it():
+    plan = replace(ONE_RUN, temperatures=(20.0, 80.0, -40.0))
+    blind = simulate(plan=plan, noise=QUIET_HEAD, seed=7)
+    comparison = compared(blind, T0)
+    sight = to_see(outlooks(blind, comparison.noise, T0), effect("fixture-offset"))
+    hidden = [effect("fixture-offset").of(1.3 * sight.size)]
+    record = simulate(plan=plan, noise=QUIET_HEAD, effects=hidden, seed=7)
+    new = simulate(plan=sight.block.plan, noise=QUIET_HEAD, effects=hidden, seed=70)
+    assert found_in(record)[1].before.p_value > 0.01
+    assert ["fixture-offset"] in names_of(found_in(joined(record, new))[1])
+
+
+def test_a_size_that_is_seen_has_the_noncentrality_that_is_enough():
+    comparison, _, _ = design()
+    sight = to_see(outlooks(comparison.record, NOISE, T0), effect("temperature-hysteresis"))
+    new = simulate(plan=sight.block.plan, noise=NOISE_FREE, seed=0, declare=False)
+    whole = joined(comparison.record, new)
+    lag = effect("temperature-hysteresis")
+    q = whole_q(
+        whole,
+        lambda c: sight.size * column_of(next(instances_of(lag, c)), c),
+        lambda c: np.empty((c.angle.size, 0)),
+    )
+    assert q == pytest.approx(ENOUGH, rel=1e-3)
+
+
+def test_a_fixture_angle_and_another_t0_are_kept():
+    plan = TumblePlan(delta0=0.002, timed=True)
+    record = replace(simulate(plan=plan, seed=1), reference_temperature=25.0, serial=None)
+    assert len(outlooks(record, NOISE, 25.0, 0.002)) == len(menu(record, 25.0))
+
+
+def test_the_public_record_is_untouched():
+    record = accelcal.simulate(seed=1)
+    before = record.output.copy()
+    outlooks(record, NOISE, T0)
+    assert np.array_equal(record.output, before)
