@@ -1,4 +1,4 @@
-"""Oracles and `hidden` can be imported by name; examples of Hypothesis have no deadline."""
+"""Oracles, `hidden` and `rivals` are imported by name; examples of Hypothesis have no deadline."""
 
 import sys
 from importlib.machinery import PathFinder
@@ -9,9 +9,10 @@ from hypothesis import settings
 
 sys.path.insert(0, str(Path(__file__).parent / "oracles"))
 
-# of the benchmarks this package alone: others there have names of modules elsewhere
-found = PathFinder.find_spec("hidden", [str(Path(__file__).parents[1] / "benchmarks")])
-sys.modules["hidden"] = module_from_spec(found)
+# of the benchmarks these packages alone: others there have names of modules elsewhere
+for name in ("hidden", "rivals"):
+    found = PathFinder.find_spec(name, [str(Path(__file__).parents[1] / "benchmarks")])
+    sys.modules[name] = module_from_spec(found)
 
 # on a busy machine an example may take any time, and tests never assert times
 settings.register_profile("accelcal", deadline=None)

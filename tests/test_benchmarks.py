@@ -54,6 +54,58 @@ def test_gates():
     assert rates["warm-up 1e-4 g, 900 s"] == rates["one reading 40 ug off"] == 100.0
 
 
+def figures(printed, section, method):
+    """Cells of the first line of a method in a section."""
+    part = printed.split(f"\n## {section}")[1].split("\n## ")[0]
+    line = re.search(rf"^\| {re.escape(method)} \|(.*)\|$", part, re.MULTILINE)
+    return [cell.strip() for cell in line[1].split("|")]
+
+
+def test_discovery():
+    printed = run("discovery.py", "--smoke", "--jobs", "1")
+    for method in ("accelcal discover", "EBIC stepwise", "BIC stepwise", "LassoCV", "STLSQ"):
+        for section in ("Clean", "One", "Several", "Outside", "Invisible", "Held-out", "Faults"):
+            assert figures(printed, section, method), (section, method)
+    assert figures(printed, "Invisible", "accelcal discover")[0].startswith("0/")
+    closed = float(figures(printed, "Held-out", "accelcal discover")[0].removesuffix(" %"))
+    assert closed > 90.0
+
+
+def test_discovery_knows_which_method_is_not_installed(monkeypatch):
+    from rivals import methods
+
+    monkeypatch.setattr(methods, "find_spec", lambda _: None)
+    assert not methods.is_installed("LassoCV")
+    assert methods.is_installed("EBIC stepwise")
+
+
+def discovery_case(kind, design):
+    from rivals.cases import Case
+
+    return Case("one", kind, design, "iid", 8.0, 0)
+
+
+def test_right_names_of_a_hidden_effect_are_those_of_its_class():
+    from rivals.trial import truth_of
+
+    eight, _, _ = truth_of(discovery_case("fourth-order", "three"), 1)
+    assert eight.are_right(("scale-factor-asymmetry",))
+    assert not eight.are_right(("scale-factor-asymmetry", "backlash"))
+    assert not eight.are_right(())
+    twelve, _, _ = truth_of(discovery_case("fourth-order", "twelve"), 1)
+    assert not twelve.is_right_of_any("scale-factor-asymmetry")
+    assert twelve.are_right(("fourth-order",))
+
+
+def test_stepwise_takes_the_column_that_is_there():
+    from rivals.methods import answer
+    from rivals.trial import truth_of
+
+    _, record, _ = truth_of(discovery_case("backlash", "three"), 1)
+    for method in ("EBIC stepwise", "BIC stepwise"):
+        assert answer(method, record).names[0] == "backlash"
+
+
 @pytest.mark.parametrize("path", sorted(BENCHMARKS.glob("*.py")), ids=lambda path: path.name)
 def test_each_benchmark_is_known_here(path):
     runnable = "__main__" in path.read_text("utf-8")
