@@ -368,34 +368,40 @@ def test_records_of_two_accelerometers_or_stands_are_not_joined(change, message)
 
 
 @cache
-def asymmetric():
-    """A record with |a_i| of twenty standard deviations, and what is found in it."""
-    plan = TumblePlan(temperatures=LOOP, timed=True)
-    hidden = [effect("scale-factor-asymmetry").of(20.0 * SIGMA)]
-    record = simulate(plan=plan, noise=QUIET_HEAD, effects=hidden, seed=11)
+def asymmetric(size=20.0, temperatures=LOOP, seed=11):
+    """A record with |a_i| of some standard deviations, and what is found in it."""
+    plan = TumblePlan(temperatures=temperatures, timed=True)
+    hidden = [effect("scale-factor-asymmetry").of(size * SIGMA)]
+    record = simulate(plan=plan, noise=QUIET_HEAD, effects=hidden, seed=seed)
     return record, *found_in(record)
 
 
 @cache
-def asymmetric_proposals():
-    record, comparison, findings = asymmetric()
+def asymmetric_proposals(**case):
+    record, comparison, findings = asymmetric(**case)
     best, *rivals = [explanation.instances for explanation in findings.explanations]
     foreseen = outlooks(record, comparison.noise, T0)
     return proposals(comparison, foreseen, best, rivals)
 
 
-def test_the_proposed_measurement_leaves_one_name():
-    record, _, findings = asymmetric()
+@pytest.mark.parametrize(
+    ("case", "proposed", "fewest"),
+    [
+        ({}, "offset-positions", 18),
+        ({"size": 8.0, "temperatures": (20.0, 80.0, -40.0)}, "finer-positions", 100),
+    ],
+)
+def test_the_proposed_measurement_leaves_one_name(case, proposed, fewest):
+    record, _, findings = asymmetric(**case)
     assert sorted(names_of(findings)) == [["fourth-order"], ["scale-factor-asymmetry"]]
-    best = asymmetric_proposals()[0]
-    assert best.block.id == "offset-positions"
-    whole = record
-    for seed in range(best.blocks):
-        hidden = [effect("scale-factor-asymmetry").of(20.0 * SIGMA)]
-        new = simulate(plan=best.block.plan, noise=QUIET_HEAD, effects=hidden, seed=100 + seed)
-        whole = joined(whole, new)
-    assert len(whole) == len(record) + best.readings
-    assert names_of(found_in(whole)[1]) == [["scale-factor-asymmetry"]]
+    best = asymmetric_proposals(**case)[0]
+    assert best.block.id == proposed
+    assert best.readings >= fewest
+    hidden = [effect("scale-factor-asymmetry").of(case.get("size", 20.0) * SIGMA)]
+    plan = replace(best.block.plan, temperatures=best.block.plan.temperatures * best.blocks)
+    new = simulate(plan=plan, noise=QUIET_HEAD, effects=hidden, seed=100)
+    assert len(new) == best.readings
+    assert names_of(found_in(joined(record, new))[1]) == [["scale-factor-asymmetry"]]
 
 
 def test_the_proposal_is_told_in_a_line():
