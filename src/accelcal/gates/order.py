@@ -155,10 +155,10 @@ def _best_order(table: PreparedTable, fit: _Fit, delta0: float) -> OtherOrder:
         found.append((float(squares.min()), order, int(np.argmin(squares))))
     _, order, group = min(found, key=lambda one: one[0])
     chosen = members[group, _stroke_index(table)]
-    squares = _squares(table, order, chosen, delta0)
-    better = fit.squares / max(squares, _NOTHING)
+    left = _squares(table, order, chosen, delta0)
+    better = fit.squares / max(left, _NOTHING * float(table.record.output @ table.record.output))
     said = f"{names[group]} {order.said}"
-    return OtherOrder(said, squares, chosen, order.angle, order.sign, better)
+    return OtherOrder(said, left, chosen, order.angle, order.sign, better)
 
 
 def _other_orders(table: PreparedTable) -> Iterator[_Order]:

@@ -1,0 +1,198 @@
+"""Faults of the readings, found and named before physics is.
+
+Outliers, exchanged readings, strokes in a wrong order, a visible step of the voltmeter, and noise
+that grows with the lever of the angle. All but the order is judged by replicates, never by the
+residuals of a model, which may lack an effect.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.fault import Fault
+from accelcal.discovery.noise import FEWEST_REPLICATES
+from accelcal.discovery.pure_error import PureError, moving, pure_error
+from accelcal.discovery.single_readings import nominal_scale, single_readings
+from accelcal.discovery.uneven_noise import (
+    chance_of_vibration,
+    vibration,
+    vibration_over_noise,
+)
+from accelcal.discovery.visible_step import VisibleStep, visible_step
+from accelcal.discovery.wrong_order import turned_tables, wrong_orders
+from accelcal.effects.catalogue import effect
+from accelcal.effects.conditions import Conditions, conditions_of
+from accelcal.gates.verdict import acceleration
+from accelcal.grouping import decimal_step, median
+from accelcal.record import TumbleRecord
+
+__all__ = ["Fault", "faults"]
+
+Array = NDArray[np.float64]
+
+_SMALLEST = 1e-300
+_OF_NORMAL = 1.4826  # standard deviation over the median size of a normal deviation
+
+_NOT_JUDGED = (
+    "outliers, exchanged readings and vibration were not looked for: the readings leave {dof:.0f}"
+    f" degrees of freedom of pure error, it takes {FEWEST_REPLICATES}; measure two or more cycles"
+    " of a forward and a back stroke in each run"
+)
+
+
+class _Scene(NamedTuple):
+    """A record with the strokes in order, as the search sees it."""
+
+    record: TumbleRecord
+    c: Conditions
+    nominal: float  # scale factor [output unit / g]
+    readings: Array  # [g]
+    view: PureError  # within runs
+
+
+def faults(
+    record: TumbleRecord,
+    reference_temperature: float,
+    delta0: float = 0.0,
+    alpha: float = 0.01,
+) -> tuple[tuple[Fault, ...], TumbleRecord]:
+    """Find the faults of the readings.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        The readings.
+    reference_temperature : float
+        T0 [degC].
+    delta0 : float, default 0
+        Fixture angle [rad].
+    alpha : float, default 0.01
+        False-alarm rate of each kind of fault.
+
+    Returns
+    -------
+    tuple of Fault
+        Wrong orders of strokes and tables, exchanged readings, outliers, the step of the readings,
+        vibration, which is not looked for beside a visible step.
+    TumbleRecord
+        The record with strokes put in order, exchanged readings exchanged back and outliers set
+        aside. Its notes say so, and what could not be judged for want of replicates.
+
+    Raises
+    ------
+    InputError
+        If a table is none of a tumble test, see `accelcal.estimate.tables.prepare`.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> from accelcal.effects.catalogue import effect
+    >>> wrong = effect("outlier").of(1e-3, reading=17)
+    >>> record = accelcal.simulate(effects=[wrong], seed=1)
+    >>> found, mended = faults(record, 20.0)
+    >>> [fault.effect.id for fault in found], len(record) - len(mended)
+    (['outlier'], 1)
+    """
+    orders, ordered = wrong_orders(record, delta0)
+    scene = _scene(ordered, reference_temperature, delta0)
+    step = visible_step(ordered.output, _scatter(scene))
+    single, mended = _of_single_readings(scene, step, 0.0, alpha)
+    rest = _scene(mended, reference_temperature, delta0)
+    step = step or visible_step(ordered.output, _scatter(rest))
+    # a step makes the scatter of a cell depend on where in the step its mean lies
+    chance = 1.0 if step else chance_of_vibration(rest.view, rest.c, mended.mounting)
+    shaken: tuple[Fault, ...] = ()
+    if chance < alpha:
+        ratio = vibration_over_noise(rest.view, rest.c, mended.mounting)
+        single, mended = _of_single_readings(scene, step, ratio, alpha)
+        shaken = (_of_vibration(_scene(mended, reference_temperature, delta0), chance),)
+    stepped = () if step is None else (_of_step(step, rest),)
+    turned = turned_tables(mended, delta0, _kept(record, single))
+    notes = [fault.text for fault in (*orders, *single)]
+    if scene.view.dof < FEWEST_REPLICATES:
+        notes.append(_NOT_JUDGED.format(dof=max(scene.view.dof, 0.0)))
+    mended = replace(mended, notes=(*mended.notes, *notes))
+    return (*orders, *turned, *single, *stepped, *shaken), mended
+
+
+def _kept(record: TumbleRecord, single: tuple[Fault, ...]) -> NDArray[np.intp]:
+    """Indices of the readings that are not set aside."""
+    outliers = [fault.readings[0] for fault in single if len(fault.readings) == 1]
+    return np.delete(np.arange(len(record)), outliers)
+
+
+def _of_single_readings(
+    scene: _Scene, step: VisibleStep | None, ratio: float, alpha: float
+) -> tuple[tuple[Fault, ...], TumbleRecord]:
+    """Outliers and exchanges, where the variance of the noise is 1 + `ratio` a_p^2."""
+    if scene.view.dof < FEWEST_REPLICATES:
+        return (), scene.record
+    weight = 1.0 / np.sqrt(1.0 + ratio * scene.c.cross**2)
+    return single_readings(scene.record, scene.c, scene.nominal, weight, _least(scene, step), alpha)
+
+
+def _scene(record: TumbleRecord, reference_temperature: float, delta0: float) -> _Scene:
+    c = conditions_of(record, reference_temperature, delta0)
+    nominal = nominal_scale(record, c)
+    readings = record.output / nominal
+    return _Scene(record, c, nominal, readings, pure_error(readings, moving(c, record.mounting)))
+
+
+def _least(scene: _Scene, step: VisibleStep | None) -> float:
+    """Smallest noise that the digits of the readings allow [g]."""
+    digit = decimal_step(scene.record.output) if step is None else step.step
+    rounding = 4.0 * float(np.finfo(float).eps) * float(np.abs(scene.readings).max())
+    return max(0.5 * digit / abs(scene.nominal), rounding)
+
+
+def _scatter(scene: _Scene) -> float:
+    """Standard deviation of a reading, whatever the outliers [output unit]."""
+    scaled = scene.view.scaled[scene.view.telling] * scene.nominal
+    return _OF_NORMAL * median(np.abs(scaled)) if scaled.size else np.inf
+
+
+def _least(scene: _Scene, step: VisibleStep | None) -> float:
+    """Smallest noise that the digits of the readings allow [g]."""
+    digit = decimal_step(scene.record.output) if step is None else step.step
+    rounding = 4.0 * float(np.finfo(float).eps) * float(np.abs(scene.readings).max())
+    return max(0.5 * digit / abs(scene.nominal), rounding)
+
+
+def _scatter(scene: _Scene) -> float:
+    """Standard deviation of a reading, whatever the outliers [g]."""
+    scaled = scene.view.scaled[scene.view.telling]
+    return _OF_NORMAL * median(np.abs(scaled)) if scaled.size else np.inf
+
+
+def _of_step(step: VisibleStep, scene: _Scene) -> Fault:
+    size, error = (value / abs(scene.nominal) for value in (step.step, step.uncertainty))
+    declared = scene.record.apparatus.resolution
+    known = declared is not None and step.step < 1.5 * declared
+    said = "as declared" if known else f"declare '# resolution: {step.step:.6g}'"
+    return Fault(
+        effect=effect("quantization"),
+        finding=effect("quantization").name,
+        parameters={"step": (size, error, "g")},
+        p_value=step.p_value,
+        readings=tuple(range(len(scene.record))),
+        text=f"all readings are multiples of {step.step:.6g} {scene.record.unit or 'output units'}"
+        f" ({acceleration(size)}), which their noise does not hide; {said}, or read more digits",
+    )
+
+
+def _of_vibration(scene: _Scene, chance: float) -> Fault:
+    found = vibration(scene.readings, scene.c, scene.record.mounting)
+    return Fault(
+        effect=effect("vibration-noise"),
+        finding=effect("vibration-noise").name,
+        parameters={"sigma": (found.vibration, found.uncertainty, "g")},
+        p_value=max(chance, _SMALLEST),
+        readings=(),
+        text=f"readings scatter by {acceleration(found.sigma)} where the angle does not matter and"
+        f" by {acceleration(float(np.hypot(found.sigma, found.vibration)))} where it matters most,"
+        f" p = {chance:.2g}; nothing is taken out, but these readings weigh less: quiet the stand",
+    )

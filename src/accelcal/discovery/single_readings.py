@@ -1,0 +1,155 @@
+"""Outliers and exchanged readings as faults, and the record without them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.fault import Fault
+from accelcal.discovery.suspects import Suspect, Views, suspects, views_of
+from accelcal.effects.catalogue import effect
+from accelcal.effects.conditions import Conditions
+from accelcal.gates.replicates import place
+from accelcal.gates.verdict import acceleration
+from accelcal.record import TumbleRecord
+
+__all__ = ["nominal_scale", "single_readings"]
+
+Array = NDArray[np.float64]
+
+_SMALLEST = 1e-300
+
+
+def nominal_scale(record: TumbleRecord, c: Conditions) -> float:
+    """Slope of the readings against the input.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        The readings.
+    c : Conditions
+        Their conditions.
+
+    Returns
+    -------
+    float
+        Scale factor [output unit / g]; half the range of the readings where there is no slope.
+    """
+    centred = c.input - c.input.mean()
+    slope = float(centred @ record.output / (centred @ centred or np.inf))
+    return slope or float(np.ptp(record.output)) / 2.0
+
+
+def single_readings(
+    record: TumbleRecord, c: Conditions, nominal: float, weight: Array, least: float, alpha: float
+) -> tuple[tuple[Fault, ...], TumbleRecord]:
+    """Find outliers and exchanged readings.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        The n readings, strokes in order.
+    c : Conditions
+        Their conditions.
+    nominal : float
+        Scale factor [output unit / g].
+    weight : ndarray, shape (n,)
+        Relative inverse standard deviation of each reading's noise.
+    least : float
+        Smallest standard deviation that the noise may have [g].
+    alpha : float
+        False-alarm rate.
+
+    Returns
+    -------
+    tuple of Fault
+        Exchanges, then outliers.
+    TumbleRecord
+        The record with exchanged readings exchanged back and outliers set aside.
+    """
+    readings = record.output / nominal
+    views = views_of(readings, c, record.mounting, weight)
+    steps, after = suspects(views, readings, weight, c, least, alpha)
+    found = [_exchange(record, c, step) for step in steps if len(step.readings) == 2]
+    for pair in [list(step.readings) for step in steps if len(step.readings) == 2]:
+        record = _exchanged(record, pair)
+    wrong = [step.readings[0] for step in steps if len(step.readings) == 1]
+    errors = _errors(views, after, steps, wrong, weight, least)
+    chances = [step.p_value for step in steps if len(step.readings) == 1]
+    for reading, error, chance in zip(wrong, errors, chances, strict=True):
+        found.append(_outlier(record, c, reading, error, chance))
+    kept = np.ones(len(record), dtype=np.bool_)
+    kept[wrong] = False
+    return tuple(found), record.select(kept)
+
+
+def _exchanged(record: TumbleRecord, pair: list[int]) -> TumbleRecord:
+    """Put two readings into each other's place, with what is known of their scatter."""
+    changed = {}
+    for name in ("output", "std", "count"):
+        values = getattr(record, name)
+        if values is not None:
+            values = values.copy()
+            values[pair] = values[pair[::-1]]
+            changed[name] = values
+    return replace(record, **changed)
+
+
+def _errors(
+    views: Views, after: Views, steps: list[Suspect], wrong: list[int], weight: Array, least: float
+) -> list[tuple[float, float]]:
+    """Error of each outlier and its standard uncertainty [g], all estimated together."""
+    for step in steps:
+        if len(step.readings) == 2:
+            views = views.changed(step.column)
+        elif not step.readings:
+            views = views.without(step.column)
+    view, rest = views.pooled, after.pooled
+    inverse = np.linalg.pinv(view.projector[np.ix_(wrong, wrong)], hermitian=True)
+    values = inverse @ view.residual[wrong] / weight[wrong]
+    sigma = np.sqrt(max(rest.squares / max(rest.dof, 1.0), least**2))
+    spread = sigma * np.sqrt(np.diagonal(inverse)) / weight[wrong]
+    return list(zip(values.tolist(), spread.tolist(), strict=True))
+
+
+def _where(record: TumbleRecord, reading: int) -> str:
+    label = record.run_labels[record.run[reading]]
+    return f"{f'run {label}, ' if len(record.run_labels) > 1 else ''}{place(record, reading)}"
+
+
+def _outlier(
+    record: TumbleRecord, c: Conditions, reading: int, error: tuple[float, float], chance: float
+) -> Fault:
+    size, uncertainty = error
+    return Fault(
+        effect=effect("outlier"),
+        finding=effect("outlier").name,
+        parameters={
+            "error": (size, uncertainty, "g"),
+            "reading": (float(c.number[reading]), 0.0, "1"),
+        },
+        p_value=max(chance, _SMALLEST),
+        readings=(reading,),
+        text=f"{_where(record, reading)} is {acceleration(size)} off its replicates (standard"
+        f" uncertainty {acceleration(uncertainty)}, p = {chance:.2g}): set aside as an outlier;"
+        " repeat the reading",
+    )
+
+
+def _exchange(record: TumbleRecord, c: Conditions, step: Suspect) -> Fault:
+    first, second = sorted(step.readings, key=lambda reading: int(c.number[reading]))
+    apart = float(c.number[second] - c.number[first])
+    return Fault(
+        effect=effect("swapped-positions"),
+        finding=effect("swapped-positions").name,
+        parameters={
+            "reading": (float(c.number[first]), 0.0, "1"),
+            "apart": (apart, 0.0, "1"),
+        },
+        p_value=max(step.p_value, _SMALLEST),
+        readings=(first, second),
+        text=f"{_where(record, first)} and {place(record, second)} are written at each other's"
+        f" place (p = {step.p_value:.2g}): exchanged back; check the protocol",
+    )

@@ -1,0 +1,161 @@
+"""Strokes in a wrong order or of the wrong sign, and tables turned as a whole."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.fault import Fault
+from accelcal.estimate.tables import PreparedTable, prepare
+from accelcal.gates.order import OtherOrder, order_of_strokes
+from accelcal.gates.sizes import wrong_sign
+from accelcal.gates.verdict import times
+from accelcal.grouping import distinct
+from accelcal.probability import f_survival, student_survival
+from accelcal.record import TumbleRecord
+
+__all__ = ["turned_tables", "wrong_orders"]
+
+_LARGEST_TURN = 0.1  # rad, as of a misalignment in proportion
+_SMALLEST = 1e-300
+
+
+def wrong_orders(record: TumbleRecord, delta0: float) -> tuple[tuple[Fault, ...], TumbleRecord]:
+    """Find strokes that would fit far better in another order.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        The readings.
+    delta0 : float
+        Fixture angle [rad].
+
+    Returns
+    -------
+    tuple of Fault
+        Strokes of another order or sign.
+    TumbleRecord
+        The record with the strokes put right.
+    """
+    found: list[Fault] = []
+    for places in _tables(record):
+        # a table of few strokes may hide a second wrong one behind the first
+        for _ in range(int(distinct(record.stroke[places]).size)):
+            table = prepare(_part(record, places), delta0=delta0)
+            other = order_of_strokes(table, delta0)
+            if other is None:
+                break
+            found.append(_fault(record, table, other, places))
+            record = _put_right(record, other, places)
+    return tuple(found), record
+
+
+def turned_tables(
+    record: TumbleRecord, delta0: float, index: NDArray[np.intp]
+) -> tuple[Fault, ...]:
+    """Find tables that are turned or negated as a whole, which leaves no residual.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        The readings, without faults of single ones.
+    delta0 : float
+        Fixture angle [rad].
+    index : ndarray of int, shape (n,)
+        What to call each reading.
+
+    Returns
+    -------
+    tuple of Fault
+        One for each such table. It is left as it is.
+    """
+    turned = [_turned(record, places, delta0, index) for places in _tables(record)]
+    return tuple(fault for fault in turned if fault is not None)
+
+
+def _tables(record: TumbleRecord) -> Iterator[NDArray[np.intp]]:
+    """Places of the readings of each run in each mounting."""
+    for run in distinct(record.run):
+        for mounting in distinct(record.mounting):
+            places = np.flatnonzero((record.run == run) & (record.mounting == mounting))
+            if places.size > 1:
+                yield places
+
+
+def _part(record: TumbleRecord, places: NDArray[np.intp]) -> TumbleRecord:
+    mask = np.zeros(len(record), dtype=np.bool_)
+    mask[places] = True
+    return record.select(mask)
+
+
+def _of_run(record: TumbleRecord, place: int) -> str:
+    label = record.run_labels[record.run[place]]
+    return f"run {label}, " if len(record.run_labels) > 1 else ""
+
+
+def _fault(
+    record: TumbleRecord, table: PreparedTable, other: OtherOrder, places: NDArray[np.intp]
+) -> Fault:
+    dof = float(len(table.record) - len(table.estimability.kept))
+    p = max(f_survival(other.better, dof, dof), _SMALLEST)
+    return Fault(
+        effect=None,
+        finding="wrong order of positions" if other.sign > 0.0 else "wrong sign",
+        parameters={},
+        p_value=p,
+        readings=tuple(places[other.chosen].tolist()),
+        text=f"{_of_run(record, int(places[0]))}{other.said}: the residuals are"
+        f" {times(float(np.sqrt(other.better)))} times smaller so, and that is how they are taken;"
+        " correct the table",
+    )
+
+
+def _put_right(record: TumbleRecord, other: OtherOrder, places: NDArray[np.intp]) -> TumbleRecord:
+    own = places[other.chosen]
+    angle, output, position = record.angle.copy(), record.output.copy(), record.position.copy()
+    angle[own] = _within_the_turn(other.angle[other.chosen], record.angle[own])
+    output[own] *= other.sign
+    numbered = own[record.position[own] > 0]
+    steps = np.mod(angle[numbered], 360.0 + 1e-6) * record.positions / 360.0
+    position[numbered] = np.round(steps).astype(np.int64) + 1
+    return replace(record, angle=angle, output=output, position=position)
+
+
+def _within_the_turn(
+    turned: NDArray[np.float64], given: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """The angles of a stroke within the turn in which they were given."""
+    start = 360.0 * np.floor(given.min() / 360.0)
+    turned = turned + 360.0 * np.round((given.mean() - turned.mean()) / 360.0)  # for a mirror
+    over = (turned > start + 360.0 + 1e-6) * 360.0
+    under = (turned < start - 1e-6) * 360.0
+    return np.asarray(turned - over + under)
+
+
+def _turned(
+    record: TumbleRecord, places: NDArray[np.intp], delta0: float, index: NDArray[np.intp]
+) -> Fault | None:
+    table = prepare(_part(record, places), delta0=delta0)
+    values = table.least_squares.solve(table.record.output)
+    rest = table.record.output - table.kept_design @ values
+    dof = max(float(rest.size - values.size), 1.0)
+    size = dict(zip(table.estimability.kept, values.tolist(), strict=True))
+    k1, m = size["K1"], size.get("M", 0.0)
+    if k1 > 0.0 and abs(m) <= _LARGEST_TURN * k1:
+        return None
+    what = "K1" if k1 <= 0.0 else "M"
+    row = table.least_squares.map[table.estimability.kept.index(what)]
+    error = max(float(np.sqrt(row @ row * (rest @ rest) / dof)), _SMALLEST)
+    turn = float(np.degrees(np.arctan2(-m, k1)))
+    said = wrong_sign(k1) if k1 <= 0.0 else f"all positions as if shifted by {turn:.1f} deg"
+    return Fault(
+        effect=None,
+        finding="wrong sign" if k1 <= 0.0 else "positions shifted",
+        parameters={"turn": (turn, float(np.degrees(error / np.hypot(k1, m))), "deg")},
+        p_value=max(2.0 * student_survival(abs(size[what]) / error, dof), _SMALLEST),
+        readings=tuple(index[places].tolist()),
+        text=f"{_of_run(record, int(places[0]))}{said}; correct the table, it is fitted as given",
+    )
