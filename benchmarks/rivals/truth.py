@@ -23,14 +23,14 @@ class Truth:
     """What is hidden in a table, in its white coordinates."""
 
     def __init__(self, table: Table, conditions: Conditions) -> None:
-        self._lower = np.linalg.cholesky(table.covariance())
-        self._base = orthonormal(np.linalg.solve(self._lower, table.base_directions()))
+        self._whitener = np.linalg.inv(np.linalg.cholesky(table.covariance()))
+        self._base = orthonormal(self._whitener @ table.base_directions())
         self._conditions = conditions
         self._known: dict[tuple[str, str], float] = {}
         self.parts = {name: self._seen(part) for name, part in table.parts.items()}
 
     def _seen(self, columns: Floats) -> Floats:
-        return remainder(np.linalg.solve(self._lower, columns), self._base)
+        return remainder(self._whitener @ columns, self._base)
 
     def cosine(self, name: str, part: str) -> float:
         """Largest cosine of an effect of the catalogue with one that is hidden."""
@@ -40,13 +40,10 @@ class Truth:
 
     def _cosine(self, name: str, part: str) -> float:
         entry, c, hidden = effect(name), self._conditions, self.parts[part]
-        shapes = {tuple(item.shape.items()) for item in instances_of(entry, c)}
-        best = 0.0
-        for shape in sorted(shapes):
-            columns = self._seen(c.gain[:, None] * entry.columns(c, **dict(shape)))
-            length = np.linalg.norm(columns, axis=0)
-            if length.max() > 0.0:
-                best = max(best, float(np.linalg.norm(orthonormal(columns).T @ hidden)))
+        shapes = sorted({tuple(item.shape.items()) for item in instances_of(entry, c)})
+        columns = [c.gain[:, None] * entry.columns(c, **dict(shape)) for shape in shapes]
+        spans = np.split(self._seen(np.hstack(columns)), len(shapes), axis=1)
+        best = max(_along(hidden, span) for span in spans)
         return best / float(np.linalg.norm(hidden))
 
     def is_right(self, name: str, part: str) -> bool:
@@ -69,3 +66,11 @@ class Truth:
     def is_outside(self) -> bool:
         """Whether no effect of the catalogue is of the class of anything hidden."""
         return not any(self.cosine(e.id, part) > SAME for e in PHYSICAL for part in self.parts)
+
+
+def _along(vector: Floats, span: Floats) -> float:
+    """Length of the part of a vector that lies in the span of some columns."""
+    if span.shape[1] > 1:
+        return float(np.linalg.norm(orthonormal(span).T @ vector))
+    length = float(np.linalg.norm(span))
+    return abs(float(span[:, 0] @ vector)) / length if length > 0.0 else 0.0
