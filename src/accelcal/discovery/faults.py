@@ -101,7 +101,7 @@ def faults(
     scene = _scene(ordered, reference_temperature, delta0)
     step = visible_step(ordered.output, _scatter(scene))
     single, mended = _of_single_readings(scene, step, 0.0, alpha)
-    rest = _scene(mended, reference_temperature, delta0)
+    rest = _scene(mended, reference_temperature, delta0) if single else scene
     step = step or visible_step(ordered.output, _scatter(rest))
     # a step makes the scatter of a cell depend on where in the step its mean lies
     chance = 1.0 if step else chance_of_vibration(rest.view, rest.c, mended.mounting)
@@ -152,19 +152,6 @@ def _least(scene: _Scene, step: VisibleStep | None) -> float:
 def _scatter(scene: _Scene) -> float:
     """Standard deviation of a reading, whatever the outliers [output unit]."""
     scaled = scene.view.scaled[scene.view.telling] * scene.nominal
-    return _OF_NORMAL * median(np.abs(scaled)) if scaled.size else np.inf
-
-
-def _least(scene: _Scene, step: VisibleStep | None) -> float:
-    """Smallest noise that the digits of the readings allow [g]."""
-    digit = decimal_step(scene.record.output) if step is None else step.step
-    rounding = 4.0 * float(np.finfo(float).eps) * float(np.abs(scene.readings).max())
-    return max(0.5 * digit / abs(scene.nominal), rounding)
-
-
-def _scatter(scene: _Scene) -> float:
-    """Standard deviation of a reading, whatever the outliers [g]."""
-    scaled = scene.view.scaled[scene.view.telling]
     return _OF_NORMAL * median(np.abs(scaled)) if scaled.size else np.inf
 
 
