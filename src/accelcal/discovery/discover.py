@@ -8,13 +8,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.discovery import fault
+from accelcal.discovery.audit import audit
 from accelcal.discovery.candidates import Instance, candidates
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.factors import blocks
 from accelcal.discovery.family import Family, family_of
+from accelcal.discovery.faults import faults
 from accelcal.discovery.held_out import held_out_rms
+from accelcal.discovery.next_measurement import proposals
 from accelcal.discovery.noise import orthonormal
+from accelcal.discovery.outlook import outlooks
 from accelcal.discovery.search import Findings, search
 from accelcal.discovery.solution import Solution, changes, parameters_of, solution
 from accelcal.discovery.where import pattern, shares, structure
@@ -24,8 +29,8 @@ from accelcal.errors import InputError
 from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
-from accelcal.results.findings import FoundEffect, Gap, Unexplained
-from accelcal.results.quantity import ErrorSource
+from accelcal.results.findings import Detectable, Fault, FoundEffect, Gap, Unexplained
+from accelcal.results.quantity import ErrorSource, Quantity
 from accelcal.version import __version__
 
 __all__ = ["discover"]
@@ -33,6 +38,17 @@ __all__ = ["discover"]
 Array = NDArray[np.float64]
 
 _SAME_NOISE = 0.01
+
+
+class _Question(NamedTuple):
+    """What is asked of a record."""
+
+    reference: float
+    delta0: float
+    effects: tuple[Effect, ...]
+    alpha: float
+    most: int
+    seed: int
 
 
 class _Look(NamedTuple):
@@ -99,16 +115,16 @@ def discover(
     """
     _check(alpha, max_effects)
     t0, _ = reference_temperature_of(record, reference_temperature)
-    reference = 0.0 if t0 is None else t0
-    angle = fixture_angle(record, delta0)
-    searched = [item for item in effects or catalogue() if _is_searched(item)]
-    look = _look(record, reference, angle, searched, (), alpha, max_effects, seed)
-    found = _best(look.findings)
-    if found is not None:
-        known = _look(record, reference, angle, searched, found.instances, alpha, max_effects, seed)
-        if not _same_noise(look.comparison, known.comparison):
-            look = known
-    return _discovery(look, record, alpha, reference, angle, seed)
+    question = _Question(
+        reference=0.0 if t0 is None else t0,
+        delta0=fixture_angle(record, delta0),
+        effects=tuple(item for item in effects or catalogue() if _is_searched(item)),
+        alpha=alpha,
+        most=max_effects,
+        seed=seed,
+    )
+    found, mended = faults(record, question.reference, question.delta0, alpha)
+    return _discovery(_searched(mended, question), record, found, question)
 
 
 def _check(alpha: float, max_effects: int) -> None:
@@ -123,24 +139,25 @@ def _is_searched(effect: Effect) -> bool:
     return effect.acts_on != "readings" and bool(effect.amplitudes)
 
 
-def _look(
-    record: TumbleRecord,
-    reference: float,
-    delta0: float,
-    effects: Sequence[Effect],
-    known: tuple[Instance, ...],
-    alpha: float,
-    most: int,
-    seed: int,
-) -> _Look:
-    comparison = compared(record, reference, delta0, known)
-    c = comparison.model.conditions
-    found = candidates(effects, comparison.space, c)
-    factors = blocks(comparison.space, c)
+def _searched(record: TumbleRecord, question: _Question) -> _Look:
+    """Search, and once more with the noise judged beside what was found."""
+    look = _look(record, question, ())
+    found = _best(look.findings)
+    if found is None:
+        return look
+    known = _look(record, question, found.instances)
+    return look if _same_noise(look.comparison, known.comparison) else known
+
+
+def _look(record: TumbleRecord, question: _Question, known: tuple[Instance, ...]) -> _Look:
+    comparison = compared(record, question.reference, question.delta0, known)
+    c, space = comparison.model.conditions, comparison.space
+    found, factors = candidates(question.effects, space, c), blocks(space, c)
     family = family_of(
-        comparison.space, found, factors, comparison.roots, comparison.noise.tails, seed
+        space, found, factors, comparison.roots, comparison.noise.tails, question.seed
     )
-    return _Look(comparison, family, search(family, comparison.seen, c, alpha=alpha, most=most))
+    findings = search(family, comparison.seen, c, alpha=question.alpha, most=question.most)
+    return _Look(comparison, family, findings)
 
 
 def _best(findings: Findings) -> Explanation | None:
@@ -153,34 +170,63 @@ def _same_noise(one: Comparison, other: Comparison) -> bool:
 
 
 def _discovery(
-    look: _Look, record: TumbleRecord, alpha: float, reference: float, delta0: float, seed: int
+    look: _Look, record: TumbleRecord, found: Sequence[fault.Fault], question: _Question
 ) -> Discovery:
     comparison, family, findings = look
     named = findings.explanations[0] if findings.explanations else None
     instances = named.instances if named else ()
-    without, within = solution(comparison), solution(comparison, instances)
+    given = compared(record, question.reference, question.delta0) if found else comparison
+    without, within = solution(given), solution(comparison, instances)
+    seen = audit(comparison, family, question.alpha)
     return Discovery(
         noise=_noise(comparison),
-        before=_gap(without, held_out_rms(comparison, (), seed)),
-        after=_gap(within, held_out_rms(comparison, instances, seed)),
+        before=_gap(without, held_out_rms(given, (), question.seed)),
+        after=_gap(within, held_out_rms(comparison, instances, question.seed)),
         where=shares(comparison.space, comparison.seen, family.blocks),
-        effects=tuple(_effects(look, named, seed)) if named else (),
-        unexplained=_unexplained(look, alpha),
-        undetectable=(),
-        smallest_detectable=(),
-        coefficients=changes(comparison, without, within),
+        effects=tuple(_effects(look, named, question)) if named else (),
+        unexplained=_unexplained(look, question.alpha),
+        undetectable=seen.undetectable,
+        smallest_detectable=tuple(
+            Detectable(size.id, size.typical, size.unit) for size in seen.smallest
+        ),
+        faults=tuple(map(_fault, found)),
+        coefficients=changes(comparison, solution(comparison), within),
         scale_factor=comparison.model.nominal,
         output_unit=record.unit,
-        notes=tuple(_notes(record)),
+        next_measurement=_next_measurement(look, named, question) if named else "",
+        notes=tuple(_notes(comparison)),
         p_value=findings.before.p_value,
-        alpha=alpha,
+        alpha=question.alpha,
         serial=record.serial,
-        T0_degC=reference,
-        delta0_rad=delta0,
+        T0_degC=question.reference,
+        delta0_rad=question.delta0,
         readings=len(record),
         source=record.source,
         software=f"accelcal {__version__}",
     )
+
+
+def _fault(found: fault.Fault) -> Fault:
+    parameters = {
+        name: Quantity(value, uncertainty, unit)
+        for name, (value, uncertainty, unit) in found.parameters.items()
+    }
+    name = "order" if found.effect is None else found.effect.id
+    return Fault(name, found.text, parameters, found.p_value, tuple(map(int, found.readings)))
+
+
+def _next_measurement(look: _Look, named: Explanation, question: _Question) -> str:
+    """What would tell the best explanation from the others; empty where there are none."""
+    rivals = [other.instances for other in look.findings.explanations[1:]]
+    if not rivals:
+        return ""
+    record, noise = look.comparison.record, look.comparison.noise
+    foreseen = outlooks(record, noise, question.reference, question.delta0)
+    found = proposals(look.comparison, foreseen, named.instances, rivals)
+    good = [item for item in found if item.blocks is not None]
+    in_one_clamping = [item for item in good if not item.block.clocking]
+    best = next(iter(in_one_clamping or good), None)
+    return best.text if best else "nothing on the menu of further readings tells them apart"
 
 
 def _noise(comparison: Comparison) -> tuple[ErrorSource, ...]:
@@ -205,14 +251,16 @@ def _gap(fit: Solution, held_out: float | None) -> Gap:
     return Gap(float(np.sqrt(np.mean(fit.residual**2))), held_out, fit.chi2 / fit.dof)
 
 
-def _effects(look: _Look, named: Explanation, seed: int) -> Iterator[FoundEffect]:
+def _effects(look: _Look, named: Explanation, question: _Question) -> Iterator[FoundEffect]:
     """Effects of the best explanation, the strongest first, each on top of those before it."""
     comparison = look.comparison
     order = np.argsort(named.p_values, kind="stable")
     instances = [named.instances[i] for i in order]
     parameters = parameters_of(comparison, instances)
     fits = [solution(comparison, instances[:k]) for k in range(len(instances) + 1)]
-    held = [held_out_rms(comparison, instances[:k], seed) for k in range(len(instances) + 1)]
+    held = [
+        held_out_rms(comparison, instances[:k], question.seed) for k in range(len(instances) + 1)
+    ]
     for k, place in enumerate(order):
         effect = instances[k].effect
         others = _indistinguishable(look.findings, named, effect)
@@ -256,7 +304,8 @@ def _unexplained(look: _Look, alpha: float) -> Unexplained | None:
     return Unexplained(told, share, judged.p_value)
 
 
-def _notes(record: TumbleRecord) -> Iterator[str]:
+def _notes(comparison: Comparison) -> Iterator[str]:
+    record, noise = comparison.record, comparison.noise
     declared = record.apparatus
     if declared.head_uncertainty is None:
         yield (
@@ -275,3 +324,10 @@ def _notes(record: TumbleRecord) -> Iterator[str]:
         )
     if record.time is None:
         yield "no times: one reading a minute is assumed, in the order of the strokes"
+    if noise.rho:
+        yield (
+            f"neighbouring readings are correlated ({noise.rho:+.2f}), which counts as noise with a"
+            " memory: a slow disturbance that no entry of the catalogue describes looks like it"
+        )
+    if np.isfinite(noise.tails):
+        yield "the noise has heavier tails than a normal one, and is judged accordingly"

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.discovery.noise import cycle, dummies, orthonormal
+from accelcal.discovery.noise import cycle, dummies, orthonormal, worn
 from accelcal.discovery.space import Space
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions
 
@@ -83,6 +83,7 @@ def _columns(c: Conditions) -> Iterator[tuple[str, Array]]:
     yield "time", np.stack([hours, hours**2, hours**3], axis=1)
     yield "time*position", _products(np.stack([hours, clock], axis=1), axes)
     yield "cycle", dummies(cycle(c))
+    yield "cycle*position", worn(c)
     runs = dummies(c.run)
     if runs.shape[1] > 1:
         yield "run", _products(runs, axes)

@@ -26,7 +26,7 @@ __all__ = [
     "orthonormal",
     "reading_noise",
 ]
-__all__ += ["saturated"]
+__all__ += ["saturated", "worn"]
 
 Array = NDArray[np.float64]
 
@@ -93,12 +93,19 @@ def saturated(c: Conditions, mounting: NDArray[np.str_]) -> Array:
     Returns
     -------
     ndarray, shape (n, k)
-        Run x position x sense of rotation, the cycles of each run, and a drift in each run.
+        Run x position x sense of rotation, the cycles of each run, a drift in each run, and a
+        drift of each position from cycle to cycle.
     """
     repeated = dummies(c.run, mounting, np.round(c.angle, 6), c.rotation)
     cycles = dummies(c.run, cycle(c))
     runs = dummies(c.run)
-    return np.hstack([repeated, cycles, runs * c.run_time[:, None]])
+    return np.hstack([repeated, cycles, runs * c.run_time[:, None], worn(c)])
+
+
+def worn(c: Conditions) -> Array:
+    """Columns of positions that change from cycle to cycle, the same in all runs."""
+    later = cycle(c) - cycle(c).mean()
+    return np.asarray(dummies(np.mod(np.round(c.angle, 6), 360.0)) * later[:, None])
 
 
 def orthonormal(columns: Array) -> Array:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from accelcal.discovery.factors import Block
 from accelcal.discovery.family import chance, without
-from accelcal.discovery.noise import FEWEST_REPLICATES, orthonormal
+from accelcal.discovery.noise import FEWEST_REPLICATES, cycle, orthonormal
 from accelcal.discovery.space import Space
 from accelcal.effects.conditions import Conditions
 from accelcal.results.findings import Share
@@ -130,6 +130,7 @@ _FOLLOWS = {
     "time": "along the time in each run",
     "time*position": "by position, growing with time",
     "cycle": "by the cycle of the run",
+    "cycle*position": "by position, growing from cycle to cycle",
     "run": "bias, scale factor or misalignment from run to run",
     "run*time": "along the time, otherwise in each run",
     "run*position": "by position, otherwise in each run",
@@ -144,6 +145,7 @@ def _harmonic(c: Conditions, factor: str, shape: Array) -> str:
         "stroke*position": c.rotation,
         "temperature*position": c.excess,
         "time*position": c.time - c.time.mean(),
+        "cycle*position": cycle(c) - cycle(c).mean(),
     }
     if factor not in signs:
         return ""
