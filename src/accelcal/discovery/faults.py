@@ -38,7 +38,7 @@ _SMALLEST = 1e-300
 _OF_NORMAL = 1.4826  # standard deviation over the median size of a normal deviation
 
 _NOT_JUDGED = (
-    "outliers, exchanged readings and vibration were not looked for: the readings leave {dof:.0f}"
+    "outliers, exchanged readings and vibration were not looked for: the readings leave {dof}"
     f" degrees of freedom of pure error, it takes {FEWEST_REPLICATES}; measure two or more cycles"
     " of a forward and a back stroke in each run"
 )
@@ -114,7 +114,7 @@ def faults(
     turned = turned_tables(mended, delta0, _kept(record, single))
     notes = [fault.text for fault in (*orders, *single)]
     if scene.view.dof < FEWEST_REPLICATES:
-        notes.append(_NOT_JUDGED.format(dof=max(scene.view.dof, 0.0)))
+        notes.append(_NOT_JUDGED.format(dof=max(int(scene.view.dof), 0)))
     mended = replace(mended, notes=(*mended.notes, *notes))
     return (*orders, *turned, *single, *stepped, *shaken), mended
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from accelcal.discovery.fault import Fault
 from accelcal.discovery.suspects import Suspect, Views, suspects, views_of
 from accelcal.effects.catalogue import effect
-from accelcal.effects.conditions import Conditions
+from accelcal.effects.conditions import LEVEL_CHANGE, Conditions
 from accelcal.gates.replicates import place
 from accelcal.gates.verdict import acceleration
 from accelcal.record import TumbleRecord
@@ -22,23 +22,30 @@ Array = NDArray[np.float64]
 _SMALLEST = 1e-300
 
 
-def nominal_scale(record: TumbleRecord, c: Conditions) -> float:
-    """Slope of the readings against the input.
+def nominal_scale(
+    record: TumbleRecord, c: Conditions, kept: NDArray[np.bool_] | None = None
+) -> float:
+    """Slope of the readings next to the reference temperature against the input.
 
     Parameters
     ----------
     record : TumbleRecord
-        The readings.
+        The n readings.
     c : Conditions
         Their conditions.
+    kept : ndarray of bool, shape (n,), optional
+        Readings to use.
 
     Returns
     -------
     float
         Scale factor [output unit / g]; half the range of the readings where there is no slope.
     """
-    centred = c.input - c.input.mean()
-    slope = float(centred @ record.output / (centred @ centred or np.inf))
+    away = np.abs(c.excess)
+    own = away <= away.min() + LEVEL_CHANGE
+    own &= True if kept is None else kept
+    x = c.input[own] - c.input[own].mean() if own.any() else np.zeros(0)
+    slope = float(x @ record.output[own] / ((x @ x) or np.inf))
     return slope or float(np.ptp(record.output)) / 2.0
 
 
@@ -76,12 +83,13 @@ def single_readings(
     for pair in [list(step.readings) for step in steps if len(step.readings) == 2]:
         record = _exchanged(record, pair)
     wrong = [step.readings[0] for step in steps if len(step.readings) == 1]
-    errors = _errors(views, after, steps, wrong, weight, least)
+    kept = np.ones(len(record), dtype=np.bool_)
+    kept[wrong] = False
+    ratio = nominal / nominal_scale(record, c, kept)  # now without the faults
+    errors = [(e * ratio, u * abs(ratio)) for e, u in _errors(views, after, steps, weight, least)]
     chances = [step.p_value for step in steps if len(step.readings) == 1]
     for reading, error, chance in zip(wrong, errors, chances, strict=True):
         found.append(_outlier(record, c, reading, error, chance))
-    kept = np.ones(len(record), dtype=np.bool_)
-    kept[wrong] = False
     return tuple(found), record.select(kept)
 
 
@@ -98,9 +106,10 @@ def _exchanged(record: TumbleRecord, pair: list[int]) -> TumbleRecord:
 
 
 def _errors(
-    views: Views, after: Views, steps: list[Suspect], wrong: list[int], weight: Array, least: float
+    views: Views, after: Views, steps: list[Suspect], weight: Array, least: float
 ) -> list[tuple[float, float]]:
     """Error of each outlier and its standard uncertainty [g], all estimated together."""
+    wrong = [step.readings[0] for step in steps if len(step.readings) == 1]
     for step in steps:
         if len(step.readings) == 2:
             views = views.changed(step.column)
@@ -139,6 +148,7 @@ def _outlier(
 
 
 def _exchange(record: TumbleRecord, c: Conditions, step: Suspect) -> Fault:
+    chance = max(step.p_value, _SMALLEST)
     first, second = sorted(step.readings, key=lambda reading: int(c.number[reading]))
     apart = float(c.number[second] - c.number[first])
     return Fault(
@@ -148,8 +158,8 @@ def _exchange(record: TumbleRecord, c: Conditions, step: Suspect) -> Fault:
             "reading": (float(c.number[first]), 0.0, "1"),
             "apart": (apart, 0.0, "1"),
         },
-        p_value=max(step.p_value, _SMALLEST),
+        p_value=chance,
         readings=(first, second),
         text=f"{_where(record, first)} and {place(record, second)} are written at each other's"
-        f" place (p = {step.p_value:.2g}): exchanged back; check the protocol",
+        f" place (p = {chance:.2g}): exchanged back; check the protocol",
     )

@@ -22,9 +22,10 @@ __all__ = ["Suspect", "Views", "suspects", "views_of"]
 Array = NDArray[np.float64]
 Pairs = NDArray[np.intp]
 
-_TRIES = 2.5
+_TRIES = 5.0
 """Factor on the chance of an outlier for what the tails of few readings do not tell, measured."""
 
+_TRIES_OF_PAIRS = 1000.0  # the same for an exchange, whose chance is that under normal noise
 _CONFIRMED = 3.0  # standard deviations that the replicates of the same run contradict it by
 _CONSISTENT = 1e-4  # chance below which an exchange leaves too much of its two readings
 _DECAYS = (0.01, 0.03, 0.1, 0.3)  # time constants over the length of a run
@@ -185,7 +186,8 @@ def _exchange(
     if f_survival(left, 2.0, dof) < _CONSISTENT:
         return None
     gain = of_two / 2.0 / noise
-    chance = min(1.0, pairs.shape[1] * f_survival(gain, 2.0, dof))
+    tries = _TRIES_OF_PAIRS * pairs.shape[1]
+    chance = min(1.0, tries * f_survival(gain, 2.0, dof))
     return Suspect((i, j), chance, change)
 
 

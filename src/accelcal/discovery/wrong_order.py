@@ -70,10 +70,21 @@ def turned_tables(
     Returns
     -------
     tuple of Fault
-        One for each such table. It is left as it is.
+        One for each such table, or one for all. They are left as they are.
     """
-    turned = [_turned(record, places, delta0, index) for places in _tables(record)]
-    return tuple(fault for fault in turned if fault is not None)
+    tables = list(_tables(record))
+    turned = [_turned(record, places, delta0, index) for places in tables]
+    found = [fault for fault in turned if fault is not None]
+    alike = len({fault.finding for fault in found}) == 1 and len(found) == len(tables)
+    return (_of_all(found),) if alike and len(found) > 1 else tuple(found)
+
+
+def _of_all(found: list[Fault]) -> Fault:
+    """The same fault of all tables as one."""
+    text = f"all tables alike, {found[0].text}"
+    readings = sorted(reading for fault in found for reading in fault.readings)
+    p = max(fault.p_value for fault in found)
+    return found[0]._replace(p_value=p, readings=tuple(readings), text=text)
 
 
 def _tables(record: TumbleRecord) -> Iterator[NDArray[np.intp]]:

@@ -1,0 +1,294 @@
+"""Faults of the readings are found, named and mended, and physics is not taken for one."""
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hidden.cases import draw
+from hidden.design import DESIGNS
+
+import accelcal
+from accelcal.discovery.faults import faults
+from accelcal.discovery.heavy_tails import chance_of
+from accelcal.discovery.pure_error import PureError, pure_error
+from accelcal.discovery.visible_step import visible_step
+
+
+def hidden(kind, tmp_path, seed=1, design="three", regime="iid", s=8.0):
+    """A case of the generator, its table and the record that is read of it."""
+    case, table = draw(kind, np.random.default_rng(seed), DESIGNS[design], regime, s=s)
+    table.write(tmp_path / "hidden.csv")
+    return case, table, accelcal.read_table(tmp_path / "hidden.csv")
+
+
+@pytest.fixture
+def clean(tmp_path):
+    return hidden("none", tmp_path)[2]
+
+
+def changed(record, change):
+    output = record.output.copy()
+    change(output)
+    return replace(record, output=output)
+
+
+def named(found):
+    return [fault.effect.id if fault.effect else fault.finding for fault in found]
+
+
+# -- nothing where there is nothing ----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("regime", ["iid", "head", "launch", "ar1", "t5", "all"])
+def test_clean_tables_have_no_fault(tmp_path, regime):
+    """At 1 % of false alarms, two in ten tables are a chance of 4 in a thousand."""
+    found = [
+        faults(hidden("none", tmp_path, seed, regime=regime)[2], 20.0)[0] for seed in range(20)
+    ]
+    assert sum(map(bool, found)) <= 2
+
+
+@pytest.mark.parametrize(
+    "kind",
+    ["warm-up", "bias-step", "scale-factor-drift", "foundation-tilt", "hysteresis", "backlash"],
+)
+def test_physics_is_not_taken_for_a_fault(tmp_path, kind):
+    found = Counter(
+        name
+        for seed in range(6)
+        for name in named(faults(hidden(kind, tmp_path, seed, s=8.0)[2], 20.0)[0])
+    )
+    assert found.total() <= 1
+
+
+def test_clean_record_stays_as_it_is(clean):
+    found, mended = faults(clean, 20.0)
+    assert found == ()
+    assert mended == clean
+    assert mended.notes == clean.notes
+
+
+def test_readings_without_noise_have_no_fault(tmp_path):
+    _, table, record = hidden("none", tmp_path)
+    assert named(faults(replace(record, output=table.clean), 20.0)[0]) == []
+
+
+# -- outliers --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("regime", "s"), [("iid", 20.0), ("all", 40.0), ("iid", 1e5)])
+def test_outlier_is_found_and_set_aside(tmp_path, regime, s):
+    case, table, record = hidden("outlier", tmp_path, seed=4, regime=regime, s=s)
+    (fault,), mended = faults(record, 20.0)
+    wrong = case.truth["outlier"]["outlier_at"]
+    assert fault.effect.id == "outlier"
+    assert fault.readings == (wrong,)
+    assert fault.p_value < 0.01
+    value, error, unit = fault.parameters["error"]
+    assert unit == "g"
+    size = case.truth["outlier"]["outlier"] / table.scale
+    assert value == pytest.approx(size, abs=4.0 * error, rel=2e-4)  # the scale factor is nominal
+    assert fault.parameters["reading"] == (wrong + 1.0, 0.0, "1")
+    assert mended == record.select(np.arange(len(record)) != wrong)
+    assert fault.text in mended.notes
+    assert f"line {record.line[wrong]}" in fault.text
+
+
+def test_outliers_that_hide_one_another_are_found(clean):
+    wrong = (5, 40, 77, 130)
+
+    def change(output):
+        output[list(wrong)] += np.array([3e-4, -2.5e-4, 3.5e-4, 1.0])
+
+    found, mended = faults(changed(clean, change), 20.0)
+    assert sorted(fault.readings for fault in found) == [(place,) for place in wrong]
+    assert len(mended) == len(clean) - 4
+
+
+def test_heavy_tails_make_an_outlier_likelier():
+    rng = np.random.default_rng(2)
+    normal, heavy = rng.standard_normal(200), rng.standard_t(3, 200)
+    assert chance_of(6.0, normal, 100.0, 0.0) < 1e-3
+    assert chance_of(6.0 * heavy.std(), heavy, 100.0, 0.0) > 1e-4
+
+
+def test_readings_alike_to_the_last_digit_do_not_make_the_next_digit_an_outlier(clean):
+    coarse = changed(clean, lambda output: np.round(output, 3, out=output))
+    assert "outlier" not in named(faults(coarse, 20.0)[0])
+
+
+# -- exchanged readings ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("design", "regime"), [("three", "iid"), ("twelve", "all")])
+def test_exchanged_readings_are_exchanged_back(tmp_path, seed, design, regime):
+    case, table, record = hidden("swapped-positions", tmp_path, seed, design, regime)
+    pair = sorted(case.truth["swapped-positions"].values())
+    if np.abs(table.effect).max() < 8.0 * table.sigma:
+        pytest.skip("the two readings are almost equal")
+    (fault,), mended = faults(record, 20.0)
+    assert fault.effect.id == "swapped-positions"
+    assert fault.readings == tuple(pair)
+    assert fault.parameters["apart"][0] == pair[1] - pair[0]
+    right = record.output.copy()
+    right[pair] = right[pair[::-1]]
+    assert mended == replace(record, output=right)
+
+
+def test_two_cycles_tell_which_pair_is_exchanged(clean):
+    short = clean.select((clean.stroke <= 4) & (clean.run == 0))
+
+    def change(output):
+        output[[10, 12]] = output[[12, 10]]
+
+    (fault,), mended = faults(changed(short, change), 20.0)
+    assert fault.readings == (10, 12)
+    assert mended == short
+
+
+def test_several_faults_at_once_are_found(clean):
+    def change(output):
+        for pair in ([3, 5], [20, 22], [60, 61]):
+            output[pair] = output[pair[::-1]]
+        output[100] += 0.01
+
+    found, mended = faults(changed(clean, change), 20.0)
+    assert sorted(fault.readings for fault in found) == [(3, 5), (20, 22), (60, 61), (100,)]
+    assert mended == clean.select(np.arange(len(clean)) != 100)
+
+
+# -- order and sign --------------------------------------------------------------------------------
+
+
+def stroke_of(record, run=1, stroke=3):
+    return np.flatnonzero((record.run == run) & (record.stroke == stroke))
+
+
+def test_mirrored_stroke_is_put_right(clean):
+    own = stroke_of(clean)
+
+    def change(output):
+        output[own] = output[own[::-1]]
+
+    (fault,), mended = faults(changed(clean, change), 20.0)
+    assert fault.finding == "wrong order of positions"
+    assert fault.effect is None
+    assert fault.readings == tuple(own)
+    assert "mirrored" in fault.text
+    assert mended.angle[own].tolist() == clean.angle[own[::-1]].tolist()
+    assert mended.position[own].tolist() == clean.position[own[::-1]].tolist()
+
+
+def test_stroke_of_the_other_sign_is_put_right(clean):
+    own = stroke_of(clean)
+    (fault,), mended = faults(changed(clean, lambda y: np.negative.at(y, own)), 20.0)
+    assert fault.finding == "wrong sign"
+    assert fault.readings == tuple(own)
+    assert mended == clean
+
+
+def test_shifted_stroke_is_put_right(clean):
+    own = stroke_of(clean)
+
+    def change(output):
+        output[own] = output[[*own[1:], own[1]]]
+
+    (fault,), mended = faults(changed(clean, change), 20.0)
+    assert "shifted by one position" in fault.text
+    assert mended.position[own].tolist() == [2, 3, 4, 5, 6, 7, 8, 9, 2]
+    assert mended.angle[own].tolist() == [45.0 * k for k in (1, 2, 3, 4, 5, 6, 7, 8, 1)]
+
+
+def test_tables_negative_as_a_whole_are_named_and_left(clean):
+    negative = changed(clean, lambda output: np.negative(output, out=output))
+    (fault,), mended = faults(negative, 20.0)
+    assert fault.finding == "wrong sign"
+    assert fault.readings == tuple(range(len(clean)))
+    assert mended == negative
+
+
+def test_tables_shifted_as_a_whole_are_named(clean):
+    (fault,), _ = faults(replace(clean, angle=np.mod(clean.angle + 45.0, 360.0)), 20.0)
+    assert fault.finding == "positions shifted"
+    assert fault.parameters["turn"][0] == pytest.approx(-45.0, abs=0.5)
+
+
+# -- a visible step --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("s", [1.0, 4.0, 20.0])
+def test_step_is_found(tmp_path, s):
+    case, table, record = hidden("quantization", tmp_path, seed=3, s=s)
+    (fault,), mended = faults(record, 20.0)
+    assert fault.effect.id == "quantization"
+    step = case.truth["quantization"]["resolution"] / table.scale
+    assert fault.parameters["step"][0] == pytest.approx(step, rel=1e-3)
+    assert mended == record
+
+
+def test_step_that_the_noise_hides_is_none(tmp_path):
+    assert faults(hidden("quantization", tmp_path, seed=3, s=0.4)[2], 20.0)[0] == ()
+
+
+@pytest.mark.parametrize("step", [2.44140625e-4, 2.44e-4, 2e-4, 3e-4])
+@pytest.mark.parametrize("digits", [6, 7])
+def test_steps_of_a_converter_are_found_as_written(step, digits):
+    rng = np.random.default_rng(5)
+    readings = np.repeat(np.sin(np.arange(20.0)), 6) + 5e-5 * rng.standard_normal(120)
+    found = visible_step(np.round(step * np.round(readings / step), digits), 1.2e-4)
+    assert found.step == pytest.approx(step, abs=1e-8)
+
+
+def test_written_digits_are_no_step():
+    rng = np.random.default_rng(5)
+    readings = np.repeat(np.sin(np.arange(20.0)), 6) + 5e-5 * rng.standard_normal(120)
+    assert visible_step(np.round(readings, 5), 5e-5) is None
+    assert visible_step(readings, 5e-5) is None
+
+
+# -- vibration -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("regime", ["iid", "t5"])
+def test_vibration_is_found_with_its_size(tmp_path, regime):
+    case, _, record = hidden("vibration-noise", tmp_path, 2, "loop", regime, s=10.0)
+    found, mended = faults(record, 20.0)
+    assert named(found) == ["vibration-noise"]
+    value, error, unit = found[0].parameters["sigma"]
+    assert unit == "g"
+    assert abs(value - case.truth["vibration-noise"]["shaking"]) < 5.0 * error
+    assert mended == record
+
+
+# -- what cannot be judged -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("strokes", [1, 2])
+def test_without_replicates_it_is_told_what_cannot_be_judged(clean, strokes):
+    found, mended = faults(clean.select(clean.stroke <= strokes), 20.0)
+    assert found == ()
+    assert "outliers, exchanged readings and vibration were not looked for" in mended.notes[-1]
+    assert "measure two or more cycles" in mended.notes[-1]
+
+
+def test_same_record_same_answer(tmp_path):
+    record = hidden("outlier", tmp_path, s=30.0)[2]
+    assert faults(record, 20.0) == faults(record, 20.0)
+
+
+# -- pure error ------------------------------------------------------------------------------------
+
+
+def test_taking_a_column_out_is_a_new_fit():
+    rng = np.random.default_rng(7)
+    columns, readings, more = rng.normal(size=(30, 4)), rng.normal(size=30), rng.normal(size=30)
+    updated = pure_error(readings, columns).without(more)
+    fitted = pure_error(readings, np.column_stack([columns, more]))
+    assert isinstance(updated, PureError)
+    np.testing.assert_allclose(updated.residual, fitted.residual, atol=1e-12)
+    np.testing.assert_allclose(updated.projector, fitted.projector, atol=1e-12)
+    assert fitted.dof == 25.0
+    gain = pure_error(readings, columns).gains(more[:, None])[0]
+    assert gain == pytest.approx(pure_error(readings, columns).squares - fitted.squares)
