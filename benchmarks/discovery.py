@@ -24,7 +24,7 @@ from rivals.trial import Outcome, seconds_alone, tried
 
 import accelcal
 
-AT_ONCE = 50
+AT_ONCE = 25
 """Tables of one design and regime that share a null simulation, at most."""
 
 SMOKE = 6
