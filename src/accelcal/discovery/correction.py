@@ -117,8 +117,9 @@ def _columns(comparison: Comparison, effects: Sequence[FoundEffect]) -> tuple[Ar
     ]
     uncertain = np.array(told)
     seen = comparison.space.see(columns[:, uncertain > 0.0])
-    inverse = np.linalg.pinv(seen.T @ seen)
-    scale = np.sqrt(np.maximum(np.diagonal(inverse), 1e-300))
+    norms = np.sqrt((seen**2).sum(axis=0))
+    inverse = np.linalg.pinv((seen / norms).T @ (seen / norms))
+    scale = np.sqrt(np.diagonal(inverse))
     correlation = inverse / np.outer(scale, scale)
     factor = np.zeros((sizes.size, seen.shape[1]))
     values, vectors = np.linalg.eigh(correlation)
@@ -140,7 +141,7 @@ def _gaps(
     rms = [
         float(np.sqrt(np.mean(solution(comparison, instances[:k]).residual ** 2))) for k in steps
     ]
-    held = [held_out_rms(comparison, instances[:k]) for k in steps]
+    held = held_out_rms(comparison, [instances[:k] for k in steps])
     return [
         replace(
             found,

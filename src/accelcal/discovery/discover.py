@@ -14,7 +14,7 @@ from accelcal.discovery.candidates import Instance, candidates
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.factors import blocks
-from accelcal.discovery.family import Family, family_of
+from accelcal.discovery.family import Family, family_of, judge
 from accelcal.discovery.faults import faults
 from accelcal.discovery.held_out import held_out_rms
 from accelcal.discovery.next_measurement import proposals
@@ -176,21 +176,22 @@ def _discovery(
     named = findings.explanations[0] if findings.explanations else None
     instances = named.instances if named else ()
     given = compared(record, question.reference, question.delta0) if found else comparison
-    without, within = solution(given), solution(comparison, instances)
+    bare, within = solution(comparison), solution(comparison, instances)
+    steps = list(_steps(comparison, named, question))
     seen = audit(comparison, family, question.alpha)
     return Discovery(
         noise=_noise(comparison),
-        before=_gap(without, held_out_rms(given, (), question.seed)),
-        after=_gap(within, held_out_rms(comparison, instances, question.seed)),
+        before=_gap(solution(given), *held_out_rms(given, [()], question.seed)),
+        after=_gap(within, steps[-1].held_out),
         where=shares(comparison.space, comparison.seen, family.blocks),
-        effects=tuple(_effects(look, named, question)) if named else (),
+        effects=tuple(_effects(look, named, steps)) if named else (),
         unexplained=_unexplained(look, question.alpha),
         undetectable=seen.undetectable,
         smallest_detectable=tuple(
             Detectable(size.id, size.typical, size.unit) for size in seen.smallest
         ),
         faults=tuple(map(_fault, found)),
-        coefficients=changes(comparison, solution(comparison), within),
+        coefficients=changes(comparison, bare, within),
         scale_factor=comparison.model.nominal,
         output_unit=record.unit,
         next_measurement=_next_measurement(look, named, question) if named else "",
@@ -251,30 +252,45 @@ def _gap(fit: Solution, held_out: float | None) -> Gap:
     return Gap(float(np.sqrt(np.mean(fit.residual**2))), held_out, fit.chi2 / fit.dof)
 
 
-def _effects(look: _Look, named: Explanation, question: _Question) -> Iterator[FoundEffect]:
-    """Effects of the best explanation, the strongest first, each on top of those before it."""
-    comparison = look.comparison
-    order = np.argsort(named.p_values, kind="stable")
-    instances = [named.instances[i] for i in order]
-    parameters = parameters_of(comparison, instances)
-    fits = [solution(comparison, instances[:k]) for k in range(len(instances) + 1)]
-    held = [
-        held_out_rms(comparison, instances[:k], question.seed) for k in range(len(instances) + 1)
-    ]
-    for k, place in enumerate(order):
-        effect = instances[k].effect
-        others = _indistinguishable(look.findings, named, effect)
+class _Step(NamedTuple):
+    """The model with the strongest effects of an explanation, and its gap [g]."""
+
+    instances: tuple[Instance, ...]
+    p_value: float
+    rms: float
+    held_out: float | None
+
+
+def _steps(
+    comparison: Comparison, named: Explanation | None, question: _Question
+) -> Iterator[_Step]:
+    """Add the effects of an explanation one by one, the strongest first."""
+    order = np.argsort(named.p_values, kind="stable") if named else np.empty(0, dtype=np.intp)
+    instances = tuple(named.instances[i] for i in order) if named else ()
+    p_values = [1.0, *(named.p_values[i] for i in order)] if named else [1.0]
+    sets = [instances[:k] for k in range(len(instances) + 1)]
+    held = held_out_rms(comparison, sets, question.seed)
+    for effects, p_value, out in zip(sets, p_values, held, strict=True):
+        yield _Step(effects, p_value, _gap(solution(comparison, effects), out).rms, out)
+
+
+def _effects(look: _Look, named: Explanation, steps: Sequence[_Step]) -> Iterator[FoundEffect]:
+    """Effects of the best explanation, each on top of those before it."""
+    instances = steps[-1].instances
+    told = parameters_of(look.comparison, instances)
+    for item, parameters, before, after in zip(instances, told, steps, steps[1:], strict=False):
+        others = _indistinguishable(look.findings, named, item.effect)
         yield FoundEffect(
-            id=effect.id,
-            name=effect.name,
-            parameters=parameters[k],
-            p_value=named.p_values[place],
-            gap_before=_gap(fits[k], None).rms,
-            gap_after=_gap(fits[k + 1], None).rms,
-            heldout_before=held[k],
-            heldout_after=held[k + 1],
+            id=item.effect.id,
+            name=item.effect.name,
+            parameters=parameters,
+            p_value=after.p_value,
+            gap_before=before.rms,
+            gap_after=after.rms,
+            heldout_before=before.held_out,
+            heldout_after=after.held_out,
             indistinguishable=others,
-            to_tell_apart=effect.to_tell_apart if others else "",
+            to_tell_apart=item.effect.to_tell_apart if others else "",
         )
 
 
@@ -291,7 +307,7 @@ def _unexplained(look: _Look, alpha: float) -> Unexplained | None:
         return None
     near = findings.nearest
     taken = None if near is None else orthonormal(near.directions)
-    judged = findings.before if near is None else near.rest
+    judged = judge(family, look.comparison.seen, taken)
     block = family.blocks[int(np.argmin(judged.blocks))]
     space, seen = look.comparison.space, look.comparison.seen
     share = float(((block.basis.T @ seen) ** 2).sum() / (seen @ seen))

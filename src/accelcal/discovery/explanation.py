@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.discovery.candidates import Instance, direction
-from accelcal.discovery.family import NEW, Family, Judgement, chance, judge, without
+from accelcal.discovery.family import NEW, Family, agrees, chance, without
 from accelcal.discovery.noise import orthonormal
 from accelcal.effects.conditions import Conditions
 
@@ -33,15 +33,15 @@ class Explanation(NamedTuple):
         Sum of squares that they take up.
     p_values : tuple of float
         For each one, the chance that noise makes it look as needed beside the others.
-    rest : Judgement
-        What the family says about what they leave.
+    passes : bool
+        Whether all are needed and nothing disagrees with what they leave.
     """
 
     instances: tuple[Instance, ...]
     directions: Array
     squares: float
     p_values: tuple[float, ...]
-    rest: Judgement
+    passes: bool
 
     @property
     def ids(self) -> frozenset[str]:
@@ -95,7 +95,9 @@ def _best_place(family: Family, seen: Array, effect: int, others: list[int]) -> 
     return int(own[np.argmax(size**2)])
 
 
-def explanation(family: Family, seen: Array, c: Conditions, places: Sequence[int]) -> Explanation:
+def explanation(
+    family: Family, seen: Array, c: Conditions, places: Sequence[int], alpha: float
+) -> Explanation:
     """Fit some effects with all their parameters.
 
     Parameters
@@ -108,6 +110,8 @@ def explanation(family: Family, seen: Array, c: Conditions, places: Sequence[int
         Of the readings.
     places : sequence of int
         Instances to start from.
+    alpha : float
+        False-alarm rate over the whole family.
 
     Returns
     -------
@@ -121,14 +125,15 @@ def explanation(family: Family, seen: Array, c: Conditions, places: Sequence[int
         better = _refined(family, seen, c, place, others)
         instances[index] = better
         directions[:, index] = direction(better, family.space, c)[0]
+    p_values = tuple(
+        _p_value(family, seen, instances, directions, index) for index in range(len(places))
+    )
     return Explanation(
         instances=tuple(instances),
         directions=directions,
         squares=_squares(directions, seen),
-        p_values=tuple(
-            _p_value(family, seen, instances, directions, index) for index in range(len(places))
-        ),
-        rest=judge(family, seen, orthonormal(directions)),
+        p_values=p_values,
+        passes=max(p_values) < alpha and agrees(family, seen, orthonormal(directions), alpha),
     )
 
 

@@ -19,7 +19,7 @@ from accelcal.discovery.factors import Block
 from accelcal.discovery.noise import orthonormal
 from accelcal.discovery.space import Space
 
-__all__ = ["SMALLEST", "Family", "Judgement", "chance", "family_of", "judge"]
+__all__ = ["SMALLEST", "Family", "Judgement", "agrees", "chance", "family_of", "judge"]
 
 Array = NDArray[np.float64]
 
@@ -170,6 +170,36 @@ def judge(family: Family, seen: Array, taken: Array | None = None) -> Judgement:
     return Judgement(min(1.0, float(smallest) * family.tests), honest, blocks[:, 0])
 
 
+def agrees(family: Family, seen: Array, taken: Array, alpha: float) -> bool:
+    """Tell whether nothing in the family disagrees with what is left of some coordinates.
+
+    Parameters
+    ----------
+    family : Family
+        The family.
+    seen : ndarray, shape (m,)
+        Coordinates of the readings.
+    taken : ndarray, shape (m, h)
+        Orthonormal basis of what has been explained already.
+    alpha : float
+        False-alarm rate over the whole family.
+
+    Returns
+    -------
+    bool
+        As the p-value of `judge` has it, without more work than it takes to find that out.
+    """
+    left = _left(family.space, seen[:, None], taken)
+    single = _of_effects(family, left, taken)[:, 0] * family.tries
+    smallest = alpha / family.tests
+    if single.min(initial=1.0) < smallest:
+        return False
+    return all(
+        float(_of_block(block.basis, left, family.space.dof, taken)[0]) >= smallest
+        for block in family.blocks
+    )
+
+
 def chance(ratio: Array, dof: int, degrees: int = 1) -> Array:
     """Survival function of F with `degrees` and `dof` degrees of freedom, never zero."""
     from scipy.special import fdtrc  # type: ignore[import-untyped]
@@ -179,13 +209,17 @@ def chance(ratio: Array, dof: int, degrees: int = 1) -> Array:
 
 def _p_values(family: Family, seen: Array, taken: Array | None) -> tuple[Array, Array]:
     """p-values of the best instance of each effect, (E, k), and of each factor, (B, k)."""
-    space, found = family.space, family.candidates
-    left = _left(space, seen, taken)
+    left = _left(family.space, seen, taken)
+    blocks = [_of_block(block.basis, left, family.space.dof, taken) for block in family.blocks]
+    return _of_effects(family, left, taken), np.array(blocks).reshape(-1, seen.shape[1])
+
+
+def _of_effects(family: Family, left: _Left, taken: Array | None) -> Array:
+    found = family.candidates
     ratios = _ratios(family, left, taken)
     starts = np.searchsorted(found.owner, np.arange(len(found.effects)))
     best = np.maximum.reduceat(ratios, starts, axis=0) if starts.size else ratios
-    blocks = [_of_block(block.basis, left, space.dof, taken) for block in family.blocks]
-    return chance(best, space.dof), np.array(blocks).reshape(-1, seen.shape[1])
+    return chance(best, family.space.dof)
 
 
 def _left(space: Space, seen: Array, taken: Array | None) -> _Left:

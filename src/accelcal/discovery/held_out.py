@@ -19,33 +19,38 @@ Mask = NDArray[np.bool_]
 
 
 def held_out_rms(
-    comparison: Comparison, instances: Sequence[Instance] = (), seed: int = 0
-) -> float | None:
+    comparison: Comparison, sets: Sequence[Sequence[Instance]], seed: int = 0
+) -> list[float | None]:
     """Rms of reading minus prediction, each reading predicted from other cycles.
 
     Parameters
     ----------
     comparison : Comparison
         The record and its noise.
-    instances : sequence of Instance
-        Effects in the model; their sizes are fitted anew, their nonlinear parameters kept.
+    sets : sequence of sequence of Instance
+        Effects in the model, several models one after the other; their sizes are fitted anew,
+        their nonlinear parameters kept.
     seed : int, default 0
         Of the cycle that is left out at each run, position and sense of rotation.
 
     Returns
     -------
-    float or None
-        The rms [g]; None where there is one cycle only.
+    list of float or None
+        The rms with each set of effects [g]; None where there is one cycle only.
     """
     c = comparison.model.conditions
     jacobian = comparison.model.jacobian(comparison.parameters)
-    columns = np.column_stack([jacobian, *(column_of(item, c) for item in instances)])
+    models = [
+        np.column_stack([jacobian, *(column_of(item, c) for item in effects)]) for effects in sets
+    ]
     residual = comparison.model.residual(comparison.parameters)
-    folds = list(_folds(comparison, np.random.default_rng(seed)))
-    if not folds:
-        return None
-    squares = sum(float((_missed(comparison, columns, residual, out) ** 2).sum()) for out in folds)
-    return float(np.sqrt(squares / sum(int(out.sum()) for out in folds)))
+    squares, readings = np.zeros(len(sets)), 0
+    for out in _folds(comparison, np.random.default_rng(seed)):
+        lower = np.asarray(np.linalg.cholesky(comparison.spread[np.ix_(~out, ~out)]))
+        missed = [_missed(lower, columns, residual, out) for columns in models]
+        squares += [float(part @ part) for part in missed]
+        readings += int(out.sum())
+    return [float(np.sqrt(total / readings)) if readings else None for total in squares]
 
 
 def _folds(comparison: Comparison, rng: np.random.Generator) -> Iterator[Mask]:
@@ -62,11 +67,11 @@ def _folds(comparison: Comparison, rng: np.random.Generator) -> Iterator[Mask]:
             yield turn == fold
 
 
-def _missed(comparison: Comparison, columns: Array, residual: Array, out: Mask) -> Array:
-    """Reading minus prediction of those left out [g]."""
-    lower = np.linalg.cholesky(comparison.spread[np.ix_(~out, ~out)])
+def _missed(lower: Array, columns: Array, residual: Array, out: Mask) -> Array:
+    """Reading minus prediction of those left out [g]; `lower` whitens the others."""
     norms = np.sqrt((columns**2).sum(axis=0))
     norms[norms == 0.0] = 1.0
-    scaled = np.linalg.solve(lower, columns[~out] / norms)
-    solved = np.linalg.lstsq(scaled, np.linalg.solve(lower, residual[~out]), rcond=1e-9)[0]
+    others = np.column_stack([columns[~out] / norms, residual[~out]])
+    whitened = np.linalg.solve(lower, others)
+    solved = np.linalg.lstsq(whitened[:, :-1], whitened[:, -1], rcond=1e-9)[0]
     return np.asarray(residual[out] - (columns[out] / norms) @ solved)

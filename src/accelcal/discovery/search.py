@@ -68,9 +68,9 @@ def search(
     nearest: Explanation | None = None
     beam: list[frozenset[int]] = [frozenset()]
     for _ in range(most if before.p_value < alpha else 0):
-        tried = _larger(family, seen, c, beam)
+        tried = _larger(family, seen, c, beam, alpha)
         needed = [e for e in tried if max(e.p_values) < alpha]
-        passing = [e for e in needed if e.rest.p_value >= alpha]
+        passing = [e for e in needed if e.passes]
         if passing:
             return Findings(before, tuple(passing), None)
         nearest = needed[0] if needed else nearest
@@ -85,7 +85,7 @@ def _indices(family: Family, found: Explanation) -> frozenset[int]:
 
 
 def _larger(
-    family: Family, seen: Array, c: Conditions, beam: list[frozenset[int]]
+    family: Family, seen: Array, c: Conditions, beam: list[frozenset[int]], alpha: float
 ) -> list[Explanation]:
     """Explanations with one effect more than those of the beam, best first."""
     every = range(len(family.candidates.effects))
@@ -93,5 +93,5 @@ def _larger(
     fitted = [best_instances(family, seen, sorted(chosen)) for chosen in sorted(sets, key=sorted)]
     fitted.sort(key=lambda item: -item[1])
     kept = fitted if beam == [frozenset()] else fitted[:_TRIED]
-    found = [explanation(family, seen, c, places) for places, _ in kept]
+    found = [explanation(family, seen, c, places, alpha) for places, _ in kept]
     return sorted(found, key=lambda e: -e.squares)

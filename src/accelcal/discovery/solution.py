@@ -121,7 +121,7 @@ def parameters_of(
         for item, names, size in zip(instances, own, split, strict=True)
     ]
     derivatives = np.hstack([linear, *(space.see(s) for s in slopes if s.shape[1])])
-    uncertainty = np.sqrt(np.maximum(np.diagonal(np.linalg.pinv(derivatives.T @ derivatives)), 0.0))
+    uncertainty = standard_uncertainties(derivatives)
     factor = student_quantile(_LEVEL, space.dof)
     of_sizes = iter(uncertainty[: sizes.size])
     of_shapes = iter(uncertainty[sizes.size :])
@@ -144,6 +144,14 @@ def parameters_of(
         }
         for item, names, size in zip(instances, own, split, strict=True)
     )
+
+
+def standard_uncertainties(derivatives: Array) -> Array:
+    """Standard uncertainties of the unknowns of a least-squares fit with noise of variance 1."""
+    norms = np.sqrt((derivatives**2).sum(axis=0))
+    norms[norms == 0.0] = np.inf
+    inverse = np.linalg.pinv(derivatives / norms)
+    return np.asarray(np.sqrt((inverse**2).sum(axis=1)) / norms)
 
 
 def _amplitudes(instance: Instance) -> list[Parameter]:
