@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from statistics import median
 
 import numpy as np
+from hidden.noise import REGIMES
 
 from rivals.answer import Answer
 from rivals.cases import SIZES
@@ -86,7 +87,7 @@ def clean(rows: Rows) -> Iterator[str]:
     """Clean tables that get a name."""
     yield "## Clean tables"
     yield ""
-    for regime in dict.fromkeys(row.case.regime for row in rows):
+    for regime in _regimes(rows):
         for design in dict.fromkeys(row.case.design for row in rows):
             own = [r for r in rows if (r.case.regime, r.case.design) == (regime, design)]
             yield f"{regime}, {design}: {len({r.case.number for r in own})} tables"
@@ -95,8 +96,12 @@ def clean(rows: Rows) -> Iterator[str]:
     yield "All clean tables of a regime:"
     yield ""
     head = ["regime", *_asked(rows)]
-    regimes = dict.fromkeys(row.case.regime for row in rows)
-    yield from _lines(head, ([r, *_of_regime(rows, r)] for r in regimes))
+    yield from _lines(head, ([r, *_of_regime(rows, r)] for r in _regimes(rows)))
+
+
+def _regimes(rows: Rows) -> list[str]:
+    found = {row.case.regime for row in rows}
+    return [regime for regime in REGIMES if regime in found]
 
 
 def _of_regime(rows: Rows, regime: str) -> Iterator[str]:
@@ -115,7 +120,7 @@ def _named(rows: Rows) -> list[str]:
 
 def one(rows: Rows) -> Iterator[str]:
     """One hidden effect, by its size, its noncentrality and its id."""
-    for regime in dict.fromkeys(row.case.regime for row in rows):
+    for regime in _regimes(rows):
         own = [row for row in rows if row.case.regime == regime]
         yield f"## One hidden effect, noise {regime}"
         yield ""
