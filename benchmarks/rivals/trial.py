@@ -147,7 +147,8 @@ def _closed(said: Answer, record: TumbleRecord, table: Table) -> float:
     reference, _ = reference_temperature_of(record, None)
     whole = compared(record, reference or 0.0)
     clean = compared(replace(record, output=record.output - table.effect), reference or 0.0)
-    floor = held_out_rms(clean) or np.nan
-    before = held_out_rms(whole) or np.nan
-    after = said.gap[1] if said.gap else held_out_rms(whole, said.instances) or np.nan
+    (floor,) = held_out_rms(clean, [()])
+    before, after = said.gap or held_out_rms(whole, [(), said.instances])
+    if floor is None or before is None or after is None:
+        return np.nan
     return (before**2 - after**2) / (before**2 - floor**2)
