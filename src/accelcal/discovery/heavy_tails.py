@@ -13,8 +13,11 @@ __all__ = ["chance_of"]
 
 Array = NDArray[np.float64]
 
-_TAILS = (3.0, 4.0, 5.0, 6.0, 8.0, 11.0, 16.0, 30.0, math.inf)
+_TAILS = (4.0, 5.0, 6.0, 8.0, 11.0, 16.0, 30.0, math.inf)
 """Degrees of freedom of Student's distributions that the noise may have."""
+
+_NORMAL = 5.0
+"""Weight of normal noise beforehand, over that of each heavier tail."""
 
 _STEPS = 25
 
@@ -41,6 +44,7 @@ def chance_of(size: float, rest: Array, dof: float, least: float) -> float:
     """
     scales, logs = zip(*(_fit(rest, nu, least) for nu in _TAILS), strict=True)
     weights = np.exp((np.array(logs) - max(logs)) * min(dof / rest.size, 1.0))
+    weights[-1] *= _NORMAL
     chances = [
         2.0 * student_survival(abs(size) / scale, min(nu, max(dof, 1.0)))
         for nu, scale in zip(_TAILS, scales, strict=True)

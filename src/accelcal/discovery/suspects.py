@@ -22,7 +22,7 @@ __all__ = ["Suspect", "Views", "suspects", "views_of"]
 Array = NDArray[np.float64]
 Pairs = NDArray[np.intp]
 
-_TRIES = 5.0
+_TRIES = 7.0
 """Factor on the chance of an outlier for what the tails of few readings do not tell, measured."""
 
 _TRIES_OF_PAIRS = 1000.0  # the same for an exchange, whose chance is that under normal noise
