@@ -129,7 +129,7 @@ def one(rows: Rows) -> Iterator[str]:
         yield from _by_method(own, [f"s = {s:g}" for s in SIZES], _by_size)
         yield "The same by q"
         yield ""
-        yield from _by_method(own, [f"q {a:g} to {b:g}" for a, b in BINS], _by_q)
+        yield from _by_method(own, [_bin(*limits) for limits in BINS], _by_q)
         yield "Class right where q is 6 or more; more names than effects; truth in the set"
         yield ""
         head = ("class right, q >= 6", "more names", "truth in the set, of those named")
@@ -141,6 +141,10 @@ def one(rows: Rows) -> Iterator[str]:
 
 def _by_size(rows: Rows) -> list[str]:
     return [_verdicts([row for row in rows if row.case.s == s]) for s in SIZES]
+
+
+def _bin(low: float, high: float) -> str:
+    return f"q {low:g} to {high:g}" if np.isfinite(high) else f"q >= {low:g}"
 
 
 def _by_q(rows: Rows) -> list[str]:
