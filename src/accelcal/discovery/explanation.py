@@ -19,6 +19,9 @@ Array = NDArray[np.float64]
 
 _ROUNDS = 3
 
+CONTRADICTION = 0.3
+"""Part of the false-alarm rate at which noise may contradict the true explanation."""
+
 
 class Explanation(NamedTuple):
     """Some effects, fitted together.
@@ -133,7 +136,8 @@ def explanation(
         directions=directions,
         squares=_squares(directions, seen),
         p_values=p_values,
-        passes=max(p_values) < alpha and agrees(family, seen, orthonormal(directions), alpha),
+        passes=max(p_values) < alpha
+        and agrees(family, seen, orthonormal(directions), CONTRADICTION * alpha),
     )
 
 

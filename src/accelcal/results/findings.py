@@ -122,7 +122,7 @@ class FoundEffect:
 
     def to_document(self) -> dict[str, Any]:
         """Return the effect as it stands in the JSON document."""
-        parameters = {name: _brief(value) for name, value in self.parameters.items()}
+        parameters = {name: value.to_document() for name, value in self.parameters.items()}
         return {**plain(self), "parameters": parameters}
 
     @classmethod
@@ -168,7 +168,7 @@ class Fault:
 
     def to_document(self) -> dict[str, Any]:
         """Return the fault as it stands in the JSON document."""
-        parameters = {name: _brief(value) for name, value in self.parameters.items()}
+        parameters = {name: value.to_document() for name, value in self.parameters.items()}
         return {**plain(self), "parameters": parameters}
 
     @classmethod
@@ -280,8 +280,8 @@ class Change:
         """Return the change as it stands in the JSON document."""
         return {
             "coefficient": self.coefficient,
-            "before": _brief(self.before),
-            "after": _brief(self.after),
+            "before": self.before.to_document(),
+            "after": self.after.to_document(),
         }
 
     @classmethod
@@ -292,14 +292,6 @@ class Change:
             checked(document, "before", Quantity.from_document),
             checked(document, "after", Quantity.from_document),
         )
-
-
-def _brief(quantity: Quantity) -> dict[str, Any]:
-    return {
-        "value": quantity.value,
-        "standard_uncertainty": quantity.standard_uncertainty,
-        "unit": quantity.unit,
-    }
 
 
 def plain(item: Any) -> dict[str, Any]:
