@@ -1,0 +1,361 @@
+"""Discovery: nothing where there is nothing, the right name where there is one, honest aliases."""
+
+import json
+
+import numpy as np
+import pytest
+from hidden.cases import draw
+from hidden.design import DESIGNS
+
+import accelcal
+from accelcal.discovery.candidates import candidates
+from accelcal.discovery.comparison import compared
+from accelcal.discovery.factors import blocks
+from accelcal.discovery.family import agrees, family_of, judge
+from accelcal.discovery.noise import orthonormal
+from accelcal.effects.catalogue import catalogue, effect
+from accelcal.results.discovery import Discovery
+from accelcal.simulation import BilinearLaw, NoiseComponents, TumblePlan
+
+LOOP = (20.0, 50.0, 80.0, 50.0, 20.0, -10.0, -40.0, -10.0)
+NO_HEAD = NoiseComponents(head=0.0)
+
+
+def hidden_record(tmp_path, kind, *, design="three", regime="iid", s=4.0, seed=1):
+    """A table of the independent generator, read from its file."""
+    case, table = draw(kind, np.random.default_rng(seed), DESIGNS[design], regime, s=s)
+    table.write(tmp_path / "hidden.csv")
+    return case, table, accelcal.read_table(tmp_path / "hidden.csv")
+
+
+def ids(found):
+    return [item.id for item in found.effects]
+
+
+def names(found, place=0):
+    return {found.effects[place].id, *found.effects[place].indistinguishable}
+
+
+# -- nothing where there is nothing ------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "regime", ["iid", "head", "launch", "launch-undeclared", "ar1", "t5", "all"]
+)
+def test_clean_tables_get_no_name(tmp_path, regime):
+    for seed in range(4):
+        _, _, record = hidden_record(tmp_path, "none", regime=regime, seed=seed + 10)
+        found = accelcal.discover(record)
+        assert ids(found) == []
+        assert found.p_value > 1e-3
+        assert found.unexplained is None or found.p_value < found.alpha
+
+
+def test_p_values_of_noise_are_uniform():
+    record = accelcal.simulate(seed=1)
+    look = compared(record, 20.0)
+    c, space = look.model.conditions, look.space
+    searched = [e for e in catalogue() if e.acts_on != "readings" and e.amplitudes]
+    family = family_of(space, candidates(searched, space, c), blocks(space, c), look.roots)
+    rng = np.random.default_rng(7)
+    p = [judge(family, rng.standard_normal(space.size)).p_value for _ in range(400)]
+    for level in (0.02, 0.1):
+        assert abs(np.mean(np.array(p) < level) - level) < 4.0 * np.sqrt(level / 400)
+
+
+def test_agreement_is_the_judgement_cut_short():
+    record = accelcal.simulate(seed=1, effects=[effect("backlash").of(1e-5)])
+    look = compared(record, 20.0)
+    c, space = look.model.conditions, look.space
+    found = candidates([effect("backlash"), effect("hysteresis")], space, c)
+    family = family_of(space, found, blocks(space, c), look.roots)
+    for column in range(found.owner.size):
+        taken = orthonormal(found.directions[:, [column]])
+        p_value = judge(family, look.seen, taken).p_value
+        assert agrees(family, look.seen, taken, 0.01) == (p_value >= 0.01)
+
+
+# -- one hidden effect -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "scale-factor-asymmetry",
+        "fourth-order",
+        "cross-axis-cubic",
+        "dead-zone",
+        "k2-temperature",
+        "k3-temperature",
+        "chamber-drift",
+        "bias-drift",
+        "scale-factor-drift",
+        "warm-up",
+        "bias-step",
+        "stroke-offset",
+        "hysteresis",
+        "foundation-tilt",
+        "backlash",
+        "position-error",
+    ],
+)
+def test_hidden_effect_is_named(tmp_path, kind):
+    _, table, record = hidden_record(tmp_path, kind, s=6.0, seed=3)
+    found = accelcal.discover(record)
+    if table.noncentrality() > 8.0:
+        assert len(found.effects) == 1
+        assert kind in names(found)
+        assert found.after.heldout_rms < found.before.heldout_rms
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "bias-temperature-quadratic",
+        "scale-factor-temperature-quadratic",
+        "break-shift",
+        "temperature-hysteresis",
+    ],
+)
+def test_effects_of_temperature_take_more_levels(tmp_path, kind):
+    _, _, few = hidden_record(tmp_path, kind, s=8.0, seed=3, regime="launch")
+    found = accelcal.discover(few)
+    assert ids(found) == []
+    assert kind in [item.id for item in found.undetectable]
+    _, _, more = hidden_record(tmp_path, kind, s=8.0, seed=3, design="loop")
+    assert kind in names(accelcal.discover(more))
+
+
+def test_sizes_have_their_uncertainty():
+    deviations = []
+    for seed in range(12):
+        hidden = effect("warm-up").of(8e-5, tau=1300.0)
+        record = accelcal.simulate(effects=[hidden], seed=seed, plan=TumblePlan(timed=True))
+        (found,) = accelcal.discover(record).effects
+        for name, truth in hidden.values.items():
+            quantity = found.parameters[name]
+            deviations.append((quantity.value - truth) / quantity.standard_uncertainty)
+    assert np.abs(deviations).max() < 5.0
+    assert 0.5 < np.sqrt(np.mean(np.square(deviations))) < 1.6
+
+
+def test_invisible_effects_are_listed_and_never_named():
+    for name, value, absorbing in (
+        ("odd-quadratic", 1e-3, {"K1", "K3"}),
+        ("cross-axis-quadratic", 1e-3, {"K0", "K2"}),
+        ("fixture-offset", 1e-3, {"M"}),
+    ):
+        found = accelcal.discover(accelcal.simulate(effects=[effect(name).of(value)], seed=2))
+        assert ids(found) == []
+        absorbed = {item.id: set(item.absorbed_by) for item in found.undetectable}
+        assert absorbed[name] == absorbing
+
+
+# -- aliases -----------------------------------------------------------------------------------
+
+
+def test_aliases_follow_from_the_design():
+    hidden = [effect("scale-factor-asymmetry").of(2e-4)]
+    eight = accelcal.discover(accelcal.simulate(effects=hidden, seed=4, noise=NO_HEAD))
+    assert names(eight) == {"scale-factor-asymmetry", "fourth-order"}
+    assert "22.5 deg" in eight.next_measurement
+    plan = TumblePlan(positions=24)
+    finer = accelcal.discover(accelcal.simulate(plan=plan, effects=hidden, seed=4, noise=NO_HEAD))
+    assert names(finer) == {"scale-factor-asymmetry"}
+    assert finer.next_measurement == ""
+
+
+# -- several, unknown, undeclared --------------------------------------------------------------
+
+
+def test_two_at_once_each_with_its_gap(tmp_path):
+    _, _, record = hidden_record(tmp_path, ("backlash", "k2-temperature"), s=6.0, seed=5)
+    found = accelcal.discover(record)
+    assert set(ids(found)) == {"backlash", "k2-temperature"}
+    first, second = found.effects
+    assert first.gap_before > first.gap_after == second.gap_before > second.gap_after
+    assert found.before.rms == first.gap_before
+    assert found.after.rms == second.gap_after
+
+
+def test_effect_outside_the_catalogue_is_described_and_not_named(tmp_path):
+    _, _, record = hidden_record(tmp_path, "direction-cos3", s=8.0, seed=1)
+    found = accelcal.discover(record)
+    assert ids(found) == []
+    assert found.unexplained is not None
+    assert "cos 3th" in found.unexplained.structure
+    assert "forward and back" in found.unexplained.structure
+    shares = {share.factor: share.share for share in found.where}
+    assert max(shares, key=shares.get) == "stroke*position"
+    assert 0.0 < sum(shares.values()) < 1.0
+
+
+def test_undeclared_launch_shift_is_no_effect():
+    noise = NoiseComponents(head=0.0, launch=5e-5, launch_sf=3e-5)
+    plan = TumblePlan(temperatures=LOOP, timed=True)
+    record = accelcal.simulate(plan=plan, noise=noise, seed=6, declare=False)
+    found = accelcal.discover(record)
+    assert ids(found) == []
+    assert any("launch_uncertainty is not declared" in note for note in found.notes)
+    sources = {source.name: source.source for source in found.noise}
+    assert sources["launch"] == "free in each run"
+
+
+def test_faults_come_before_physics():
+    hidden = [effect("outlier").of(1e-3, reading=17), effect("backlash").of(2e-5)]
+    found = accelcal.discover(accelcal.simulate(effects=hidden, seed=3))
+    assert [fault.id for fault in found.faults] == ["outlier"]
+    assert found.faults[0].readings == (16,)
+    assert ids(found) == ["backlash"]
+    assert found.before.rms > 5.0 * found.effects[0].gap_before  # with and without the outlier
+
+
+def test_same_seed_same_answer():
+    record = accelcal.simulate(effects=[effect("hysteresis").of(2e-5)], seed=8)
+    assert accelcal.discover(record) == accelcal.discover(record)
+    assert accelcal.discover(record, seed=1).effects[0].id == "hysteresis"
+
+
+@pytest.mark.parametrize("strokes", [1, 2])
+def test_too_few_replicates_are_told(strokes):
+    record = accelcal.simulate(plan=TumblePlan(strokes=strokes, temperatures=(20.0,)), seed=1)
+    with pytest.raises(accelcal.InputError, match="two or more cycles"):
+        accelcal.discover(record)
+
+
+@pytest.mark.parametrize(("option", "value"), [("alpha", 0.0), ("alpha", 0.9), ("max_effects", 0)])
+def test_options_out_of_range(option, value):
+    with pytest.raises(accelcal.InputError, match=option):
+        accelcal.discover(accelcal.simulate(seed=1), **{option: value})
+
+
+# -- the document ------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def discovery():
+    hidden = [effect("hysteresis").of(2e-5), effect("scale-factor-asymmetry").of(2e-4)]
+    return accelcal.discover(accelcal.simulate(effects=hidden, seed=3))
+
+
+def test_document_reads_back_equal(discovery, tmp_path):
+    text = discovery.to_json(tmp_path / "model.json")
+    assert Discovery.from_json(text) == discovery
+    assert accelcal.read_discovery(str(tmp_path / "model.json")) == discovery
+
+
+def test_document_has_the_keys_of_the_contract(discovery):
+    document = json.loads(discovery.to_json())
+    assert document["schema"] == "accelcal/discovery/1"
+    assert set(document["gap"]["before"]) == {"rms", "heldout_rms", "reduced_chi2"}
+    assert document["noise"]["reading"]["unit"] == "g"
+    assert document["noise"]["head"]["source"] == "declared"
+    (first, _) = document["effects"]
+    assert set(first) == {
+        "id",
+        "name",
+        "parameters",
+        "p_value",
+        "gap_before",
+        "gap_after",
+        "heldout_before",
+        "heldout_after",
+        "indistinguishable",
+        "to_tell_apart",
+    }
+    assert {"value", "standard_uncertainty", "unit"} <= set(first["parameters"]["half_width"])
+    assert set(document["where"][0]) == {"factor", "share", "p_value"}
+    assert set(document["smallest_detectable"][0]) == {"id", "value", "unit"}
+    assert document["unexplained"] is None
+
+
+@pytest.mark.parametrize("key", ["gap", "effects", "noise", "where", "undetectable"])
+def test_damaged_document_is_refused_in_a_line(discovery, key):
+    document = discovery.to_document()
+    with pytest.raises(accelcal.DocumentError, match=key):
+        Discovery.from_document({name: part for name, part in document.items() if name != key})
+    with pytest.raises(accelcal.DocumentError, match="damaged"):
+        Discovery.from_document({**document, key: 7})
+
+
+def test_text_reads_like_a_finding(discovery):
+    text = str(discovery)
+    told = " ".join(text.split())
+    assert "What is missing: hysteresis of the sensor and scale factor asymmetry." in told
+    assert "It could as well be: fourth-order nonlinearity." in told
+    assert all(len(line) <= 100 for line in text.splitlines())
+    assert repr(discovery) == "<Discovery serial AL-15: hysteresis, scale-factor-asymmetry>"
+
+
+# -- the loop: fit with it, compare with it, simulate it ---------------------------------------
+
+
+def test_fit_with_a_model_gets_the_coefficients_back(discovery):
+    hidden = [effect("hysteresis").of(2e-5), effect("scale-factor-asymmetry").of(2e-4)]
+    record = accelcal.simulate(effects=hidden, seed=4)
+    bare, full = accelcal.fit(record), accelcal.fit(record, model=discovery)
+    truth = 105e-6
+    wrong, right = (each.tables[0].error_model["k2"] for each in (bare, full))
+    assert abs(wrong.value - truth) > 3.0 * wrong.expanded_uncertainty
+    assert abs(right.value - truth) < 1.5 * right.expanded_uncertainty
+    assert full.tables[0].budget["K2"]["effects"] > 0.0
+    assert [item["id"] for item in full.effects] == ["hysteresis", "scale-factor-asymmetry"]
+    assert full.effects[0]["gap_after"] < full.effects[0]["gap_before"]
+    assert accelcal.Calibration.from_json(full.to_json()) == full
+
+
+def test_compare_shows_the_gap_and_that_it_stays_closed(discovery):
+    hidden = [effect("hysteresis").of(2e-5), effect("scale-factor-asymmetry").of(2e-4)]
+    first, second = (accelcal.simulate(effects=hidden, seed=seed) for seed in (4, 5))
+    apart = accelcal.compare(accelcal.fit(first), second)
+    closed = accelcal.compare(accelcal.fit(first, model=discovery), second)
+    assert apart.p_value < 1e-6
+    assert closed.p_value > 0.01
+    assert closed.rms < apart.rms
+    assert max(apart.where, key=lambda share: share.share).factor == "stroke*position"
+    assert "DISAGREE" in str(apart)
+    assert "agree" in str(closed)
+
+
+def test_compare_tells_what_has_changed_in_a_run():
+    calibration = accelcal.fit(accelcal.simulate(seed=1))
+    aged = accelcal.Accelerometer(bias=BilinearLaw(3.424e-3, -3.9e-5, -4.5e-5))
+    found = accelcal.compare(calibration, accelcal.simulate(aged, seed=2))
+    assert found.p_value < 0.01
+    for run in found.runs:
+        assert abs(run.bias.value - 1e-4) < 1.5 * run.bias.expanded_uncertainty
+        assert abs(run.scale_factor.value) < 1.5 * run.scale_factor.expanded_uncertainty
+
+
+def test_comparison_of_good_records_agrees():
+    p = [
+        accelcal.compare(
+            accelcal.fit(accelcal.simulate(seed=seed)), accelcal.simulate(seed=seed + 100)
+        ).p_value
+        for seed in range(10)
+    ]
+    assert min(p) > 0.005
+
+
+def test_comparison_refuses_what_it_cannot_compare():
+    calibration = accelcal.fit(accelcal.simulate(seed=1))
+    hot = accelcal.simulate(plan=TumblePlan(temperatures=(120.0,)), seed=1)
+    with pytest.raises(accelcal.InputError, match="120 degC"):
+        accelcal.compare(calibration, hot)
+    other = accelcal.simulate(plan=TumblePlan(mountings=("p+",)), seed=1)
+    with pytest.raises(accelcal.InputError, match="mounting p"):
+        accelcal.compare(calibration, other)
+    volts = accelcal.simulate(accelcal.Accelerometer(unit="V"), seed=1)
+    with pytest.raises(accelcal.InputError, match="readings in V"):
+        accelcal.compare(calibration, volts)
+
+
+def test_twin_reproduces_the_record(discovery):
+    accelerometer, noise, effects = accelcal.twin(discovery)
+    again = accelcal.simulate(accelerometer, noise=noise, effects=effects, seed=9)
+    found = accelcal.discover(again)
+    assert set(ids(found)) == {"hysteresis", "scale-factor-asymmetry"}
+    for item, original in zip(found.effects, discovery.effects, strict=True):
+        for name, quantity in item.parameters.items():
+            apart = quantity.value - original.parameters[name].value
+            assert abs(apart) < 5.0 * quantity.standard_uncertainty
