@@ -90,6 +90,11 @@ def minutes(columns: Columns) -> np.ndarray:
     return np.arange(columns["output"].size) * SECONDS_PER_READING / 60.0
 
 
+def cosine(columns: Columns) -> np.ndarray:
+    """Cosine of the head angle."""
+    return np.cos(np.radians(columns["angle"]))
+
+
 def sine(columns: Columns) -> np.ndarray:
     """Sine of the head angle."""
     return np.sin(np.radians(columns["angle"]))
@@ -106,6 +111,22 @@ FAULTS: dict[str, tuple[str, Callable[[Columns], None]]] = {
     "bias moves by 20 ug in the run": ("drift", added(lambda c: 20e-6 * minutes(c) / 53.0)),
     "warm-up 1e-5 g, 900 s": ("drift", added(lambda c: 1e-5 * np.exp(-minutes(c) / 15.0))),
     "warm-up 1e-4 g, 900 s": ("drift", added(lambda c: 1e-4 * np.exp(-minutes(c) / 15.0))),
+    "scale factor moves by 10 ppm in the run": (
+        "drift",
+        added(lambda c: 10e-6 * cosine(c) * minutes(c) / 53.0),
+    ),
+    "scale factor moves by 20 ppm in the run": (
+        "drift",
+        added(lambda c: 20e-6 * cosine(c) * minutes(c) / 53.0),
+    ),
+    "unit turns by 10 urad in the run": (
+        "drift",
+        added(lambda c: -10e-6 * sine(c) * minutes(c) / 53.0),
+    ),
+    "unit turns by 20 urad in the run": (
+        "drift",
+        added(lambda c: -20e-6 * sine(c) * minutes(c) / 53.0),
+    ),
     "backlash 10 urad": ("forward against back", added(lambda c: -10e-6 * sine(c) * back(c))),
     "backlash 20 urad": ("forward against back", added(lambda c: -20e-6 * sine(c) * back(c))),
     "one reading 25 ug off": ("outlier", added(lambda c: 25e-6 * (minutes(c) == 21.0))),
@@ -192,7 +213,7 @@ def _clean(tables: int, seed: int, pool: Any) -> list[str]:
 def _faulty(tables: int, seed: int, pool: Any) -> None:
     """Print how often the gate of each fault finds it, and which others warn."""
     print(f"\nfaults of the first run found by their gate [%], {tables} tables each")
-    print(f"  {'':32s}{'one run':>8s}{'3 runs':>8s}  gate (others that warn of 5 % or more)")
+    print(f"  {'':42s}{'one run':>8s}{'3 runs':>8s}  gate (others that warn of 5 % or more)")
     for fault, (gate, _) in FAULTS.items():
         alone, among = (
             rates(regime, fault, tables // len(regime.temperatures), seed, pool)
@@ -204,7 +225,7 @@ def _faulty(tables: int, seed: int, pool: Any) -> None:
             if name not in (gate, "any gate") and rate >= 5.0
         ]
         also = f" ({', '.join(others)})" if others else ""
-        print(f"  {fault:32s}{alone[gate]:8.1f}{among[gate]:8.1f}  {gate}{also}")
+        print(f"  {fault:42s}{alone[gate]:8.1f}{among[gate]:8.1f}  {gate}{also}")
         sys.stdout.flush()
 
 

@@ -15,7 +15,8 @@ from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import reading_noise
 from accelcal.estimate.tables import prepare
 from accelcal.gates import order
-from accelcal.gates.replicates import closure, drift, forward_against_back, outlier
+from accelcal.gates.drift import drift
+from accelcal.gates.replicates import closure, forward_against_back, outlier
 from accelcal.gates.table import table_gates
 
 SCALE_FACTOR, BIAS, SECOND, THIRD, MISALIGNMENT = 1.35, 3.3e-3, 105e-6, 87e-6, 1.15e-3  # AL-15
@@ -420,9 +421,55 @@ def test_drift_and_nothing_else(course, strokes, size, found):
     readings = drifting(size, course, strokes=strokes)
     warned = warnings_of(accelcal.fit(accelcal.read_table(io.StringIO(text_of(readings)))))
     assert set(warned) == {"drift"}
-    assert_said(warned, "drift", r"from start to end of the run the readings move by .* ug, p = ")
-    moved = float(warned["drift"].split("move by ")[1].split(" ug")[0])
+    assert_said(warned, "drift", r"from start to end of the run the bias moves by .* ug, p = ")
+    moved = float(warned["drift"].split("moves by ")[1].split(" ug")[0])
     assert moved == pytest.approx(found, abs=0.3 * size * 1e6)
+
+
+PATTERNS = {
+    "scale factor": (math.cos, "ppm", "K1"),
+    "angle of the unit in the head": (lambda th: -math.sin(th), "urad", "M"),
+}
+
+
+def turning(size, pattern, **design):
+    """Readings to which an error [g] is added that grows over the run and has a pattern in th."""
+    readings = list(readings_of(**design))
+    last = len(readings) - 1
+    return [
+        [r, j, k, y + SCALE_FACTOR * size * pattern(math.pi * (j - 1) / 4) * i / last]
+        for i, (r, j, k, y) in enumerate(readings)
+    ]
+
+
+@pytest.mark.parametrize("what", PATTERNS)
+@pytest.mark.parametrize(("strokes", "size"), [(3, 1e-4), (6, 5e-5), (6, -1e-4), (20, 3e-5)])
+def test_drift_of_scale_factor_and_angle(what, strokes, size):
+    """Each is named for what it is, with its size, and nothing else warns."""
+    pattern, unit, mean = PATTERNS[what]
+    text = text_of(turning(size, pattern, strokes=strokes))
+    warned = warnings_of(accelcal.fit(accelcal.read_table(io.StringIO(text))))
+    assert set(warned) == {"drift"}
+    said = rf"run the {what} moves by \S+ {unit}, p = \S+; {mean} is the mean over the run$"
+    assert_said(warned, "drift", said)
+    moved = float(warned["drift"].split("moves by ")[1].split(f" {unit}")[0])
+    assert moved == pytest.approx(size * 1e6, abs=20.0)
+
+
+def test_drifts_of_bias_and_scale_factor_are_told_in_one_warning():
+    readings = turning(1e-4, lambda th: 1.0 + math.cos(th))
+    warned = warnings_of(accelcal.fit(accelcal.read_table(io.StringIO(text_of(readings)))))
+    said = "the bias moves by .* ug and the scale factor moves by .* ppm, .*K0 and K1 are the means"
+    assert_said(warned, "drift", said)
+
+
+def test_drift_of_the_scale_factor_per_hour():
+    """From 0 to 100 ppm in 53 minutes."""
+    record = accelcal.read_table(io.StringIO(text_of(turning(1e-4, math.cos))))
+    fields = fields_of(record) | {"time": 60.0 * np.arange(len(record))}
+    warned = warnings_of(accelcal.fit(accelcal.TumbleRecord(**fields)))
+    rate = float(warned["drift"].split("ppm (")[1].split(" ppm per hour")[0])
+    assert rate == pytest.approx(100.0 * 60.0 / 53.0, abs=20.0)
 
 
 @pytest.mark.parametrize("size", [2e-5, -2e-4])
@@ -452,7 +499,7 @@ def test_drift_follows_the_times():
     output = record.output + SCALE_FACTOR * 2e-6 * hours
     fields = fields_of(record) | {"output": output, "time": hours * 3600.0}
     warned = warnings_of(accelcal.fit(accelcal.TumbleRecord(**fields)))
-    moved = float(warned["drift"].split("move by ")[1].split(" ug")[0])
+    moved = float(warned["drift"].split("moves by ")[1].split(" ug")[0])
     assert moved == pytest.approx(2.0 * hours[-1], abs=6.0)
 
 
@@ -646,7 +693,7 @@ def fields_of(record):
 
 def test_tables_share_the_false_alarms():
     """What is seen at 1 % in one table is not at a hundredth of it in one of a hundred."""
-    readings = drifting(1e-5, lambda share: share)
+    readings = drifting(1.5e-5, lambda share: share)
     table = prepare(accelcal.read_table(io.StringIO(text_of(readings))))
     noise = reading_noise([table], [table.record.output])[0]
     coefficients = linear_estimator(table).coefficients(table.record.output)

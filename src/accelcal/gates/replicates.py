@@ -1,4 +1,4 @@
-"""Gates on replicates: closure of the turn, drift, forward against back, an outlier."""
+"""Gates on replicates: closure of the turn, forward against back, an outlier."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from numpy.typing import NDArray
 
 from accelcal.estimate.noise import FEW, ReadingNoise
 from accelcal.estimate.tables import PreparedTable
-from accelcal.gates.trend import Replicates, directed, moments, smallest, trend_of
+from accelcal.gates.trend import Replicates, directed, smallest, trend_of
 from accelcal.gates.verdict import SIGNIFICANT, acceleration, not_assessed, warn_if
 from accelcal.grouping import grouped, median
 from accelcal.probability import f_survival, student_survival
 from accelcal.record import TumbleRecord
 from accelcal.results.quantity import Gate
 
-__all__ = ["closure", "drift", "forward_against_back", "outlier", "place"]
+__all__ = ["closure", "forward_against_back", "outlier", "place"]
 
 Array = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ def closure(
     scatter, dof = _clean_scatter(table, noise)
     if not dof > 0.0:
         return not_assessed("closure", "nothing tells the reading noise; repeat the strokes")
-    columns = trend_of(table.record)
+    columns = trend_of(table.record).columns
     found = Replicates.of(table.record.output, directed(table.record), columns)
     weights = [found.blind(contrast, columns) for contrast in contrasts]
     means = [float(weight @ table.record.output) for weight in weights]
@@ -89,7 +89,7 @@ def _clean_scatter(table: PreparedTable, noise: ReadingNoise) -> tuple[float, fl
     if noise.source == "declared":
         return noise.factor * median(table.scatter), noise.dof
     record = table.record
-    found = Replicates.of(record.output, directed(record), trend_of(record))
+    found = Replicates.of(record.output, directed(record), trend_of(record).columns)
     if found.dof >= FEW:
         return float(np.sqrt(found.squares / found.dof)), found.dof
     returned = record.angle > record.angle.min() + 360.0 - 1e-6
@@ -98,48 +98,6 @@ def _clean_scatter(table: PreparedTable, noise: ReadingNoise) -> tuple[float, fl
     residual = record.output - basis @ (basis.T @ record.output)
     dof = float(len(residual) - design.shape[1])
     return (float(np.sqrt(residual @ residual / dof)), dof) if dof > 0.0 else (np.nan, 0.0)
-
-
-def drift(table: PreparedTable, scale: float, level: float = SIGNIFICANT) -> Gate:
-    """Test the trend of the readings at one angle and in one direction over the run.
-
-    Parameters
-    ----------
-    table : PreparedTable
-        The table.
-    scale : float
-        Scale factor [output unit / g].
-    level : float, default 0.01
-        False-alarm rate.
-
-    Returns
-    -------
-    Gate
-        A warning where the trend is significant by Fisher's test against the pure error.
-
-    Notes
-    -----
-    Only readings of one angle and one direction are compared, so that neither a difference of the
-    directions nor an open turn counts as drift.
-    """
-    columns, cell = trend_of(table.record), directed(table.record)
-    if not columns.shape[1]:
-        return not_assessed("drift", "needs three strokes or more, of all positions")
-    output = table.record.output
-    straight = Replicates.of(output, cell, columns[:, :0])
-    found = Replicates.of(output, cell, columns)
-    part = straight.dof - found.dof
-    if part < 1.0 or found.dof < FEW:
-        return not_assessed("drift", "no angle is read often enough in one direction")
-    variance = max(found.squares / found.dof, smallest(table) ** 2)
-    p = f_survival((straight.squares - found.squares) / part / variance, part, found.dof)
-    course = columns @ found.trend
-    last, first = (course[pick(moments(table.record))] for pick in (np.argmax, np.argmin))
-    said = (
-        f"from start to end of the run the readings move by {acceleration((last - first) / scale)}"
-    )
-    more = "; K0 is the mean over them" if p < level else ""
-    return warn_if("drift", p < level, f"{said}, p = {p:.2g}{more}")
 
 
 def forward_against_back(table: PreparedTable, scale: float, level: float = SIGNIFICANT) -> Gate:
@@ -167,7 +125,7 @@ def forward_against_back(table: PreparedTable, scale: float, level: float = SIGN
     """
     name = "forward against back"
     record = table.record
-    columns = trend_of(record)
+    columns = trend_of(record).columns
     apart = Replicates.of(record.output, directed(record), columns)
     angles, difference, variance = _differences(table, record.output - columns @ apart.trend)
     if not angles.size:
@@ -234,7 +192,7 @@ def outlier(table: PreparedTable, scale: float, level: float = SIGNIFICANT) -> G
     """
     record = table.record
     _, cell, members = grouped(table.head)
-    found = Replicates.of(record.output, cell, trend_of(record))
+    found = Replicates.of(record.output, cell, trend_of(record).columns)
     dof = found.dof - 1.0
     if dof < 1.0:
         return not_assessed("outlier", "no position is read often enough; repeat the strokes")

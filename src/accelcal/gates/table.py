@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
+from accelcal.gates.drift import drift
 from accelcal.gates.order import order_of_positions
-from accelcal.gates.replicates import closure, drift, forward_against_back, outlier
+from accelcal.gates.replicates import closure, forward_against_back, outlier
 from accelcal.gates.resolution import resolution
 from accelcal.gates.sizes import proportions, units
 from accelcal.gates.verdict import SIGNIFICANT

@@ -12,7 +12,7 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.grouping import distinct, grouped
 from accelcal.record import TumbleRecord
 
-__all__ = ["Replicates", "directed", "moments", "smallest", "trend_of"]
+__all__ = ["Replicates", "Trend", "directed", "moments", "smallest", "trend_of"]
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -94,8 +94,31 @@ def directed(record: TumbleRecord) -> Places:
     return np.asarray(2 * grouped(np.round(record.angle, 6))[1] + record.stroke % 2)
 
 
-def trend_of(record: TumbleRecord) -> Array:
-    """Columns of a smooth drift over a run: powers of the time, one for each two strokes.
+class Trend(NamedTuple):
+    """Columns of a smooth drift over a run, shape (n, q), by what drifts.
+
+    Attributes
+    ----------
+    bias : ndarray, shape (n, b)
+        Powers of the time.
+    scale_factor : ndarray, shape (n, s)
+        Time by the cosine of the head angle; no column where the readings are too few.
+    angle : ndarray, shape (n, s)
+        Time by the sine of the head angle, as a turn of the unit in the head makes.
+    """
+
+    bias: Array
+    scale_factor: Array
+    angle: Array
+
+    @property
+    def columns(self) -> Array:
+        """All columns, side by side."""
+        return np.column_stack(self)
+
+
+def trend_of(record: TumbleRecord) -> Trend:
+    """Columns of a smooth drift over a run: of the bias, one for each two strokes, and of the rest.
 
     Parameters
     ----------
@@ -104,19 +127,31 @@ def trend_of(record: TumbleRecord) -> Array:
 
     Returns
     -------
-    ndarray, shape (n, q)
-        Powers of the time from -1 to 1; no column where the readings are too few.
+    Trend
+        Powers of the time from -1 to 1, and that time by cosine and sine; no column where the
+        readings are too few.
 
     Notes
     -----
     So many powers leave the alternation of forward and back strokes almost untouched.
     """
-    moment = moments(record)
-    cells = distinct(directed(record)).size
+    x = _run_time(moments(record))
+    free = len(record) - distinct(directed(record)).size - FEW
     powers = min((distinct(record.stroke).size - 1) // 2, _HIGHEST_POWER)
-    powers = max(0, min(powers, len(record) - cells - FEW))
-    x = 2.0 * (moment - moment.min()) / (np.ptp(moment) or 1.0) - 1.0
-    return np.column_stack([x**power for power in range(1, powers + 1)] or [np.zeros((x.size, 0))])
+    powers = max(0, min(powers, free))
+    whole = powers > 0 and free >= powers + 2
+    th = np.radians(record.angle)
+    nothing = np.zeros((x.size, 0))
+    return Trend(
+        bias=np.column_stack([x**power for power in range(1, powers + 1)] or [nothing]),
+        scale_factor=(x * np.cos(th))[:, None] if whole else nothing,
+        angle=(x * np.sin(th))[:, None] if whole else nothing,
+    )
+
+
+def _run_time(moment: Array) -> Array:
+    """Time from -1 at the first reading to 1 at the last."""
+    return np.asarray(2.0 * (moment - moment.min()) / (np.ptp(moment) or 1.0) - 1.0)
 
 
 def moments(record: TumbleRecord) -> Array:
