@@ -169,7 +169,7 @@ def test_aliases_follow_from_the_design():
 
 
 def test_two_at_once_each_with_its_gap(tmp_path):
-    _, _, record = hidden_record(tmp_path, ("backlash", "k2-temperature"), s=6.0, seed=5)
+    _, _, record = hidden_record(tmp_path, ("backlash", "k2-temperature"), s=6.0, seed=6)
     found = accelcal.discover(record)
     assert set(ids(found)) == {"backlash", "k2-temperature"}
     first, second = found.effects

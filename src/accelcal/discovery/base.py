@@ -179,7 +179,7 @@ def _law(excess: Array) -> tuple[Array, list[str]]:
         (np.maximum(excess, 0.0), " above T0"),
         (np.minimum(excess, 0.0), " below T0"),
     ):
-        if np.abs(side).max() >= LEVEL_CHANGE:
+        if np.ptp(side) >= LEVEL_CHANGE:  # of one level alone it is a constant
             columns.append(side)
             names.append(name)
     return np.stack(columns, axis=1), names

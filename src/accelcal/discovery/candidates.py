@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from accelcal.discovery.space import Space
 from accelcal.effects.conditions import Conditions
-from accelcal.effects.effect import Effect
+from accelcal.effects.effect import Effect, Parameter
 
 __all__ = ["Candidates", "Instance", "candidates", "column_of", "direction", "instances_of"]
 
@@ -40,6 +40,12 @@ class Instance(NamedTuple):
     effect: Effect
     mixture: tuple[float, ...]
     shape: Mapping[str, float]
+
+    @property
+    def amplitudes(self) -> tuple[Parameter, ...]:
+        """Amplitudes that the mixture has."""
+        own = zip(self.effect.amplitudes, self.mixture, strict=True)
+        return tuple(parameter for parameter, part in own if part)
 
 
 class Candidates(NamedTuple):
@@ -153,7 +159,7 @@ def _mixtures(amplitudes: int) -> list[tuple[float, ...]]:
     if amplitudes == 1:
         return [(1.0,)]
     first = [(1.0, *[0.0] * (amplitudes - 1))] if amplitudes > 2 else []
-    phases = np.pi * np.arange(_PHASES) / _PHASES
+    phases = np.pi * (np.arange(_PHASES) + 0.5) / _PHASES  # never one amplitude alone
     lead = (0.0,) * (amplitudes - 2)
     return first + [(*lead, float(np.cos(phi)), float(np.sin(phi))) for phi in phases]
 

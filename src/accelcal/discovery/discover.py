@@ -12,8 +12,9 @@ from accelcal.discovery import fault
 from accelcal.discovery.audit import audit
 from accelcal.discovery.candidates import Instance, candidates
 from accelcal.discovery.comparison import Comparison, compared
+from accelcal.discovery.empirical_terms import empirical_explanation
 from accelcal.discovery.explanation import Explanation
-from accelcal.discovery.factors import blocks
+from accelcal.discovery.factors import Block, blocks
 from accelcal.discovery.family import Family, family_of, judge
 from accelcal.discovery.faults import faults
 from accelcal.discovery.held_out import held_out_rms
@@ -49,6 +50,7 @@ class _Question(NamedTuple):
     alpha: float
     most: int
     seed: int
+    empirical: bool
 
 
 class _Look(NamedTuple):
@@ -67,6 +69,7 @@ def discover(
     reference_temperature: float | None = None,
     delta0: float | None = None,
     effects: Sequence[Effect] | None = None,
+    empirical: bool = False,
     seed: int = 0,
 ) -> Discovery:
     """Find where the model and the readings of a record disagree, and name the missing effect.
@@ -86,6 +89,9 @@ def discover(
         Fixture angle; by default that of the record, else 0 [rad].
     effects : sequence of Effect, optional
         Effects to look for; by default those of the catalogue.
+    empirical : bool, default False
+        Add a term for the pattern of a disagreement that no effect explains, where it depends on
+        the head position.
     seed : int, default 0
         Of the noise that is simulated to find the false-alarm rate.
 
@@ -122,6 +128,7 @@ def discover(
         alpha=alpha,
         most=max_effects,
         seed=seed,
+        empirical=empirical,
     )
     found, mended = faults(record, question.reference, question.delta0, alpha)
     return _discovery(_searched(mended, question), record, found, question)
@@ -174,6 +181,9 @@ def _discovery(
 ) -> Discovery:
     comparison, family, findings = look
     named = findings.explanations[0] if findings.explanations else None
+    unexplained = _unexplained(look, question.alpha)
+    if unexplained is not None and question.empirical:
+        named = empirical_explanation(comparison, family)
     instances = named.instances if named else ()
     given = compared(record, question.reference, question.delta0) if found else comparison
     bare, within = solution(comparison), solution(comparison, instances)
@@ -185,7 +195,7 @@ def _discovery(
         after=_gap(within, steps[-1].held_out),
         where=shares(comparison.space, comparison.seen, family.blocks),
         effects=tuple(_effects(look, named, steps)) if named else (),
-        unexplained=_unexplained(look, question.alpha),
+        unexplained=unexplained,
         undetectable=seen.undetectable,
         smallest_detectable=tuple(
             Detectable(size.id, size.typical, size.unit) for size in seen.smallest
@@ -302,13 +312,11 @@ def _indistinguishable(findings: Findings, named: Explanation, effect: Effect) -
 
 
 def _unexplained(look: _Look, alpha: float) -> Unexplained | None:
-    findings, family = look.findings, look.family
+    findings = look.findings
     if findings.explanations or findings.before.p_value >= alpha:
         return None
     near = findings.nearest
-    taken = None if near is None else orthonormal(near.directions)
-    judged = judge(family, look.comparison.seen, taken)
-    block = family.blocks[int(np.argmin(judged.blocks))]
+    block, taken, p_value = _worst(look)
     space, seen = look.comparison.space, look.comparison.seen
     share = float(((block.basis.T @ seen) ** 2).sum() / (seen @ seen))
     shape = pattern(space, seen, block, taken)
@@ -317,7 +325,15 @@ def _unexplained(look: _Look, alpha: float) -> Unexplained | None:
     if near is not None:
         names = " and ".join(sorted(near.ids))
         told += f"; nearest in the catalogue, but not accepted: {names}"
-    return Unexplained(told, share, judged.p_value)
+    return Unexplained(told, share, p_value)
+
+
+def _worst(look: _Look) -> tuple[Block, Array | None, float]:
+    """Factor that disagrees most beside the nearest effects, these, and the chance of noise."""
+    near = look.findings.nearest
+    taken = None if near is None else orthonormal(near.directions)
+    judged = judge(look.family, look.comparison.seen, taken)
+    return look.family.blocks[int(np.argmin(judged.blocks))], taken, judged.p_value
 
 
 def _notes(comparison: Comparison) -> Iterator[str]:

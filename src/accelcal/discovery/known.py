@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.discovery.candidates import Instance
-from accelcal.effects.catalogue import effect
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Disturbance
+from accelcal.effects.empirical import effect_of
 from accelcal.results.findings import FoundEffect
 
 __all__ = ["contribution", "disturbances", "instance_of", "sizes_of"]
@@ -38,7 +38,7 @@ def disturbances(found: Sequence[FoundEffect]) -> tuple[Disturbance, ...]:
     """
     given = []
     for item in found:
-        entry = effect(item.id)
+        entry = effect_of(item.id, item.parameters)
         values = {name: quantity.value or 0.0 for name, quantity in item.parameters.items()}
         first = values.pop(entry.parameters[0].name, 0.0)
         given.append(entry.of(first, **values))

@@ -111,7 +111,7 @@ def parameters_of(
     all parameters together from the derivatives by the nonlinear ones at the solution.
     """
     c, space = comparison.model.conditions, comparison.space
-    own = [_amplitudes(item) for item in instances]
+    own = [item.amplitudes for item in instances]
     columns = [_columns(item, names, c) for item, names in zip(instances, own, strict=True)]
     linear = space.see(np.hstack(columns))
     sizes = np.linalg.lstsq(linear, comparison.seen, rcond=None)[0]
@@ -152,18 +152,6 @@ def standard_uncertainties(derivatives: Array) -> Array:
     norms[norms == 0.0] = np.inf
     inverse = np.linalg.pinv(derivatives / norms)
     return np.asarray(np.sqrt((inverse**2).sum(axis=1)) / norms)
-
-
-def _amplitudes(instance: Instance) -> list[Parameter]:
-    """Amplitudes that the mixture of the instance has."""
-    return [p for p, part in zip(instance.effect.amplitudes, _parts(instance), strict=True) if part]
-
-
-def _parts(instance: Instance) -> list[bool]:
-    mixture = instance.mixture
-    if len(mixture) > 1 and any(mixture[-2:]):  # a phase: both of the last two
-        return [False] * (len(mixture) - 2) + [True, True]
-    return [part != 0.0 for part in mixture]
 
 
 def _columns(instance: Instance, names: Sequence[Parameter], c: Conditions) -> Array:

@@ -11,7 +11,7 @@ from accelcal.results.discovery import Discovery
 from accelcal.results.findings import Change, FoundEffect
 from accelcal.results.quantity import Quantity
 
-__all__ = ["discovery_text"]
+__all__ = ["SCALES", "discovery_text"]
 
 
 def discovery_text(found: Discovery) -> str:
@@ -93,8 +93,9 @@ def _where(found: Discovery) -> Iterator[str]:
 
 def _effect(found: Discovery, effect: FoundEffect) -> Iterator[str]:
     from accelcal.effects.catalogue import effect as entry_of
+    from accelcal.effects.empirical import effect_of
 
-    entry = entry_of(effect.id)
+    entry = effect_of(effect.id, effect.parameters)
     yield f"{effect.name.capitalize()}  [{effect.id}], {chance(effect.p_value)}"
     yield from wrapped(f"{entry.physics} Term: {entry.formula}", "  ")
     yield from wrapped(entry.signature, "  ")
@@ -126,7 +127,7 @@ def _changes(found: Discovery) -> Iterator[str]:
     yield from (f"  {line}" for line in aligned(rows, right={1, 2, 3}))
 
 
-_SCALES = {
+SCALES = {
     "g": (1e6, "ug"),
     "1": (1e6, "ppm"),
     "rad": (1e6, "urad"),
@@ -136,10 +137,11 @@ _SCALES = {
     "1/degC": (1e6, "ppm/degC"),
     "rad/degC": (1e6, "urad/degC"),
 }
+"""Unit -> factor and unit in which a person reads it."""
 
 
 def _change(item: Change) -> tuple[str, str, str, str, str]:
-    scale, unit = _SCALES.get(item.after.unit, (1.0, item.after.unit))
+    scale, unit = SCALES.get(item.after.unit, (1.0, item.after.unit))
     before, after = ((q.value or 0.0) * scale for q in (item.before, item.after))
     shown = [_digits(value, item, scale) for value in (before, after, after - before)]
     if item.coefficient == "K1":  # relative to the fit that the search started from

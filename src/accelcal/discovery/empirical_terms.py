@@ -1,0 +1,63 @@
+"""A disagreement that no effect explains, taken up by terms of its own."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from accelcal.discovery.candidates import Instance, direction
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.explanation import Explanation
+from accelcal.discovery.family import Family, judge
+from accelcal.discovery.noise import orthonormal
+from accelcal.effects.effect import Effect
+from accelcal.effects.empirical import FACTORS, empirical
+from accelcal.grouping import grouped
+
+__all__ = ["empirical_explanation"]
+
+_NEEDED = 0.01
+
+
+def empirical_explanation(comparison: Comparison, family: Family) -> Explanation | None:
+    """Explain a disagreement by terms of the head position that have no other cause.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Record and model.
+    family : Family
+        What is tested.
+
+    Returns
+    -------
+    Explanation or None
+        A term for each factor that is needed, the worst first; None where none can have one.
+    """
+    space, seen = comparison.space, comparison.seen
+    c = comparison.model.conditions
+    angles = grouped(np.mod(np.round(c.angle, 6), 360.0))[0]
+    terms: list[Effect] = []
+    columns, p_values = np.empty((space.size, 0)), []
+    for _ in FACTORS:
+        judged = judge(family, seen, orthonormal(columns) if terms else None)
+        p, factor = min(
+            (float(p), block.factor)
+            for block, p in zip(family.blocks, judged.blocks, strict=True)
+            if block.factor in FACTORS
+        )
+        if p * family.tests >= _NEEDED:
+            break
+        terms.append(empirical(factor, angles.tolist()))
+        columns = np.hstack([columns, space.see(c.gain[:, None] * terms[-1].columns(c))])
+        p_values.append(p)
+    if not terms:
+        return None
+    sizes = np.linalg.lstsq(columns, seen, rcond=1e-6)[0].reshape(len(terms), -1)
+    mixtures = sizes / np.linalg.norm(sizes, axis=1, keepdims=True)
+    instances = [
+        Instance(term, tuple(mixture), {})
+        for term, mixture in zip(terms, mixtures.tolist(), strict=True)
+    ]
+    directions = np.stack([direction(item, space, c)[0] for item in instances], axis=1)
+    squares = float(((orthonormal(directions).T @ seen) ** 2).sum())
+    return Explanation(tuple(instances), directions, squares, tuple(p_values), passes=False)

@@ -1,0 +1,128 @@
+"""Empirical terms: a pattern that no entry of the catalogue explains, as an effect of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.effects.catalogue import effect
+from accelcal.effects.conditions import Conditions
+from accelcal.effects.effect import Effect, Parameter
+
+__all__ = ["FACTORS", "effect_of", "empirical"]
+
+Array = NDArray[np.float64]
+
+_ID = "empirical:"
+_AT = "at {:g} deg"
+_SAME_ANGLE = 1e-6
+
+
+def _one(c: Conditions) -> Array:
+    return np.ones(c.angle.size)
+
+
+def _sense(c: Conditions) -> Array:
+    return c.rotation
+
+
+def _rise(c: Conditions) -> Array:
+    return c.excess
+
+
+FACTORS: Mapping[str, tuple[Callable[[Conditions], Array], str, str]] = {
+    "position": (_one, "g", "the same in all strokes and runs"),
+    "stroke*position": (_sense, "g", "opposite on forward and back strokes"),
+    "temperature*position": (_rise, "g/degC", "in proportion to T - T0"),
+}
+"""Factors whose pattern can be carried over to another record: what multiplies it, and its unit."""
+
+
+@dataclass(frozen=True)
+class _Pattern:
+    """A value at each head position, times something that depends on the reading."""
+
+    factor: str
+
+    def __call__(self, c: Conditions, **values: float) -> Array:
+        turn = np.mod(c.angle, 360.0)
+        total = np.zeros(turn.size)
+        for name, value in values.items():
+            apart = np.abs(np.mod(turn - _angle_of(name) + 180.0, 360.0) - 180.0)
+            total += np.where(apart < _SAME_ANGLE, value, 0.0)
+        return np.asarray(total * FACTORS[self.factor][0](c))
+
+
+def empirical(factor: str, angles: Iterable[float]) -> Effect:
+    """Make an empirical term.
+
+    Parameters
+    ----------
+    factor : str
+        One of `FACTORS`.
+    angles : iterable of float
+        Head positions [deg].
+
+    Returns
+    -------
+    Effect
+        With an amplitude for each position.
+
+    Raises
+    ------
+    KeyError
+        If the factor is another one.
+
+    Examples
+    --------
+    >>> empirical("stroke*position", [0.0, 45.0]).id
+    'empirical:stroke*position'
+    """
+    _, unit, how = FACTORS[factor]
+    return Effect(
+        id=_ID + factor,
+        name=f"empirical term by {factor}",
+        physics=f"Not known: the readings differ by the head position, {how}.",
+        formula="one value for each head position",
+        signature="As found in the record; no entry of the catalogue looks like it.",
+        to_tell_apart="a cause; until there is one, the term holds for this stand and unit only",
+        acts_on="output",
+        parameters=tuple(
+            Parameter(_AT.format(angle), unit, f"value at {angle:g} deg", default=0.0)
+            for angle in angles
+        ),
+        term=_Pattern(factor),
+    )
+
+
+def effect_of(name: str, parameters: Iterable[str]) -> Effect:
+    """Look up an effect of a document: in the catalogue, or empirical.
+
+    Parameters
+    ----------
+    name : str
+        Its id.
+    parameters : iterable of str
+        Names of its parameters.
+
+    Returns
+    -------
+    Effect
+        The effect.
+
+    Raises
+    ------
+    InputError
+        If there is no such effect.
+    """
+    factor = name.removeprefix(_ID)
+    if factor != name and factor in FACTORS:
+        return empirical(factor, map(_angle_of, parameters))
+    return effect(name)
+
+
+def _angle_of(parameter: str) -> float:
+    return float(parameter.removeprefix("at ").removesuffix(" deg"))
