@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.noise import ReadingNoise
@@ -49,7 +50,7 @@ def table_warnings(table: PreparedTable, noise: ReadingNoise) -> tuple[str, ...]
     """
     said = list(table.estimability.sentences())
     if table.record.std is not None and not np.all(table.record.std > 0.0):
-        said.append("std is missing at some readings, so the declared scatter is not used at all")
+        said.append(_unusable(table.record.std))
     elif table.record.count is not None and not np.all(table.record.count >= 1.0):
         said.append("n is missing at some readings, so std is taken as that of each mean")
     if noise.source == "none":
@@ -68,6 +69,13 @@ def table_warnings(table: PreparedTable, noise: ReadingNoise) -> tuple[str, ...]
             " uncertainties follow the strokes"
         )
     return tuple(said)
+
+
+def _unusable(std: NDArray[np.float64]) -> str:
+    lacking = {"missing": np.isnan(std).any(), "zero": (std == 0.0).any()}
+    what = " or ".join(word for word, found in lacking.items() if found)
+    where = "some" if (std > 0.0).any() else "all"
+    return f"std is {what} at {where} readings, so the declared scatter is not used at all"
 
 
 def record_warnings(
@@ -117,8 +125,11 @@ def _of_head(estimate: JointEstimate) -> list[str]:
             " simulations); measure two strokes or declare head_uncertainty"
         ]
     if head.source == "estimated" and _is_lost_in_noise(estimate):
+        seen = "no head error shows above the noise"
+        if head.uncertainty > 0.0:
+            seen = "head error as large as the noise"
         return [
-            f"head error as large as the noise, and {head.dof:.0f} degrees of freedom cannot tell"
+            f"{seen}, and {head.dof:.0f} degrees of freedom cannot tell"
             " the two apart: the intervals may be wider than needed (they held the truth in 93 to"
             " 99 of 100 cases in simulations); declare head_uncertainty or measure more positions"
         ]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from accelcal.errors import DesignError
 from accelcal.model import COEFFICIENTS
 
-__all__ = ["Estimability", "estimability", "signed"]
+__all__ = ["Estimability", "check_names", "estimability", "signed"]
 
 Array = NDArray[np.float64]
 
@@ -91,7 +91,7 @@ def estimability(
     >>> found.stands_for["K1"]
     'K1 + K3'
     """
-    _check_names(asked)
+    check_names(asked)
     kept, absorbed = _sort_out(design, [name for name in _PRIORITY if name in asked])
     found = Estimability(
         kept=tuple(name for name in COEFFICIENTS if name in kept),
@@ -114,7 +114,19 @@ def estimability(
     return found
 
 
-def _check_names(asked: Sequence[str]) -> None:
+def check_names(asked: Sequence[str]) -> None:
+    """Refuse what is no coefficient, and a fit without K1.
+
+    Parameters
+    ----------
+    asked : sequence of str
+        The coefficients asked for.
+
+    Raises
+    ------
+    DesignError
+        If one is unknown, or K1 is not among them.
+    """
     for name in asked:
         if name not in COEFFICIENTS:
             raise DesignError(

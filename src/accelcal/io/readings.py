@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -16,13 +16,20 @@ from accelcal.io.columns import Table
 from accelcal.io.layout import all_of
 from accelcal.io.vocabulary import TIME_UNITS
 
-__all__ = ["Readings", "read_readings"]
+__all__ = ["Readings", "notes_of_turn", "read_readings"]
 
 MAXIMUM_TEMPERATURE = 250.0
 """Above it a temperature is taken for a mistake, most often kelvin [degC]."""
 
 MAXIMUM_ANGLE = 36000.0
 """Above it an angle is taken for a mistake: a hundred turns of the head [deg]."""
+
+_MARKERS = (999.0, 9999.0, 99999.0, 999999.0, 999.9, 999.99, 9999.9, 9999.99)
+"""Sizes of what loggers write for a missing reading."""
+
+_FEWEST_IN_TURN = 5  # positions from 1 to the return, where a turn is to be told from a few
+
+_FAR = 10.0  # times the largest other output, where such a number is no reading
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -111,6 +118,7 @@ def read_readings(table: Table, positions: int) -> Readings:
     outputs = np.stack([numbers(column) for column in table.outputs.values()], axis=1)
     first = next(iter(table.outputs.values()))
     present = ~np.isnan(outputs)
+    _refuse_markers(table.outputs.values(), outputs)
     _require_any(present, first)
     serial, serials = _labels(table.columns, "serial")
     kept: NDArray[np.bool_] = np.any(present, axis=1)
@@ -130,6 +138,32 @@ def read_readings(table: Table, positions: int) -> Readings:
         missing=first.lines[missing_row],
         missing_serial=_at(serial, missing_row),
     )
+
+
+def notes_of_turn(readings: Readings, positions: int) -> list[str]:
+    """Say where a turn of fewer positions than declared would hold all readings.
+
+    Parameters
+    ----------
+    readings : Readings
+        The readings.
+    positions : int
+        Number of positions in a full turn, as declared.
+
+    Returns
+    -------
+    list of str
+        A sentence, where positions 1 to a last one occur and the rest of the turn never does.
+    """
+    last = int(readings.position.max(initial=0))
+    met = np.unique(readings.position)
+    whole = met.size == last >= _FEWEST_IN_TURN and met[0] == 1
+    if not whole or last >= positions:
+        return []
+    return [
+        f"positions {last + 1} to {positions + 1} never occur in a turn of {positions}; if position"
+        f" {last} is the return to 1, declare '# positions: {last - 1}'"
+    ]
 
 
 def _by_row(
@@ -154,6 +188,17 @@ def _by_row(
 
 def _at(values: NDArray[Any] | None, index: Ints) -> NDArray[Any] | None:
     return None if values is None else values[index]
+
+
+def _refuse_markers(columns: Iterable[Column], outputs: Floats) -> None:
+    """Refuse -9999 and the like, as loggers write for a missing reading, far outside the others."""
+    marker = np.isin(np.abs(outputs), _MARKERS)
+    size = np.abs(outputs[~marker & ~np.isnan(outputs)]).max(initial=0.0)
+    if not marker.any() or size == 0.0:
+        return
+    for column, wrong in zip(columns, (marker & (np.abs(outputs) > _FAR * size)).T, strict=True):
+        problem = "{} looks like a marker of a missing reading"
+        column.check(~wrong, problem, "leave the cell empty")
 
 
 def _require_any(present: NDArray[np.bool_], output: Column) -> None:

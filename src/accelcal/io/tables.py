@@ -19,7 +19,7 @@ from accelcal.io.columns import Engine, Table, choose_columns
 from accelcal.io.declarations import Declarations, declarations
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split
 from accelcal.io.layout import Layout, counted, listed, read_layout, shown
-from accelcal.io.readings import Readings, read_readings
+from accelcal.io.readings import Readings, notes_of_turn, read_readings
 from accelcal.io.runs import runs_of
 from accelcal.io.text import Source, SourceText, read_text
 from accelcal.record import TumbleRecord
@@ -167,7 +167,8 @@ def _read_by(
     unit = output_unit(str(given)) if given else _unit(layout, table)
     declared = declarations(layout, table.decimal, unit, overrides)
     readings = read_readings(table, declared.record["positions"])
-    notes = [*layout.notes, *table.notes]
+    turn = notes_of_turn(readings, declared.record["positions"])
+    notes = [*layout.notes, *table.notes, *turn]
     if text.encoding == "latin-1":
         notes.insert(0, "the text is not UTF-8 and was read as latin-1")
     common = {**declared.record, "source": layout.source, "notes": tuple(notes)}

@@ -7,7 +7,7 @@ from html import escape
 from typing import Any
 
 from accelcal.report.names import visible
-from accelcal.report.rows import alarms, coefficient_rows, temperature_rows
+from accelcal.report.rows import alarms, coefficient_rows, temperature_rows, without_uncertainty
 from accelcal.report.verdict import verdict_text
 
 __all__ = ["calibration_html"]
@@ -31,12 +31,12 @@ def calibration_html(document: Mapping[str, Any]) -> str:
     """
     name = document["serial"] or document["source"]
     parts = [f"<p><b>Calibration of {_safe(str(name))}</b>, {_safe(document['method'])}</p>"]
-    parts.append(_list(map(_bold_warning, alarms(document))))
+    parts.append(_list(map(_bold_warning, [*without_uncertainty(document), *alarms(document)])))
     parts += [_table(table) for table in document["tables"]]
     model = document["temperature_model"]
     if model:
         caption = f"temperature laws, T0 = {document['T0_degC']:g} °C"
-        parts.append(_rows(caption, _LAW_HEADINGS, temperature_rows(model)))
+        parts.append(_rows(caption, _LAW_HEADINGS, temperature_rows(document)))
     told = [w for part in (*document["tables"], model or {}) for w in part.get("warnings", ())]
     parts.append(_list(map(_safe, [*told, *document["warnings"]])))
     if verdict := document.get("verdict"):

@@ -18,6 +18,7 @@ __all__ = [
     "residual_grid",
     "strong_correlations",
     "temperature_rows",
+    "without_uncertainty",
 ]
 
 Document = Mapping[str, Any]
@@ -32,6 +33,7 @@ _SHOWN = (  # name, symbol, coefficient of (1), factor, unit; the scale factor k
 )
 _SOURCES = {"reading": "readings", "launch": "launches", "launch_sf": "launches"}
 _STRONG = 0.8
+_DIGITS_OF_UNKNOWN = 4
 
 
 class CoefficientRow(NamedTuple):
@@ -84,6 +86,32 @@ def alarms(document: Document) -> list[str]:
     ]
 
 
+def without_uncertainty(document: Document) -> list[str]:
+    """Say of which tables nothing tells how far the values are off.
+
+    Parameters
+    ----------
+    document : mapping
+        Document of a calibration.
+
+    Returns
+    -------
+    list of str
+        A sentence where there is such a table.
+    """
+    found = [_title(t) for t in document["tables"] if _is_bare(t)]
+    if not found:
+        return []
+    return [
+        f"nothing tells the uncertainty of {', '.join(found)}: the values may be off by any amount;"
+        " repeat strokes, or give the columns std and n"
+    ]
+
+
+def _is_bare(table: Document) -> bool:
+    return table["coefficients"]["K1"]["expanded_uncertainty"] is None
+
+
 def _title(table: Document) -> str:
     side = "" if table["mounting"] == "o+" else f" {table['mounting']}"
     return f"run {table['run']}{side}"
@@ -114,17 +142,18 @@ def _row(
         return CoefficientRow(name, symbol, "", "not determined", "", unit, "", "", "")
     standard, expanded = quantity["standard_uncertainty"], quantity["expanded_uncertainty"]
     shown = [factor * part if part is not None else None for part in (standard, expanded)]
+    known = expanded is not None
     value, half_width = matching_digits(factor * quantity["value"], shown[1])
     return CoefficientRow(
         name=name,
         symbol=symbol,
         meaning=_meaning(table, symbol, coefficient),
-        value=value,
+        value=value if known else _few_digits(factor * quantity["value"]),
         expanded=half_width,
         unit=unit,
         standard="unknown" if shown[0] is None else _short(shown[0]),
         factor=f"{expanded / standard:.2f}" if standard and expanded is not None else "",
-        dominated_by=_dominating(table["budget"].get(coefficient, {})),
+        dominated_by=_dominating(table["budget"].get(coefficient, {})) if known else "",
     )
 
 
@@ -141,36 +170,38 @@ _LAWS = (  # name, symbol, law, part, factor, unit; the scale factor keeps its o
 )
 
 
-def temperature_rows(model: Document) -> list[tuple[str, str, str, str, str]]:
+def temperature_rows(document: Document) -> list[tuple[str, str, str, str, str]]:
     """Make the lines of the temperature laws.
 
     Parameters
     ----------
-    model : mapping
-        ``"temperature_model"`` of the document of a calibration.
+    document : mapping
+        Document of a calibration with a ``"temperature_model"``.
 
     Returns
     -------
     list of tuple of str
         Name, symbol, value, half width of the 95 % interval, unit.
     """
+    model = document["temperature_model"]
+    own = document["tables"][0]["coefficients"]["K1"]["unit"] if document["tables"] else ""
     rows = [
-        _law_row(name, symbol, model[law][part], factor, unit)
+        _law_row(name, symbol, model[law][part], factor, unit or own)
         for name, symbol, law, part, factor, unit in _LAWS
     ]
     return [*rows, _law_row("hysteresis of bias", "h_T", model["hysteresis"], 1e6, "ug")]
 
 
 def _law_row(
-    name: str, symbol: str, quantity: Document | None, factor: float, unit: str | None
+    name: str, symbol: str, quantity: Document | None, factor: float, unit: str
 ) -> tuple[str, str, str, str, str]:
     if quantity is None:
-        return name, symbol, "not determined", "", unit or ""
+        return name, symbol, "not determined", "", unit
     expanded = quantity["expanded_uncertainty"]
     shown = matching_digits(
         factor * quantity["value"], None if expanded is None else factor * expanded
     )
-    return name, symbol, *shown, unit or quantity["unit"]
+    return name, symbol, *shown, unit
 
 
 def _meaning(table: Document, symbol: str, coefficient: str) -> str:
@@ -178,6 +209,11 @@ def _meaning(table: Document, symbol: str, coefficient: str) -> str:
     if absorbed is None:
         return ""
     return absorbed if symbol == coefficient else f"({absorbed})/K1"
+
+
+def _few_digits(value: float) -> str:
+    """A value of unknown uncertainty, in digits that promise little."""
+    return significant(value, _DIGITS_OF_UNKNOWN) if value else "0"
 
 
 def _short(value: float) -> str:

@@ -10,7 +10,13 @@ from accelcal.report.columns import aligned
 from accelcal.report.names import counted, printable
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.report.residuals import residual_lines
-from accelcal.report.rows import alarms, coefficient_rows, strong_correlations, temperature_rows
+from accelcal.report.rows import (
+    alarms,
+    coefficient_rows,
+    strong_correlations,
+    temperature_rows,
+    without_uncertainty,
+)
 
 __all__ = ["calibration_text"]
 
@@ -36,12 +42,12 @@ def calibration_text(document: Document) -> str:
         Lines of at most 100 characters, in ASCII.
     """
     lines = [*_heading(document)]
-    for part in (_alarms(document), _open(document["warnings"])):
+    for part in (_bare(document), _alarms(document), _open(document["warnings"])):
         lines += _apart(part)
     for table in document["tables"]:
         lines += _apart(_table(table, document))
     if document["temperature_model"]:
-        lines += _apart(_temperature(document["temperature_model"], document["T0_degC"]))
+        lines += _apart(_temperature(document))
     lines += _apart(_errors(document))
     lines += _apart(_record_gates(document["gates"]))
     lines += _apart(_verdict(document.get("verdict")))
@@ -66,6 +72,11 @@ def _heading(document: Document) -> Iterator[str]:
         + (f" = {document['g_local_m_s2']:g} m/s^2" if document["g_local_m_s2"] else "")
         + (f"; T0 = {document['T0_degC']:g} degC" if document["T0_degC"] is not None else "")
     )
+
+
+def _bare(document: Document) -> Iterator[str]:
+    for sentence in without_uncertainty(document):
+        yield from _wrapped(printable(f"NO UNCERTAINTY: {sentence}"))
 
 
 def _alarms(document: Document) -> Iterator[str]:
@@ -122,13 +133,14 @@ def _scale_factor_elsewhere(table: Document, local_gravity: float | None) -> Ite
 def _correlations(table: Document) -> Iterator[str]:
     pairs = [f"{a} with {b} {r:+.2f}" for a, b, r in strong_correlations(table)]
     if pairs:
-        yield f"  strongly correlated: {', '.join(pairs)}"
+        yield from _wrapped(f"strongly correlated: {', '.join(pairs)}", indent="  ")
 
 
-def _temperature(model: Document, reference: float) -> Iterator[str]:
-    yield f"Temperature laws, bilinear about T0 = {reference:g} degC"
+def _temperature(document: Document) -> Iterator[str]:
+    model = document["temperature_model"]
+    yield f"Temperature laws, bilinear about T0 = {document['T0_degC']:g} degC"
     heading = ("", "", "value", "U (95 %)", "unit")
-    lines = aligned([heading, *temperature_rows(model)], right={2, 3})
+    lines = aligned([heading, *temperature_rows(document)], right={2, 3})
     yield from (f"  {line}" for line in lines)
     yield from _items("note", model["warnings"])
 
@@ -150,6 +162,8 @@ def _size(source: Document) -> str:
     if source["value"] is None:
         return "unknown"
     dof = f", {_degrees(source['dof'])}" if source["dof"] is not None else ""
+    if source["value"] == 0.0 and source["source"] == "estimated":
+        return f"none shows above the reading noise (estimated{dof})"
     factor, unit = _READABLE.get(source["unit"], (1.0, source["unit"]))
     return f"{significant(factor * source['value'])} {unit} ({source['source']}{dof})"
 

@@ -19,7 +19,7 @@ from accelcal.results.findings import (
     Unexplained,
     plain,
 )
-from accelcal.results.json_text import json_text, parse_json
+from accelcal.results.json_text import document_in, json_text
 from accelcal.results.quantity import Document, ErrorSource, fields_document
 
 if TYPE_CHECKING:
@@ -221,13 +221,13 @@ class Discovery:
         return json_text(self.to_document(), path)
 
     @classmethod
-    def from_json(cls, text: str) -> Discovery:
-        """Read a discovery from JSON text.
+    def from_json(cls, source: str | PathLike[str]) -> Discovery:
+        """Read a discovery from JSON text, or from a file.
 
         Parameters
         ----------
-        text : str
-            What `to_json` returns.
+        source : str or path
+            What `to_json` returns, or the path of the file that it wrote.
 
         Returns
         -------
@@ -237,9 +237,9 @@ class Discovery:
         Raises
         ------
         DocumentError
-            If the text is not JSON, or not such a document.
+            If there is no such file, or its text is not such a document.
         """
-        return cls.from_document(parse_json(text))
+        return cls.from_document(document_in(source))
 
 
 def _unexplained(document: Document | None) -> Unexplained | None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +12,7 @@ from accelcal.errors import DocumentError
 if TYPE_CHECKING:
     from os import PathLike
 
-__all__ = ["json_text", "parse_json"]
+__all__ = ["document_in", "json_text", "parse_json"]
 
 
 def json_text(document: Mapping[str, Any], path: str | PathLike[str] | None = None) -> str:
@@ -46,6 +48,52 @@ def json_text(document: Mapping[str, Any], path: str | PathLike[str] | None = No
 
         write_atomically(path, text.encode())
     return text
+
+
+def document_in(source: str | PathLike[str]) -> Any:
+    """Parse JSON text, or that of a file.
+
+    Parameters
+    ----------
+    source : str or path
+        JSON text, or the path of a file that holds it.
+
+    Returns
+    -------
+    object
+        The document.
+
+    Raises
+    ------
+    DocumentError
+        If there is no such file, or the text is not JSON.
+
+    Examples
+    --------
+    >>> document_in('{"value": 0.1}')
+    {'value': 0.1}
+    """
+    if isinstance(source, str) and not _may_be_path(source):
+        return parse_json(source)
+    name = os.fspath(source)
+    try:
+        with open(name, encoding="utf-8-sig") as file:  # noqa: PTH123  (as in io.text)
+            text = file.read()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "no text"
+        raise DocumentError(
+            f"{name}: not JSON, and no file that can be read ({reason}); give a file written by"
+            " accelcal fit, or its text"
+        ) from None
+    try:
+        return parse_json(text)
+    except DocumentError as error:
+        raise error.at(name) from None
+
+
+def _may_be_path(text: str) -> bool:
+    """Whether a text is a name, and not a document, which is an object, nor what is left of one."""
+    return re.match(r"[\s{\[\d\"]|$", text) is None and "\n" not in text
 
 
 def parse_json(text: str) -> Any:
