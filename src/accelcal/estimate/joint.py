@@ -57,6 +57,8 @@ class JointEstimate(NamedTuple):
     components : mapping of str to Component
         ``reading``, ``head``, ``launch``, ``launch_sf`` and ``resolution``: components of the
         errors of all coefficients of all tables, table after table.
+    alike : mapping of str to Component
+        ``launch`` and ``launch_sf`` with the shifts of all runs alike, see `RunShift.alike`.
     """
 
     outputs: tuple[Array, ...]
@@ -70,6 +72,7 @@ class JointEstimate(NamedTuple):
     bias_shift: RunShift
     scale_factor_shift: RunShift
     components: Mapping[str, Component]
+    alike: Mapping[str, Component]
 
     def part(self, table: int) -> slice:
         """Return the place of one table's coefficients among those of all tables."""
@@ -157,6 +160,10 @@ def estimate_jointly(
             "launch": _shift_component(estimators, errors, "K0", bias),
             "launch_sf": _shift_component(estimators, errors, "K1", scale_factor),
             "resolution": _resolution_component(estimators, errors, apparatus.resolution),
+        },
+        alike={
+            "launch": _shift_component(estimators, errors, "K0", bias.alike()),
+            "launch_sf": _shift_component(estimators, errors, "K1", scale_factor.alike()),
         },
     )
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["SAME_LEVEL", "RunShift", "reached_by", "run_shift"]
+__all__ = ["SAME_LEVEL", "RunShift", "reached_by", "run_shift", "same_levels"]
 
 Array = NDArray[np.float64]
 
@@ -45,9 +45,18 @@ class RunShift(NamedTuple):
     of_run: Array
     dof_of_run: Array
 
+    def alike(self) -> RunShift:
+        """Return the shift with the same uncertainty in all runs, from all repeats.
+
+        For what all runs tell together: a law through levels met several times goes through their
+        means, which are independent of the scatter about them.
+        """
+        runs = np.ones_like(self.of_run)
+        return self._replace(of_run=self.uncertainty * runs, dof_of_run=self.dof * runs)
+
 
 def reached_by(levels: Sequence[float]) -> Array | None:
-    """Tell how the level of each run was reached: by heating, by cooling, or as the first.
+    """Tell how the level of each run was reached: by heating or by cooling.
 
     Parameters
     ----------
@@ -57,20 +66,25 @@ def reached_by(levels: Sequence[float]) -> Array | None:
     Returns
     -------
     ndarray or None
-        1, -1 or 0 for each run; None where no level was reached both ways.
+        1 after heating, -1 after cooling; 0 at the lowest and the highest level, where both
+        branches of a loop meet; NaN at the first level elsewhere, as nobody knows how it was
+        reached. None where no level was reached both ways.
 
     Examples
     --------
-    >>> reached_by([20.0, 50.0, 80.0, 50.0]).tolist()
-    [0.0, 1.0, 1.0, -1.0]
+    >>> reached_by([20.0, 50.0, 80.0, 50.0, -40.0]).tolist()
+    [nan, 1.0, 0.0, -1.0, 0.0]
     """
     temperature = np.asarray(levels, dtype=np.float64)
-    reached = np.zeros(temperature.size)
+    reached = np.full(temperature.size, np.nan)
     for before, now in pairwise(np.flatnonzero(np.isfinite(temperature)).tolist()):
         step = temperature[now] - temperature[before]
         # a chamber that wavers about its level neither heats nor cools
         reached[now] = np.sign(step) if abs(step) > SAME_LEVEL else reached[before]
-    both = ({-1.0, 1.0} <= set(reached[level].tolist()) for level in _levels(temperature))
+    found = same_levels(temperature)
+    for extreme in (*found[:1], *found[-1:]):
+        reached[extreme] = 0.0
+    both = ({-1.0, 1.0} <= set(reached[level].tolist()) for level in found)
     return reached if any(both) else None
 
 
@@ -94,7 +108,8 @@ def run_shift(
     levels : sequence of float
         Temperature of each run [degC]; NaN where unknown.
     reached : ndarray, shape (runs,), optional
-        See `reached_by`: what goes with it is hysteresis, and no shift.
+        See `reached_by`: what goes with it, alike at all levels, is hysteresis and no shift; a
+        run of which nobody knows how its level was reached tells nothing.
 
     Returns
     -------
@@ -119,6 +134,7 @@ def run_shift(
     temperature = np.asarray(levels, dtype=np.float64)
     values = _without_trend(values, temperature)
     sides = np.zeros(runs.size) if reached is None else reached
+    temperature = np.where(np.isnan(sides), np.nan, temperature)
     size, dof = _scatter(values, variances, temperature, sides)
     if dof == 0.0:
         return _same_in_all(runs, 0.0, "none")
@@ -146,7 +162,7 @@ def _scatter(
     values: Array, variances: Array, temperature: Array, reached: Array
 ) -> tuple[float, float]:
     """Standard deviation from run to run at one level, and its degrees of freedom."""
-    levels = [level for level in _levels(temperature) if level.size > 1]
+    levels = [level for level in same_levels(temperature) if level.size > 1]
     repeats = float(sum(level.size - 1 for level in levels))
     others = sum(float(variances[level].mean()) * (level.size - 1) for level in levels)
     shift, side = (
@@ -162,8 +178,24 @@ def _scatter(
     return max(variance, 0.0) ** 0.5, dof
 
 
-def _levels(temperature: Array) -> list[NDArray[np.intp]]:
-    """Group the runs by temperature: indices of the runs of each level."""
+def same_levels(temperature: Array) -> list[NDArray[np.intp]]:
+    """Group the runs by temperature.
+
+    Parameters
+    ----------
+    temperature : ndarray, shape (runs,)
+        Temperature of each run [degC]; NaN where unknown.
+
+    Returns
+    -------
+    list of ndarray
+        Indices of the runs of each level, from the lowest to the highest.
+
+    Examples
+    --------
+    >>> [level.tolist() for level in same_levels(np.array([20.0, 80.0, 20.3]))]
+    [[0, 2], [1]]
+    """
     order = np.argsort(temperature, kind="stable")
     order = order[~np.isnan(temperature[order])]
     breaks = np.flatnonzero(np.diff(temperature[order]) > SAME_LEVEL) + 1

@@ -30,7 +30,9 @@ from accelcal.estimate.uncertainty import Component
 from accelcal.model import COEFFICIENTS
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
 from accelcal.temperature.bilinear import named_model
-from accelcal.temperature.from_tables import how_reached, tables_of_one_mounting
+from accelcal.temperature.from_tables import tables_of_one_mounting
+from accelcal.temperature.hysteresis import Branches, branches
+from accelcal.temperature.pooled_noise import pooled_noise
 from accelcal.temperature.product_model import Point, Readings
 from accelcal.temperature.run_temperatures import (
     recorded_temperatures,
@@ -61,10 +63,13 @@ class _State(NamedTuple):
 
 
 class _Source(NamedTuple):
-    """What one source of error does to the readings: a column for each independent error."""
+    """What one source of error does to the readings: a column for each independent error.
+
+    The degrees of freedom are those of all columns, or of each row where it acts on the diagonal.
+    """
 
     acting: Array
-    dof: float
+    dof: Array | float
 
 
 class _Problem(NamedTuple):
@@ -74,6 +79,7 @@ class _Problem(NamedTuple):
     indices: Sequence[int]
     runs: NDArray[np.intp]
     readings: Readings
+    loop: Branches
     estimate: JointEstimate
     temperature_uncertainty: float | None
 
@@ -143,12 +149,14 @@ def _problem(
 ) -> _Problem:
     own = [tables[i] for i in chosen]
     outputs = np.concatenate([estimate.outputs[i] for i in chosen])
+    loop = branches(own)
     runs = [int(table.record.run[0]) for table in own]
     return _Problem(
         tables=own,
         indices=chosen,
         runs=np.searchsorted(sorted({int(t.record.run[0]) for t in tables}), runs),
-        readings=_stack(own, outputs, estimate.names[chosen[0]], reference, sides),
+        readings=_stack(own, outputs, loop, estimate.names[chosen[0]], reference, sides),
+        loop=loop,
         estimate=estimate,
         temperature_uncertainty=temperature_uncertainty,
     )
@@ -157,6 +165,7 @@ def _problem(
 def _stack(
     tables: Sequence[PreparedTable],
     outputs: Array,
+    loop: Branches,
     names: Sequence[str],
     reference: float,
     sides: Sequence[str],
@@ -166,14 +175,12 @@ def _stack(
     of_table = _by_table(tables)
     mean = of_table @ [table.record.mean_temperature for table in tables]
     common = design[:, [COEFFICIENTS.index(name) for name in _COMMON if name in names]]
-    reached = how_reached(tables)
-    if reached is not None:  # the hysteresis is a part of the bias, +h after heating
-        common = np.column_stack([common, of_table @ reached])
     return Readings(
         output=outputs,
         a_i=design[:, COEFFICIENTS.index("K1")],
         cross=design[:, COEFFICIENTS.index("M")],
-        common=common,
+        # the hysteresis is a part of the bias, +h after heating
+        common=np.column_stack([common, of_table @ loop.paired]),
         rise=mean - reference,
         deviation=(temperature - mean)[:, None] * of_table,
         sides=sides,
@@ -223,8 +230,9 @@ def _sources(problem: _Problem, state: _State, point: Point) -> dict[str, _Sourc
     """Errors of the readings by source; the first, new in each reading, is diagonal."""
     tables, estimate = problem.tables, problem.estimate
     of_table = _by_table(tables)
-    noises = _noises(problem, state, point)
+    noises = pooled_noise(_noises(problem, state, point), [t.scatter_dof is None for t in tables])
     spread = [noise.factor * table.scatter for noise, table in zip(noises, tables, strict=True)]
+    dof_of_noise = of_table @ [noise.dof for noise in noises]
     head = [
         sensitivity(table, estimate.coefficients[i], estimate.head.positions)
         for table, i in zip(tables, problem.indices, strict=True)
@@ -232,30 +240,39 @@ def _sources(problem: _Problem, state: _State, point: Point) -> dict[str, _Sourc
     bias, scale = estimate.bias_shift, estimate.scale_factor_shift
     K1 = point.scale_factor(state.parameters)[:, None] * of_table
     heat = point.by_temperature(state.parameters)[:, None]
-    # of the recorded scatter that was not felt, the mean of the run keeps its part
-    unfelt = np.clip(1.0 - state.felt + 2.0 * state.doubt, 0.0, 1.0)
-    uncertain, dof = run_temperature_uncertainty(tables, problem.temperature_uncertainty, unfelt)
-    of_run = bias.of_run[problem.runs], scale.of_run[problem.runs]
+    uncertain, dof = run_temperature_uncertainty(
+        tables, problem.temperature_uncertainty, _unfelt_share(state)
+    )
+    half_widths = state.parameters[state.parameters.size - problem.loop.temperature.size :]
     return {
-        "reading": _Source(np.concatenate(spread), float(sum(noise.dof for noise in noises))),
+        "reading": _Source(np.concatenate(spread), dof_of_noise),
         "head": _Source(estimate.head.uncertainty * np.concatenate(head), estimate.head.dof),
-        "launch": _Source(K1 * of_run[0], float(bias.dof_of_run.min())),
-        "launch_sf": _Source(
-            K1 * problem.readings.a_i[:, None] * of_run[1], float(scale.dof_of_run.min())
-        ),
+        "launch": _Source(K1 * bias.uncertainty, bias.dof),
+        "launch_sf": _Source(K1 * problem.readings.a_i[:, None] * scale.uncertainty, scale.dof),
         "temperature": _Source(heat * of_table * uncertain, float(dof.min())),
+        "hysteresis": _Source(K1 @ problem.loop.off_the_middle(half_widths), np.inf),
         "felt": _Source(heat * problem.readings.deviation * _FELT, np.inf),
     }
 
 
+def _unfelt_share(state: _State) -> Array:
+    """Share of the recorded scatter that the mean of each run keeps, as it was not felt."""
+    return np.clip(1.0 - state.felt + 2.0 * state.doubt, 0.0, 1.0)
+
+
 def _noises(problem: _Problem, state: _State, point: Point) -> list[ReadingNoise]:
     """Reading noise of each table, once the outputs are brought to the mean of their run."""
-    still = problem.readings.at(np.zeros(state.felt.size)).model(state.parameters)
-    outputs = problem.readings.output + still - point.model(state.parameters)
+    outputs = problem.readings.output + _to_the_mean(problem, state, point)
     edges = np.cumsum([len(table.record) for table in problem.tables])[:-1]
     noises = reading_noise(problem.tables, np.split(outputs, edges))
     moved = np.any(problem.readings.deviation, axis=0).tolist()
     return [_one_less(noise) if took else noise for noise, took in zip(noises, moved, strict=True)]
+
+
+def _to_the_mean(problem: _Problem, state: _State, point: Point) -> Array:
+    """What brings each output to the mean temperature of its run, shape (n,)."""
+    still = problem.readings.at(np.zeros(state.felt.size))
+    return still.model(state.parameters) - point.model(state.parameters)
 
 
 def _one_less(noise: ReadingNoise) -> ReadingNoise:
@@ -285,7 +302,13 @@ def _estimator(jacobian: Array, sources: Mapping[str, _Source]) -> tuple[Array, 
 
 
 def _component(through: Array, source: _Source) -> Component:
-    passed = through * source.acting if source.acting.ndim == 1 else through @ source.acting
+    if source.acting.ndim == 1:
+        passed = through * source.acting
+        shares = passed**2 / (passed**2).sum(axis=1, keepdims=True)
+        with np.errstate(divide="ignore"):  # a declared noise has no end of degrees of freedom
+            dof = 1.0 / (shares @ (1.0 / np.asarray(source.dof)))
+        return Component(passed @ passed.T, dof)
+    passed = through @ source.acting
     return Component(passed @ passed.T, np.full(through.shape[0], source.dof))
 
 

@@ -16,10 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.joint import JointEstimate
-from accelcal.estimate.launch import reached_by
 from accelcal.estimate.solver import LeastSquares
 from accelcal.estimate.tables import PreparedTable
-from accelcal.estimate.uncertainty import Component, intervals, propagate
+from accelcal.estimate.uncertainty import Component, propagate
 from accelcal.model import COEFFICIENTS, ERROR_TERMS
 from accelcal.probability import f_survival
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
@@ -29,11 +28,11 @@ from accelcal.temperature.bilinear import (
     local_slopes,
     measured_sides,
     named_model,
-    quantity,
 )
+from accelcal.temperature.hysteresis import Branches, branches, confounded, mean_hysteresis
 from accelcal.temperature.run_temperatures import run_temperature_uncertainty
 
-__all__ = ["how_reached", "laws_from_tables", "tables_of_one_mounting"]
+__all__ = ["laws_from_tables", "tables_of_one_mounting"]
 
 Array = NDArray[np.float64]
 
@@ -70,6 +69,7 @@ def laws_from_tables(
     reference: float | None,
     temperature_uncertainty: float | None = None,
     unit: str | None = None,
+    unfelt: Array | None = None,
 ) -> TemperatureModel | None:
     """Fit the temperature laws.
 
@@ -85,6 +85,8 @@ def laws_from_tables(
         Standard uncertainty of the temperature of a run [degC].
     unit : str, optional
         Output unit.
+    unfelt : ndarray, shape (tables,), optional
+        Share of the recorded scatter of the temperatures that was not felt; all by default.
 
     Returns
     -------
@@ -97,8 +99,9 @@ def laws_from_tables(
     gam1|2 dT. With the estimates q and their covariance C, the laws are the generalised least
     squares solution (X' C^-1 X)^-1 X' C^-1 q, and each component of error goes through the same
     matrix. An error of temperature acts by the slope of the law. Where a level was reached by
-    heating and by cooling, k0 has the further term +h_T after heating and -h_T after cooling, so
-    that the hysteresis does not lean on the slopes.
+    heating and by cooling, k0 has the further term +h after heating and -h after cooling, with an h
+    for each such level, so that the laws go through the middle of both branches and h_T leans on
+    no slope. A run on one branch only, or on none that is known, has the uncertainty h.
     """
     chosen = tables_of_one_mounting(tables, estimate)
     if reference is None or len(chosen) < 2:
@@ -111,67 +114,53 @@ def laws_from_tables(
     if np.linalg.matrix_rank(bilinear_design(rise, sides)) < 1 + len(sides):
         nothing = BilinearLaw(None, None, None)
         return TemperatureModel(nothing, nothing, nothing, warnings=(_NO_LEVEL_NEAR_T0,))
-    reached = how_reached([tables[i] for i in chosen])
-    levels = _levels(estimate, chosen, rise)
-    uncertain = run_temperature_uncertainty([tables[i] for i in chosen], temperature_uncertainty)
-    model = _fitted(levels, sides, reached, uncertain, unit)
-    said = _far_reference(reference, temperature)
+    own = [tables[i] for i in chosen]
+    share = 1.0 if unfelt is None else unfelt[chosen]
+    uncertain = run_temperature_uncertainty(own, temperature_uncertainty, share)
+    model = _fitted(_levels(estimate, chosen, rise), sides, branches(own), uncertain, unit)
+    said = (*confounded(estimate, model.hysteresis), *_far_reference(reference, temperature))
     return replace(model, warnings=(*model.warnings, *said))
-
-
-def how_reached(tables: Sequence[PreparedTable]) -> Array | None:
-    """Tell how each level was reached, see `accelcal.estimate.launch.reached_by`.
-
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        R tables of one mounting.
-
-    Returns
-    -------
-    ndarray, shape (R,), or None
-        1, -1 or 0 for each table; None where no level was reached both ways.
-    """
-    order = np.argsort([int(table.record.run[0]) for table in tables], kind="stable")
-    found = reached_by([tables[i].record.mean_temperature for i in order])
-    return None if found is None else found[np.argsort(order)]
 
 
 def _fitted(
     levels: _Levels,
     sides: Sequence[str],
-    reached: Array | None,
+    loop: Branches,
     uncertain: tuple[Array, Array],
     unit: str | None,
 ) -> TemperatureModel:
-    if uncertain[0].any():
-        first = _solution(levels, sides, reached) @ levels.values
-        levels = _with_temperature_error(levels, first, sides, *uncertain)
-    solved = _solution(levels, sides, reached)
-    values = solved @ levels.values
     count, others = 3 * (1 + len(sides)), len(levels.others)
-    aside = np.zeros((solved.shape[0], others))
-    with_others = np.hstack([np.zeros((others, solved.shape[1])), np.eye(others)])
-    # laws, others, h_T
-    whole = np.insert(np.hstack([solved, aside]), count, with_others, axis=0)
-    components = propagate(levels.components, whole)
-    of_laws = {name: part.part(slice(count + others)) for name, part in components.items()}
-    hysteresis = None
-    if reached is not None:
-        hysteresis = quantity(float(values[-1]), intervals(components)[-1], "g")
+    if uncertain[0].any() or loop.loose.size:
+        first = _solution(levels, sides, loop) @ levels.values
+        levels = _with_temperature_error(levels, first, sides, *uncertain)
+        levels = _with_open_loop(levels, loop.off_the_middle(first[count:]))
+    solved = _solution(levels, sides, loop)
+    values = solved @ levels.values
+    whole = np.zeros((solved.shape[0] + others, solved.shape[1] + others))
+    whole[: solved.shape[0], : solved.shape[1]] = solved
+    whole[solved.shape[0] :, solved.shape[1] :] = np.eye(others)
+    half_widths = slice(count, solved.shape[0])
+    hysteresis, said = mean_hysteresis(
+        values[half_widths],
+        {
+            name: part.part(half_widths)
+            for name, part in propagate(levels.components, whole).items()
+        },
+        loop.temperature,
+    )
     return named_model(
         values[:count],
-        of_laws,
+        propagate(levels.components, np.delete(whole, half_widths, axis=0)),
         sides,
         unit,
         others=levels.others,
         hysteresis=hysteresis,
-        warnings=(*_unmeasured(sides), *_misfits(levels, values, sides, reached)),
+        warnings=(*_unmeasured(sides), *_misfits(levels, values, sides, loop), *said),
     )
 
 
 def _misfits(
-    levels: _Levels, parameters: Array, sides: Sequence[str], reached: Array | None
+    levels: _Levels, parameters: Array, sides: Sequence[str], loop: Branches
 ) -> Iterator[str]:
     """Say which quantity does not follow its law, by chi-squared of what is left of it."""
     law = bilinear_design(levels.rise, sides)
@@ -180,9 +169,10 @@ def _misfits(
     for i, name in enumerate(("bias", "scale factor", "misalignment")):
         own = slice(i * size, (i + 1) * size)
         left = levels.values[own] - law @ parameters[i * count : (i + 1) * count]
-        if i == 0 and reached is not None:
-            left = left - parameters[-1] * reached
-        dof = size - count - (i == 0 and reached is not None)
+        dof = size - count
+        if i == 0:
+            left = left - loop.paired @ parameters[3 * count :]
+            dof -= loop.paired.shape[1]
         if dof < 1 or not np.isfinite(covariance).all() or np.abs(left).max() < _ROUNDING:
             continue
         squares = float(left @ np.linalg.pinv(covariance[own, own], hermitian=True) @ left)
@@ -235,7 +225,7 @@ def _levels(estimate: JointEstimate, chosen: Sequence[int], rise: Array) -> _Lev
         quotients[size + row][_place(estimate, i, "K1")] = 1.0
     k = np.array([estimate.coefficients[i] for i in chosen])
     values = np.concatenate([k[:, _K0] / k[:, _K1], k[:, _K1], k[:, _M] / k[:, _K1]])
-    components = propagate(estimate.components, np.stack(quotients))
+    components = propagate({**estimate.components, **estimate.alike}, np.stack(quotients))
     return _Levels(rise, values, components, tuple(ERROR_TERMS[name] for name in others))
 
 
@@ -253,14 +243,14 @@ def _quotient(estimate: JointEstimate, table: int, name: str) -> Array:
     return row
 
 
-def _solution(levels: _Levels, sides: Sequence[str], reached: Array | None) -> Array:
-    """Generalised least-squares map of the laws of k0, K1 and delta and, last, of h_T.
+def _solution(levels: _Levels, sides: Sequence[str], loop: Branches) -> Array:
+    """Generalised least-squares map of the laws of k0, K1 and delta and, last, of the half widths.
 
     Each law is solved by itself: the correlations between them are weak, and their uncertainties
     may differ by many powers of ten. Propagation through the map keeps them all.
     """
     law = bilinear_design(levels.rise, sides)
-    bias = law if reached is None else np.column_stack([law, reached])
+    bias = np.column_stack([law, loop.paired])
     covariance = sum(part.covariance for part in levels.components.values())
     size, count = levels.rise.size, law.shape[1]
     solution = np.zeros((3 * count + bias.shape[1] - count, 3 * size))
@@ -268,8 +258,7 @@ def _solution(levels: _Levels, sides: Sequence[str], reached: Array | None) -> A
         own = slice(i * size, (i + 1) * size)
         found = _generalised(design, np.asarray(covariance)[own, own])
         solution[i * count : (i + 1) * count, own] = found[:count]
-        if found.shape[0] > count:
-            solution[-1, own] = found[-1]
+        solution[3 * count : 3 * count + found.shape[0] - count, own] = found[count:]
     return solution
 
 
@@ -296,3 +285,11 @@ def _with_temperature_error(
         np.pad(np.tile(dof, 3), (0, aside), constant_values=np.inf),
     )
     return levels._replace(components={**levels.components, "temperature": component})
+
+
+def _with_open_loop(levels: _Levels, off_the_middle: Array) -> _Levels:
+    """Add that the bias of some runs lies off the middle of the loop by an unknown amount."""
+    behind = levels.values.size + len(levels.others) - levels.rise.size
+    acting = np.pad(off_the_middle, ((0, behind), (0, 0)))
+    component = Component(acting @ acting.T, np.full(acting.shape[0], np.inf))
+    return levels._replace(components={**levels.components, "hysteresis": component})
