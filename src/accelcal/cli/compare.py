@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from accelcal.cli.deliver import deliver, refuse_stdin_twice
-from accelcal.cli.options import format_option, number
+from accelcal.cli.options import effects_option, format_option, number
 
 if TYPE_CHECKING:
     from accelcal.results.disagreement import Disagreement
@@ -18,6 +18,7 @@ __all__ = ["compare"]
 @click.command()
 @click.argument("calibration", metavar="CAL.json")
 @click.argument("data", metavar="DATA")
+@effects_option
 @click.option(
     "--head-uncertainty",
     type=number,

@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from accelcal.cli.deliver import deliver, refuse_stdin_twice, refuse_to_overwrite
-from accelcal.cli.options import data_argument, fixture_angle, format_option, number, output_option
+from accelcal.cli.options import (
+    data_argument,
+    effects_option,
+    fixture_angle,
+    format_option,
+    number,
+    output_option,
+)
 
 if TYPE_CHECKING:
     from accelcal.record import TumbleRecord
@@ -90,6 +97,7 @@ __all__ = ["fit"]
     metavar="MODEL.json",
     help="Take out the effects of this discovery; their sizes are fitted anew.",
 )
+@effects_option
 @click.option(
     "--spec",
     metavar="SPEC.toml",

@@ -15,6 +15,7 @@ __all__ = [
     "data_argument",
     "duration",
     "durations",
+    "effects_option",
     "fixture_angle",
     "format_option",
     "mounting_option",
@@ -102,6 +103,29 @@ def output_option(
     return click.option(
         "-o", "--output", "path", metavar=metavar, required=required, help=f"Write {what} here."
     )
+
+
+def effects_option(function: Function) -> Function:
+    """Option ``--effects``: effects of the user's own, in the catalogue while the command runs."""
+    return click.option(
+        "--effects",
+        "effect_files",
+        multiple=True,
+        metavar="FILE.toml",
+        expose_value=False,
+        callback=_register_effects,
+        help="Effects of your own, beside those of the catalogue; may be given several times.",
+    )(function)
+
+
+def _register_effects(context: click.Context, _: click.Parameter, paths: tuple[str, ...]) -> None:
+    if not paths:
+        return
+    from accelcal.effects.catalogue import registered
+    from accelcal.io.effects import read_effects
+
+    for path in paths:
+        context.with_resource(registered(*read_effects(path)))
 
 
 def mounting_option(function: Function) -> Function:

@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from accelcal.cli.deliver import deliver
-from accelcal.cli.options import fixture_angle, number, numbers, output_option, setting
+from accelcal.cli.options import (
+    effects_option,
+    fixture_angle,
+    number,
+    numbers,
+    output_option,
+    setting,
+)
 
 if TYPE_CHECKING:
     from accelcal.discovery.twin import Twin
@@ -39,6 +46,7 @@ def texts(text: str) -> list[str]:
     metavar="ID=VALUE[,NAME=VALUE...]",
     help="An effect that the model does not have; may be given several times.",
 )
+@effects_option
 @click.option("--list-effects", is_flag=True, help="List the effects with their units, and stop.")
 @click.option("--seed", type=click.IntRange(0), metavar="N", help="Seed of the random errors.")
 @click.option("--positions", type=click.IntRange(1), metavar="N", help="Positions in a turn [8].")
@@ -111,6 +119,7 @@ def simulate(path: str | None, list_effects: bool, **options: Any) -> None:
       accelcal simulate --seed 15 -o al15.csv
       accelcal simulate --effect backlash=2e-5 --effect warm-up=1e-4,tau=900 --seed 1
       accelcal simulate --positions 12 --strokes 2 --temperatures 20
+      accelcal simulate --effects mine.toml --effect my-id=1e-5
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
     if list_effects:
         from accelcal.effects.catalogue import catalogue

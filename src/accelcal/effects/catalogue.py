@@ -1,21 +1,26 @@
-"""The ordered catalogue of all effects."""
+"""The ordered catalogue of all effects: the built-in ones, then those that a user registers."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import get_args
+
 from accelcal.effects import readings, shape, stand, temperature, time
-from accelcal.effects.effect import Effect
+from accelcal.effects.effect import ActsOn, Effect
 from accelcal.errors import InputError
 
-__all__ = ["catalogue", "effect"]
+__all__ = ["catalogue", "effect", "is_built_in", "refuse", "register", "registered", "unregister"]
 
-_ENTRIES = (
+_BUILT_IN = (
     *shape.EFFECTS,
     *temperature.EFFECTS,
     *time.EFFECTS,
     *stand.EFFECTS,
     *readings.EFFECTS,
 )
-_BY_ID = {entry.id: entry for entry in _ENTRIES}
+_BY_ID = {entry.id: entry for entry in _BUILT_IN}
 
 
 def catalogue() -> tuple[Effect, ...]:
@@ -31,7 +36,7 @@ def catalogue() -> tuple[Effect, ...]:
     >>> [entry.id for entry in catalogue() if entry.acts_on == "temperature"]
     ['chamber-drift']
     """
-    return _ENTRIES
+    return tuple(_BY_ID.values())
 
 
 def effect(name: str) -> Effect:
@@ -60,6 +65,133 @@ def effect(name: str) -> Effect:
     if name not in _BY_ID:
         raise InputError(f"effect {name!r} is not in the catalogue; {_suggestion(name)}")
     return _BY_ID[name]
+
+
+def is_built_in(entry: Effect) -> bool:
+    """Whether an effect comes with accelcal, and not from a user."""
+    return any(entry is item for item in _BUILT_IN)
+
+
+def register(*effects: Effect) -> None:
+    """Add effects to the catalogue, for this process.
+
+    From then on `accelcal.catalogue` has them, `accelcal.effect` finds them, `accelcal.simulate`
+    takes them and `accelcal.discover` looks for those that have an amplitude.
+
+    Parameters
+    ----------
+    *effects : Effect
+        Effects of your own. Either all are added, or none.
+
+    Raises
+    ------
+    InputError
+        If an id is in the catalogue already, or an effect is not well formed.
+
+    Notes
+    -----
+    Another process does not know them. An effect that is sent there takes itself along, if its
+    term can be pickled: a function of a module can, a lambda cannot.
+
+    Examples
+    --------
+    >>> from accelcal.effects.effect import Effect, Parameter
+    >>> register(
+    ...     Effect(
+    ...         id="cross-axis-modulus",
+    ...         name="modulus of the cross axis",
+    ...         physics="The cross axis acts alike on both sides.",
+    ...         formula="c |a_p|",
+    ...         parameters=(Parameter("coefficient", "1", "coefficient c"),),
+    ...         term=lambda c, coefficient: coefficient * abs(c.cross),
+    ...     )
+    ... )
+    >>> catalogue()[-1].id
+    'cross-axis-modulus'
+    >>> unregister("cross-axis-modulus")
+    """
+    for entry in effects:
+        refuse(entry)
+    ids = [entry.id for entry in effects]
+    twice = next((name for name in ids if ids.count(name) > 1), None)
+    if twice is not None:
+        raise InputError(f"effect {twice!r} is given twice; each id is that of one effect")
+    _BY_ID.update({entry.id: entry for entry in effects})
+
+
+def unregister(*names: str) -> None:
+    """Take effects that were registered out of the catalogue.
+
+    Parameters
+    ----------
+    *names : str
+        Their ids.
+
+    Raises
+    ------
+    InputError
+        If there is none of this id, or it is built in.
+    """
+    for name in names:
+        if is_built_in(effect(name)):
+            raise InputError(f"effect {name!r} is built in; only registered ones can be taken out")
+    for name in names:
+        del _BY_ID[name]
+
+
+@contextmanager
+def registered(*effects: Effect) -> Iterator[None]:
+    """Register effects for as long as a ``with`` block lasts.
+
+    Parameters
+    ----------
+    *effects : Effect
+        Effects of your own.
+    """
+    register(*effects)
+    try:
+        yield
+    finally:
+        unregister(*(entry.id for entry in effects))
+
+
+def refuse(entry: Effect) -> None:
+    """Refuse an effect that cannot join the catalogue.
+
+    Parameters
+    ----------
+    entry : Effect
+        The effect.
+
+    Raises
+    ------
+    InputError
+        If its id is in the catalogue already or no id, or its parameters break a rule.
+    """
+    if not isinstance(entry, Effect):
+        raise InputError(f"{entry!r} is not an effect; make one with accelcal.Effect(id=..., ...)")
+    if not isinstance(entry.id, str) or not re.fullmatch(r"[a-z][a-z0-9-]*", entry.id):
+        raise InputError(f"id {entry.id!r} is none; it has small letters, digits and hyphens")
+    if entry.id in _BY_ID:
+        mine = "choose another, or unregister the first"
+        rule = "choose another" if is_built_in(_BY_ID[entry.id]) else mine
+        raise InputError(f"id {entry.id!r} is in the catalogue already; {rule}")
+    if entry.acts_on not in get_args(ActsOn):
+        known = ", ".join(get_args(ActsOn))
+        raise InputError(f"{entry.id}: acts_on is {entry.acts_on!r}; it is one of {known}")
+    _refuse_parameters(entry)
+
+
+def _refuse_parameters(entry: Effect) -> None:
+    names = [item.name for item in entry.parameters]
+    if not names or len(set(names)) < len(names) or not all(map(str.isidentifier, names)):
+        raise InputError(f"{entry.id}: parameters are {names}; there are some, each with its name")
+    first, *others = entry.parameters
+    if first.default is not None:
+        raise InputError(f"{entry.id}: {first.name} has a default; the first parameter has none")
+    without = [item.name for item in others if item.default is None]
+    if without:
+        raise InputError(f"{entry.id}: {without[0]} has no default; all but the first have one")
 
 
 def _suggestion(name: str) -> str:

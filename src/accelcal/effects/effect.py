@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -79,50 +80,67 @@ class Parameter:
         return float(value)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Effect:
     """An effect of the catalogue.
+
+    One of your own takes an id, name, physics, formula, parameters and term; the rest has defaults.
+    `accelcal.register` adds it to the catalogue.
 
     Attributes
     ----------
     id : str
-        Fixed identifier.
+        Fixed identifier: small letters, digits and hyphens.
     name : str
         What people call it.
     physics : str
         What happens, in a sentence.
     formula : str
         The term, in the symbols of the paper.
-    signature : str
-        What it looks like in the residuals.
-    to_tell_apart : str
-        The measurement that separates it from what looks alike.
-    acts_on : {"angle", "temperature", "output", "readings"}
-        What the term adds to: the true head angle [rad], the true temperature [degC], the
-        indication Y / K1 [g], or the reading after noise [g].
     parameters : tuple of Parameter
         The first one has no default: it is the value of the effect.
     term : callable
         ``term(conditions, **values)`` -> addition to what the effect acts on, shape (n,).
+    acts_on : {"angle", "temperature", "output", "readings"}, default "output"
+        What the term adds to: the true head angle [rad], the true temperature [degC], the
+        indication Y / K1 [g], or the reading after noise [g].
+    signature : str
+        What it looks like in the residuals.
+    to_tell_apart : str
+        The measurement that separates it from what looks alike.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Effect(
+    ...     id="third-harmonic",
+    ...     name="third harmonic of the head",
+    ...     physics="The circle of the head errs three times a turn.",
+    ...     formula="d th = c cos 3th",
+    ...     parameters=(Parameter("cosine", "rad", "coefficient c"),),
+    ...     term=lambda c, cosine: cosine * np.cos(3 * np.radians(c.angle)),
+    ...     acts_on="angle",
+    ... ).of(2e-5).values
+    {'cosine': 2e-05}
     """
 
     id: str
     name: str
     physics: str
     formula: str
-    signature: str
-    to_tell_apart: str
-    acts_on: ActsOn
     parameters: tuple[Parameter, ...]
     term: Callable[..., Array]
+    acts_on: ActsOn = "output"
+    signature: str = "Residuals that follow the formula."
+    to_tell_apart: str = "readings where their formulas differ"
 
     def __reduce__(self) -> tuple[Callable[..., Effect], tuple[object, ...]]:
-        """Pickle an entry of the catalogue by its id, as its term may be a lambda."""
+        """Pickle an entry that every process has by its id, as its term may be a lambda."""
         from accelcal.effects import catalogue  # here, as the catalogue is made of effects
 
-        if any(entry is self for entry in catalogue.catalogue()):
+        if catalogue.is_built_in(self):
             return catalogue.effect, (self.id,)
-        return Effect, tuple(getattr(self, name) for name in self.__slots__)
+        return partial(Effect, **{name: getattr(self, name) for name in self.__slots__}), ()
 
     @property
     def amplitudes(self) -> tuple[Parameter, ...]:
@@ -181,11 +199,14 @@ class Effect:
         Raises
         ------
         InputError
-            If a parameter is unknown or breaks a rule.
+            If a parameter is unknown or breaks a rule, or the term has no value for a reading.
 
         Notes
         -----
         An effect on the angle comes in through dY/dth, one on the temperature through dY/dT.
+        `Conditions` of a record have dY/dth of a_i alone: it is exactly zero where a_i is extreme,
+        so that nobody looks for an error of the angle there, and leaves out delta a_p and the
+        nonlinearity, some thousandths of the column.
         """
         names = [item.name for item in self.amplitudes]
         if not names:
@@ -194,11 +215,45 @@ class Effect:
         slope = {"angle": conditions.per_radian, "temperature": conditions.per_degree}
         return np.stack(
             [
-                self.term(conditions, **(values | {item.name: item.small})) / item.small
+                self.addition(conditions, values | {item.name: item.small}) / item.small
                 for item in self.amplitudes
             ],
             axis=-1,
         ) * np.expand_dims(slope.get(self.acts_on, np.ones(conditions.angle.size)), -1)
+
+    def addition(self, conditions: Conditions, values: Mapping[str, float]) -> Array:
+        """Value of the term for each reading.
+
+        Parameters
+        ----------
+        conditions : Conditions
+            Of n readings.
+        values : mapping of str to float
+            All parameters.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            In rad, degC or g, by `acts_on`.
+
+        Raises
+        ------
+        InputError
+            If the term has no value for a reading, or not one value for each.
+        """
+        added = np.asarray(self.term(conditions, **values), dtype=np.float64)
+        if added.shape != conditions.angle.shape:
+            raise InputError(
+                f"{self.id}: the term has shape {added.shape}; it has one value for each of the"
+                f" {conditions.angle.size} readings"
+            )
+        if not np.isfinite(added).all():
+            first = int(np.argmin(np.isfinite(added)))
+            raise InputError(
+                f"{self.id}: the term is {added[first]} at {conditions.angle[first]:g} deg; it has"
+                " a finite value for each reading"
+            )
+        return added
 
     def _complete(self, given: Mapping[str, float]) -> dict[str, float]:
         known = {item.name: item for item in self.parameters}
@@ -255,4 +310,4 @@ class Disturbance:
         ndarray, shape (n,)
             In rad, degC or g, by ``effect.acts_on``.
         """
-        return self.effect.term(conditions, **self.values)
+        return self.effect.addition(conditions, self.values)

@@ -81,7 +81,8 @@ EFFECTS = (
         name="dead zone",
         physics="Below a threshold nothing answers; beyond it the output is shifted towards zero.",
         formula="-a where |a| < w, else -w sign(a), with a = a_i + delta a_p",
-        signature="The two positions near 0 g stand out: sin 3th, or K0 and K2, by their signs.",
+        signature="The two positions near 0 g stand out: sin 3th, or K0 and K2, by their signs;"
+        " K1 and K3 absorb the rest.",
         to_tell_apart="fine steps of the head about the two positions near 0 g",
         acts_on="output",
         parameters=(Parameter("threshold", "g", "the threshold w", minimum=0.0, small=1e-6),),

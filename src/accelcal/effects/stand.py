@@ -37,7 +37,8 @@ EFFECTS = (
         physics="The shaft lags behind the head by a fixed angle, by the sense of rotation.",
         formula="d th = -b forward, +b back",
         signature="Forward minus back goes with sin th: its ratio at 45 and 90 deg is 0.71.",
-        to_tell_apart="all positions approached in one sense of rotation",
+        to_tell_apart="positions between 0 and 45 deg in both senses, where hysteresis keeps its"
+        " size, or the angle of the shaft measured by an optical polygon",
         acts_on="angle",
         parameters=(Parameter("lag", "rad", "angle b, half of the play of the drive"),),
         term=lambda c, lag: -lag * c.rotation,
@@ -58,7 +59,7 @@ EFFECTS = (
         name="eccentricity of the head",
         physics="The circle of the head sits off its axis, so that the angle errs once a turn.",
         formula="d th = s sin th + c cos th = e sin(th + phi)",
-        signature="None in one clamping: K0 and K2 absorb s, M_ip absorbs c.",
+        signature="None in one clamping: K0 (by -s) and K2 (by s) absorb s, M_ip absorbs c.",
         to_tell_apart="the unit clamped at another head angle, or the certificate of the head",
         acts_on="angle",
         parameters=(
@@ -74,7 +75,8 @@ EFFECTS = (
         name="error of one head position",
         physics="One head position stands at a wrong angle, the same in all strokes and runs.",
         formula="d th = e at one head position",
-        signature="One position lies off in all strokes, in proportion to sin th.",
+        signature="One position lies off by -e sin th in all strokes and runs; none at 0 and"
+        " 180 deg.",
         to_tell_apart="the unit clamped at another head angle: the error stays with the head",
         acts_on="angle",
         parameters=(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.effects.conditions import Conditions
+from accelcal.effects.conditions import LEVEL_CHANGE, Conditions
 from accelcal.effects.effect import Effect, Parameter
 
 __all__ = ["EFFECTS"]
@@ -24,8 +24,11 @@ def _break_shift(c: Conditions, shift: float, slope_change: float) -> Array:
 
 
 def _between_levels(c: Conditions) -> Array:
-    """Shifts of the break that leave a level of the test on either side."""
-    return np.linspace(c.excess.min(), c.excess.max(), 23)[1:-1]
+    """Shifts of the break that leave a level of the test on either side, T0 where there is one."""
+    lowest, highest = c.excess.min(), c.excess.max()
+    if highest - lowest < LEVEL_CHANGE:
+        return np.zeros(1)
+    return np.linspace(lowest, highest, 23)[1:-1]
 
 
 EFFECTS = (
@@ -99,7 +102,8 @@ EFFECTS = (
         name="temperature hysteresis of the bias",
         physics="The bias differs between levels reached by heating and by cooling.",
         formula="+h after heating, -h after cooling",
-        signature="K0 of the same temperature differs by 2 h with the way to it.",
+        signature="K0 of the same temperature differs by 2 h with the way to it; none where T0 and"
+        " one level on either side are met once each.",
         to_tell_apart="a level met both by heating and by cooling",
         acts_on="output",
         parameters=(Parameter("amplitude", "g", "half the width h of the loop"),),
@@ -110,8 +114,9 @@ EFFECTS = (
         name="drift of the chamber",
         physics="The temperature moves within a run while the table says that it is constant.",
         formula="T + r t, t from the start of the run",
-        signature="K0 and K1 drift together in each run, as their temperature slopes have it.",
-        to_tell_apart="the actual temperature of each reading; without it, the same as a drift",
+        signature="K0 and K1 drift together in each run, in the ratio of their temperature slopes.",
+        to_tell_apart="the actual temperature of each reading; without it, a drift of the bias"
+        " looks the same",
         acts_on="temperature",
         parameters=(Parameter("rate", "degC/h", "change of temperature with time"),),
         term=lambda c, rate: rate * c.run_time / 3600.0,

@@ -94,7 +94,8 @@ EFFECTS = (
         physics="The scale factor changes linearly with time over the whole record.",
         formula="K1 (1 + r t)",
         signature="Residuals grow with time times a_i.",
-        to_tell_apart="times of the readings, and a longer record",
+        to_tell_apart="times of the readings, a longer record, and a log of what else multiplies"
+        " everything: load resistor, voltmeter, room temperature",
         acts_on="output",
         parameters=(Parameter("rate", "1/h", "relative change of the scale factor with time"),),
         term=lambda c, rate: rate * c.time / HOUR * c.indicated,
@@ -104,7 +105,8 @@ EFFECTS = (
         name="warm-up of the bias",
         physics="From the start of each run the bias settles exponentially.",
         formula="A exp(-t / tau), t from the start of the run",
-        signature="The first readings of each run lie on one side; nearly the same as a drift.",
+        signature="The first readings of each run lie on one side; K0 absorbs their mean. Nearly"
+        " the same as a drift where tau is long.",
         to_tell_apart="a longer run, and readings at rest just after switching on",
         acts_on="output",
         parameters=(
@@ -175,8 +177,8 @@ EFFECTS = (
         name="tilt of the foundation",
         physics="The vertical moves in the frame of the head, linearly in time and daily.",
         formula="d th = r t + s sin(2 pi t / 24 h) + c cos(2 pi t / 24 h)",
-        signature="M of the strokes wanders with time.",
-        to_tell_apart="a record over a day, or level readings beside it",
+        signature="M of the strokes wanders with time, as sin th.",
+        to_tell_apart="times of the readings, a record over a day, or level readings beside it",
         acts_on="angle",
         parameters=(
             Parameter("rate", "rad/h", "linear part"),

@@ -1,0 +1,141 @@
+"""Files of effects: effects of a user's own, in TOML."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping
+from typing import Any, NamedTuple, cast
+
+from accelcal.effects.catalogue import refuse
+from accelcal.effects.effect import ActsOn, Effect, Parameter
+from accelcal.effects.formula import Formula
+from accelcal.errors import InputError, TableError, located
+from accelcal.io.text import Source, SourceText, read_text
+
+__all__ = ["read_effects"]
+
+_NEEDED = ("id", "name", "physics", "formula")
+_MORE = ("unit", "acts_on", "signature", "to_tell_apart")
+_ACTS_ON = {"output": ("", "g"), "angle": ("th", "rad"), "temperature": ("T", "degC")}
+"""What an effect adds to -> its symbol, and its unit."""
+
+_HEADING = r"^[ \t]*\[\[[ \t]*effect[ \t]*\]\]"
+
+
+def read_effects(source: Source) -> tuple[Effect, ...]:
+    """Read effects that are linear in one coefficient.
+
+    Parameters
+    ----------
+    source : path, "-" or file object
+        A TOML file with an ``[[effect]]`` for each: the texts id, name, physics and formula, see
+        `accelcal.effects.formula`, and, if you like, unit (of the coefficient, by default "g"),
+        acts_on ("output", "angle" or "temperature"), signature and to_tell_apart.
+
+    Returns
+    -------
+    tuple of Effect
+        The effects in the order of the file; `accelcal.register` adds them to the catalogue.
+
+    Raises
+    ------
+    TableError
+        If the file cannot be read or is not TOML; if a key is unknown, missing or no text; if a
+        formula has anything but what it may have; if an id is in the catalogue already.
+
+    Examples
+    --------
+    >>> from io import StringIO
+    >>> text = '''
+    ... [[effect]]
+    ... id = "cross-axis-modulus"
+    ... name = "modulus of the cross axis"
+    ... physics = "The cross axis acts alike on both sides."
+    ... formula = "abs(a_p)"
+    ... '''
+    >>> read_effects(StringIO(text))[0].formula
+    'c (abs(a_p))'
+    """
+    given = read_text(source, "file of effects")
+    entries = _entries(given)
+    found = tuple(_effect(entry, _Place(given, number)) for number, entry in enumerate(entries))
+    ids = [entry.id for entry in found]
+    for number, name in enumerate(ids):
+        if name in ids[:number]:
+            raise _Place(given, number).error(f"id {name!r} is there twice; choose another", "id")
+    return found
+
+
+class _Place(NamedTuple):
+    """An effect of a file, by its number from 0."""
+
+    given: SourceText
+    number: int
+
+    def error(self, message: str, key: str = "") -> TableError:
+        problem, _, remedy = message.partition("; ")
+        return TableError(problem, remedy, source=self.given.name, line=self.line(key))
+
+    def line(self, key: str = "") -> int | None:
+        """Line of a key, else of the heading; None where there is no heading."""
+        text = self.given.text
+        headings = [match.start() for match in re.finditer(_HEADING, text, re.MULTILINE)]
+        if self.number >= len(headings):
+            return None
+        start, end, *_ = [*headings[self.number :], len(text)]
+        written = re.search(rf"^[ \t]*{re.escape(key)}[ \t]*=", text[start:end], re.MULTILINE)
+        return text.count("\n", 0, start + (written.start() if written else 0)) + 1
+
+
+def _entries(given: SourceText) -> list[Mapping[str, Any]]:
+    try:
+        document = tomllib.loads(given.text)
+    except tomllib.TOMLDecodeError as error:
+        message, _, place = str(error).partition(" (at line ")
+        line = int(place.partition(",")[0]) if place else None
+        remedy = "write key = value lines under [[effect]]"
+        raise TableError(f"not TOML ({message})", remedy, source=given.name, line=line) from None
+    entries = document.pop("effect", None)
+    if not (isinstance(entries, list) and entries and all(isinstance(e, dict) for e in entries)):
+        problem, remedy = "no [[effect]]", "begin each effect with a line [[effect]]"
+        raise TableError(problem, remedy, source=given.name)
+    if document:
+        problem, remedy = f"key {next(iter(document))!r} is unknown", "there is [[effect]] only"
+        raise TableError(problem, remedy, source=given.name)
+    return entries
+
+
+def _effect(entry: Mapping[str, Any], place: _Place) -> Effect:
+    for key, value in entry.items():
+        if key not in _NEEDED + _MORE:
+            known = ", ".join(_NEEDED + _MORE)
+            raise place.error(f"key {key!r} is unknown; there are {known}", key)
+        if not isinstance(value, str) or not value.strip():
+            raise place.error(f"{key} is {value!r}; it is a text in quotes", key)
+    for key in _NEEDED:
+        if key not in entry:
+            raise place.error(f"key {key!r} is missing; add {key} = ...")
+    for key, check in (("formula", Formula), ("acts_on", _check_acts_on)):
+        if key in entry:
+            located(check, entry[key], source=place.given.name, line=place.line(key))
+    made = _made(**entry)
+    located(refuse, made, source=place.given.name, line=place.line("id"))
+    return made
+
+
+def _check_acts_on(acts_on: str) -> None:
+    if acts_on not in _ACTS_ON:
+        raise InputError(f"acts_on is {acts_on!r}; it is one of {', '.join(_ACTS_ON)}")
+
+
+def _made(formula: str, unit: str = "", acts_on: str = "output", **texts: str) -> Effect:
+    told = f"c ({' '.join(formula.split())})"
+    meaning = f"coefficient c of {told.removeprefix('c ')}"
+    return Effect(
+        formula=told if acts_on == "output" else f"{_ACTS_ON[acts_on][0]} + {told}",
+        parameters=(Parameter("coefficient", unit or _ACTS_ON[acts_on][1], meaning),),
+        term=Formula(formula),
+        acts_on=cast("ActsOn", acts_on),
+        **texts,
+    )
