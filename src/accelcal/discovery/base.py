@@ -194,7 +194,8 @@ def _fitted_conditions(model: BaseModel, parameters: Array) -> Conditions:
         axial=c.input + _tilt(model, parameters),
         indicated=inside,
         gain=gain,
-        per_degree=_per_degree(model, parameters, gain, inside),
+        per_degree=_per_degree(model, parameters, c.excess >= 0.0),
+        per_degree_falling=_per_degree(model, parameters, c.excess > 0.0),
     )
 
 
@@ -205,15 +206,15 @@ def _tilt(model: BaseModel, parameters: Array) -> Array:
     return np.asarray(model.inside[:, inside] @ parameters[own])
 
 
-def _per_degree(model: BaseModel, parameters: Array, gain: Array, inside: Array) -> Array:
-    """Change of the second bracket with the temperature [g/degC]."""
+def _per_degree(model: BaseModel, parameters: Array, above: NDArray[np.bool_]) -> Array:
+    """Change of the second bracket with the temperature, by the side of T0 [g/degC]."""
     c = model.conditions
-    slope = np.zeros(c.input.size)
-    sides = {" above T0": c.excess >= 0.0, " below T0": c.excess < 0.0}
+    gain, inside = model.split(parameters)
     acts = {"K0": np.ones_like(c.input), "K1": inside / gain}
     acts |= dict.fromkeys(("M", "M_O", "M_P"), c.cross)
+    slope = np.zeros(c.input.size)
     for name, value in zip(model.names, parameters.tolist(), strict=True):
-        for side, here in sides.items():
+        for side, here in ((" above T0", above), (" below T0", ~above)):
             if name.endswith(side):
                 slope += np.where(here, value * acts[name.removesuffix(side)], 0.0)
     return slope

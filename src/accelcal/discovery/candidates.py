@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,15 @@ from accelcal.discovery.space import Space
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Effect, Parameter
 
-__all__ = ["Candidates", "Instance", "candidates", "column_of", "direction", "instances_of"]
+__all__ = [
+    "Candidates",
+    "Instance",
+    "amplitude_columns",
+    "candidates",
+    "column_of",
+    "direction",
+    "instances_of",
+]
 
 Array = NDArray[np.float64]
 
@@ -40,6 +49,12 @@ class Instance(NamedTuple):
     effect: Effect
     mixture: tuple[float, ...]
     shape: Mapping[str, float]
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether only a positive size makes sense: of a width, or of a temperature one way."""
+        effect = self.effect
+        return effect.amplitudes[0].minimum == 0.0 or effect.acts_on == "temperature"
 
     @property
     def amplitudes(self) -> tuple[Parameter, ...]:
@@ -77,7 +92,7 @@ class Candidates(NamedTuple):
     @property
     def one_sided(self) -> NDArray[np.bool_]:
         """Where only a positive size makes sense, shape (N,)."""
-        return np.array([i.effect.amplitudes[0].minimum == 0.0 for i in self.instances])
+        return np.array([item.one_sided for item in self.instances], dtype=bool)
 
 
 def candidates(effects: Sequence[Effect], space: Space, c: Conditions) -> Candidates:
@@ -142,7 +157,7 @@ def instances_of(effect: Effect, c: Conditions) -> Iterator[Instance]:
     grids = [_grid(item.search(c), discrete=item.discrete) for item in effect.shapes if item.search]
     names = [item.name for item in effect.shapes]
     for values in itertools.product(*grids):
-        for mixture in _mixtures(len(effect.amplitudes)):
+        for mixture in _mixtures(effect):
             yield Instance(effect, mixture, dict(zip(names, values, strict=True)))
 
 
@@ -155,19 +170,39 @@ def _grid(values: Array, *, discrete: bool) -> list[float]:
     return [float(v) for v in np.interp(places, np.arange(values.size), values)]
 
 
-def _mixtures(amplitudes: int) -> list[tuple[float, ...]]:
+def _mixtures(effect: Effect) -> list[tuple[float, ...]]:
+    amplitudes = len(effect.amplitudes)
     if amplitudes == 1:
-        return [(1.0,)]
+        return [(1.0,), (-1.0,)] if effect.acts_on == "temperature" else [(1.0,)]
     first = [(1.0, *[0.0] * (amplitudes - 1))] if amplitudes > 2 else []
     phases = np.pi * (np.arange(_PHASES) + 0.5) / _PHASES  # never one amplitude alone
     lead = (0.0,) * (amplitudes - 2)
     return first + [(*lead, float(np.cos(phi)), float(np.sin(phi))) for phi in phases]
 
 
+def amplitude_columns(instance: Instance, c: Conditions) -> Array:
+    """Change of the readings per unit of each amplitude [g per unit], shape (n, m).
+
+    Parameters
+    ----------
+    instance : Instance
+        An effect; the signs of its mixture tell which way it acts.
+    c : Conditions
+        Of n readings.
+
+    Returns
+    -------
+    ndarray, shape (n, m)
+        A column for each of the m amplitudes of the effect.
+    """
+    if instance.mixture[0] < 0.0:
+        c = replace(c, per_degree=c.per_degree_falling)
+    return np.asarray(c.gain[:, None] * instance.effect.columns(c, **instance.shape))
+
+
 def column_of(instance: Instance, c: Conditions) -> Array:
     """Change of the readings for an instance of size 1 [g], shape (n,)."""
-    columns = instance.effect.columns(c, **instance.shape)
-    return np.asarray(c.gain * (columns @ np.array(instance.mixture)))
+    return np.asarray(amplitude_columns(instance, c) @ np.array(instance.mixture))
 
 
 def direction(instance: Instance, space: Space, c: Conditions) -> tuple[Array, float]:

@@ -143,7 +143,9 @@ def _check(calibration: Calibration, found: Compensation, record: TumbleRecord) 
 
 
 def _simulated(calibration: Calibration, found: Compensation, record: TumbleRecord) -> _Simulated:
-    delta0 = fixture_angle(record, calibration.delta0_rad or None)
+    axes = {str(mounting)[0] for mounting in record.mounting}
+    freed = [f.angle.value for f in calibration.fixture_angle if f.axis in axes]
+    delta0 = fixture_angle(record, next(iter(freed), calibration.delta0_rad) or None)
     reference = 0.0 if found.T0 is None else found.T0
     c = conditions_of(record, reference, delta0)
     rise, a_i, a_p = c.excess, c.input, c.cross
@@ -159,7 +161,8 @@ def _simulated(calibration: Calibration, found: Compensation, record: TumbleReco
         + coupling * a_i * a_p
     )
     heat = found.k0.local_slope(rise) + found.K1.local_slope(rise) * inside / gain
-    full = replace(c, axial=a_i + delta * a_p, indicated=inside, gain=gain, per_degree=heat)
+    full = replace(c, axial=a_i + delta * a_p, indicated=inside, gain=gain)
+    full = replace(full, per_degree=heat, per_degree_falling=heat)
     effects = tuple(FoundEffect.from_document(effect) for effect in calibration.effects)
     added = [contribution(item, full) for item in disturbances(effects)]
     terms = (np.ones_like(a_i), inside, a_i**2, a_i**3, a_p, a_i * a_p)
@@ -233,24 +236,21 @@ def _space(
 ) -> Space:
     c = simulated.conditions
     spread = covariance(c, noise, declared, head_positions(record.angle))
-    known = np.nan_to_num(np.array(found.covariance))
-    spread = spread + simulated.by_coefficient @ known @ simulated.by_coefficient.T / noise.sigma**2
-    for slopes in _slopes(found, simulated):
-        spread = spread + slopes @ slopes.T / noise.sigma**2
+    spread = spread + _of_calibration(found, simulated) / noise.sigma**2
     whitener = whitener_of(spread, noise.sigma)
     return space_of(whitener, np.empty((len(record), 0)), saturated(c, record.mounting))
 
 
-def _slopes(found: Compensation, simulated: _Simulated) -> Iterator[Array]:
-    """Errors that the temperature slopes add to those at T0, by side of T0 (n, 6) [g]."""
-    rise = simulated.conditions.excess
-    near = np.nan_to_num(np.diagonal(np.array(found.covariance)))
-    for level in (found.above, found.below):
-        if level is None or found.T0 is None:
-            continue
-        far = np.nan_to_num(np.diagonal(np.array(level.covariance)))
-        way = (rise / (level.temperature - found.T0)).clip(0.0)
-        yield simulated.by_coefficient * way[:, None] * np.sqrt(np.maximum(far - near, 0.0))
+def _of_calibration(found: Compensation, simulated: _Simulated) -> Array:
+    """Covariance that the errors of the calibration give to the readings (n, n) [g^2]."""
+    rise, gain = simulated.conditions.excess, simulated.conditions.gain
+    at_T0 = simulated.by_coefficient
+    of_slopes = np.stack([at_T0[:, 0], at_T0[:, 1] / gain, at_T0[:, 4]], axis=1)  # k0, K1, delta
+    sides = (rise.clip(min=0.0), rise.clip(max=0.0))
+    acting = np.hstack([at_T0, *(of_slopes * side[:, None] for side in sides)])
+    known = np.nan_to_num(np.array(found.covariance))
+    known[0, 0] += found.hysteresis**2  # the bias is on either side of its law
+    return np.asarray(acting @ known @ acting.T)
 
 
 def _runs(record: TumbleRecord, simulated: _Simulated, space: Space) -> Iterator[RunChange]:

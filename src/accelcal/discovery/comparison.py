@@ -102,7 +102,9 @@ def compared(
 
 def _spread(record: TumbleRecord, model: BaseModel, noise: ReadingNoise) -> Array:
     """Covariance of the errors of the readings, in units of ``noise.sigma ** 2``."""
-    return covariance(model.conditions, noise, record.apparatus, head_positions(record.angle))
+    step = (record.apparatus.resolution or 0.0) / abs(model.nominal)
+    head = head_positions(record.angle)
+    return covariance(model.conditions, noise, record.apparatus, head, step)
 
 
 def _roots(

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.discovery.candidates import VISIBLE, Instance, column_of
+from accelcal.discovery.candidates import VISIBLE, Instance, amplitude_columns, column_of
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.held_out import held_out_rms
 from accelcal.discovery.known import disturbances, instance_of, sizes_of
@@ -106,9 +106,7 @@ def _columns(comparison: Comparison, effects: Sequence[FoundEffect]) -> tuple[Ar
     """Columns of all amplitudes [g], their sizes, and a factor of the covariance of the sizes."""
     c = comparison.model.conditions
     known = disturbances(effects)
-    columns = np.hstack(
-        [c.gain[:, None] * item.effect.columns(c, **instance_of(item).shape) for item in known]
-    )
+    columns = np.hstack([amplitude_columns(instance_of(item), c) for item in known])
     sizes = np.concatenate([sizes_of(item) for item in known])
     told = [
         _uncertainty(found.parameters.get(parameter.name))

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.discovery.candidates import Instance, direction
-from accelcal.discovery.family import NEW, Family, agrees, chance, without
+from accelcal.discovery.candidates import Instance, amplitude_columns, direction
+from accelcal.discovery.family import NEW, SMALLEST, Family, agrees, chance, without
 from accelcal.discovery.noise import orthonormal
 from accelcal.effects.conditions import Conditions
 
@@ -144,6 +144,8 @@ def explanation(
 def _refined(family: Family, seen: Array, c: Conditions, place: int, others: Array) -> Instance:
     """Move the nonlinear parameter off the grid, to where the squares are largest."""
     start = family.candidates.instances[place]
+    if sum(part != 0.0 for part in start.mixture) > 1:
+        return _in_phase(family, seen, c, start, others)
     smooth = [item.name for item in start.effect.shapes if not item.discrete]
     if len(smooth) != 1:
         return start
@@ -159,6 +161,18 @@ def _refined(family: Family, seen: Array, c: Conditions, place: int, others: Arr
     low, high = _neighbours(family, place, smooth[0])
     found = minimize_scalar(loss, bounds=(low, high), method="bounded")
     return at(found.x) if found.fun < loss(start.shape[smooth[0]]) else start
+
+
+def _in_phase(
+    family: Family, seen: Array, c: Conditions, start: Instance, others: Array
+) -> Instance:
+    """Mix the amplitudes as the readings have it, in place of a phase of the grid."""
+    own = np.array(start.mixture) != 0.0
+    columns = without(family.space.see(amplitude_columns(start, c)[:, own]), others)
+    sizes = np.linalg.lstsq(columns, seen, rcond=NEW)[0]
+    mixture = np.zeros(own.size)
+    mixture[own] = sizes / max(float(np.linalg.norm(sizes)), SMALLEST)
+    return start._replace(mixture=tuple(mixture.tolist()))
 
 
 def _neighbours(family: Family, place: int, name: str) -> tuple[float, float]:
@@ -183,9 +197,10 @@ def _p_value(
     if unit @ unit < NEW**2:
         return 1.0
     size = float(unit @ seen / np.sqrt(unit @ unit))
-    effect = instances[index].effect
-    if effect.amplitudes[0].minimum == 0.0 and size < 0.0:
+    if instances[index].one_sided and size < 0.0:
         return 1.0
     single = float(chance(np.array(size**2 / variance), family.space.dof))
-    tries = family.tries[[other.id for other in family.candidates.effects].index(effect.id)]
+    tries = family.tries[
+        [other.id for other in family.candidates.effects].index(instances[index].effect.id)
+    ]
     return float(min(1.0, single * tries * family.tests))

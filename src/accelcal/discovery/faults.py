@@ -79,8 +79,9 @@ def faults(
         Wrong orders of strokes and tables, exchanged readings, outliers, the step of the readings,
         vibration, which is not looked for beside a visible step.
     TumbleRecord
-        The record with strokes put in order, exchanged readings exchanged back and outliers set
-        aside. Its notes say so, and what could not be judged for want of replicates.
+        The record with strokes put in order, exchanged readings exchanged back, outliers set aside,
+        and a step that was found declared. Its notes say so, and what could not be judged for want
+        of replicates.
 
     Raises
     ------
@@ -116,6 +117,8 @@ def faults(
     if scene.view.dof < FEWEST_REPLICATES:
         notes.append(_NOT_JUDGED.format(dof=max(int(scene.view.dof), 0)))
     mended = replace(mended, notes=(*mended.notes, *notes))
+    if step is not None:
+        mended = mended.with_apparatus(resolution=step.step)
     return (*orders, *turned, *single, *stepped, *shaken), mended
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.discovery.candidates import Instance
+from accelcal.discovery.candidates import Instance, amplitude_columns
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Disturbance
 from accelcal.effects.empirical import effect_of
@@ -72,5 +72,4 @@ def sizes_of(known: Disturbance) -> Array:
 
 def contribution(known: Disturbance, c: Conditions) -> Array:
     """What an effect adds to the readings over K1 at T0 [g], shape (n,)."""
-    shape = instance_of(known).shape
-    return np.asarray(c.gain * (known.effect.columns(c, **shape) @ sizes_of(known)))
+    return np.asarray(amplitude_columns(instance_of(known), c) @ sizes_of(known))

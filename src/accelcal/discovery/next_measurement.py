@@ -15,7 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.discovery.audit import of_one_unit
-from accelcal.discovery.candidates import VISIBLE, Instance, column_of, instances_of
+from accelcal.discovery.candidates import (
+    VISIBLE,
+    Instance,
+    amplitude_columns,
+    column_of,
+    instances_of,
+)
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.further_readings import Block
 from accelcal.discovery.outlook import Outlook
@@ -183,7 +189,7 @@ def _span(instances: Instances, c: Conditions) -> Array:
     """All that some effects can do near where they fit: amplitudes, and nonlinear parameters."""
     columns = [np.empty((c.input.size, 0))]
     for item in instances:
-        columns.append(c.gain[:, None] * item.effect.columns(c, **item.shape))
+        columns.append(amplitude_columns(item, c))
         for parameter in item.effect.shapes:
             if not parameter.discrete and parameter.search is not None:
                 step = _STEP * float(np.ptp(parameter.search(c)))

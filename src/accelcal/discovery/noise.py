@@ -196,7 +196,9 @@ def _lag_sums(matrix: Array, run: NDArray[np.int64]) -> Array:
     return np.array(sums)
 
 
-def covariance(c: Conditions, noise: ReadingNoise, declared: Apparatus, head: Array) -> Array:
+def covariance(
+    c: Conditions, noise: ReadingNoise, declared: Apparatus, head: Array, step: float = 0.0
+) -> Array:
     """Covariance of the errors of the readings, over the variance of one reading's noise.
 
     Parameters
@@ -209,6 +211,9 @@ def covariance(c: Conditions, noise: ReadingNoise, declared: Apparatus, head: Ar
         What is declared of head, launch and temperature; what is not declared counts as zero.
     head : ndarray, shape (n,)
         Head position of each reading [deg].
+    step : float, default 0
+        Step of the readings; where it is coarser than their noise, a rounding error repeats in
+        readings of one angle in a run [g].
 
     Returns
     -------
@@ -218,7 +223,9 @@ def covariance(c: Conditions, noise: ReadingNoise, declared: Apparatus, head: Ar
     apart = np.abs(c.number[:, None] - c.number)
     total = np.where(c.run[:, None] == c.run, noise.rho**apart, 0.0)
     runs = dummies(c.run)
+    rounding = step / np.sqrt(12.0) if step > noise.sigma else 0.0
     for size, acting in (
+        (rounding, dummies(c.run, np.round(c.angle, 6))),
         (declared.head_uncertainty, (c.gain * c.per_radian)[:, None] * dummies(head)),
         (declared.launch_uncertainty, c.gain[:, None] * runs),
         (declared.launch_sf_uncertainty, (c.gain * c.indicated)[:, None] * runs),

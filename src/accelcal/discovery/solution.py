@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.discovery.base import BaseModel, solve
-from accelcal.discovery.candidates import Instance, column_of
+from accelcal.discovery.candidates import Instance, amplitude_columns, column_of
 from accelcal.discovery.comparison import Comparison
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Parameter
@@ -155,9 +155,8 @@ def standard_uncertainties(derivatives: Array) -> Array:
 
 
 def _columns(instance: Instance, names: Sequence[Parameter], c: Conditions) -> Array:
-    columns = instance.effect.columns(c, **instance.shape)
     kept = [instance.effect.amplitudes.index(item) for item in names]
-    return np.asarray(c.gain[:, None] * columns[:, kept])
+    return amplitude_columns(instance, c)[:, kept]
 
 
 def _slopes(instance: Instance, names: Sequence[Parameter], size: Array, c: Conditions) -> Array:

@@ -56,7 +56,9 @@ class Conditions:
     per_radian : ndarray
         Change of `indicated` with the head angle [g/rad].
     per_degree : ndarray
-        Change of `indicated` with the temperature [g/degC].
+        Change of `indicated` with the temperature as it rises [g/degC].
+    per_degree_falling : ndarray
+        The same as it falls: another one at T0, where bilinear laws have a break.
     draws : ndarray
         Standard normal numbers, for effects that are random; zero where nothing is drawn.
     """
@@ -76,6 +78,7 @@ class Conditions:
     gain: Array
     per_radian: Array
     per_degree: Array
+    per_degree_falling: Array
     draws: Array
 
     @property
@@ -147,6 +150,7 @@ def conditions_of(
         gain=np.ones(len(record)),
         per_radian=accelerations(record.angle + 90.0, delta0).input,  # d cos / d th = cos(th + 90)
         per_degree=nothing,
+        per_degree_falling=nothing,
         draws=nothing,
     )
 
