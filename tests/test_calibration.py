@@ -15,6 +15,7 @@ import pytest
 import accelcal
 from accelcal import Calibration, DesignError, DocumentError, InputError
 from accelcal.results.calibration import SCHEMA
+from accelcal.results.discovery import Discovery
 from accelcal.results.documents import calibrations_from_json, calibrations_to_json
 from accelcal.results.mapping import FrozenMapping, frozen
 from accelcal.results.quantity import ErrorSource, Gate, Quantity, Residuals
@@ -396,6 +397,28 @@ def test_saved_file_comes_back(calibration, tmp_path):
     text = calibration.to_json(path)
     assert path.read_text("utf-8") == text
     assert [item.name for item in tmp_path.iterdir()] == ["al15.json"]
+
+
+@pytest.mark.parametrize("as_given", [str, Path])
+def test_what_was_written_to_a_path_is_read_from_it(calibration, tmp_path, as_given):
+    path = as_given(tmp_path / "al15.json")
+    calibration.to_json(path)
+    assert Calibration.from_json(path) == calibration
+
+
+@pytest.mark.parametrize("read", [Calibration.from_json, Discovery.from_json])
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [(None, "no file that can be read"), ("{", "not JSON"), ("\xff", "not JSON")],
+)
+def test_a_path_that_cannot_be_read_is_named(tmp_path, read, content, said):
+    path = tmp_path / "al15.json"
+    if content:
+        path.write_bytes(content.encode("latin-1"))
+    for given in (path, str(path)):
+        with pytest.raises(DocumentError, match=rf"al15\.json: .*{said}") as caught:
+            read(given)
+        assert "\n" not in str(caught.value)
 
 
 def test_neither_nan_nor_infinity_is_written(calibration):

@@ -299,6 +299,14 @@ ERRORS = {
         "# unit: NA\n" + OK,
         "1: unit 'NA' begins with N, no prefix; write nA if nano is meant",
     ),
+    "marker of a missing reading": (
+        OK + "20,7,1,-9999\n",
+        "5: output '-9999' looks like a marker of a missing reading; leave the cell empty",
+    ),
+    "marker in a wide table": (
+        "temperature,position,Y1,Y2\n20,1,1.3,1.3\n20,5,-1.3,-999.99\n",
+        "3: Y2 '-999.99' looks like a marker of a missing reading; leave the cell empty",
+    ),
     # the header lines
     "gravity below zero": (
         "# g: -9\n" + OK,
@@ -308,6 +316,14 @@ ERRORS = {
     "fixture angle": (
         "# delta0: 10\n" + OK,
         "1: fixture angle 10 rad is above pi/4; give it in rad, 10 deg are 0.174533 rad",
+    ),
+    "fixture angle in degrees": (
+        "# delta0: 2 deg\n" + OK,
+        "1: delta0 is given in 'deg'; give it in rad",
+    ),
+    "fixture angle as text": (
+        "# serial: A\n# delta0: small\n" + OK,
+        "2: delta0 is 'small'; give it as a number",
     ),
     "gravity": (
         "# g: 981\n" + OK,

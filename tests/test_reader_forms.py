@@ -330,6 +330,26 @@ def test_twelve_positions():
     assert record.angle.tolist() == [30.0 * i for i in range(13)]
 
 
+def test_a_turn_that_is_never_gone_round_is_noted():
+    rows = [(20, j, 1, 0.1 * j) for j in range(1, 10)]
+    note = (
+        "positions 10 to 13 never occur in a turn of 12; if position 9 is the return to 1, declare"
+        " '# positions: 8'"
+    )
+    assert read("# positions: 12\n" + long_table(rows=rows)).notes == (note,)
+    assert read(long_table(rows=rows)).notes == ()
+    assert read(long_table(rows=rows[:8])).notes == ()  # without the return
+    assert read(long_table(rows=rows[:7:3])).notes == ()  # positions 1, 4, 7
+
+
+@pytest.mark.parametrize("size", [1.0, 2000.0])
+def test_a_number_of_nines_is_a_reading_among_its_like(size):
+    rows = [(20, j, 1, 999 if j == 3 else size * j) for j in range(1, 10)]
+    if size == 1.0:
+        rows[0] = (20, 1, 1, 150.0)
+    assert read(long_table(rows=rows)).output[2] == 999.0
+
+
 @pytest.mark.parametrize(
     ("written", "read_as"), [("o", "o+"), ("P", "p+"), ("p-", "p-"), ("O+", "o+")]
 )

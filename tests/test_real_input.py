@@ -7,7 +7,9 @@ the row of sensitivities of an axis; b_a is the mean of the two poses in which t
 vertical, which is K0 + K2 in (1).
 """
 
+import itertools
 import math
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -56,6 +58,15 @@ def test_bias_is_the_published_one(planes, plane):
     """Both planes hold the same two vertical poses of the axis."""
     found = coefficient(planes[plane], "K0") + coefficient(planes[plane], "K2")
     assert found == pytest.approx(B_A, rel=1e-13)
+
+
+def test_the_lines_of_the_readme_print_the_published_figures(monkeypatch, capsys):
+    monkeypatch.chdir(EXAMPLES.parent)
+    text = (EXAMPLES / "README.md").read_text("utf-8").split("from the two fits:\n\n")[1]
+    lines = itertools.takewhile(lambda line: line.startswith("        "), text.splitlines())
+    exec(textwrap.dedent("\n".join(lines)), {})
+    printed = [float(number) for number in capsys.readouterr().out.split()]
+    assert printed == pytest.approx([K_A, B_A], rel=1e-13)
 
 
 def test_both_planes_see_the_same_axis(planes):

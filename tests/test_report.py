@@ -1,6 +1,7 @@
 """Reports of calibrations, as an engineer and a notebook see them."""
 
 import io
+import itertools
 import math
 import random
 import re
@@ -11,6 +12,7 @@ import pytest
 import accelcal
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.report.rows import residual_grid
+from accelcal.report.text import calibration_text
 
 COUNTS = 1.35e9
 
@@ -217,9 +219,46 @@ def test_four_positions():
 
 def test_unknown_uncertainty_says_why():
     text = str(fitted(FOUR))
-    assert re.search(r"bias +k0 +3\.\d+ +unknown +mg +unknown", text)
+    assert re.search(r"bias +k0 +3\.\d\d\d +unknown +mg +unknown\n", text)
+    assert text.split("\n\n")[1].startswith(
+        "NO UNCERTAINTY: nothing tells the uncertainty of run 20:"
+    )
+    assert "NO UNCERTAINTY" not in str(fitted())
     assert "no uncertainty: one reading a coefficient and no declared std" in text
     assert "reading noise, run 20: unknown" in text
+
+
+def test_head_error_of_zero_is_told_in_words():
+    document = fitted().to_document()
+    sources = document["error_sources"]
+    head = next(source for source in sources if source["name"] == "head")
+    head |= {"value": 0.0, "source": "estimated", "dof": 2.0}
+    said = "head position: none shows above the reading noise (estimated, 2 degrees of freedom)"
+    assert said in calibration_text(document)
+
+
+def test_scale_factor_that_is_not_determined_has_its_unit():
+    document = fitted(levels=("20", "80", "-40")).to_document()
+    document["temperature_model"]["K1"]["at_T0"] = None
+    unit = document["tables"][0]["coefficients"]["K1"]["unit"]
+    text = calibration_text(document)
+    assert re.search(rf"scale factor at T0 +K1N +not determined +{unit}\n", text)
+
+
+@pytest.mark.parametrize(
+    ("cells", "said"),
+    [
+        ({"0"}, "std is zero at all readings"),
+        ({"0", "1e-5"}, "std is zero at some readings"),
+        ({"", "1e-5"}, "std is missing at some readings"),
+        ({"", "0", "1e-5"}, "std is missing or zero at some readings"),
+    ],
+)
+def test_std_of_zero_is_not_called_missing(cells, said):
+    head, *rows = table(columns=",std", extra=",STD").splitlines()
+    written = itertools.cycle(sorted(cells))
+    rows = [row.replace("STD", next(written)) if "STD" in row else row for row in rows]
+    assert said in str(fitted("\n".join([head, *rows]) + "\n"))
 
 
 def test_unknown_temperature():

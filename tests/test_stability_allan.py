@@ -245,6 +245,8 @@ def test_a_gap_cuts_the_series():
     series = even_series([launch(np.r_[np.arange(50.0), np.arange(90.0, 120.0)])])
     assert [piece.size for piece in series.pieces] == [50, 30]
     assert series.notes == ("1 gap: the series is cut there",)
+    series = even_series([launch(np.r_[np.arange(50.0), 90.0, 91.0])])
+    assert series.notes[1].startswith("2 of 52 samples not used, in pieces")
 
 
 def test_irregular_times_are_averaged():
@@ -252,6 +254,10 @@ def test_irregular_times_are_averaged():
     series = even_series([Launch("1", time, 2.0 + 0.0 * time + np.arange(2000) % 2)])
     assert series.interval == pytest.approx(np.diff(time).max())
     assert "irregular times" in series.notes[0]
+    assert series.notes[1].endswith(
+        "in pieces shorter than three means, or in the last span of a piece"
+    )
+    assert 1 <= int(series.notes[1].split(" of 2000 samples not used")[0]) <= 3
     assert all(np.isfinite(piece).all() for piece in series.pieces)
     assert np.concatenate(series.pieces).mean() == pytest.approx(2.5, abs=0.05)
 

@@ -44,6 +44,13 @@ class EvenSeries(NamedTuple):
     notes: tuple[str, ...]
 
 
+class _Piece(NamedTuple):
+    """Evenly spaced output, and how many samples it was made of."""
+
+    output: Array
+    samples: int
+
+
 def even_series(launches: Sequence[Launch]) -> EvenSeries:
     """Cut launches into pieces of evenly spaced samples.
 
@@ -86,12 +93,24 @@ def even_series(launches: Sequence[Launch]) -> EvenSeries:
         if missing:
             done = "filled in by a straight line" if longest else "taken as gaps"
             notes.append(f"{_counted(missing, 'missing sample')} in short gaps: {done}")
-        filled = (p for launch in launches for p in _on_raster(launch, interval, longest + 1.5))
-        return EvenSeries(interval, tuple(filled), tuple(notes))
+        filled = [p for launch in launches for p in _on_raster(launch, interval, longest + 1.5)]
+        return _series(interval, filled, notes, launches)
     width = float(steps[inside].max()) * (1.0 + 1e-9)
     notes.append(f"irregular times: averaged over spans of {width:.4g} s")
-    spans = (piece for launch in launches for piece in _in_spans(launch, width, _GAP * interval))
-    return EvenSeries(width, tuple(spans), tuple(notes))
+    spans = [piece for launch in launches for piece in _in_spans(launch, width, _GAP * interval)]
+    return _series(width, spans, notes, launches)
+
+
+def _series(
+    interval: float, pieces: Sequence[_Piece], notes: list[str], launches: Sequence[Launch]
+) -> EvenSeries:
+    """Even series with a note of the samples that are in no piece."""
+    total = sum(launch.time.size for launch in launches)
+    lost = total - sum(piece.samples for piece in pieces)
+    if lost:
+        where = "in pieces shorter than three means, or in the last span of a piece"
+        notes.append(f"{lost} of {_counted(total, 'sample')} not used, {where}")
+    return EvenSeries(interval, tuple(piece.output for piece in pieces), tuple(notes))
 
 
 def _pieces(launch: Launch, longest: float) -> list[tuple[Array, Array]]:
@@ -101,22 +120,23 @@ def _pieces(launch: Launch, longest: float) -> list[tuple[Array, Array]]:
     return [(time, output) for time, output in pairs if time.size >= 3]
 
 
-def _on_raster(launch: Launch, interval: float, steps: float) -> list[Array]:
+def _on_raster(launch: Launch, interval: float, steps: float) -> list[_Piece]:
     even = []
     for time, output in _pieces(launch, steps * interval):
         place = np.concatenate([[0.0], np.cumsum(np.round(np.diff(time) / interval))])
-        even.append(np.interp(np.arange(place[-1] + 1.0), place, output))
+        output = np.interp(np.arange(place[-1] + 1.0), place, output)
+        even.append(_Piece(output, time.size))
     return even
 
 
-def _in_spans(launch: Launch, width: float, longest: float) -> list[Array]:
+def _in_spans(launch: Launch, width: float, longest: float) -> list[_Piece]:
     even = []
     for time, output in _pieces(launch, longest):
         span = np.floor((time - time[0]) / width).astype(np.int64)
         count = np.bincount(span)
         means = np.bincount(span, weights=output) / np.maximum(count, 1)
-        even.append(means[: count.size - 1])  # the last span is not complete
-    return [piece for piece in even if piece.size >= 3]
+        even.append(_Piece(means[:-1], int(count[:-1].sum())))  # the last span is not complete
+    return [piece for piece in even if piece.output.size >= 3]
 
 
 def _counted(number: int, what: str) -> str:
