@@ -16,7 +16,7 @@ from accelcal.compensate.inversion import FARTHEST, invert, rising_branch
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.units import conversion_factor
 
-NOTHING = tuple((0.0,) * 6 for _ in range(6))
+NOTHING = tuple((0.0,) * 12 for _ in range(12))
 
 
 def forward(found, a_i, temperature, a_p=0.0, a_o=0.0):
@@ -100,7 +100,7 @@ def test_inverse_of_forward(found, a_i, temperature, across):
 
 def test_inverse_of_forward_with_both_cross_axes():
     found = dataclasses.replace(
-        TYPICAL, other=CrossAxis("a_o", Law(-7e-4), 3e-5), other_covariance=((0.0, 0.0),) * 2
+        TYPICAL, other=CrossAxis("a_o", Law(-7e-4), 3e-5), other_covariance=((0.0,) * 4,) * 4
     )
     a_i = np.linspace(-20.0, 20.0, 41)
     output = [forward(found, a, 35.0, 2.0, -3.0) for a in a_i]
@@ -157,7 +157,7 @@ def test_uncertainty_against_monte_carlo(one_level):
     """Coefficients of (1) drawn from their covariance, each draw inverted."""
     table = one_level.tables[0]
     outputs = np.array([1.35, 0.0, -1.0, 6.7])
-    measured = accelcal.apply(one_level, outputs, 20.0, a_p=0.5)
+    measured = accelcal.apply(one_level, outputs, 20.0, a_p=0.5, same_launch=True)
     mean = [table.coefficients[name].value for name in table.covariance_names]
     rng = np.random.default_rng(7)
     draws = rng.multivariate_normal(mean, table.covariance, size=4000)

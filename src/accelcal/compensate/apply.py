@@ -56,6 +56,7 @@ def apply(
     *,
     run: str | None = None,
     extrapolate: bool = False,
+    same_launch: bool = False,
     output_uncertainty: float = 0.0,
     temperature_uncertainty: float = 0.0,
 ) -> MeasuredAcceleration:
@@ -75,6 +76,9 @@ def apply(
         Use the table of this run only.
     extrapolate : bool, default False
         Accept temperatures outside the calibrated range, with a warning.
+    same_launch : bool, default False
+        Leave the shift from launch to launch out of the uncertainty: the outputs are of a launch of
+        the calibration itself.
     output_uncertainty : float, default 0
         Standard uncertainty of an output, its noise included [output unit].
     temperature_uncertainty : float, default 0
@@ -111,7 +115,7 @@ def apply(
     >>> bool(measured.inside.all())
     True
     """
-    found = compensation(calibration, run)
+    found = compensation(calibration, run, same_launch=same_launch)
     for assumption in found.assumptions:
         warnings.warn(assumption, AccelcalWarning, stacklevel=2)
     measured = compensate(
@@ -176,11 +180,11 @@ def compensate(
 
     Notes
     -----
-    With J the derivatives of a_i by the coefficients and C their covariance, the standard
-    uncertainty at T0 and at the farthest level is sqrt(J C J'). The laws are straight between
-    them, so the error in between is a weighted mean of both errors. How they correlate is not
-    known: their uncertainties are averaged linearly with the same weights, which is never too
-    small. Those of output and temperature are independent of it and added in squares.
+    With J the derivatives of a_i by the coefficients at T0 and by the slopes of the side of the
+    sample, and C their covariance, the standard uncertainty is sqrt(J C J'). The part of a second
+    cross axis, which comes from other tables, is added linearly, as its correlation is not known.
+    The shift to the next launch, the hysteresis, and the errors of output and temperature are
+    independent of it and added in squares.
     """
     rise = _rise(found, temperature)
     Y, rise, *cross = np.broadcast_arrays(
@@ -195,12 +199,16 @@ def compensate(
     target = bracket - (found.k0.at_T0 + found.k0.change(rise)) - tilt
     a_i = invert(target, coupling, found.k2, found.k3)
     of_coefficients = _coefficient_error(found, a_i, bracket, rise, cross)
+    of_launch = np.hypot(found.launch.bias, found.launch.scale_factor * bracket)
     of_output = output_uncertainty / scale
     of_heat = temperature_uncertainty * _heat_sensitivity(found, bracket, rise, cross)
     sensitivity = slope(a_i, coupling, found.k2, found.k3)
     return MeasuredAcceleration(
         value=a_i,
-        standard_uncertainty=np.sqrt(of_coefficients**2 + of_output**2 + of_heat**2) / sensitivity,
+        standard_uncertainty=np.sqrt(
+            of_coefficients**2 + of_launch**2 + found.hysteresis**2 + of_output**2 + of_heat**2
+        )
+        / sensitivity,
         within_temperatures=found.within_temperatures(rise + (found.T0 or 0.0)),
         within_accelerations=found.within_accelerations(a_i),
     )
@@ -233,29 +241,16 @@ def _coefficient_error(
     found: Compensation, a_i: Array, bracket: Array, rise: Array, cross: list[Array]
 ) -> Array:
     """Standard uncertainty of the bracket of the model from the coefficients [g]."""
-    along = cross[0]
-    rows = [np.ones_like(a_i), bracket, a_i**2, a_i**3, along, a_i * along]
-    total = _between_levels(found, rows, rise)
-    if found.other is not None:
-        total = total + _propagated(found.other_covariance, [cross[1], a_i * cross[1]])
-    relative = np.abs(bracket) / (1.0 + found.K1.change(rise))
-    return np.asarray(
-        total
-        + found.k0.borrowed_uncertainty(rise)
-        + found.K1.borrowed_uncertainty(rise) * relative
-        + found.cross.delta.borrowed_uncertainty(rise) * np.abs(along)
-    )
-
-
-def _between_levels(found: Compensation, rows: list[Array], rise: Array) -> Array:
-    """Mean of the uncertainties at T0 and at the farthest level, weighted as the laws do."""
+    along, relative = cross[0], bracket / (1.0 + found.K1.change(rise))
+    by_bias = np.ones_like(a_i)
+    rows = [by_bias, bracket, a_i**2, a_i**3, along, a_i * along]
+    for one_side in (np.maximum(rise, 0.0), np.minimum(rise, 0.0)):
+        rows += [by_bias * one_side, relative * one_side, along * one_side]
     total = _propagated(found.covariance, rows)
-    for level, side in ((found.above, rise > 0.0), (found.below, rise < 0.0)):
-        if level is not None and found.T0 is not None and side.any():
-            far = _propagated(level.covariance, rows)
-            weight = rise / (level.temperature - found.T0)
-            mean = np.abs(1.0 - weight) * total + np.abs(weight) * far
-            total = np.where(side, mean, total)
+    if found.other is not None:
+        along = cross[1]
+        rows = [along, a_i * along, np.maximum(rise, 0.0) * along, np.minimum(rise, 0.0) * along]
+        total = total + _propagated(found.other_covariance, rows)
     return total
 
 
@@ -271,5 +266,7 @@ def _heat_sensitivity(
 ) -> Array:
     """Change of the bracket of the model with temperature [g/degC]."""
     scale = found.K1.local_slope(rise) / (1.0 + found.K1.change(rise))
-    tilt = found.cross.delta.local_slope(rise) * cross[0]
+    tilt = np.zeros(())
+    for axis, along in zip(found.axes, cross, strict=True):
+        tilt = tilt + axis.delta.local_slope(rise) * along
     return np.asarray(found.k0.local_slope(rise) + scale * bracket + tilt)

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.compensate.coefficients import (
     PARAMETERS,
+    SLOPES,
     Compensation,
     CrossAxis,
-    FarLevel,
+    Launch,
     Law,
     Slope,
+)
+from accelcal.compensate.covariance import (
+    covariance_of_laws,
+    covariance_of_table,
+    rows,
+    standard_uncertainty,
 )
 from accelcal.errors import InputError
 from accelcal.geometry import accelerations
@@ -22,6 +29,7 @@ from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
+from accelcal.results.usable import refuse_misprinted, refuse_undetermined_laws
 
 __all__ = ["compensation"]
 
@@ -32,9 +40,13 @@ _CROSS_AXES = {"o": "a_p", "p": "a_o"}
 """Axis along the shaft -> acceleration along the cross axis in the plane of rotation."""
 
 _OF_LAWS = ("K0", "K1", "M")
+_COMMON = ("k2", "k3", "delta_ip")
+"""Parameters without a temperature law."""
 
 
-def compensation(calibration: Calibration, run: str | None = None) -> Compensation:
+def compensation(
+    calibration: Calibration, run: str | None = None, *, same_launch: bool = False
+) -> Compensation:
     """Choose what a calibration gives to its users.
 
     Parameters
@@ -43,6 +55,8 @@ def compensation(calibration: Calibration, run: str | None = None) -> Compensati
         The calibration.
     run : str, optional
         Use the table of this run only; by default the temperature laws, or the only table.
+    same_launch : bool, default False
+        Leave the shift to the next launch out.
 
     Returns
     -------
@@ -56,10 +70,9 @@ def compensation(calibration: Calibration, run: str | None = None) -> Compensati
 
     Notes
     -----
-    With temperature laws, k0, K1 and delta follow them; k2, k3 and delta_ip are means over the
-    tables, weighted by 1/u^2. The error of the head is common to the tables, so the mean is given
-    the weighted mean of their uncertainties and no smaller one. The covariance has the
-    correlations of the table nearest to T0.
+    With temperature laws, k0, K1 and delta follow them; k2, k3 and delta_ip are those of the table
+    nearest to T0. The covariance is that of the laws with them. Where both sides of an axis were
+    measured, delta is free of the fixture angle.
 
     Examples
     --------
@@ -68,22 +81,29 @@ def compensation(calibration: Calibration, run: str | None = None) -> Compensati
     >>> found.temperatures, found.assumptions
     ((-40.0, 80.0), ())
     """
-    if calibration.method == "printed":
-        raise InputError(
-            "the calibration is by method 'printed', which is misprinted; fit by least-squares"
-        )
+    refuse_misprinted(calibration)
     tables = [table for table in calibration.tables if run is None or table.run == run]
     if not tables:
         runs = ", ".join(dict.fromkeys(table.run for table in calibration.tables))
         raise InputError(f"no run {run!r} in the calibration; it has {runs or 'none'}")
+    launch = Launch() if same_launch else _next_launch(calibration)
     model = calibration.temperature_model
     if model is not None and run is None:
-        return _from_laws(calibration, model, tables)
-    return _from_tables(calibration, tables)
+        refuse_undetermined_laws(calibration)
+        return _from_laws(calibration, model, tables, launch)
+    return _from_tables(calibration, tables, launch)
 
 
-def _from_tables(calibration: Calibration, tables: Sequence[TableCalibration]) -> Compensation:
+def _next_launch(calibration: Calibration) -> Launch:
+    sizes = {source.name: source.value or 0.0 for source in calibration.error_sources}
+    return Launch(sizes.get("launch", 0.0), sizes.get("launch_sf", 0.0))
+
+
+def _from_tables(
+    calibration: Calibration, tables: Sequence[TableCalibration], launch: Launch
+) -> Compensation:
     """One table, or one of each cross axis."""
+    tables = _one_side(calibration, tables)
     axes = [_cross_name(table) for table in tables]
     if len(set(axes)) < len(axes):
         names = ", ".join(f"{table.run} ({table.mounting})" for table in tables)
@@ -92,20 +112,21 @@ def _from_tables(calibration: Calibration, tables: Sequence[TableCalibration]) -
         )
     main = tables[0]
     level = main.temperature_degC
-    values = _values(main)
-    other = _other_axis(tables[1:], main)
+    values = _values(calibration, main)
+    other = _other_axis(calibration, None, tables[1:], level)
     return Compensation(
         k0=Law(values["k0"]),
         K1=Law(values["K1"]),
         k2=values["k2"],
         k3=values["k3"],
         cross=CrossAxis(_cross_name(main), Law(values["delta"]), values["delta_ip"]),
-        covariance=_rows(_covariance(main)),
+        covariance=rows(np.pad(covariance_of_table(calibration, main), (0, len(SLOPES)))),
         T0=level,
         temperatures=None if level is None else (level, level),
         accelerations=_tested(main, calibration.delta0_rad),
         other=other[0] if other else None,
         other_covariance=other[1] if other else (),
+        launch=launch,
         output_unit=calibration.output_unit,
         local_gravity=calibration.g_local_m_s2,
         serial=calibration.serial,
@@ -119,37 +140,38 @@ def _from_tables(calibration: Calibration, tables: Sequence[TableCalibration]) -
 
 
 def _from_laws(
-    calibration: Calibration, model: TemperatureModel, tables: Sequence[TableCalibration]
+    calibration: Calibration,
+    model: TemperatureModel,
+    tables: Sequence[TableCalibration],
+    launch: Launch,
 ) -> Compensation:
     T0 = calibration.T0_degC
     chosen = _of_main_mounting(tables)
     if T0 is None or not chosen:
         raise InputError("the temperature laws have no T0 or no tables; fit the record anew")
     levels = [t.temperature_degC for t in chosen if t.temperature_degC is not None]
-    main = min(chosen, key=lambda t: abs((t.temperature_degC or 0.0) - T0))
-    common = {name: _mean(chosen, name) for name in ("k2", "k3", "delta_ip")}
+    main = _nearest(chosen, T0)
     others = [t for t in tables if _cross_name(t) != _cross_name(main)]
-    ratio = _ratio_of_uncertainties(main, model, common)
-    groups = [chosen, *([table] for table in others)]
-    other = _other_axis(others, main)
+    other = _other_axis(calibration, calibration.second_axis_model, others, T0)
+    common = {name: _nearest(_telling(chosen, name) or [main], T0) for name in _COMMON}
+    values = {name: table.error_model[name].value or 0.0 for name, table in common.items()}
+    laws = {name: _law(getattr(model, name), name) for name in ("k0", "K1", "delta")}
+    alone = {name: table.error_model[name] for name, table in common.items()}
+    groups = [chosen, *([others] if others else [])]
     return Compensation(
-        k0=_law(model.k0, "k0"),
-        K1=_law(model.K1, "K1"),
-        k2=common["k2"][0],
-        k3=common["k3"][0],
-        cross=CrossAxis(_cross_name(main), _law(model.delta, "delta"), common["delta_ip"][0]),
-        covariance=_rows(_covariance_at(main, ratio, model.hysteresis)),
+        k0=laws["k0"],
+        K1=laws["K1"],
+        k2=values["k2"],
+        k3=values["k3"],
+        cross=CrossAxis(_cross_name(main), laws["delta"], values["delta_ip"]),
+        covariance=rows(covariance_of_laws(model, laws, alone)),
         T0=T0,
         temperatures=(min(levels), max(levels)),
-        above=_far_level(chosen, T0, 1.0, ratio, model)
-        if model.k0.above and max(levels) > T0
-        else None,
-        below=_far_level(chosen, T0, -1.0, ratio, model)
-        if model.k0.below and min(levels) < T0
-        else None,
         accelerations=_tested(main, calibration.delta0_rad),
         other=other[0] if other else None,
         other_covariance=other[1] if other else (),
+        launch=launch,
+        hysteresis=0.0 if model.hysteresis is None else abs(model.hysteresis.value or 0.0),
         output_unit=calibration.output_unit,
         local_gravity=calibration.g_local_m_s2,
         serial=calibration.serial,
@@ -157,10 +179,34 @@ def _from_laws(
         assumptions=(
             *_one_sided(model),
             *_undetermined(groups),
-            *([f"{other[0].name} acts alike at all temperatures"] if other else []),
+            *(_same_at_all_temperatures(other[0], others, T0) if other else []),
             *_uncertain(main),
         ),
     )
+
+
+def _one_side(
+    calibration: Calibration, tables: Sequence[TableCalibration]
+) -> Sequence[TableCalibration]:
+    """Of two sides of one axis at one level the first: the misalignment is that of both."""
+    mountings = [table.mounting for table in tables]
+    if len(set(mountings)) < len(tables):
+        return tables
+    reversed_axes = {found.axis for found in calibration.fixture_angle}
+    kept: dict[str, TableCalibration] = {}
+    for table in tables:
+        axis = table.mounting[:1]
+        kept.setdefault(axis if axis in reversed_axes else table.mounting, table)
+    return list(kept.values())
+
+
+def _nearest(tables: Sequence[TableCalibration], level: float | None) -> TableCalibration:
+    return min(tables, key=lambda t: abs((t.temperature_degC or 0.0) - (level or 0.0)))
+
+
+def _telling(tables: Sequence[TableCalibration], name: str) -> list[TableCalibration]:
+    """Tables that determined a parameter."""
+    return [table for table in tables if table.error_model[name].value is not None]
 
 
 def _cross_name(table: TableCalibration) -> str:
@@ -179,31 +225,14 @@ def _of_main_mounting(tables: Sequence[TableCalibration]) -> list[TableCalibrati
 # -- values ----------------------------------------------------------------------------------------
 
 
-def _values(table: TableCalibration) -> dict[str, float]:
+def _values(calibration: Calibration, table: TableCalibration) -> dict[str, float]:
     """`PARAMETERS` of a table, 0 where not determined (which `_undetermined` tells)."""
     scale_factor = table.coefficients["K1"].value
     if not scale_factor:
         raise InputError(f"run {table.run} has no scale factor K1; fit it with K1 among them")
     errors = {name: quantity.value or 0.0 for name, quantity in table.error_model.items()}
-    return {**errors, "K1": scale_factor}
-
-
-def _mean(tables: Sequence[TableCalibration], name: str) -> tuple[float, float]:
-    """Mean of a parameter over the tables that determined it, and its standard uncertainty."""
-    known = [t.error_model[name] for t in tables if t.error_model[name].value is not None]
-    if not known:
-        return 0.0, 0.0
-    values = np.array([quantity.value for quantity in known])
-    uncertainties = np.array([_uncertainty(quantity) for quantity in known])
-    weighable = bool(np.all(uncertainties > 0.0))
-    weights = uncertainties**-2 if weighable else np.ones_like(values)
-    weights /= weights.sum()
-    return float(weights @ values), float(weights @ uncertainties)
-
-
-def _uncertainty(quantity: Quantity) -> float:
-    known = quantity.standard_uncertainty
-    return np.nan if known is None else known
+    delta = calibration.misalignment(table).value or 0.0
+    return {**errors, "delta": delta, "K1": scale_factor}
 
 
 def _law(law: BilinearLaw, name: str) -> Law:
@@ -217,7 +246,7 @@ def _law(law: BilinearLaw, name: str) -> Law:
 def _slope(slope: Quantity | None) -> Slope | None:
     if slope is None or slope.value is None:
         return None
-    return Slope(slope.value, _uncertainty(slope), determined=True)
+    return Slope(slope.value, standard_uncertainty(slope), determined=True)
 
 
 def _borrowed(slope: Slope | None) -> Slope:
@@ -225,16 +254,25 @@ def _borrowed(slope: Slope | None) -> Slope:
 
 
 def _other_axis(
-    tables: Sequence[TableCalibration], main: TableCalibration
+    calibration: Calibration,
+    model: TemperatureModel | None,
+    tables: Sequence[TableCalibration],
+    level: float | None,
 ) -> tuple[CrossAxis, Rows] | None:
-    """The other cross axis from the table nearest in temperature, with its covariance."""
+    """The other cross axis by its laws, or by the table nearest in temperature."""
     if not tables:
         return None
-    level = main.temperature_degC or 0.0
-    table = min(tables, key=lambda t: abs((t.temperature_degC or 0.0) - level))
-    values = _values(table)
-    axis = CrossAxis(_cross_name(table), Law(values["delta"]), values["delta_ip"])
-    return axis, _rows(_covariance(table)[4:, 4:])
+    table = _nearest(tables, level)
+    values = _values(calibration, table)
+    if model is None or model.delta.at_T0 is None:
+        axis = CrossAxis(_cross_name(table), Law(values["delta"]), values["delta_ip"])
+        return axis, rows(np.pad(covariance_of_table(calibration, table)[4:, 4:], (0, 2)))
+    laws = {name: _law(getattr(model, name), name) for name in ("k0", "K1", "delta")}
+    alone = {name: table.error_model[name] for name in _COMMON}
+    names = (*PARAMETERS, *SLOPES)
+    own = [names.index(n) for n in ("delta", "delta_ip", "delta_slope_above", "delta_slope_below")]
+    covariance = covariance_of_laws(model, laws, alone)[np.ix_(own, own)]
+    return CrossAxis(_cross_name(table), laws["delta"], values["delta_ip"]), rows(covariance)
 
 
 def _tested(table: TableCalibration, delta0: float) -> tuple[float, float]:
@@ -243,74 +281,6 @@ def _tested(table: TableCalibration, delta0: float) -> tuple[float, float]:
         return (-1.0, 1.0)
     a_i = accelerations(table.residuals.angle_deg, delta0).input
     return float(a_i.min()), float(a_i.max())
-
-
-# -- covariance ------------------------------------------------------------------------------------
-
-
-def _covariance(table: TableCalibration) -> Array:
-    """Covariance of `PARAMETERS` from that of K0 .. M_ip, by the quotients of (6)."""
-    names = table.covariance_names
-    if not names:
-        return np.full((len(PARAMETERS), len(PARAMETERS)), np.nan)
-    values = _values(table)
-    scale_factor = values["K1"]
-    jacobian = np.zeros((len(PARAMETERS), len(names)))
-    for column, name in enumerate(names):
-        jacobian[PARAMETERS.index(ERROR_TERMS.get(name, name)), column] = 1.0 / scale_factor
-    for name in ERROR_TERMS.values():
-        jacobian[PARAMETERS.index(name), names.index("K1")] -= values[name] / scale_factor
-    return np.asarray(jacobian @ table.covariance @ jacobian.T)
-
-
-def _ratio_of_uncertainties(
-    main: TableCalibration, model: TemperatureModel, common: Mapping[str, tuple[float, float]]
-) -> Array:
-    """Standard uncertainties of laws and means at T0 over those of the table there."""
-    sigma = np.sqrt(np.diagonal(_covariance(main)))
-    wanted = np.array([_uncertainty_at_reference(name, model, common) for name in PARAMETERS])
-    return np.asarray(np.divide(wanted, sigma, out=np.zeros_like(sigma), where=sigma != 0.0))
-
-
-def _covariance_at(table: TableCalibration, ratio: Array, hysteresis: Quantity | None) -> Array:
-    """Covariance with the correlations of a table, its uncertainties multiplied by the ratio."""
-    with np.errstate(over="ignore"):
-        covariance = np.asarray(_covariance(table) * np.outer(ratio, ratio))
-    if np.isinf(covariance).any():
-        raise InputError(
-            "the temperature laws are too uncertain for their table; fit the record anew"
-        )
-    if hysteresis is not None and hysteresis.value is not None:
-        covariance[0, 0] += hysteresis.value**2  # the bias is on either side of its law
-    return covariance
-
-
-def _far_level(
-    tables: Sequence[TableCalibration],
-    T0: float,
-    side: float,
-    ratio: Array,
-    model: TemperatureModel,
-) -> FarLevel:
-    """The farthest level on one side; what raises the uncertainty of a law at T0 acts there too."""
-    far = max(tables, key=lambda t: side * ((t.temperature_degC or 0.0) - T0))
-    covariance = _covariance_at(far, np.maximum(ratio, 1.0), model.hysteresis)
-    return FarLevel(far.temperature_degC or 0.0, _rows(covariance))
-
-
-def _uncertainty_at_reference(
-    name: str, model: TemperatureModel, common: Mapping[str, tuple[float, float]]
-) -> float:
-    if name in common:
-        return common[name][1]
-    at_T0 = {"k0": model.k0, "K1": model.K1, "delta": model.delta}[name].at_T0
-    assert at_T0 is not None  # _law has seen to it
-    assert at_T0.value is not None
-    return _uncertainty(at_T0) / (abs(at_T0.value) if name == "K1" else 1.0)
-
-
-def _rows(matrix: Array) -> Rows:
-    return tuple(tuple(row) for row in matrix.tolist())
 
 
 # -- assumptions -----------------------------------------------------------------------------------
@@ -350,6 +320,19 @@ def _one_sided(model: TemperatureModel) -> list[str]:
     (missing,) = sides
     measured = "below" if missing == "above" else "above"
     return [f"no slopes {missing} T0 were determined: those {measured} are taken, +- all of them"]
+
+
+def _same_at_all_temperatures(
+    axis: CrossAxis, tables: Sequence[TableCalibration], T0: float
+) -> list[str]:
+    if axis.delta.above.determined or axis.delta.below.determined:
+        return []
+    level = _nearest(tables, T0).temperature_degC
+    where = "one level" if level is None else f"{level:g} degC"
+    return [
+        f"{axis.delta_symbol}, by which {axis.name} acts, was measured at {where} only, and is"
+        " taken to be the same at all temperatures"
+    ]
 
 
 def _unknown_level(level: float | None) -> list[str]:

@@ -10,10 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 __all__ = [
     "ACCELERATION_MARGIN",
     "PARAMETERS",
+    "SLOPES",
     "TEMPERATURE_MARGIN",
     "Compensation",
     "CrossAxis",
-    "FarLevel",
+    "Launch",
     "Law",
     "Slope",
 ]
@@ -21,7 +22,12 @@ __all__ = [
 Array = NDArray[np.float64]
 
 PARAMETERS = ("k0", "K1", "k2", "k3", "delta", "delta_ip")
-"""Parameters at T0 in the order of the covariance; that of K1 is relative."""
+"""Parameters at T0, first in the order of the covariance; that of K1 is relative."""
+
+SLOPES = tuple(
+    f"{name}_slope_{side}" for side in ("above", "below") for name in ("k0", "K1", "delta")
+)
+"""Their slopes, behind them in the covariance; those of K1 are relative."""
 
 TEMPERATURE_MARGIN = 1.0
 """A calibration is good this far outside the temperatures of its tables [degC]."""
@@ -74,14 +80,6 @@ class Law:
         both = 0.5 * (self.above.value + self.below.value)
         return np.where(rise > 0.0, self.above.value, np.where(rise < 0.0, self.below.value, both))
 
-    def borrowed_uncertainty(self, rise: Array) -> Array:
-        """Standard uncertainty of `change` where the slope was not determined, 0 elsewhere."""
-        above, below = (
-            0.0 if slope.determined else slope.standard_uncertainty
-            for slope in (self.above, self.below)
-        )
-        return np.abs(np.where(rise > 0.0, above, below) * rise)
-
 
 @dataclass(frozen=True, slots=True)
 class CrossAxis:
@@ -113,19 +111,19 @@ class CrossAxis:
 
 
 @dataclass(frozen=True, slots=True)
-class FarLevel:
-    """The level of temperature farthest from T0 on one side.
+class Launch:
+    """Shift of an accelerometer from the launches of its calibration to the next one.
 
     Attributes
     ----------
-    temperature : float
-        Its temperature [degC].
-    covariance : tuple of tuple of float
-        Covariance of `PARAMETERS` there.
+    bias : float
+        Standard uncertainty of the shift of the bias [g].
+    scale_factor : float
+        Standard uncertainty of the relative shift of the scale factor.
     """
 
-    temperature: float
-    covariance: tuple[tuple[float, ...], ...]
+    bias: float = 0.0
+    scale_factor: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,19 +139,22 @@ class Compensation:
     cross : CrossAxis
         The cross axis that the tables turned.
     covariance : tuple of tuple of float
-        Covariance of `PARAMETERS` at T0; of `cross` for the last two. NaN where unknown.
+        Covariance of `PARAMETERS` and `SLOPES`; delta and delta_ip are those of `cross`. NaN where
+        unknown, the square of the slope itself where it was taken from the other side of T0.
     T0 : float or None
         Reference temperature [degC]; None where no temperature is known.
     temperatures : tuple of float, or None
         Lowest and highest temperature of the tables [degC].
-    above, below : FarLevel or None
-        The levels farthest from T0; None where no slope was determined on that side.
     accelerations : tuple of float
         Lowest and highest a_i of the positions [g].
     other : CrossAxis or None
         The other cross axis, where tables in another mounting turned it.
     other_covariance : tuple of tuple of float
-        Covariance of its delta and delta_ip.
+        Covariance of its delta and delta_ip and of the slopes of delta above and below.
+    launch : Launch
+        Shift to the next launch; zero where it is not known, or left out.
+    hysteresis : float
+        h_T: the bias is on either side of its law by as much [g].
     output_unit : str or None
         Unit of the output.
     local_gravity : float or None
@@ -174,11 +175,11 @@ class Compensation:
     covariance: tuple[tuple[float, ...], ...]
     T0: float | None
     temperatures: tuple[float, float] | None
-    above: FarLevel | None = None
-    below: FarLevel | None = None
     accelerations: tuple[float, float] = (-1.0, 1.0)
     other: CrossAxis | None = None
     other_covariance: tuple[tuple[float, ...], ...] = ()
+    launch: Launch = Launch()
+    hysteresis: float = 0.0
     output_unit: str | None = None
     local_gravity: float | None = None
     serial: str | None = None
@@ -192,8 +193,12 @@ class Compensation:
 
     @property
     def symbols(self) -> tuple[str, ...]:
-        """Symbols of the parameters in the order of the covariance."""
-        return (*PARAMETERS[:4], self.cross.delta_symbol, self.cross.coupling_symbol)
+        """Symbols of the parameters and slopes in the order of the covariance."""
+        special = {"delta_ip": self.cross.coupling_symbol}
+        return tuple(
+            special.get(name) or name.replace("delta", self.cross.delta_symbol)
+            for name in (*PARAMETERS, *SLOPES)
+        )
 
     @property
     def axes(self) -> tuple[CrossAxis, ...]:

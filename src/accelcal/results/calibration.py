@@ -16,7 +16,8 @@ from accelcal.results.checked import (
     text,
     text_or_none,
 )
-from accelcal.results.json_text import json_text, parse_json
+from accelcal.results.fixture_angle import FixtureAngle
+from accelcal.results.json_text import document_in, json_text
 from accelcal.results.mapping import FrozenMapping, frozen, thawed
 from accelcal.results.quantity import Document, ErrorSource, Gate, Quantity, fields_document
 from accelcal.results.table import TableCalibration
@@ -70,6 +71,12 @@ class Calibration:
         Name and version of what made the calibration.
     temperature_model : TemperatureModel or None
         Temperature laws; None where there is one level only.
+    second_axis_model : TemperatureModel or None
+        The same of the other axis along the shaft, from its tables; None where it was not measured
+        at several levels.
+    fixture_angle : tuple of FixtureAngle
+        The angle of each axis of which both sides were measured, apart from the misalignment. The
+        tables hold the effective misalignment, the temperature laws what is free of the angle.
     verdict : Verdict or None
         What was found against a data sheet; None where it was not judged.
     effects : tuple of mapping
@@ -98,6 +105,8 @@ class Calibration:
     warnings: tuple[str, ...] = ()
     software: str = ""
     temperature_model: TemperatureModel | None = None
+    second_axis_model: TemperatureModel | None = None
+    fixture_angle: tuple[FixtureAngle, ...] = ()
     verdict: Verdict | None = None
     effects: tuple[FrozenMapping[Any], ...] = ()
 
@@ -137,6 +146,10 @@ class Calibration:
             "temperature_model": (
                 self.temperature_model.to_document() if self.temperature_model else None
             ),
+            "second_axis_model": (
+                self.second_axis_model.to_document() if self.second_axis_model else None
+            ),
+            "fixture_angle": [angle.to_document() for angle in self.fixture_angle],
             "effects": thawed(self.effects),
             "gates": [fields_document(gate) for gate in self.gates],
             "warnings": list(self.warnings),
@@ -182,6 +195,10 @@ class Calibration:
                 warnings=checked(document, "warnings", list_of(text)),
                 software=checked(document, "software", text, ""),
                 temperature_model=checked(document, "temperature_model", _laws),
+                second_axis_model=checked(document, "second_axis_model", _laws, None),
+                fixture_angle=checked(
+                    document, "fixture_angle", list_of(FixtureAngle.from_document), ()
+                ),
                 verdict=checked(document, "verdict", _verdict, None),
                 effects=checked(document, "effects", list_of(_effect), ()),
             )._with_reference()
@@ -196,7 +213,7 @@ class Calibration:
 
     def _with_reference(self) -> Calibration:
         """Demand a T0 where laws refer to it."""
-        if self.temperature_model is not None and self.T0_degC is None:
+        if (self.temperature_model or self.second_axis_model) and self.T0_degC is None:
             raise TypeError("temperature_model has no T0_degC")
         return self
 
@@ -216,13 +233,13 @@ class Calibration:
         return json_text(self.to_document(), path)
 
     @classmethod
-    def from_json(cls, text: str) -> Calibration:
-        """Read a calibration from JSON text.
+    def from_json(cls, source: str | PathLike[str]) -> Calibration:
+        """Read a calibration from JSON text, or from a file.
 
         Parameters
         ----------
-        text : str
-            What `to_json` returns.
+        source : str or path
+            What `to_json` returns, or the path of the file that it wrote.
 
         Returns
         -------
@@ -232,9 +249,9 @@ class Calibration:
         Raises
         ------
         DocumentError
-            If the text is not JSON, or not such a document.
+            If there is no such file, or its text is not such a document.
         """
-        return cls.from_document(parse_json(text))
+        return cls.from_document(document_in(source))
 
     def of_mounting(self, mounting: str) -> Calibration:
         """Keep the tables of one mounting.
@@ -261,8 +278,34 @@ class Calibration:
                 f"no table of mounting {mounting!r}; the calibration has"
                 f" {', '.join(dict.fromkeys(have))}"
             )
-        laws = self.temperature_model if mounting == max(have, key=have.count) else None
-        return replace(self, tables=tables, temperature_model=laws)
+        laws = self._models().get(mounting)
+        return replace(self, tables=tables, temperature_model=laws, second_axis_model=None)
+
+    def _models(self) -> dict[str, TemperatureModel | None]:
+        """Temperature laws by the mounting that they are made from."""
+        have = [table.mounting for table in self.tables]
+        main = max(have, key=have.count)
+        others = [mounting for mounting in have if mounting[0] != main[0]]
+        second = {max(others, key=others.count): self.second_axis_model} if others else {}
+        return {main: self.temperature_model, **second}
+
+    def misalignment(self, table: TableCalibration) -> Quantity:
+        """Misalignment at the level of a table, free of the fixture angle where that is known.
+
+        Parameters
+        ----------
+        table : TableCalibration
+            One of `tables`.
+
+        Returns
+        -------
+        Quantity
+            Its effective misalignment, where its axis was measured on one side only [rad].
+        """
+        for found in self.fixture_angle:
+            if found.axis == table.mounting[0]:
+                return found.nearest(table.temperature_degC)
+        return table.error_model["delta"]
 
     def rows(self) -> list[dict[str, Any]]:
         """List all coefficients and temperature laws, a flat dictionary each.

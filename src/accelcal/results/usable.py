@@ -1,0 +1,52 @@
+"""Whether a calibration is one to work with; otherwise it is refused, with what to do."""
+
+from __future__ import annotations
+
+from accelcal.errors import InputError
+from accelcal.results.calibration import Calibration
+
+__all__ = ["refuse_misprinted", "refuse_undetermined_laws"]
+
+
+def refuse_misprinted(calibration: Calibration) -> None:
+    """Refuse a calibration by the printed equations, which mix up the coefficients.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+
+    Raises
+    ------
+    InputError
+        If it was made by the method ``"printed"``.
+    """
+    if calibration.method == "printed":
+        raise InputError(
+            "the calibration is by method 'printed', which is misprinted; fit by least-squares"
+        )
+
+
+def refuse_undetermined_laws(calibration: Calibration) -> None:
+    """Refuse a calibration of several levels whose laws have no values at T0.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+
+    Raises
+    ------
+    InputError
+        If there are temperature laws, but nothing determines them.
+    """
+    model = calibration.temperature_model
+    if model is None or model.k0.at_T0 is not None:
+        return
+    levels = [t.temperature_degC for t in calibration.tables if t.temperature_degC is not None]
+    found = ", ".join(f"{level:.4g}" for level in sorted(set(levels)))
+    raise InputError(
+        f"the calibration has no coefficients at T0 = {calibration.T0_degC:g} degC, as its levels"
+        f" {found} degC lie on both sides of it and none at it; measure at T0, or fit with --t0 at"
+        " one of the levels"
+    )
