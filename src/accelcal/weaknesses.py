@@ -125,11 +125,11 @@ def _of_head(estimate: JointEstimate) -> list[str]:
             " simulations); measure two strokes or declare head_uncertainty"
         ]
     if head.source == "estimated" and _is_lost_in_noise(estimate):
-        seen = "no head error shows above the noise"
+        size = "no head error shows above the noise"
         if head.uncertainty > 0.0:
-            seen = "head error as large as the noise"
+            size = "head error as large as the noise"
         return [
-            f"{seen}, and {head.dof:.0f} degrees of freedom cannot tell"
+            f"{size}, and {head.dof:.0f} degrees of freedom cannot tell"
             " the two apart: the intervals may be wider than needed (they held the truth in 93 to"
             " 99 of 100 cases in simulations); declare head_uncertainty or measure more positions"
         ]
