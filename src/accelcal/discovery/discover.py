@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from accelcal.discovery import fault
 from accelcal.discovery.audit import audit
 from accelcal.discovery.candidates import Instance, candidates
+from accelcal.discovery.caveats import caveats
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.empirical_terms import empirical_explanation
 from accelcal.discovery.explanation import Explanation
@@ -205,7 +206,7 @@ def _discovery(
         scale_factor=comparison.model.nominal,
         output_unit=record.unit,
         next_measurement=_next_measurement(look, named, question) if named else "",
-        notes=tuple(_notes(comparison)),
+        notes=tuple(caveats(comparison, findings.explanations)),
         p_value=findings.before.p_value,
         alpha=question.alpha,
         serial=record.serial,
@@ -334,32 +335,3 @@ def _worst(look: _Look) -> tuple[Block, Array | None, float]:
     taken = None if near is None else orthonormal(near.directions)
     judged = judge(look.family, look.comparison.seen, taken)
     return look.family.blocks[int(np.argmin(judged.blocks))], taken, judged.p_value
-
-
-def _notes(comparison: Comparison) -> Iterator[str]:
-    record, noise = comparison.record, comparison.noise
-    declared = record.apparatus
-    if declared.head_uncertainty is None:
-        yield (
-            "head_uncertainty is not declared and taken as zero: errors of the head positions look"
-            " like effects that depend on the position alone"
-        )
-    if declared.launch_uncertainty is None:
-        yield (
-            "launch_uncertainty is not declared: the bias is free in each run, and effects on the"
-            " bias from run to run cannot be seen"
-        )
-    if declared.launch_sf_uncertainty is None:
-        yield (
-            "launch_sf_uncertainty is not declared: the scale factor is free in each run, and"
-            " effects on it from run to run cannot be seen"
-        )
-    if record.time is None:
-        yield "no times: one reading a minute is assumed, in the order of the strokes"
-    if noise.rho:
-        yield (
-            f"neighbouring readings are correlated ({noise.rho:+.2f}), which counts as noise with a"
-            " memory: a slow disturbance that no entry of the catalogue describes looks like it"
-        )
-    if np.isfinite(noise.tails):
-        yield "the noise has heavier tails than a normal one, and is judged accordingly"

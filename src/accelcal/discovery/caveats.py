@@ -1,0 +1,128 @@
+"""What a reader of a discovery must know: what was not declared, what it would be otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.candidates import Instance, column_of
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.explanation import Explanation
+from accelcal.discovery.noise import dummies
+from accelcal.discovery.solution import changes, solution
+from accelcal.estimate.tables import head_positions
+from accelcal.results.findings import Change
+
+__all__ = ["caveats"]
+
+Array = NDArray[np.float64]
+
+_LIKE_THE_HEAD = 0.9
+"""Part of an effect's squares that errors of the head positions must be able to take up."""
+
+_OTHERWISE = 2.0
+"""Standard uncertainties by which a coefficient must differ to be told."""
+
+_MOST_RIVALS = 3
+_MICRO = 1e6
+_TOLD = {"g": "ug", "1": "ppm", "rad": "urad", "g/g^2": "ug/g^2", "g/g^3": "ug/g^3"}
+
+
+def caveats(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[str]:
+    """Tell what a reader must know.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Record and model.
+    found : sequence of Explanation
+        Explanations that pass, best first.
+
+    Yields
+    ------
+    str
+        A sentence.
+    """
+    yield from _otherwise(comparison, found)
+    yield from _undeclared(comparison, found[0].instances if found else ())
+    yield from _noise(comparison)
+
+
+def _otherwise(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[str]:
+    """Coefficients that are others where another explanation is the true one."""
+    if len(found) < 2:
+        return
+    bare = solution(comparison)
+    best = changes(comparison, bare, solution(comparison, found[0].instances))
+    for rival in found[1 : 1 + _MOST_RIVALS]:
+        other = changes(comparison, bare, solution(comparison, rival.instances))
+        told = [
+            _value(new)
+            for old, new in zip(best, other, strict=True)
+            if _apart(old, new) > _OTHERWISE and new.after.unit in _TOLD and new.coefficient != "K1"
+        ]
+        if told:
+            yield f"if it is {' + '.join(sorted(rival.ids))} in truth: {', '.join(told)}"
+
+
+def _apart(one: Change, other: Change) -> float:
+    uncertainty = one.after.standard_uncertainty
+    if not uncertainty or one.after.value is None or other.after.value is None:
+        return 0.0
+    return abs(one.after.value - other.after.value) / uncertainty
+
+
+def _value(change: Change) -> str:
+    value = (change.after.value or 0.0) * _MICRO
+    return f"{change.coefficient} {value:.4g} {_TOLD[change.after.unit]}"
+
+
+def _undeclared(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[str]:
+    record = comparison.record
+    declared = record.apparatus
+    if declared.head_uncertainty is None:
+        yield "head_uncertainty is not declared and taken as zero" + _like_the_head(
+            comparison, instances
+        )
+    if declared.launch_uncertainty is None:
+        yield (
+            "launch_uncertainty is not declared: the bias is free in each run, and effects on the"
+            " bias from run to run cannot be seen"
+        )
+    if declared.launch_sf_uncertainty is None:
+        yield (
+            "launch_sf_uncertainty is not declared: the scale factor is free in each run, and"
+            " effects on it from run to run cannot be seen"
+        )
+    if record.time is None:
+        yield "no times: one reading a minute is assumed, in the order of the strokes"
+
+
+def _like_the_head(comparison: Comparison, instances: Sequence[Instance]) -> str:
+    """Which effects errors of the head positions would look like, and how large they would be."""
+    c, space = comparison.model.conditions, comparison.space
+    acting = (c.gain * c.per_radian)[:, None] * dummies(head_positions(comparison.record.angle))
+    head = space.see(acting[:, np.abs(acting).max(axis=0) > _LIKE_THE_HEAD / 10.0])
+    told = []
+    for item in instances:
+        effect = space.see(column_of(item, c))
+        size = float(effect @ comparison.seen) / float(effect @ effect)
+        errors = np.linalg.lstsq(head, size * effect, rcond=1e-6)[0]
+        missed = size * effect - head @ errors
+        if missed @ missed < (1.0 - _LIKE_THE_HEAD) * size**2 * float(effect @ effect):
+            rms = float(np.sqrt(np.mean(errors**2))) * _MICRO
+            told.append(f"; head errors of {rms:.2g} urad rms would look like {item.effect.id}")
+    return "".join(told) or ": errors of the head look like effects of the position alone"
+
+
+def _noise(comparison: Comparison) -> Iterator[str]:
+    noise = comparison.noise
+    if noise.rho:
+        yield (
+            f"neighbouring readings are correlated ({noise.rho:+.2f}), which counts as noise with a"
+            " memory: a slow disturbance that no entry of the catalogue describes looks like it"
+        )
+    if np.isfinite(noise.tails):
+        yield "the noise has heavier tails than a normal one, and is judged accordingly"
