@@ -106,6 +106,17 @@ def test_stepwise_takes_the_column_that_is_there():
         assert answer(method, record).names[0] == "backlash"
 
 
+def test_stand():
+    printed = run("stand.py", "--smoke", "--only", "both", "--only", "gain", "--jobs", "1")
+    line = re.search(
+        r"^s = 4 +2 stands: .*stand's +([\d.]+), unit's +([\d.]+),", printed, re.MULTILINE
+    )
+    assert line.groups() == ("100.0", "100.0")
+    ratios = re.findall(r"^  K2 +([\d.]+) +[\d.]+   rms", printed, re.MULTILINE)
+    assert ratios
+    assert all(float(ratio) <= 1.001 for ratio in ratios)
+
+
 @pytest.mark.parametrize("path", sorted(BENCHMARKS.glob("*.py")), ids=lambda path: path.name)
 def test_each_benchmark_is_known_here(path):
     runnable = "__main__" in path.read_text("utf-8")

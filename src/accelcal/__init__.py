@@ -70,6 +70,7 @@ if TYPE_CHECKING:
     from accelcal.compensate.apply import apply as apply
     from accelcal.discovery.compare import compare as compare
     from accelcal.discovery.discover import discover as discover
+    from accelcal.discovery.stand import discover_stand as discover_stand
     from accelcal.discovery.twin import twin as twin
     from accelcal.errors import AccelcalError as AccelcalError
     from accelcal.errors import AccelcalWarning as AccelcalWarning
@@ -92,6 +93,7 @@ if TYPE_CHECKING:
     from accelcal.results.disagreement import Disagreement as Disagreement
     from accelcal.results.discovery import Discovery as Discovery
     from accelcal.results.quantity import Quantity as Quantity
+    from accelcal.results.stand import StandDiscovery as StandDiscovery
     from accelcal.simulation import AL15 as AL15
     from accelcal.simulation import Accelerometer as Accelerometer
     from accelcal.simulation import NoiseComponents as NoiseComponents
@@ -113,6 +115,7 @@ __all__ = [
     "MeasuredAcceleration",
     "NoiseComponents",
     "Quantity",
+    "StandDiscovery",
     "TableError",
     "TumblePlan",
     "TumbleRecord",
@@ -122,6 +125,7 @@ __all__ = [
     "compare",
     "design_matrix",
     "discover",
+    "discover_stand",
     "fit",
     "output",
     "position_angles",
@@ -149,6 +153,7 @@ _HOME = {
     "MeasuredAcceleration": "accelcal.compensate.apply",
     "NoiseComponents": "accelcal.simulation",
     "Quantity": "accelcal.results.quantity",
+    "StandDiscovery": "accelcal.results.stand",
     "TableError": "accelcal.errors",
     "TumblePlan": "accelcal.simulation",
     "TumbleRecord": "accelcal.record",
@@ -157,6 +162,7 @@ _HOME = {
     "compare": "accelcal.discovery.compare",
     "design_matrix": "accelcal.model",
     "discover": "accelcal.discovery.discover",
+    "discover_stand": "accelcal.discovery.stand",
     "fit": "accelcal.calibrate",
     "output": "accelcal.model",
     "position_angles": "accelcal.geometry",

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from accelcal.cli.deliver import deliver, refuse_stdin_twice, refuse_to_overwrite
 from accelcal.cli.options import data_argument, fixture_angle, format_option, number, output_option
+from accelcal.errors import InputError
+
+if TYPE_CHECKING:
+    from accelcal.record import TumbleRecord
+    from accelcal.results.stand import StandDiscovery
 
 __all__ = ["discover"]
 
@@ -77,10 +83,13 @@ def discover(
     Searches the catalogue of effects, gives each one found with its size, the gap before and
     after, what else it could be, what it changes in the coefficients, and what this test cannot
     show. Readings need replicates: two or more cycles of a forward and a back stroke.
+    Tables of several units in one plan are taken as measured on one stand: which effects are the
+    stand's and which a unit's, and what estimating them together gains.
 
     \b
     Examples:
       accelcal discover table.csv
+      accelcal discover unit1.csv unit2.csv unit3.csv
       accelcal discover table.csv --head-uncertainty 1e-5 -o model.json
     """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
     refuse_stdin_twice(data)
@@ -89,13 +98,26 @@ def discover(
     from accelcal.io.tables import read_tables
     from accelcal.results.documents import discoveries_to_json
 
-    found = [
-        search(record, alpha=alpha, max_effects=max_effects, delta0=delta0, seed=seed)
-        for source in data
-        for record in read_tables(source, overrides=declared)
-    ]
+    records = [record for source in data for record in read_tables(source, overrides=declared)]
+    asked: dict[str, Any] = {"alpha": alpha, "max_effects": max_effects}
+    asked |= {"delta0": delta0, "seed": seed}
+    found = [search(record, **asked) for record in records]
+    stand, why_not = _stand(records, asked) if len(records) > 1 else (None, "")
     if path is not None:
-        deliver(discoveries_to_json(found), path)
+        deliver(discoveries_to_json(found, stand), path)
     if path != "-":
-        texts = ("\n\n" + "=" * 100 + "\n\n").join(map(str, found))
-        deliver(discoveries_to_json(found) if form == "json" else texts)
+        told = [*map(str, found), *([str(stand or why_not)] if len(records) > 1 else [])]
+        texts = ("\n\n" + "=" * 100 + "\n\n").join(told)
+        deliver(discoveries_to_json(found, stand) if form == "json" else texts)
+
+
+def _stand(
+    records: Sequence[TumbleRecord], asked: dict[str, Any]
+) -> tuple[StandDiscovery | None, str]:
+    """What the units tell of their stand, or why they tell nothing."""
+    from accelcal.discovery.stand import discover_stand
+
+    try:
+        return discover_stand(records, **asked), ""
+    except InputError as error:
+        return None, f"STAND  not looked at: {error}"

@@ -11,6 +11,7 @@ from accelcal.results.json_text import json_text, parse_json
 
 if TYPE_CHECKING:
     from accelcal.results.discovery import Discovery
+    from accelcal.results.stand import StandDiscovery
 
 __all__ = ["calibrations_from_json", "calibrations_to_json", "discoveries_to_json"]
 
@@ -63,20 +64,27 @@ def calibrations_from_json(text: str) -> tuple[Calibration, ...]:
     return tuple(Calibration.from_document(each) for each in several)
 
 
-def discoveries_to_json(discoveries: Sequence[Discovery]) -> str:
+def discoveries_to_json(
+    discoveries: Sequence[Discovery], stand: StandDiscovery | None = None
+) -> str:
     """Write discoveries as one JSON document.
 
     Parameters
     ----------
     discoveries : sequence of Discovery
         One or more.
+    stand : StandDiscovery, optional
+        What they tell of their stand.
 
     Returns
     -------
     str
-        The document of the discovery, or one with the key ``"discoveries"`` for several.
+        The document of the discovery, or one with the keys ``"discoveries"`` and ``"stand"`` for
+        several.
     """
     if len(discoveries) == 1:
         return discoveries[0].to_json()
     documents = [each.to_document() for each in discoveries]
-    return json_text({"schema": documents[0]["schema"], "discoveries": documents})
+    of_stand = None if stand is None else stand.to_document()
+    document = {"schema": documents[0]["schema"], "discoveries": documents, "stand": of_stand}
+    return json_text(document)

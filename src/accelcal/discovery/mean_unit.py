@@ -1,0 +1,207 @@
+"""The mean of several units on one stand: what they share stays, the noise of each averages out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.candidates import Instance, column_of
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.noise import dummies
+from accelcal.discovery.solution import solution
+from accelcal.effects.conditions import LEVEL_CHANGE
+from accelcal.errors import InputError
+from accelcal.estimate.tables import head_positions
+from accelcal.record import Apparatus, TumbleRecord
+
+__all__ = ["Unit", "amplitudes", "check_one_plan", "mean_unit", "on_one_stand"]
+
+Array = NDArray[np.float64]
+
+
+class Unit(NamedTuple):
+    """One of several units on a stand.
+
+    Attributes
+    ----------
+    comparison : Comparison
+        Its n readings and the base model; the head is not in the covariance.
+    head : ndarray, shape (n, J)
+        Change of the readings with the angle of each of the J head positions [g/rad].
+    own : tuple of Instance
+        Effects that it has alone.
+    """
+
+    comparison: Comparison
+    head: Array
+    own: tuple[Instance, ...] = ()
+
+    @classmethod
+    def of(cls, comparison: Comparison) -> Unit:
+        """Set up a unit without effects of its own."""
+        c = comparison.model.conditions
+        columns = dummies(head_positions(comparison.record.angle))
+        return cls(comparison, (c.gain * c.per_radian)[:, None] * columns)
+
+
+def amplitudes(instances: Sequence[Instance]) -> tuple[Instance, ...]:
+    """Split effects of several amplitudes, which may be mixed otherwise in another unit."""
+    return tuple(
+        item._replace(mixture=tuple(float(k == place) for k in range(len(item.mixture))))
+        for item in instances
+        for place in np.flatnonzero(item.mixture).tolist()
+    )
+
+
+def check_one_plan(records: Sequence[TumbleRecord]) -> None:
+    """See that all records have the same readings in the same order.
+
+    Parameters
+    ----------
+    records : sequence of TumbleRecord
+        One for each unit.
+
+    Raises
+    ------
+    InputError
+        If one has other angles, strokes, runs, mountings or levels than the first.
+    """
+    if len(records) < 2:
+        raise InputError("one record; what belongs to the stand shows over two or more units")
+    first = records[0]
+    for other in records[1:]:
+        name = _difference(first, other)
+        if name:
+            raise InputError(
+                f"{other.source}: other {name} than in {first.source}; units of one stand are"
+                " compared reading by reading, in the same plan and order"
+            )
+
+
+def _difference(first: TumbleRecord, other: TumbleRecord) -> str:
+    """What two plans differ in; empty if nothing."""
+    if len(first) != len(other):
+        return "number of readings"
+    pairs = {
+        "angles": (np.round(first.angle, 6), np.round(other.angle, 6)),
+        "strokes": (first.stroke, other.stroke),
+        "runs": (first.run, other.run),
+        "mountings": (first.mounting, other.mounting),
+    }
+    found = [name for name, (one, two) in pairs.items() if not np.array_equal(one, two)]
+    apart = np.abs(np.nan_to_num(first.temperature - other.temperature))
+    return found[0] if found else "temperatures" if apart.max() >= LEVEL_CHANGE else ""
+
+
+def on_one_stand(records: Sequence[TumbleRecord]) -> tuple[TumbleRecord, ...]:
+    """Declare of all units what is declared of each.
+
+    Parameters
+    ----------
+    records : sequence of TumbleRecord
+        One for each unit.
+
+    Returns
+    -------
+    tuple of TumbleRecord
+        The same; what one leaves open of the launches is open for all.
+
+    Raises
+    ------
+    InputError
+        If they declare different heads.
+    """
+    heads = {record.apparatus.head_uncertainty for record in records}
+    if len(heads) > 1:
+        shown = " and ".join(sorted("none" if h is None else f"{h:g}" for h in heads))
+        raise InputError(
+            f"head_uncertainty is {shown} in units of one stand; it is one number: give"
+            " --head-uncertainty"
+        )
+    names = ("launch_uncertainty", "launch_sf_uncertainty")
+    everything = [[getattr(record.apparatus, name) for record in records] for name in names]
+    free = {n: None for n, values in zip(names, everything, strict=True) if None in values}
+    return tuple(record.with_apparatus(**free) for record in records)
+
+
+def mean_unit(
+    units: Sequence[Unit], shared: Sequence[Instance], head_uncertainty: float | None
+) -> TumbleRecord:
+    """Average what is left of the units, on top of the mean of their base models.
+
+    Parameters
+    ----------
+    units : sequence of Unit
+        All of one plan.
+    shared : sequence of Instance
+        Effects that are fitted beside those of single units, but stay in.
+    head_uncertainty : float or None
+        Standard uncertainty of a head position, which does not average out [rad].
+
+    Returns
+    -------
+    TumbleRecord
+        Readings over the scale factor [g], declared with what the mean leaves of each launch.
+
+    Notes
+    -----
+    The mean of the readings will not do: with laws that differ from unit to unit, the mean of the
+    products of scale factor and bias is no product, and looks like an effect of dT^2.
+    """
+    weights = np.array([1.0 / unit.comparison.noise.sigma**2 for unit in units])
+    weights /= weights.sum()
+    model = units[0].comparison.model
+    parameters = _mean(weights, [unit.comparison.parameters for unit in units])
+    base = model.reading - model.residual(parameters)
+    records = [unit.comparison.record for unit in units]
+    times = [record.time for record in records if record.time is not None]
+    return replace(
+        records[0],
+        output=base + _mean(weights, [_without_own(unit, shared) for unit in units]),
+        temperature=_mean(weights, [record.temperature for record in records]),
+        time=_mean(weights, times) if len(times) == len(records) else None,
+        std=None,
+        count=None,
+        line=None,
+        serial=None,
+        unit="g",
+        apparatus=_apparatus(weights, [record.apparatus for record in records], head_uncertainty),
+        source=f"mean of {len(records)} units",
+    )
+
+
+def _mean(weights: Array, values: Sequence[Array]) -> Array:
+    return np.asarray(weights @ np.stack(values))
+
+
+def _without_own(unit: Unit, shared: Sequence[Instance]) -> Array:
+    """Reading minus base model minus effects that the unit has alone [g]."""
+    fit = solution(unit.comparison, amplitudes([*shared, *unit.own]))
+    c = unit.comparison.model.conditions
+    kept, residual = amplitudes(shared), fit.residual
+    first = unit.comparison.parameters.size
+    for item, size in zip(kept, fit.parameters[first:].tolist(), strict=False):
+        residual = residual + size * column_of(item, c)
+    return residual
+
+
+def _apparatus(
+    weights: Array, declared: Sequence[Apparatus], head_uncertainty: float | None
+) -> Apparatus:
+    """What is declared of the mean: errors of single units are independent."""
+
+    def averaged(name: str) -> float | None:
+        values = [getattr(item, name) for item in declared]
+        return None if None in values else float(np.sqrt(weights**2 @ np.square(values)))
+
+    return Apparatus(
+        local_gravity=declared[0].local_gravity,
+        head_uncertainty=head_uncertainty,
+        launch_uncertainty=averaged("launch_uncertainty"),
+        launch_sf_uncertainty=averaged("launch_sf_uncertainty"),
+        temperature_uncertainty=averaged("temperature_uncertainty"),
+    )

@@ -1,0 +1,217 @@
+"""What several units tell of their stand: effects and head positions, estimated jointly.
+
+The readings of unit u, after its own effects and its base model have taken their part, are
+
+    z_u = S_u s + noise,    s = (sizes of the effects, errors of the head positions),
+
+with the same s in all units. So each unit adds S_u^T S_u to what is known of s, the declared
+uncertainty of the head is the start, and the matrices have the size of s. What the others tell of
+s is, for one unit, a correction with a covariance: nothing else is needed to fit it jointly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.base import solve
+from accelcal.discovery.candidates import Instance, column_of
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.family import without
+from accelcal.discovery.mean_unit import Unit, amplitudes
+from accelcal.discovery.noise import orthonormal, saturated
+from accelcal.discovery.solution import changes, solution
+from accelcal.discovery.space import space_of, whitener_of
+from accelcal.results.findings import Change
+
+__all__ = ["Knowledge", "beside_the_others", "coefficients", "known", "shared_columns"]
+__all__ += ["without_head"]
+
+Array = NDArray[np.float64]
+
+
+_LEAST = 1e-7
+"""Information below it, over that of each alone, is rounding."""
+
+
+class Knowledge(NamedTuple):
+    """What is known of sizes and head positions.
+
+    Attributes
+    ----------
+    value : ndarray, shape (k,)
+        Estimate.
+    covariance : ndarray, shape (k, k)
+        Its covariance.
+    """
+
+    value: Array
+    covariance: Array
+
+
+def shared_columns(unit: Unit, shared: Sequence[Instance], head: float) -> Array:
+    """Change of the readings with the sizes and, if its uncertainty is above 0, with the head."""
+    c = unit.comparison.model.conditions
+    columns = [column_of(item, c)[:, None] for item in amplitudes(shared)]
+    return np.hstack([np.empty((c.angle.size, 0)), *columns, *([unit.head] if head else [])])
+
+
+def _own_part(unit: Unit) -> Array:
+    """Orthonormal basis of the effects that a unit has alone, in its space."""
+    c, space = unit.comparison.model.conditions, unit.comparison.space
+    columns = [space.see(column_of(item, c))[:, None] for item in amplitudes(unit.own)]
+    return orthonormal(np.hstack([np.empty((space.size, 0)), *columns]))
+
+
+def known(units: Sequence[Unit], shared: Sequence[Instance], head: float, size: int) -> Knowledge:
+    """Estimate the shared part from some units and the declared uncertainty of the head.
+
+    Parameters
+    ----------
+    units : sequence of Unit
+        The units.
+    shared : sequence of Instance
+        Effects of the stand; their sizes are free.
+    head : float
+        Declared uncertainty of a head position; 0 for a perfect head [rad].
+    size : int
+        Sizes and head positions k.
+
+    Returns
+    -------
+    Knowledge
+        Sizes of all amplitudes, then the errors of the head positions [rad]. Of the errors that
+        look like coefficients in every unit, nothing but the declaration is known.
+    """
+    sizes = len(amplitudes(shared))
+    declared = np.zeros(size)
+    declared[sizes:] = 1.0 / head**2 if head else 0.0
+    information, pull = np.diag(declared), np.zeros(size)
+    for unit in units:
+        columns = shared_columns(unit, shared, head)
+        shown = without(unit.comparison.space.see(columns), _own_part(unit))
+        information = information + shown.T @ shown
+        pull = pull + shown.T @ unit.comparison.seen
+    scale = np.sqrt(np.diagonal(information))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
+    root = vectors / np.sqrt(np.maximum(values, _LEAST))
+    covariance = root @ root.T / np.outer(scale, scale)
+    return Knowledge(covariance @ pull, covariance)
+
+
+def without_head(
+    units: Sequence[Unit], shared: Sequence[Instance], head: float
+) -> tuple[Unit, ...]:
+    """Take the errors of the head positions out of units, as all of them together tell it.
+
+    Parameters
+    ----------
+    units : sequence of Unit
+        The units.
+    shared : sequence of Instance
+        Effects that all may have.
+    head : float
+        Declared uncertainty of a head position [rad].
+
+    Returns
+    -------
+    tuple of Unit
+        The same with other coordinates of the readings; all of them lack the same angles.
+    """
+    if not head:
+        return tuple(units)
+    positions = units[0].head.shape[1]
+    told = known(units, shared, head, len(amplitudes(shared)) + positions)
+    errors = told.value[-positions:]
+    return tuple(
+        unit._replace(comparison=_less(unit.comparison, unit.head @ errors)) for unit in units
+    )
+
+
+def _less(comparison: Comparison, part: Array) -> Comparison:
+    return comparison._replace(seen=comparison.seen - comparison.space.see(part))
+
+
+def beside_the_others(unit: Unit, columns: Array, told: Knowledge) -> Comparison:
+    """Compare a unit again, with what is told of its stand taken out of its readings.
+
+    Parameters
+    ----------
+    unit : Unit
+        The unit.
+    columns : ndarray, shape (n, k)
+        From `shared_columns`.
+    told : Knowledge
+        What the others, or a declaration, tell of the stand.
+
+    Returns
+    -------
+    Comparison
+        The comparison; the uncertainty of what is told is in the covariance.
+    """
+    old = unit.comparison
+    c, sigma = old.model.conditions, old.noise.sigma
+    uncertain = columns @ _root(told.covariance)
+    spread = np.asarray(old.spread + uncertain @ uncertain.T / sigma**2)
+    whitener = whitener_of(spread, sigma)
+    model = replace(old.model, reading=old.model.reading - columns @ told.value)
+    parameters = solve(model, whitener)
+    space = space_of(whitener, model.jacobian(parameters), saturated(c, old.record.mounting))
+    back = np.asarray(np.linalg.solve(old.space.whitener, old.space.rotation))
+    of_told = space.see(uncertain)
+    return old._replace(
+        model=model,
+        parameters=parameters,
+        space=space,
+        seen=space.see(model.residual(parameters)),
+        spread=spread,
+        roots=tuple(np.hstack([space.see(back) @ root, of_told]) for root in old.roots),
+    )
+
+
+def _root(covariance: Array) -> Array:
+    scale = np.sqrt(np.maximum(np.diagonal(covariance), 1e-300))
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    return np.asarray(scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
+def coefficients(
+    units: Sequence[Unit], shared: Sequence[Instance], head: float
+) -> tuple[tuple[Change, ...], ...]:
+    """Fit the coefficients of each unit, with the stand from its own readings and from all.
+
+    Parameters
+    ----------
+    units : sequence of Unit
+        The units.
+    shared : sequence of Instance
+        Effects of the stand.
+    head : float
+        Declared uncertainty of a head position [rad].
+
+    Returns
+    -------
+    tuple of tuple of Change
+        For each unit all coefficients, alone and jointly.
+    """
+    found = []
+    for number, unit in enumerate(units):
+        bare, columns = (shared_columns(unit, some, head) for some in ((), shared))
+        others = [*units[:number], *units[number + 1 :]]
+        alone = beside_the_others(unit, bare, known((), (), head, bare.shape[1]))
+        joint = beside_the_others(unit, columns, known(others, shared, head, columns.shape[1]))
+        own = amplitudes(unit.own)
+        before = changes(alone, solution(alone), solution(alone, [*amplitudes(shared), *own]))
+        after = changes(joint, solution(joint), solution(joint, own))
+        found.append(
+            tuple(
+                Change(one.coefficient, one.after, two.after)
+                for one, two in zip(before, after, strict=True)
+            )
+        )
+    return tuple(found)

@@ -1,0 +1,256 @@
+"""The stand or the unit: over several units of one stand, whose each effect is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.discovery.candidates import Instance
+from accelcal.discovery.comparison import compared
+from accelcal.discovery.discover import discover
+from accelcal.discovery.mean_unit import (
+    Unit,
+    check_one_plan,
+    mean_unit,
+    on_one_stand,
+)
+from accelcal.discovery.one_value import FEWEST, one_value
+from accelcal.discovery.own_effects import Looker
+from accelcal.discovery.shared_part import coefficients, without_head
+from accelcal.discovery.whose import Own, common_effects, head_of, instances_in, own_effects
+from accelcal.effects.catalogue import catalogue
+from accelcal.effects.effect import Effect
+from accelcal.errors import InputError
+from accelcal.record import TumbleRecord
+from accelcal.reference import fixture_angle, reference_temperature_of
+from accelcal.results.discovery import Discovery
+from accelcal.results.stand import StandDiscovery
+
+__all__ = ["discover_stand"]
+
+
+class _Settings(NamedTuple):
+    """What is asked for."""
+
+    alpha: float
+    most: int
+    reference: float
+    delta0: float
+    effects: Sequence[Effect] | None
+    seed: int
+    head: float | None
+
+
+class _State(NamedTuple):
+    """What is known after a round."""
+
+    units: list[Unit]
+    shared: tuple[Instance, ...]
+    own: dict[int, Own]
+
+    @property
+    def ids(self) -> tuple[set[str], dict[int, set[str]]]:
+        """Ids of the effects of the stand and of each unit."""
+        own = {n: {item.effect.id for item in told.instances} for n, told in self.own.items()}
+        return {item.effect.id for item in self.shared}, own
+
+
+def discover_stand(
+    records: Sequence[TumbleRecord],
+    *,
+    alpha: float = 0.01,
+    max_effects: int = 3,
+    reference_temperature: float | None = None,
+    delta0: float | None = None,
+    effects: Sequence[Effect] | None = None,
+    seed: int = 0,
+) -> StandDiscovery:
+    """Find which effects belong to the stand and which to a unit, over several units of one stand.
+
+    Parameters
+    ----------
+    records : sequence of TumbleRecord
+        Readings of two or more units, each in the same plan.
+    alpha : float, default 0.01
+        False-alarm rate over all units and all that is searched: half of it for what they have in
+        common, half for what each has alone.
+    max_effects : int, default 3
+        Effects at once, of the stand and of each unit.
+    reference_temperature, delta0 : float, optional
+        As in `accelcal.discover`.
+    effects : sequence of Effect, optional
+        Effects to look for; by default those of the catalogue.
+    seed : int, default 0
+        Of the noise that is simulated to find the false-alarm rate.
+
+    Returns
+    -------
+    StandDiscovery
+        Whose each effect is, the head positions, and the coefficients of each unit fitted alone
+        and jointly.
+
+    Raises
+    ------
+    InputError
+        If the units have not one plan, one T0, one head, or too few replicates.
+
+    Notes
+    -----
+    What units have in common shows in their mean, in which the noise of each averages out. An
+    effect of the mean is the stand's if one size does for all of three units or more and they rule
+    out a spread as of an effect that only half of them have. What a unit has alone is looked for
+    beside the others, which tell the effects of the stand and the head positions; the units with
+    effects of their own leave the common part one by one, the clearest first.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> from accelcal.effects.catalogue import effect
+    >>> backlash = effect("backlash").of(2e-5)
+    >>> records = [accelcal.simulate(effects=[backlash], seed=seed) for seed in (1, 2, 3)]
+    >>> found = discover_stand(records)
+    >>> [(item.id, item.verdict) for item in found.effects]
+    [('backlash', 'stand')]
+    """
+    check_one_plan(records)
+    records = on_one_stand(records)
+    settings = _Settings(
+        alpha=alpha,
+        most=max_effects,
+        reference=_one_reference(records, reference_temperature),
+        delta0=fixture_angle(records[0], delta0),
+        effects=effects,
+        seed=seed,
+        head=records[0].apparatus.head_uncertainty,
+    )
+    common, state = _settled(records, settings)
+    return _told(common, state, _names(records), settings)
+
+
+def _one_reference(records: Sequence[TumbleRecord], given: float | None) -> float:
+    found = {reference_temperature_of(record, given)[0] or 0.0 for record in records}
+    if len(found) > 1:
+        shown = " and ".join(f"{value:g}" for value in sorted(found))
+        raise InputError(f"T0 is {shown} degC in units of one stand; it is one: give --t0")
+    return found.pop()
+
+
+def _settled(records: Sequence[TumbleRecord], settings: _Settings) -> tuple[Discovery, _State]:
+    """Look at the mean and at each unit in turns, until no unit has anything new of its own."""
+    searched = [item for item in settings.effects or catalogue() if _is_searched(item)]
+    looker = Looker(searched, settings.head or 0.0, settings.seed)
+    state = _State(_units(records, settings, (), {}), (), {})
+    for _ in range(len(records) + 2):
+        common = _common(state, settings)
+        shared = _shared(state.units, common, settings)
+        own = _own(looker, state, shared, settings)
+        before, state = state, _State(_units(records, settings, shared, own), shared, own)
+        if state.ids == before.ids:
+            break
+    return common, state
+
+
+def _is_searched(effect: Effect) -> bool:
+    return effect.acts_on != "readings" and bool(effect.amplitudes)
+
+
+def _units(
+    records: Sequence[TumbleRecord],
+    settings: _Settings,
+    shared: tuple[Instance, ...],
+    own: dict[int, Own],
+) -> list[Unit]:
+    """Units compared with the base model, what was found in them not taken for noise."""
+    found = []
+    for number, record in enumerate(records):
+        alone = own[number].instances if number in own else ()
+        bare = record.with_apparatus(head_uncertainty=None)
+        comparison = compared(bare, settings.reference, settings.delta0, (*shared, *alone))
+        found.append(Unit.of(comparison)._replace(own=alone))
+    return found
+
+
+def _common(state: _State, settings: _Settings) -> Discovery:
+    return discover(
+        mean_unit(state.units, state.shared, settings.head),
+        alpha=settings.alpha / 2.0,
+        max_effects=settings.most,
+        reference_temperature=settings.reference,
+        delta0=settings.delta0,
+        effects=settings.effects,
+        seed=settings.seed,
+    )
+
+
+def _shared(units: Sequence[Unit], common: Discovery, settings: _Settings) -> tuple[Instance, ...]:
+    """Effects of the mean that may be the stand's; it takes three units to know."""
+    if len(units) < FEWEST:
+        return ()
+    found = instances_in(common)
+    return tuple(
+        item for item in found if one_value(units, item, found, settings.alpha).verdict != "unit"
+    )
+
+
+def _own(
+    looker: Looker, state: _State, shared: tuple[Instance, ...], settings: _Settings
+) -> dict[int, Own]:
+    """Effects of the units that had some already, and of the clearest one that is new."""
+    level = settings.alpha / (2.0 * len(state.units))
+    looks = [looker(state.units, number, shared) for number in range(len(state.units))]
+    new = [n for n, look in enumerate(looks) if n not in state.own and look.p_value < level]
+    new.sort(key=lambda n: (looks[n].p_value, -float(np.sum(looks[n].comparison.seen ** 2))))
+    found = {}
+    for number in [*state.own, *new[:1]]:
+        explanations, complete = looks[number].explained(level, settings.most)
+        if not explanations:
+            found[number] = Own((), (), (), complete)
+            continue
+        best = explanations[0]
+        others = frozenset().union(*(item.ids for item in explanations)) - best.ids
+        found[number] = Own(best.instances, tuple(sorted(others)), best.p_values, complete)
+    return found
+
+
+def _told(
+    common: Discovery, state: _State, names: tuple[str, ...], settings: _Settings
+) -> StandDiscovery:
+    units, alpha, head = state.units, settings.alpha, settings.head or 0.0
+    level = without_head(units, state.shared, head)
+    effects = (
+        *common_effects(level, common, names, alpha),
+        *own_effects(level, state.own, state.shared, names, alpha),
+    )
+    order = {"stand": 0, "undecided": 1, "unit": 2}
+    of_stand = {item.id for item in effects if item.verdict == "stand"}
+    shared = tuple(item for item in state.shared if item.effect.id in of_stand)
+    gain = len(units) >= FEWEST and bool(shared or head)
+    return StandDiscovery(
+        units=names,
+        effects=tuple(sorted(effects, key=lambda item: order[item.verdict])),
+        head=head_of(units, shared, head),
+        coefficients=dict(zip(names, coefficients(units, shared, head), strict=True))
+        if gain
+        else {},
+        common=common,
+        notes=tuple(_notes(state, names)),
+        alpha=alpha,
+    )
+
+
+def _names(records: Sequence[TumbleRecord]) -> tuple[str, ...]:
+    """Serial numbers where they tell the units apart, else sources, else numbers."""
+    for names in ([r.serial or "" for r in records], [r.source for r in records]):
+        if all(names) and len(set(names)) == len(names):
+            return tuple(names)
+    return tuple(f"unit {number}" for number in range(1, len(records) + 1))
+
+
+def _notes(state: _State, names: tuple[str, ...]) -> Iterator[str]:
+    if len(names) < FEWEST:
+        yield "two units: what both have may be the stand's or the type's; measure a third"
+    for number, told in state.own.items():
+        if not told.complete:
+            yield f"{names[number]} disagrees with the others, and no known effect explains how"

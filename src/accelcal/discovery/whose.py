@@ -1,0 +1,149 @@
+"""Whose each effect is, and where the head stands, as the result tells it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.discovery.candidates import Instance
+from accelcal.discovery.known import disturbances, instance_of
+from accelcal.discovery.mean_unit import Unit, amplitudes
+from accelcal.discovery.one_value import OneValue, one_value
+from accelcal.discovery.shared_part import known, shared_columns
+from accelcal.estimate.tables import head_positions
+from accelcal.grouping import distinct
+from accelcal.probability import student_quantile
+from accelcal.results.discovery import Discovery
+from accelcal.results.quantity import Quantity
+from accelcal.results.stand import HeadPosition, StandEffect
+
+__all__ = ["Own", "common_effects", "head_of", "instances_in", "own_effects"]
+
+_LEVEL = 0.975
+
+
+class Own(NamedTuple):
+    """Effects that one unit has alone.
+
+    Attributes
+    ----------
+    instances : tuple of Instance
+        The effects.
+    others : tuple of str
+        Ids of effects that explain it as well.
+    p_values : tuple of float
+        For each effect the chance that noise makes it look as needed.
+    complete : bool
+        Whether nothing is left that they do not explain.
+    """
+
+    instances: tuple[Instance, ...]
+    others: tuple[str, ...]
+    p_values: tuple[float, ...]
+    complete: bool
+
+
+def instances_in(common: Discovery) -> tuple[Instance, ...]:
+    """Effects of a discovery without their sizes."""
+    return tuple(instance_of(item) for item in disturbances(common.effects))
+
+
+def common_effects(
+    units: Sequence[Unit], common: Discovery, names: Sequence[str], alpha: float
+) -> Iterator[StandEffect]:
+    """Tell the effects that were found in the mean of the units."""
+    found = instances_in(common)
+    for item, told in zip(found, common.effects, strict=True):
+        sizes = one_value(units, item, found, alpha)
+        yield StandEffect(
+            id=told.id,
+            name=told.name,
+            verdict=sizes.verdict,
+            parameters={} if sizes.verdict == "unit" else told.parameters,
+            p_value=told.p_value,
+            p_one_value=sizes.p_value,
+            spread=sizes.spread,
+            sizes=_quantities(units, item, sizes, names),
+            found_in=(),
+            indistinguishable=told.indistinguishable,
+        )
+
+
+def own_effects(
+    units: Sequence[Unit],
+    own: Mapping[int, Own],
+    shared: Sequence[Instance],
+    names: Sequence[str],
+    alpha: float,
+) -> Iterator[StandEffect]:
+    """Tell the effects that were found in single units beside the others, the clearest first."""
+    found = [
+        (p, number, item)
+        for number, told in own.items()
+        for p, item in zip(told.p_values, told.instances, strict=True)
+    ]
+    found.sort(key=lambda one: one[:2])
+    for name in dict.fromkeys(item.effect.id for _, _, item in found):
+        p_value, number, item = next(one for one in found if one[2].effect.id == name)
+        sizes = one_value(units, item, shared, alpha)
+        yield StandEffect(
+            id=name,
+            name=item.effect.name,
+            verdict="unit" if sizes.verdict == "stand" else sizes.verdict,
+            parameters={},
+            p_value=p_value,
+            p_one_value=sizes.p_value,
+            spread=sizes.spread,
+            sizes=_quantities(units, item, sizes, names),
+            found_in=tuple(names[n] for _, n, i in found if i.effect.id == name),
+            indistinguishable=own[number].others,
+        )
+
+
+def _quantities(
+    units: Sequence[Unit], item: Instance, sizes: OneValue, names: Sequence[str]
+) -> dict[str, Quantity]:
+    unit_of_size = item.effect.amplitudes[int(np.argmax(np.abs(item.mixture)))].unit
+    dofs = [unit.comparison.space.dof for unit in units]
+    values = zip(names, sizes.sizes.tolist(), sizes.uncertainties.tolist(), dofs, strict=True)
+    return {
+        name: Quantity(value, u, unit_of_size, u * student_quantile(_LEVEL, dof), float(dof))
+        for name, value, u, dof in values
+    }
+
+
+def head_of(
+    units: Sequence[Unit], shared: Sequence[Instance], head: float
+) -> tuple[HeadPosition, ...]:
+    """Estimate the errors of the head positions from all units.
+
+    Parameters
+    ----------
+    units : sequence of Unit
+        The units.
+    shared : sequence of Instance
+        Effects of the stand.
+    head : float
+        Declared uncertainty of a head position; 0 for a perfect head [rad].
+
+    Returns
+    -------
+    tuple of HeadPosition
+        One for each position; none for a perfect head.
+    """
+    if not head:
+        return ()
+    first = len(amplitudes(shared))
+    size = shared_columns(units[0], shared, head).shape[1]
+    told = known(units, shared, head, size)
+    angles = distinct(head_positions(units[0].comparison.record.angle))
+    errors = np.sqrt(np.diagonal(told.covariance))
+    factor = student_quantile(_LEVEL, float("inf"))
+    return tuple(
+        HeadPosition(angle, Quantity(value, u, "rad", factor * u))
+        for angle, value, u in zip(
+            angles.tolist(), told.value[first:].tolist(), errors[first:].tolist(), strict=True
+        )
+    )

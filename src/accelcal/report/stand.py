@@ -1,0 +1,143 @@
+"""What several units tell of their stand, as a colleague would tell it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from statistics import median
+
+from accelcal.report.columns import aligned
+from accelcal.report.discovery import SCALES
+from accelcal.report.findings import chance, probability, wrapped
+from accelcal.report.numbers import matching_digits, significant
+from accelcal.results.findings import Change
+from accelcal.results.quantity import Quantity
+from accelcal.results.stand import HeadPosition, StandDiscovery, StandEffect
+
+__all__ = ["stand_text"]
+
+_WORTH_TELLING = 0.005
+"""Part by which an uncertainty shrinks that is told as a gain."""
+
+
+def stand_text(found: StandDiscovery) -> str:
+    """Tell what several units tell of their stand.
+
+    Parameters
+    ----------
+    found : StandDiscovery
+        What was discovered.
+
+    Returns
+    -------
+    str
+        Lines of at most 100 characters.
+    """
+    sections = (
+        _head(found),
+        *(_effect(found, effect) for effect in found.effects),
+        _unexplained(found),
+        _positions(found),
+        _gains(found),
+        _notes(found),
+    )
+    return "\n\n".join("\n".join(lines) for lines in map(list, sections) if lines)
+
+
+def _head(found: StandDiscovery) -> Iterator[str]:
+    yield from wrapped(f"STAND  {len(found.units)} units: {', '.join(found.units)}")
+    yield ""
+    if not found.effects and found.common.unexplained is None:
+        yield "Nothing that the units share is missing, and none has anything of its own."
+    for verdict, told in _VERDICTS.items():
+        names = [effect.name for effect in found.effects if effect.verdict == verdict]
+        if names:
+            yield from wrapped(f"{told}: {' and '.join(names)}.")
+
+
+_VERDICTS = {
+    "stand": "Of the stand, with one value in all units",
+    "unit": "Of single units, not of the stand",
+    "undecided": "Undecided, of the stand or of the units",
+}
+
+
+def _effect(found: StandDiscovery, effect: StandEffect) -> Iterator[str]:
+    yield f"{effect.name.capitalize()}  [{effect.id}], {effect.verdict}, {chance(effect.p_value)}"
+    for name, quantity in effect.parameters.items():
+        yield f"  {name} = {_told(quantity)}"
+    if effect.found_in:
+        yield from wrapped(f"found beside the others in: {', '.join(effect.found_in)}", "  ")
+    spread = f"they differ by less than {100.0 * effect.spread:.0f} % of it (95 %)"
+    if effect.verdict == "unit":
+        spread = "they differ from unit to unit"
+    one = f"one size for all: chance of noise {probability(effect.p_one_value)}; {spread}"
+    yield from wrapped(one, "  ")
+    rows = [(name, _told(effect.sizes[name])) for name in found.units]
+    yield from (f"    {line}" for line in aligned(rows, right=()))
+    if effect.indistinguishable:
+        yield from wrapped(f"It could as well be: {', '.join(effect.indistinguishable)}.", "  ")
+
+
+def _told(quantity: Quantity) -> str:
+    unit = "" if quantity.unit == "1" else f" {quantity.unit}"
+    if quantity.value is None or quantity.standard_uncertainty is None:
+        return f"{quantity.value:g}{unit}"
+    scale, unit = SCALES.get(quantity.unit, (1.0, unit.strip()))
+    expanded = (quantity.expanded_uncertainty or 0.0) * scale
+    value, uncertainty = matching_digits(quantity.value * scale, expanded)
+    return f"{value} +- {uncertainty} {unit} (95 %)"
+
+
+def _unexplained(found: StandDiscovery) -> Iterator[str]:
+    if found.common.unexplained:
+        yield "What the units share, and no known effect explains"
+        yield from wrapped(found.common.unexplained.structure, "  ")
+
+
+def _positions(found: StandDiscovery) -> Iterator[str]:
+    if found.head:
+        yield "Head positions, of what does not look like coefficients [urad, 95 %]"
+        rows = [_position(position) for position in found.head]
+        yield from (f"  {line}" for line in aligned(rows, right={0}))
+
+
+def _position(position: HeadPosition) -> tuple[str, str]:
+    error = position.error
+    expanded = (error.expanded_uncertainty or 0.0) * 1e6
+    value, uncertainty = matching_digits((error.value or 0.0) * 1e6, expanded)
+    return f"{position.angle_deg:g} deg", f"{value} +- {uncertainty}"
+
+
+def _gains(found: StandDiscovery) -> Iterator[str]:
+    if not found.coefficients:
+        return
+    yield "What the joint estimate gains: standard uncertainty of each unit's coefficients, median"
+    rows: list[tuple[str, ...]] = [("", "stand from own readings", "from all", "smaller by", "")]
+    gains = [_gain(changes) for changes in zip(*found.coefficients.values(), strict=True)]
+    rows += [row for row, shrunk in gains if shrunk >= _WORTH_TELLING]
+    if len(rows) > 1:
+        yield from (f"  {line}" for line in aligned(rows, right={1, 2, 3}))
+    if any(shrunk < _WORTH_TELLING for _, shrunk in gains):
+        others = [row[0] for row, shrunk in gains if shrunk < _WORTH_TELLING]
+        yield from wrapped(f"no smaller by half a percent: {', '.join(others)}", "  ")
+
+
+def _gain(changes: tuple[Change, ...]) -> tuple[tuple[str, ...], float]:
+    """Row of a coefficient, and the part by which its uncertainty shrinks."""
+    name, unit = changes[0].coefficient, changes[0].after.unit
+    pairs = [(c.before.standard_uncertainty, c.after.standard_uncertainty) for c in changes]
+    known = [(before, after) for before, after in pairs if before and after]
+    if not known:
+        return (name, "", "", "", ""), 0.0
+    scale, shown = SCALES.get(unit, (1.0, unit))
+    before, after = (median(column) * scale for column in zip(*known, strict=True))
+    shrunk = 1.0 - median(after / before for before, after in known)
+    row = (name, significant(before), significant(after), f"{100.0 * shrunk:.1f} %", shown)
+    return row, shrunk
+
+
+def _notes(found: StandDiscovery) -> Iterator[str]:
+    if found.notes:
+        yield "Notes"
+    for note in found.notes:
+        yield from wrapped(note, "  - ")

@@ -1,0 +1,249 @@
+"""What several units tell of their stand: whose each effect is, the head, what it gains."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from accelcal.errors import DocumentError
+from accelcal.results.checked import checked, list_of, mapping_of, number, text
+from accelcal.results.discovery import SCHEMA, Discovery
+from accelcal.results.findings import Change, plain
+from accelcal.results.json_text import json_text, parse_json
+from accelcal.results.quantity import Document, Quantity
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+__all__ = ["VERDICTS", "HeadPosition", "StandDiscovery", "StandEffect"]
+
+VERDICTS = ("stand", "unit", "undecided")
+
+
+@dataclass(frozen=True, slots=True)
+class StandEffect:
+    """An effect that was found over several units.
+
+    Attributes
+    ----------
+    id, name : str
+        Its id and name in the catalogue.
+    verdict : {"stand", "unit", "undecided"}
+        Whose it is.
+    parameters : mapping of str to Quantity
+        Its parameters, if all units share them; else none.
+    p_value : float
+        Chance that noise makes any effect of the catalogue look as needed.
+    p_one_value : float
+        Chance that units with one size differ as much.
+    spread : float
+        Upper 95 % limit of the standard deviation from unit to unit, over the size.
+    sizes : mapping of str to Quantity
+        Size in each unit; its uncertainty is without the errors of the head, which all share.
+    found_in : tuple of str
+        Units that have it alone.
+    indistinguishable : tuple of str
+        Ids of effects that explain these readings too.
+    """
+
+    id: str
+    name: str
+    verdict: str
+    parameters: Mapping[str, Quantity]
+    p_value: float
+    p_one_value: float
+    spread: float
+    sizes: Mapping[str, Quantity]
+    found_in: tuple[str, ...]
+    indistinguishable: tuple[str, ...]
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the effect as it stands in the JSON document."""
+        parts = {
+            name: {key: value.to_document() for key, value in getattr(self, name).items()}
+            for name in ("parameters", "sizes")
+        }
+        return {**plain(self), **parts}
+
+    @classmethod
+    def from_document(cls, document: Document) -> StandEffect:
+        """Read the effect from its place in a JSON document."""
+        return cls(
+            id=checked(document, "id", text),
+            name=checked(document, "name", text),
+            verdict=checked(document, "verdict", _verdict),
+            parameters=checked(document, "parameters", mapping_of(Quantity.from_document)),
+            p_value=checked(document, "p_value", number),
+            p_one_value=checked(document, "p_one_value", number),
+            spread=checked(document, "spread", number),
+            sizes=checked(document, "sizes", mapping_of(Quantity.from_document)),
+            found_in=checked(document, "found_in", list_of(text)),
+            indistinguishable=checked(document, "indistinguishable", list_of(text)),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class HeadPosition:
+    """Error of one head position, as all units together tell it.
+
+    Attributes
+    ----------
+    angle_deg : float
+        Nominal head angle [deg].
+    error : Quantity
+        True minus nominal [rad]; what looks like coefficients in every unit is as uncertain as
+        declared.
+    """
+
+    angle_deg: float
+    error: Quantity
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the position as it stands in the JSON document."""
+        return {"angle_deg": self.angle_deg, "error": self.error.to_document()}
+
+    @classmethod
+    def from_document(cls, document: Document) -> HeadPosition:
+        """Read the position from its place in a JSON document."""
+        return cls(
+            checked(document, "angle_deg", number),
+            checked(document, "error", Quantity.from_document),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class StandDiscovery:
+    """What was discovered over several units of one stand.
+
+    Attributes
+    ----------
+    units : tuple of str
+        Their serial numbers, or where their readings came from.
+    effects : tuple of StandEffect
+        Effects, those of the stand first.
+    head : tuple of HeadPosition
+        Head positions; empty where their uncertainty is not declared, or zero.
+    coefficients : mapping of str to tuple of Change
+        For each unit its coefficients: `before` with the stand fitted from its own readings,
+        `after` with the stand fitted jointly; empty where there is nothing to share.
+    common : Discovery
+        What was discovered in the mean of the units.
+    notes : tuple of str
+        What a reader must know.
+    alpha : float
+        False-alarm rate over all units and all that was searched.
+    """
+
+    units: tuple[str, ...]
+    effects: tuple[StandEffect, ...]
+    head: tuple[HeadPosition, ...]
+    coefficients: Mapping[str, tuple[Change, ...]]
+    common: Discovery
+    notes: tuple[str, ...] = ()
+    alpha: float = 0.01
+
+    def __str__(self) -> str:
+        from accelcal.report.stand import stand_text
+
+        return stand_text(self)
+
+    def __repr__(self) -> str:
+        found = ", ".join(f"{item.id} ({item.verdict})" for item in self.effects)
+        return f"<StandDiscovery of {len(self.units)} units: {found or 'nothing'}>"
+
+    def to_document(self) -> dict[str, Any]:
+        """Return what was discovered as it stands in a document of schema `SCHEMA`."""
+        return {
+            "schema": SCHEMA,
+            "units": list(self.units),
+            "alpha": self.alpha,
+            "effects": [item.to_document() for item in self.effects],
+            "head": [item.to_document() for item in self.head],
+            "coefficients": {
+                unit: [change.to_document() for change in changes]
+                for unit, changes in self.coefficients.items()
+            },
+            "common": self.common.to_document(),
+            "notes": list(self.notes),
+        }
+
+    @classmethod
+    def from_document(cls, document: Document) -> StandDiscovery:
+        """Read what was discovered from its JSON document.
+
+        Parameters
+        ----------
+        document : mapping
+            What `to_document` returns.
+
+        Returns
+        -------
+        StandDiscovery
+            Equal to the one that was written.
+
+        Raises
+        ------
+        DocumentError
+            If the document is of another type or version, or damaged.
+        """
+        if not isinstance(document, Mapping) or document.get("schema") != SCHEMA:
+            raise DocumentError(f"this is no stand of schema {SCHEMA!r}; write it anew")
+        try:
+            return cls(
+                units=checked(document, "units", list_of(text)),
+                effects=checked(document, "effects", list_of(StandEffect.from_document)),
+                head=checked(document, "head", list_of(HeadPosition.from_document)),
+                coefficients=checked(
+                    document, "coefficients", mapping_of(list_of(Change.from_document))
+                ),
+                common=checked(document, "common", Discovery.from_document),
+                notes=checked(document, "notes", list_of(text), ()),
+                alpha=checked(document, "alpha", number, 0.01),
+            )
+        except (KeyError, TypeError, AttributeError) as error:
+            raise DocumentError(
+                f"the stand is damaged ({error}); write it anew with accelcal discover"
+            ) from None
+
+    def to_json(self, path: str | PathLike[str] | None = None) -> str:
+        """Write what was discovered as JSON, to a file if one is named.
+
+        Parameters
+        ----------
+        path : path, optional
+            File to write, whole or not at all.
+
+        Returns
+        -------
+        str
+            The JSON text; numbers keep all their digits.
+        """
+        return json_text(self.to_document(), path)
+
+    @classmethod
+    def from_json(cls, text: str) -> StandDiscovery:
+        """Read what was discovered from JSON text.
+
+        Parameters
+        ----------
+        text : str
+            What `to_json` returns.
+
+        Returns
+        -------
+        StandDiscovery
+            Equal to the one that was written.
+
+        Raises
+        ------
+        DocumentError
+            If the text is not JSON, or not such a document.
+        """
+        return cls.from_document(parse_json(text))
+
+
+def _verdict(value: Any) -> str:
+    if value not in VERDICTS:
+        raise TypeError(f"{value!r} in place of one of {', '.join(VERDICTS)}")
+    return str(value)

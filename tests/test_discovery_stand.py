@@ -1,0 +1,337 @@
+"""The stand or the unit: over several units of one stand, each effect is given to whose it is."""
+
+import json
+import re
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+from hidden.design import DESIGNS
+from hidden.units import units_of_one_stand
+
+import accelcal
+from accelcal.cli.main import main
+from accelcal.discovery.base import base_model, solve
+from accelcal.discovery.candidates import Instance, column_of
+from accelcal.discovery.comparison import compared
+from accelcal.discovery.mean_unit import Unit, mean_unit
+from accelcal.discovery.one_value import one_value
+from accelcal.discovery.shared_part import coefficients, known, shared_columns
+from accelcal.discovery.stand import discover_stand
+from accelcal.effects.catalogue import effect
+from accelcal.errors import DocumentError, InputError
+from accelcal.results.stand import StandDiscovery
+
+T0 = 20.0
+HEAD = 2e-5
+
+
+@cache
+def measured(regime="iid", stand=None, unit=None, units=4, seed=1):
+    """Truth and records of some units of one stand; `stand` and `unit` are (id, s)."""
+    drawn = units_of_one_stand(
+        np.random.default_rng(seed),
+        DESIGNS["three"],
+        regime,
+        hidden_stand=dict([stand] if stand else []),
+        hidden_unit={1: dict([unit] if unit else [])},
+        n=units,
+    )
+    with TemporaryDirectory() as folder:
+        paths = [Path(folder) / f"unit{number}.csv" for number in range(units)]
+        for path, (_, table) in zip(paths, drawn, strict=True):
+            table.write(path)
+        records = [
+            replace(accelcal.read_table(path), serial=f"S{number}", source=path.name)
+            for number, path in enumerate(paths)
+        ]
+    return drawn, records
+
+
+@cache
+def found(*arguments, **options):
+    return discover_stand(measured(*arguments, **options)[1])
+
+
+def verdicts(result):
+    return {item.id: (item.verdict, item.found_in) for item in result.effects}
+
+
+# -- the generator ---------------------------------------------------------------------------------
+
+
+def test_units_of_one_stand_share_the_head_and_nothing_else():
+    drawn, _ = measured("head", ("backlash", 4.0), ("warm-up", 8.0))
+    assert len({table.regime.graduation for _, table in drawn}) == 1
+    assert len({case.truth["backlash"]["backlash"] for case, _ in drawn}) == 1
+    assert len({table.scale for _, table in drawn}) == len({t.time[-1] for _, t in drawn}) == 4
+    assert [case.hidden for case, _ in drawn] == [
+        ("backlash",),
+        ("backlash", "warm-up"),
+        ("backlash",),
+        ("backlash",),
+    ]
+
+
+# -- whose -----------------------------------------------------------------------------------------
+
+
+def test_an_effect_of_all_units_is_the_stands():
+    drawn, _ = measured("iid", ("backlash", 2.0))
+    result = found("iid", ("backlash", 2.0))
+    assert verdicts(result) == {"backlash": ("stand", ())}
+    lag = result.effects[0].parameters["lag"]
+    true = drawn[0][0].truth["backlash"]["backlash"] / 2.0
+    assert abs(lag.value - true) < 4.0 * lag.standard_uncertainty
+
+
+def test_an_effect_of_one_unit_is_its_own():
+    result = found("iid", None, ("warm-up", 8.0))
+    assert verdicts(result) == {"warm-up": ("unit", ("S1",))}
+    sizes = {name: q.value / q.standard_uncertainty for name, q in result.effects[0].sizes.items()}
+    assert max(sizes, key=lambda name: abs(sizes[name])) == "S1"
+    assert all(abs(size) < 4.5 for name, size in sizes.items() if name != "S1")
+
+
+def test_stand_and_unit_are_told_apart_in_one_archive():
+    result = found("all", ("backlash", 4.0), ("fourth-order", 8.0))
+    told = verdicts(result)
+    assert told.pop("backlash") == ("stand", ())
+    assert list(told.values()) == [("unit", ("S1",))]
+    own = result.effects[1]
+    assert "fourth-order" in {own.id, *own.indistinguishable}
+
+
+def test_the_others_show_what_the_head_hides_in_one_unit():
+    _, records = measured("head", None, ("scale-factor-asymmetry", 4.0))
+    assert accelcal.discover(records[1]).effects == ()
+    told = verdicts(found("head", None, ("scale-factor-asymmetry", 4.0)))
+    assert list(told.values()) == [("unit", ("S1",))]
+
+
+@pytest.mark.parametrize("regime", ["iid", "head"])
+def test_nothing_where_there_is_nothing(regime):
+    result = found(regime, seed=5)
+    assert result.effects == ()
+    assert "Nothing that the units share is missing" in str(result)
+
+
+def test_two_units_do_not_tell():
+    result = found("iid", ("backlash", 2.0), units=2)
+    assert {item.verdict for item in result.effects} == {"undecided"}
+    assert result.coefficients == {}
+    assert any("measure a third" in note for note in result.notes)
+
+
+def backlash_in(records):
+    units = [Unit.of(compared(record, T0)) for record in records]
+    return one_value(units, Instance(effect("backlash"), (1.0,), {}), (), 0.01)
+
+
+def test_one_value_is_one_value():
+    _, with_it = measured("iid", ("backlash", 4.0))
+    _, without = measured("iid")
+    assert backlash_in(with_it).verdict == "stand"
+    assert backlash_in([*with_it[:2], *without[2:]]).verdict == "unit"
+
+
+# -- the mean --------------------------------------------------------------------------------------
+
+
+def test_mean_of_units_with_other_laws_is_a_unit():
+    """The mean of their readings is not: the mean of products is no product of means."""
+    _, records = measured("iid")
+    units = [Unit.of(compared(record, T0)) for record in records]
+    exact = []
+    for unit in units:
+        model = unit.comparison.model
+        base = model.reading - model.residual(unit.comparison.parameters)
+        exact.append(
+            (
+                base,
+                unit._replace(
+                    comparison=unit.comparison._replace(model=replace(model, reading=base))
+                ),
+            )
+        )
+    mean = mean_unit([unit for _, unit in exact], (), None)
+    model = base_model(mean, T0)
+    assert np.abs(model.residual(solve(model))).max() < 1e-11
+    plain = replace(mean, output=np.mean([base for base, _ in exact], axis=0))
+    model = base_model(plain, T0)
+    assert np.abs(model.residual(solve(model))).max() > 1e-8
+
+
+# -- the joint estimate ----------------------------------------------------------------------------
+
+
+def stacked(units, instance):
+    """All parameters of all units and the head in one least squares fit, as a textbook has it."""
+    blocks, rows, p = [], [], units[0].comparison.parameters.size
+    shared = 1 + units[0].head.shape[1]
+    for number, unit in enumerate(units):
+        comparison = unit.comparison
+        white = comparison.space.whitener
+        block = np.zeros((white.shape[0], len(units) * p + shared))
+        block[:, number * p : (number + 1) * p] = white @ comparison.model.jacobian(
+            comparison.parameters
+        )
+        column = column_of(instance, comparison.model.conditions)
+        block[:, len(units) * p :] = white @ np.column_stack([column, unit.head])
+        blocks.append(block)
+        rows.append(white @ comparison.model.residual(comparison.parameters))
+    prior = np.zeros((shared - 1, len(units) * p + shared))
+    prior[:, len(units) * p + 1 :] = np.eye(shared - 1) / HEAD
+    matrix = np.vstack([*blocks, prior])
+    right = np.concatenate([*rows, np.zeros(shared - 1)])
+    norms = np.linalg.norm(matrix, axis=0)
+    inverse = np.linalg.pinv(matrix / norms, rcond=1e-13) / norms[:, None]
+    return inverse @ right, inverse @ inverse.T, p
+
+
+def joint_case():
+    _, records = measured("head", ("backlash", 4.0))
+    units = [Unit.of(compared(r.with_apparatus(head_uncertainty=None), T0)) for r in records]
+    return units, Instance(effect("backlash"), (1.0,), {})
+
+
+def test_shared_part_is_that_of_one_large_fit():
+    units, instance = joint_case()
+    value, covariance, p = stacked(units, instance)
+    told = known(units, (instance,), HEAD, shared_columns(units[0], (instance,), HEAD).shape[1])
+    np.testing.assert_allclose(told.value, value[len(units) * p :], rtol=1e-5, atol=1e-10)
+    np.testing.assert_allclose(
+        np.diagonal(told.covariance), np.diagonal(covariance)[len(units) * p :], rtol=1e-6
+    )
+
+
+def test_coefficients_are_those_of_one_large_fit():
+    units, instance = joint_case()
+    value, covariance, p = stacked(units, instance)
+    told = coefficients(units, (instance,), HEAD)
+    for number, (unit, changes) in enumerate(zip(units, told, strict=True)):
+        for place, name in enumerate(unit.comparison.model.names):
+            after = next(c.after for c in changes if c.coefficient == name)
+            here = number * p + place
+            expected = float(np.sqrt(covariance[here, here]))
+            assert after.standard_uncertainty == pytest.approx(expected, rel=1e-4)
+            joint = unit.comparison.parameters[place] + value[here]
+            assert after.value == pytest.approx(joint, abs=1e-3 * expected)
+
+
+def test_joint_estimate_makes_coefficients_better():
+    result = found("iid", ("position-error", 4.0))
+    ratios = [
+        change.after.standard_uncertainty / change.before.standard_uncertainty
+        for changes in result.coefficients.values()
+        for change in changes
+    ]
+    assert max(ratios) < 1.001
+    assert min(ratios) < 0.95
+    assert re.search(r"K\d +[\d.]+ +[\d.]+ +\d+\.\d %", str(result))
+
+
+def test_head_positions_are_told_with_their_uncertainty():
+    drawn, _ = measured("head")
+    result = found("head", seed=1)
+    true = np.array(drawn[0][1].regime.graduation)
+    errors = np.array([p.error.value for p in result.head])
+    uncertainties = np.array([p.error.standard_uncertainty for p in result.head])
+    assert [p.angle_deg for p in result.head] == [45.0 * k for k in range(8)]
+    assert (np.abs(errors - true) < 4.0 * uncertainties).all()
+    assert uncertainties.max() == pytest.approx(HEAD, rel=0.3)
+    assert uncertainties.min() < 0.9 * HEAD
+
+
+# -- what cannot be compared -----------------------------------------------------------------------
+
+
+def changed(records, **values):
+    return [*records[:-1], replace(records[-1], **values)]
+
+
+def test_units_need_one_plan():
+    _, records = measured("iid")
+    last = records[-1]
+    cases = {
+        "other angles than in unit0.csv": {"angle": last.angle + 1.0},
+        "other strokes": {"stroke": last.stroke + 2},
+        "other temperatures": {"temperature": last.temperature + 5.0},
+        "T0 is 20 and 25 degC": {"reference_temperature": 25.0},
+        "head_uncertainty is 0 and 1e-05": {
+            "apparatus": replace(last.apparatus, head_uncertainty=1e-5)
+        },
+    }
+    for message, values in cases.items():
+        with pytest.raises(InputError, match=re.escape(message)):
+            discover_stand(changed(records, **values))
+    with pytest.raises(InputError, match="other number of readings"):
+        discover_stand([records[0], records[1].select(np.arange(162) < 108)])
+    with pytest.raises(InputError, match="two or more units"):
+        discover_stand(records[:1])
+
+
+def test_launches_that_one_leaves_open_are_open_for_all():
+    _, records = measured("iid", ("backlash", 2.0))
+    open_end = replace(records[-1].apparatus, launch_uncertainty=None)
+    result = discover_stand(changed(records, apparatus=open_end))
+    assert verdicts(result) == {"backlash": ("stand", ())}
+
+
+# -- the result ------------------------------------------------------------------------------------
+
+
+def test_document_comes_back():
+    for result in (found("head", seed=1), found("all", ("backlash", 4.0), ("fourth-order", 8.0))):
+        assert StandDiscovery.from_json(result.to_json()) == result
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        {"schema": "accelcal/discovery/9"},
+        {"units": None},
+        {"effects": [{"id": "backlash"}]},
+        {"head": [{"angle_deg": "x"}]},
+    ],
+)
+def test_damaged_document_is_refused(damage):
+    document = found("head", seed=1).to_document() | damage
+    with pytest.raises(DocumentError):
+        StandDiscovery.from_document(document)
+    with pytest.raises(DocumentError):
+        StandDiscovery.from_document([])
+
+
+def test_command_tells_the_units_and_then_the_stand(tmp_path, capsys):
+    drawn, _ = measured("iid", ("backlash", 4.0))
+    paths = [str(tmp_path / f"u{number}.csv") for number in range(3)]
+    for path, (_, table) in zip(paths, drawn, strict=False):
+        table.write(path)
+    assert main(["discover", *paths]) == 0
+    printed = capsys.readouterr().out
+    assert printed.count("DISCOVERY") == 3
+    assert "Of the stand, with one value in all units: backlash of the head." in printed
+    assert max(map(len, printed.splitlines())) <= 100
+    assert main(["discover", *paths, "--format", "json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert len(document["discoveries"]) == 3
+    assert document["stand"]["effects"][0]["verdict"] == "stand"
+    assert repr(StandDiscovery.from_document(document["stand"])) == (
+        "<StandDiscovery of 3 units: backlash (stand)>"
+    )
+
+
+def test_command_says_why_the_stand_is_not_looked_at(tmp_path, capsys):
+    (_, table), *_ = measured("iid")[0]
+    text = tmp_path / "u0.csv"
+    table.write(text)
+    other = tmp_path / "u1.csv"
+    other.write_text("\n".join(line for line in text.read_text().splitlines()[:-9]) + "\n")
+    assert main(["discover", str(text), str(other)]) == 0
+    printed = capsys.readouterr().out
+    assert "STAND  not looked at:" in printed
+    assert "other number of readings" in printed
