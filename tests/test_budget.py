@@ -87,7 +87,7 @@ def test_band_by_hand(exact):
     random = random_part(exact, **PAPER_RANDOM)
     found = budget(exact, -0.5, time=43200.0, random=random)
     expected = 0.5 * math.sqrt(3) * 2e-5 + 3e-4 + 15e-6 * 0.5
-    assert found.worst_case[0] == pytest.approx(expected, rel=1e-12)
+    assert found.bound[0] == pytest.approx(expected, rel=1e-12)
 
 
 def test_components_add_up_to_the_model(al15):
@@ -106,7 +106,7 @@ def test_components_add_up_to_the_model(al15):
         scale_factor_instability=15e-6,
     )
     np.testing.assert_allclose(found.systematic, systematic, rtol=1e-12)
-    np.testing.assert_allclose(found.worst_case, bound, rtol=1e-12)
+    np.testing.assert_allclose(found.bound, bound, rtol=1e-12)
 
 
 def test_exact_form_is_that_of_2(exact):
@@ -125,7 +125,7 @@ def test_what_the_first_order_leaves_out_is_told(exact):
 def test_arrays_broadcast_and_agree_with_single_points(al15):
     grid = budget(al15, np.array([[0.0], [1.0]]), temperature=[-40.0, 20.0, 80.0], time=60.0)
     singles = [budget(al15, a, temperature=t, time=60.0) for a in (0, 1) for t in (-40, 20, 80)]
-    for name in ("systematic", "worst_case", "standard_uncertainty", "expanded_uncertainty"):
+    for name in ("systematic", "bound", "standard_uncertainty", "expanded_uncertainty"):
         expected = [getattr(single, name)[0] for single in singles]
         np.testing.assert_allclose(getattr(grid, name), expected, rtol=1e-13)
 
@@ -367,7 +367,7 @@ def run(saved, *arguments):
 def test_text_has_both_sums(saved, capsys):
     assert run(saved, "--temperature", "80", "--hysteresis", "3e-4", "--launch", "2e-5") == 0
     shown = capsys.readouterr().out
-    assert "worst case of (4), bounds added linearly: 32388.1 +- 325.0 ug" in shown
+    assert "bound of (4), with the paper's factor 0.5: 32388.1 +- 325.0 ug" in shown
     assert "GUM, variances added, 95 %, k = 1.96: 32388.1 +- " in shown
     assert max(map(len, shown.splitlines())) <= 100
     assert shown.isascii()

@@ -104,8 +104,8 @@ def record_warnings(
     effective = f"M is the effective misalignment: it contains the fixture angle delta0, {given};"
     if len({mounting[0] for mounting in mountings}) < len(set(mountings)):
         said.append(
-            f"{effective} the mean of M of both sides is free of it, and M of the side - minus M"
-            " of the side + is 2 K1 delta0"
+            f"{effective} where both sides met a level, delta and delta0 are told apart below, and"
+            " the laws have delta alone"
         )
     else:
         said.append(f"{effective} the reversed mounting would separate them")

@@ -59,6 +59,11 @@ __all__ = ["apply"]
 @click.option(
     "--extrapolate", is_flag=True, help="Accept temperatures outside the calibrated range."
 )
+@click.option(
+    "--same-launch",
+    is_flag=True,
+    help="Leave the shift from launch to launch out of the uncertainty.",
+)
 def apply(
     calibration: str,
     data: str,
@@ -66,14 +71,16 @@ def apply(
     serial: str | None,
     run: str | None,
     mounting: str | None,
+    same_launch: bool,
     **options: Any,
 ) -> None:
     """Turn the outputs in DATA into accelerations by the calibration CAL.json.
 
     DATA is CSV with a column output, and columns temperature, time, a_p and a_o as far as there are
     any. It may be of any length. Each sample gets its acceleration along the input axis, the
-    standard uncertainty and a flag that says whether it lies inside the calibrated ranges. "-"
-    reads standard input; without -o the result goes to standard output.
+    standard uncertainty and a flag that says whether it lies inside the calibrated ranges. The
+    uncertainty holds the shift to a new launch, as far as the calibration knows it. "-" reads
+    standard input; without -o the result goes to standard output.
 
     \b
     Examples:
@@ -89,7 +96,7 @@ def apply(
     file = read_calibrations(calibration)
     with open_samples(data) as samples:
         serial = serial or samples.headings.declared.get("serial")
-        found = compensation(file.choose(serial, mounting), run)
+        found = compensation(file.choose(serial, mounting), run, same_launch=same_launch)
         about = f"{file.name}, SHA-256 {file.sha256}"
         stream = AccelerationStream(found, samples, StreamOptions(**options), about)
         for note in stream.notes:

@@ -93,9 +93,10 @@ def budget(
 ) -> None:
     """Tell the error of the measured acceleration by (4), with the calibration CAL.json.
 
-    Gives the systematic part and its band, split by component: the worst case of (4), which adds
-    the bounds, and the GUM's expanded uncertainty (95 %), which adds variances and counts the
-    uncertainty of the calibration as well. Lists of accelerations, temperatures and times are
+    Gives the systematic part and its band, split by component: the bound of (4), which adds the
+    bounds with the paper's factor 0.5 in (3), and the GUM's expanded uncertainty (95 %), which adds
+    variances and counts the uncertainty of the calibration as well. Lists of accelerations,
+    temperatures and times are
     combined, each with each. The random errors are those given here, else those of STABILITY.json,
     else those that the calibration knows.
 

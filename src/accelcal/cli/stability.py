@@ -125,11 +125,14 @@ def stability(
 def _calibrated(path: str, scale_factor: float | None, record: StabilityRecord) -> float:
     from accelcal.errors import InputError
     from accelcal.io.calibrations import read_calibrations
+    from accelcal.results.usable import refuse_misprinted
     from accelcal.stability.analysis import scale_factor_from
 
     if scale_factor is not None:
         raise InputError("--calibration and --scale-factor; give one of the two")
-    return scale_factor_from(read_calibrations(path).choose(record.serial), record)
+    chosen = read_calibrations(path).choose(record.serial)
+    refuse_misprinted(chosen)
+    return scale_factor_from(chosen, record)
 
 
 def _draw(path: str, result: Stability, record: StabilityRecord) -> None:

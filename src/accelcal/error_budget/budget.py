@@ -17,6 +17,7 @@ from accelcal.errors import InputError
 from accelcal.probability import student_quantile
 from accelcal.results.calibration import Calibration
 from accelcal.results.error_budget import ErrorBudget, ErrorComponent
+from accelcal.results.usable import refuse_misprinted, refuse_undetermined_laws
 
 __all__ = ["budget"]
 
@@ -63,12 +64,13 @@ def budget(
     Returns
     -------
     ErrorBudget
-        Systematic error, worst case of (4), and uncertainty by the GUM, with all components.
+        Systematic error, bound of (4), and uncertainty by the GUM, with all components.
 
     Raises
     ------
     InputError
-        If a number is not finite or a time negative, if a temperature lies outside the calibrated
+        If the calibration is misprinted or its laws are not determined, if a number is not finite
+        or a time negative, if a temperature lies outside the calibrated
         ones or on a side of T0 without slopes, or if an acceleration acts along an axis whose
         misalignment was not tested.
 
@@ -91,6 +93,8 @@ def budget(
             f"temperature uncertainty {temperature_uncertainty}; it is a finite number of degC,"
             " zero or more"
         )
+    refuse_misprinted(calibration)
+    refuse_undetermined_laws(calibration)
     coefficients = coefficients_of(calibration)
     random = random_part(calibration) if random is None else random
     points = conditions(coefficients, (a_i, a_p, a_o), temperature, time, extrapolate=extrapolate)
@@ -113,7 +117,7 @@ def budget(
         components=parts,
         correlated=correlated,
         systematic=np.sum([part.value for part in parts], axis=0),
-        worst_case=np.sum([part.bound for part in parts], axis=0),
+        bound=np.sum([part.bound for part in parts], axis=0),
         covariance=added,
         standard_uncertainty=standard,
         coverage_factor=factor,

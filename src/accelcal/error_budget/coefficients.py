@@ -34,7 +34,8 @@ class Coefficients:
         k0 [g], K1 [output unit / g], k2, k3, and of the axes that were tested delta_O, delta_P
         [rad], delta_ip, delta_io [g/g^2].
     slopes : mapping of str to BilinearLaw
-        Slopes of k0 [g/degC], K1 [1/degC] and of delta_O or delta_P [rad/degC].
+        Slopes of k0 [g/degC], K1 [1/degC] and of delta_O, delta_P [rad/degC], the axis of the laws
+        first.
     correlations : mapping of (str, str) to float
         Correlations of the coefficients at T0, each pair once.
     reference : float or None
@@ -90,8 +91,9 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
     Returns
     -------
     Coefficients
-        k0, K1 and the misalignment from the temperature laws, where there are any; everything else
-        from the table nearest to T0.
+        k0, K1 and the misalignments from the temperature laws, where there are any; everything else
+        from the table nearest to T0. Misalignments are free of the fixture angle, where both sides
+        of the axis were measured.
 
     Raises
     ------
@@ -112,9 +114,12 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
     found |= {name: main.error_model[name] for name in ("k2", "k3")}
     for axis, table in nearest.items():
         delta, cross = _AXES[axis]
-        found |= {delta: table.error_model["delta"], cross: table.error_model["delta_ip"]}
+        found |= {delta: calibration.misalignment(table), cross: table.error_model["delta_ip"]}
     model, delta = calibration.temperature_model, _AXES[law_axis][0]
     laws = {} if model is None else {"k0": model.k0, "K1": model.K1, delta: model.delta}
+    second = calibration.second_axis_model
+    if second is not None and model is not None and second.delta.at_T0 is not None:
+        laws |= {"delta_P" if law_axis == "o" else "delta_O": second.delta}
     found |= {name: law.at_T0 for name, law in laws.items() if law.at_T0 is not None}
     if found["k0"].value is None:
         raise InputError("the calibration has no bias k0; fit a record that determines K0")

@@ -86,9 +86,10 @@ def _correlations(coefficients: Coefficients, side: str) -> dict[tuple[str, str]
         known = coefficients.at_T0.keys()
         return {pair: r for pair, r in coefficients.correlations.items() if set(pair) <= known}
     symbols = {name: name for name in ("k2", "k3")}
-    for name, law in zip(coefficients.slopes, ("k0", "K1", "delta"), strict=True):
+    for name, law in zip(coefficients.slopes, ("k0", "K1", "delta"), strict=False):
         symbols |= {f"{law} at_T0": name, f"{law} {side}": SLOPES[name][1]}
-    symbols["delta_ip"] = "delta_io" if "delta_P" in coefficients.slopes else "delta_ip"
+    main_axis = list(coefficients.slopes)[2]
+    symbols["delta_ip"] = {"delta_O": "delta_ip", "delta_P": "delta_io"}[main_axis]
     sigma = np.sqrt(
         np.diagonal(np.reshape(model.covariance_matrix, 2 * (len(model.covariance_names),)))
     )

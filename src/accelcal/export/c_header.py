@@ -15,6 +15,7 @@ from accelcal.compensate.coefficients import (
     Law,
 )
 from accelcal.compensate.inversion import CLOSE, FARTHEST, MOST_STEPS
+from accelcal.export.content import covariance_rows
 
 __all__ = ["c_prefix", "to_c_header"]
 
@@ -63,6 +64,7 @@ def to_c_header(content: Mapping[str, Any], found: Compensation) -> str:
         "@COMMENT@": "\n".join(f" * {line}".rstrip() for line in _comment(content)),
         "@GUARD@": f"{prefix.upper()}_H",
         "@DATA@": "\n".join(_data(found, prefix)),
+        "@COVARIANCE@": "\n".join(_covariance(found)),
         "@UNIT@": _harmless(found.output_unit or "output unit"),
         "@ARGUMENTS@": "".join(f", double {axis.name}" for axis in axes),
         "@LAWS@": "\n".join(_laws_in_c(found, prefix)),
@@ -85,7 +87,7 @@ def _comment(content: Mapping[str, Any]) -> Iterator[str]:
     from textwrap import wrap
 
     for key, value in content.items():
-        if key not in ("coefficients", "covariance") and value not in (None, []):
+        if key not in ("coefficients", "covariance", "new_launch") and value not in (None, []):
             text = value if isinstance(value, str) else json.dumps(value)
             yield from wrap(_harmless(f"{key}: {text}"), 96, subsequent_indent="    ")
     yield ""
@@ -94,7 +96,10 @@ def _comment(content: Mapping[str, Any]) -> Iterator[str]:
         cells = ("null" if item is None else str(item) for item in row.values())
         yield _harmless("  " + ", ".join(cells))
     yield ""
-    yield _harmless(content["covariance"]["note"])
+    launch = content["new_launch"]
+    sizes = ", ".join(f"{key} {value}" for key, value in launch.items() if key != "note")
+    for text in (content["covariance"]["note"], f"{launch['note']} {sizes}"):
+        yield from wrap(_harmless(text), 96, subsequent_indent="    ")
 
 
 def _harmless(text: str) -> str:
@@ -105,7 +110,7 @@ def _harmless(text: str) -> str:
 
 def _data(found: Compensation, prefix: str) -> Iterator[str]:
     values: dict[str, float] = {}
-    if found.T0 is not None:
+    if found.T0 is not None and found.several_levels:
         values["T0"] = found.T0
     for symbol, law in _laws(found):
         values[symbol] = law.at_T0
@@ -121,10 +126,20 @@ def _data(found: Compensation, prefix: str) -> Iterator[str]:
     values["highest_acceleration"] = found.accelerations[1] + ACCELERATION_MARGIN
     for name, value in values.items():
         yield f"static const double {prefix}_{name} = {_number(value)};"
-    rows = ",\n    ".join("{" + ", ".join(map(_number, row)) + "}" for row in found.covariance)
-    size = len(found.covariance)
-    yield f"/* of {', '.join(found.symbols)}; NAN where unknown */"
-    yield f"static const double {prefix}_covariance[{size}][{size}] = {{\n    {rows}}};"
+
+
+def _covariance(found: Compensation) -> Iterator[str]:
+    """Covariance in a function: a table that nobody uses would make the compiler complain."""
+    rows = covariance_rows(found)
+    size = len(rows)
+    yield f"/* Covariance of {', '.join(symbol for symbol, _ in rows)},"
+    yield " * numbered from 0; that of K1 and its slopes is relative. NAN where unknown. */"
+    yield "static inline double @P@_covariance(int row, int column)"
+    yield "{"
+    yield f"    static const double covariance[{size}][{size}] = {{"
+    yield ",\n".join("        {" + ", ".join(map(_number, row)) + "}" for _, row in rows) + "};"
+    yield "    return covariance[row][column];"
+    yield "}"
 
 
 def _laws(found: Compensation) -> list[tuple[str, Law]]:
@@ -166,6 +181,8 @@ _TEMPLATE = """\
 #include <math.h>
 
 @DATA@
+
+@COVARIANCE@
 
 /* Left side of the cubic in a that is solved, without its constant. */
 static inline double @P@_cubic(double a, double linear)

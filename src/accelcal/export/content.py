@@ -7,11 +7,17 @@ from typing import Any
 import numpy as np
 
 from accelcal.compensate.choice import compensation
-from accelcal.compensate.coefficients import TEMPERATURE_MARGIN, Compensation, Law, Slope
+from accelcal.compensate.coefficients import (
+    PARAMETERS,
+    TEMPERATURE_MARGIN,
+    Compensation,
+    Law,
+    Slope,
+)
 from accelcal.results.calibration import Calibration
 from accelcal.version import __version__
 
-__all__ = ["SIGN_CONVENTION", "export_content"]
+__all__ = ["SIGN_CONVENTION", "covariance_rows", "export_content"]
 
 SIGN_CONVENTION = (
     "Misalignment terms are added with + for both cross axes, + delta_O a_p + delta_P a_o, as in"
@@ -25,8 +31,13 @@ _LAWS = (
     " K1(T) = K1 (1 + slope dT), delta(T) = delta + slope dT."
 )
 _COVARIANCE = (
-    "Covariance at T0, of K1 relative (dK1/K1). How the slopes correlate with it is not known: the"
-    " linear sum of the uncertainties is never too small."
+    "Covariance of the values at T0 and of the slopes; that of K1 is relative (dK1/K1), and so are"
+    " its slopes. Below T0 the slopes above count for nothing, and the reverse."
+)
+_LAUNCH = (
+    "Standard uncertainties of the shift to a new launch, of the bias [g] and of the scale factor"
+    " (relative), and the hysteresis of the bias [g], which are not in the covariance; add them in"
+    " squares."
 )
 
 
@@ -81,18 +92,37 @@ def export_content(
         "assumptions": list(found.assumptions),
         "coefficients": coefficients(found),
         "ieee_1293": _ieee(found),
+        "new_launch": {
+            "note": _LAUNCH,
+            "bias": found.launch.bias,
+            "scale_factor": found.launch.scale_factor,
+            "hysteresis": found.hysteresis,
+        },
         "covariance": {
             "note": _COVARIANCE,
-            "symbols": list(found.symbols),
-            "matrix": [[_known(value) for value in row] for row in found.covariance],
+            "symbols": [symbol for symbol, _ in covariance_rows(found)],
+            "matrix": [[_known(value) for value in row] for _, row in covariance_rows(found)],
         },
     }
+
+
+def covariance_rows(found: Compensation) -> list[tuple[str, list[float]]]:
+    """List the rows of the covariance, each with its symbol; slopes that were not measured not."""
+    laws = (found.k0, found.K1, found.cross.delta)
+    measured = [getattr(law, side).determined for side in ("above", "below") for law in laws]
+    kept = [True] * len(PARAMETERS) + measured
+    return [
+        (symbol, [value for value, keep in zip(row, kept, strict=True) if keep])
+        for symbol, row, keep in zip(found.symbols, found.covariance, kept, strict=True)
+        if keep
+    ]
 
 
 def coefficients(found: Compensation) -> list[dict[str, Any]]:
     """List the coefficients, a dictionary each with symbol, value, uncertainty, unit, meaning."""
     unit = found.output_unit or "output unit"
-    sigma = dict(zip(found.symbols, np.sqrt(np.diagonal(found.covariance)), strict=True))
+    at_T0 = np.sqrt(np.diagonal(found.covariance))[: len(PARAMETERS)]
+    sigma = dict(zip(found.symbols, at_T0, strict=False))
     sigma["K1"] *= abs(found.K1.at_T0)
     if found.other is not None:
         spread = np.sqrt(np.diagonal(found.other_covariance))
@@ -146,12 +176,12 @@ def _row(symbol: str, value: float | None, unit: str, meaning: str) -> dict[str,
 
 
 def _cross_terms(found: Compensation) -> str:
-    law = "(T)" if found.several_levels else ""
-    return " + ".join(
-        f"{axis.delta_symbol}{law if axis is found.cross else ''} {axis.name}"
-        f" + {axis.coupling_symbol} a_i {axis.name}"
-        for axis in found.axes
-    )
+    terms = []
+    for axis in found.axes:
+        law = "(T)" if axis.delta.above.determined or axis.delta.below.determined else ""
+        terms.append(f"{axis.delta_symbol}{law} {axis.name}")
+        terms.append(f"{axis.coupling_symbol} a_i {axis.name}")
+    return " + ".join(terms)
 
 
 def _validity(found: Compensation) -> dict[str, Any]:

@@ -17,6 +17,12 @@ Document = Mapping[str, Any]
 TOGETHER = "these together, with their correlations"
 """What stands for the coefficients that are correlated with one another."""
 
+_ABOUT_THE_BOUND = (
+    "the bound of (4) adds linearly, but with half of the bias bound (3), as the paper does, and"
+    " nothing of the calibration's uncertainty: it may be smaller than the 95 % interval, which"
+    " counts all in full"
+)
+
 _WIDTH = 100
 _MICRO = 1e6
 _IN_FULL = 4  # points; of more, only the worst is split by component
@@ -41,7 +47,8 @@ def budget_text(document: Document) -> str:
         f"Error of the measured acceleration by (4): {name}{document['source']}",
         "All errors in ug (1e-6 local g); error = systematic part, +- its band",
     ]
-    lines += [line for warning in document["warnings"] for line in _wrapped(f"note: {warning}")]
+    notes = [_ABOUT_THE_BOUND, *document["warnings"]]
+    lines += [line for note in notes for line in _wrapped(f"note: {note}")]
     if len(points) > 1:
         lines += ["", *_totals(points)]
     for point in points if len(points) <= _IN_FULL else [max(points, key=_size)]:
@@ -82,7 +89,7 @@ def _size(point: Document) -> float:
 
 
 def _totals(points: Sequence[Document]) -> Iterator[str]:
-    heading = ("a_i", "a_p", "a_o", "degC", "s", "error", "worst case (4)", "U (95 %)")
+    heading = ("a_i", "a_p", "a_o", "degC", "s", "error", "bound of (4)", "U (95 %)")
     rows = [heading, *map(_total, points)]
     yield from (f"  {line}" for line in aligned(rows, right=range(len(heading))))
 
@@ -95,7 +102,7 @@ def _total(point: Document) -> tuple[str, ...]:
         "" if temperature is None else f"{temperature:g}{mark}",
         f"{point['time_s']:g}",
         _micro(point["systematic"]),
-        f"+- {_micro(point['worst_case'])}",
+        f"+- {_micro(point['bound'])}",
         f"+- {_micro(point['expanded_uncertainty'])}",
     )
 
@@ -165,7 +172,7 @@ def _sum(point: Document) -> tuple[str, ...]:
         "total",
         "",
         _micro(point["systematic"]),
-        _micro(point["worst_case"]),
+        _micro(point["bound"]),
         significant(_MICRO * point["standard_uncertainty"], 2),
         "100 %" if point["standard_uncertainty"] else "",
         "",
@@ -174,7 +181,7 @@ def _sum(point: Document) -> tuple[str, ...]:
 
 def _bands(point: Document) -> Iterator[str]:
     error = _micro(point["systematic"])
-    yield f"  worst case of (4), bounds added linearly: {error} +- {_micro(point['worst_case'])} ug"
+    yield f"  bound of (4), with the paper's factor 0.5: {error} +- {_micro(point['bound'])} ug"
     yield (
         f"  GUM, variances added, 95 %, k = {point['coverage_factor']:.2f}:"
         f" {error} +- {_micro(point['expanded_uncertainty'])} ug"

@@ -71,7 +71,7 @@ def _draw(panels: Sequence[Any], points: Sequence[Document]) -> dict[str, Any]:
     """Fill the panels; return one bar of each component, for the legend."""
     titles = ("systematic part", "bounds behind ± in (4), added", "shares of U (95 %), GUM")
     tables = _parts(points, "value"), _parts(points, "bound"), _shares(points)
-    totals = ("systematic", "worst_case", "expanded_uncertainty")
+    totals = ("systematic", "bound", "expanded_uncertainty")
     colours = _colours(tables)
     shown: dict[str, Any] = {}
     for axes, title, table, total in zip(panels, titles, tables, totals, strict=True):

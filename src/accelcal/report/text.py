@@ -48,6 +48,7 @@ def calibration_text(document: Document) -> str:
         lines += _apart(_table(table, document))
     if document["temperature_model"]:
         lines += _apart(_temperature(document))
+    lines += _apart(_fixture_angles(document.get("fixture_angle", ())))
     lines += _apart(_errors(document))
     lines += _apart(_record_gates(document["gates"]))
     lines += _apart(_verdict(document.get("verdict")))
@@ -143,6 +144,26 @@ def _temperature(document: Document) -> Iterator[str]:
     lines = aligned([heading, *temperature_rows(document)], right={2, 3})
     yield from (f"  {line}" for line in lines)
     yield from _items("note", model["warnings"])
+
+
+def _fixture_angles(angles: Sequence[Document]) -> Iterator[str]:
+    """What both sides of an axis tell; the tables above hold M with the angle in it."""
+    for found in angles:
+        axis = found["axis"]
+        yield f"Fixture angle apart from the misalignment, mountings {axis}+ and {axis}-"
+        rows = [("fixture angle", "delta0", *_in_microradians(found))]
+        for level in found["misalignment"]:
+            t = level["temperature_degC"]
+            where = "" if t is None else f" at {t:.4g} degC"
+            rows.append((f"misalignment{where}", "delta", *_in_microradians(level)))
+        heading = ("", "", "value", "U (95 %)", "unit")
+        yield from (f"  {line}" for line in aligned([heading, *rows], right={2, 3}))
+
+
+def _in_microradians(quantity: Document) -> tuple[str, str, str]:
+    expanded = quantity["expanded_uncertainty"]
+    u = None if expanded is None else _MICRO * expanded
+    return (*matching_digits(_MICRO * quantity["value"], u), "urad")
 
 
 def _errors(document: Document) -> Iterator[str]:

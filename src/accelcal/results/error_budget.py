@@ -65,8 +65,9 @@ class ErrorBudget:
         The parts of the error.
     systematic : ndarray, shape (n,)
         Sum of the systematic parts [local g].
-    worst_case : ndarray, shape (n,)
-        What stands behind +- in (4), added linearly as the paper does [local g].
+    bound : ndarray, shape (n,)
+        What stands behind +- in (4), added linearly as the paper does, with its factor 0.5 in (3),
+        which may make it smaller than the 95 % interval [local g].
     correlated : frozenset of str
         Symbols of the components that are correlated with one another.
     covariance : ndarray, shape (n,)
@@ -90,7 +91,7 @@ class ErrorBudget:
     extrapolated: NDArray[np.bool_]
     components: tuple[ErrorComponent, ...]
     systematic: Array
-    worst_case: Array
+    bound: Array
     correlated: frozenset[str]
     covariance: Array
     standard_uncertainty: Array
@@ -122,7 +123,7 @@ class ErrorBudget:
 
     def _point(self, index: int) -> dict[str, Any]:
         temperature = float(self.temperature_degC[index])
-        plain = "systematic worst_case covariance standard_uncertainty coverage_factor"
+        plain = "systematic bound covariance standard_uncertainty coverage_factor"
         return {
             "acceleration": {n: float(getattr(self, n)[index]) for n in ("a_i", "a_p", "a_o")},
             "temperature_degC": None if math.isnan(temperature) else temperature,
@@ -155,7 +156,7 @@ class ErrorBudget:
             total = {
                 "component": "total",
                 "value_g": point["systematic"],
-                "bound_g": point["worst_case"],
+                "bound_g": point["bound"],
                 "standard_uncertainty_g": point["standard_uncertainty"],
                 "expanded_uncertainty_g": point["expanded_uncertainty"],
             }
