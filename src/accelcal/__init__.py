@@ -72,6 +72,12 @@ if TYPE_CHECKING:
     from accelcal.discovery.discover import discover as discover
     from accelcal.discovery.stand import discover_stand as discover_stand
     from accelcal.discovery.twin import twin as twin
+    from accelcal.effects.catalogue import catalogue as catalogue
+    from accelcal.effects.catalogue import effect as effect
+    from accelcal.effects.catalogue import register as register
+    from accelcal.effects.catalogue import unregister as unregister
+    from accelcal.effects.effect import Effect as Effect
+    from accelcal.effects.effect import Parameter as Parameter
     from accelcal.errors import AccelcalError as AccelcalError
     from accelcal.errors import AccelcalWarning as AccelcalWarning
     from accelcal.errors import DesignError as DesignError
@@ -82,6 +88,7 @@ if TYPE_CHECKING:
     from accelcal.geometry import position_angles as position_angles
     from accelcal.io.arrays import read_arrays as read_arrays
     from accelcal.io.discoveries import read_discovery as read_discovery
+    from accelcal.io.effects import read_effects as read_effects
     from accelcal.io.tables import read_table as read_table
     from accelcal.io.tables import read_tables as read_tables
     from accelcal.io.writer import write_table as write_table
@@ -111,9 +118,11 @@ __all__ = [
     "Disagreement",
     "Discovery",
     "DocumentError",
+    "Effect",
     "InputError",
     "MeasuredAcceleration",
     "NoiseComponents",
+    "Parameter",
     "Quantity",
     "StandDiscovery",
     "TableError",
@@ -122,19 +131,24 @@ __all__ = [
     "__version__",
     "accelerations",
     "apply",
+    "catalogue",
     "compare",
     "design_matrix",
     "discover",
     "discover_stand",
+    "effect",
     "fit",
     "output",
     "position_angles",
     "read_arrays",
     "read_discovery",
+    "read_effects",
     "read_table",
     "read_tables",
+    "register",
     "simulate",
     "twin",
+    "unregister",
     "write_table",
 ]
 
@@ -149,9 +163,11 @@ _HOME = {
     "Disagreement": "accelcal.results.disagreement",
     "Discovery": "accelcal.results.discovery",
     "DocumentError": "accelcal.errors",
+    "Effect": "accelcal.effects.effect",
     "InputError": "accelcal.errors",
     "MeasuredAcceleration": "accelcal.compensate.apply",
     "NoiseComponents": "accelcal.simulation",
+    "Parameter": "accelcal.effects.effect",
     "Quantity": "accelcal.results.quantity",
     "StandDiscovery": "accelcal.results.stand",
     "TableError": "accelcal.errors",
@@ -159,19 +175,24 @@ _HOME = {
     "TumbleRecord": "accelcal.record",
     "accelerations": "accelcal.geometry",
     "apply": "accelcal.compensate.apply",
+    "catalogue": "accelcal.effects.catalogue",
     "compare": "accelcal.discovery.compare",
     "design_matrix": "accelcal.model",
     "discover": "accelcal.discovery.discover",
     "discover_stand": "accelcal.discovery.stand",
+    "effect": "accelcal.effects.catalogue",
     "fit": "accelcal.calibrate",
     "output": "accelcal.model",
     "position_angles": "accelcal.geometry",
     "read_discovery": "accelcal.io.discoveries",
     "read_arrays": "accelcal.io.arrays",
+    "read_effects": "accelcal.io.effects",
     "read_table": "accelcal.io.tables",
     "read_tables": "accelcal.io.tables",
+    "register": "accelcal.effects.catalogue",
     "simulate": "accelcal.simulation",
     "twin": "accelcal.discovery.twin",
+    "unregister": "accelcal.effects.catalogue",
     "write_table": "accelcal.io.writer",
 }
 """Public name -> the module where it lives."""

@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from accelcal.cli.deliver import deliver, refuse_stdin_twice, refuse_to_overwrite
-from accelcal.cli.options import data_argument, fixture_angle, format_option, number, output_option
+from accelcal.cli.options import (
+    data_argument,
+    effects_option,
+    fixture_angle,
+    format_option,
+    number,
+    output_option,
+)
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:
@@ -21,6 +28,7 @@ __all__ = ["discover"]
 @click.command()
 @data_argument(many=True)
 @output_option("the discovery, with the extended model, as JSON", metavar="MODEL.json")
+@effects_option
 @click.option(
     "--alpha",
     type=number,
@@ -66,6 +74,11 @@ __all__ = ["discover"]
     metavar="REL",
     help="Relative standard uncertainty of the scale factor from run to run.",
 )
+@click.option(
+    "--empirical",
+    is_flag=True,
+    help="Add a term for a pattern by head position that no effect explains.",
+)
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the search.")
 @format_option("text", "json")
 def discover(
@@ -74,6 +87,7 @@ def discover(
     alpha: float,
     max_effects: int,
     delta0: float | None,
+    empirical: bool,
     seed: int,
     form: str,
     **declared: float | None,
@@ -91,6 +105,7 @@ def discover(
       accelcal discover table.csv
       accelcal discover unit1.csv unit2.csv unit3.csv
       accelcal discover table.csv --head-uncertainty 1e-5 -o model.json
+      accelcal discover table.csv --effects mine.toml
     """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
     refuse_stdin_twice(data)
     refuse_to_overwrite(data, path)
@@ -101,7 +116,7 @@ def discover(
     records = [record for source in data for record in read_tables(source, overrides=declared)]
     asked: dict[str, Any] = {"alpha": alpha, "max_effects": max_effects}
     asked |= {"delta0": delta0, "seed": seed}
-    found = [search(record, **asked) for record in records]
+    found = [search(record, empirical=empirical, **asked) for record in records]
     stand, why_not = _stand(records, asked) if len(records) > 1 else (None, "")
     if path is not None:
         deliver(discoveries_to_json(found, stand), path)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
-from typing import Any, TypeVar
+from functools import wraps
+from typing import Any, TypeVar, cast
 
 import click
 
@@ -107,25 +108,25 @@ def output_option(
 
 def effects_option(function: Function) -> Function:
     """Option ``--effects``: effects of the user's own, in the catalogue while the command runs."""
-    return click.option(
+
+    @click.option(
         "--effects",
         "effect_files",
         multiple=True,
         metavar="FILE.toml",
-        expose_value=False,
-        callback=_register_effects,
         help="Effects of your own, beside those of the catalogue; may be given several times.",
-    )(function)
+    )
+    @wraps(function)
+    def command(*arguments: Any, effect_files: tuple[str, ...], **options: Any) -> Any:
+        if not effect_files:
+            return function(*arguments, **options)
+        from accelcal.effects.catalogue import registered
+        from accelcal.io.effects import read_effects
 
+        with registered(*(entry for path in effect_files for entry in read_effects(path))):
+            return function(*arguments, **options)
 
-def _register_effects(context: click.Context, _: click.Parameter, paths: tuple[str, ...]) -> None:
-    if not paths:
-        return
-    from accelcal.effects.catalogue import registered
-    from accelcal.io.effects import read_effects
-
-    for path in paths:
-        context.with_resource(registered(*read_effects(path)))
+    return cast("Function", command)
 
 
 def mounting_option(function: Function) -> Function:

@@ -63,7 +63,10 @@ def effect(name: str) -> Effect:
     'warm-up of the bias'
     """
     if name not in _BY_ID:
-        raise InputError(f"effect {name!r} is not in the catalogue; {_suggestion(name)}")
+        raise InputError(
+            f"effect {name!r} is not in the catalogue; {_suggestion(name)} (one of your own is"
+            " registered first: accelcal.register, or --effects with its file)"
+        )
     return _BY_ID[name]
 
 
