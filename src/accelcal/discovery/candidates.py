@@ -76,6 +76,8 @@ class Candidates(NamedTuple):
         Length of an instance of size 1, in standard deviations of the noise.
     owner : ndarray of int, shape (N,)
         Index into `effects`.
+    one_sided : ndarray of bool, shape (N,)
+        Where only a positive size makes sense.
     effects : tuple of Effect
         Effects that can be seen.
     hidden : tuple of Effect
@@ -86,13 +88,9 @@ class Candidates(NamedTuple):
     directions: Array
     length: Array
     owner: NDArray[np.intp]
+    one_sided: NDArray[np.bool_]
     effects: tuple[Effect, ...]
     hidden: tuple[Effect, ...]
-
-    @property
-    def one_sided(self) -> NDArray[np.bool_]:
-        """Where only a positive size makes sense, shape (N,)."""
-        return np.array([item.one_sided for item in self.instances], dtype=bool)
 
 
 def candidates(effects: Sequence[Effect], space: Space, c: Conditions) -> Candidates:
@@ -128,11 +126,13 @@ def candidates(effects: Sequence[Effect], space: Space, c: Conditions) -> Candid
             hidden.append(effect)
     sizes = [len(own) for _, own, _, _ in seen]
     empty = np.empty((space.size, 0))
+    kept = tuple(itertools.chain.from_iterable(own for _, own, _, _ in seen))
     return Candidates(
-        instances=tuple(itertools.chain.from_iterable(own for _, own, _, _ in seen)),
+        instances=kept,
         directions=np.hstack([empty, *(unit for _, _, unit, _ in seen)]),
         length=np.concatenate([np.empty(0), *(length for _, _, _, length in seen)]),
         owner=np.repeat(np.arange(len(seen)), sizes),
+        one_sided=np.array([item.one_sided for item in kept], dtype=bool),
         effects=tuple(effect for effect, _, _, _ in seen),
         hidden=tuple(hidden),
     )
