@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -116,7 +117,10 @@ def discover(
     records = [record for source in data for record in read_tables(source, overrides=declared)]
     asked: dict[str, Any] = {"alpha": alpha, "max_effects": max_effects}
     asked |= {"delta0": delta0, "seed": seed}
-    found = [search(record, empirical=empirical, **asked) for record in records]
+    with click.progressbar(
+        records, label="searching", file=sys.stderr, hidden=not sys.stderr.isatty()
+    ) as shown:
+        found = [search(record, empirical=empirical, **asked) for record in shown]
     stand, why_not = _stand(records, asked) if len(records) > 1 else (None, "")
     if path is not None:
         deliver(discoveries_to_json(found, stand), path)
