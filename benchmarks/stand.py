@@ -55,6 +55,7 @@ class Case(NamedTuple):
     s: float
     units: int
     number: int
+    design: str = "three"
 
 
 class Outcome(NamedTuple):
@@ -113,12 +114,16 @@ def of_both(stands: int) -> Iterator[Case]:
 
 
 def gains(stands: int) -> Iterator[Case]:
-    for name, regime in GAINS:
-        yield from (Case("gain", regime, name, "", 8.0, 8, i) for i in range(stands))
+    for name, regime, design in GAINS:
+        yield from (Case("gain", regime, name, "", 8.0, 8, i, design) for i in range(stands))
 
 
-GAINS = (("backlash", "iid"), ("position-error", "iid"), ("foundation-tilt", "iid"))
-GAINS += (("backlash", "head"),)
+GAINS = (
+    ("backlash", "iid", "three"),
+    ("backlash", "head", "three"),
+    ("foundation-tilt", "iid", "three"),
+    ("position-error", "iid", "twelve"),  # 8 positions cannot tell 45 from 135 deg
+)
 
 SECTIONS = {
     "clean": clean,
@@ -135,7 +140,7 @@ def tried(case: Case, seed: int) -> Outcome:
     where = int(rng.integers(case.units))
     drawn = units_of_one_stand(
         rng,
-        DESIGNS["three"],
+        DESIGNS[case.design],
         case.regime,
         hidden_stand={case.of_stand: case.s} if case.of_stand else {},
         hidden_unit={where: {case.of_unit: case.s}} if case.of_unit else {},
