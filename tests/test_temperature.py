@@ -113,10 +113,66 @@ def test_noise_free_laws_are_exact(by, temperatures):
 
 
 def test_readings_use_their_own_temperatures():
-    """Temperatures that wander by a degree within a run: the tables' means no longer suffice."""
+    """Temperatures that wander by a degree within a run: of the tables, brought to their means."""
     options = {"scatter": 1.0, "head_uncertainty": 0.0, "reference": 20.0}
     assert values(laws(THREE, by="readings", **options)) == pytest.approx(TRUTH, rel=1e-6)
-    assert values(laws(THREE, by="tables", **options)) != pytest.approx(TRUTH, rel=1e-3)
+    assert values(laws(THREE, by="tables", **options)) == pytest.approx(TRUTH, rel=1e-6)
+
+
+def settling(data, size):
+    """The same test while the chamber settles exponentially, over some eight readings."""
+    away = size * np.exp(-np.arange(54) / 8.0)
+    temperature = data.temperature + np.concatenate([away, -away, away])
+    p = np.array([*TRUTH.values(), K2, K3, DELTA_IP])
+    th = np.radians(data.angle)
+    moved = product(p, th, temperature - 20.0) - product(p, th, data.temperature - 20.0)
+    return dataclasses.replace(data, output=data.output + moved, temperature=temperature)
+
+
+def test_a_chamber_that_settles_blames_no_reading():
+    still = record(THREE, noise=5e-6, **DECLARED)
+    quiet, moving = (
+        accelcal.fit(r, reference_temperature=20.0) for r in (still, settling(still, 1.5))
+    )
+    assert [g for t in moving.tables for g in t.gates if g.verdict == "warn"] == []
+    assert sum("brought to the mean temperature" in s for s in moving.warnings) == 1
+    assert not any("brought to the mean temperature" in s for s in quiet.warnings)
+    for one, other in zip(
+        leaves(quiet.temperature_model).values(),
+        leaves(moving.temperature_model).values(),
+        strict=True,
+    ):
+        assert other.expanded_uncertainty < 2.0 * one.expanded_uncertainty
+    assert moving.tables[1].temperature_degC == pytest.approx(80.0 - 0.236, abs=0.001)
+
+
+def test_temperature_of_a_table_is_in_its_uncertainty():
+    """520 ppm/degC times 0.1 degC, in K1, K0 and M alike; the laws do not count it twice."""
+    vague, sharp = (
+        accelcal.fit(record(THREE, noise=5e-6, **DECLARED, temperature_uncertainty=u))
+        for u in (0.1, 0.0)
+    )
+    table = vague.tables[1]
+    K1 = table.coefficients["K1"]
+    assert table.budget["K1"]["temperature"] == pytest.approx(0.1 * K1N * BETA[0], rel=1e-3)
+    assert K1.expanded_uncertainty == pytest.approx(2.0 * 0.1 * K1N * BETA[0], rel=0.05)
+    K0 = 0.1 * K1N * (BETA[0] * (K0N + 60 * LAM[0]) + (1 + 60 * BETA[0]) * LAM[0])
+    assert table.budget["K0"]["temperature"] == pytest.approx(abs(K0), rel=1e-2)
+    M = 0.1 * K1N * (BETA[0] * (DELTAN + 60 * GAM[0]) + (1 + 60 * BETA[0]) * GAM[0])
+    assert table.budget["M"]["temperature"] == pytest.approx(M, rel=0.05)
+    names = list(table.covariance_names)
+    found = np.array(table.covariance_matrix)[names.index("K1"), names.index("K0")]
+    assert found == pytest.approx(0.1**2 * K1N * BETA[0] * K0 / 0.1, rel=0.05)
+    assert "temperature" not in sharp.tables[1].budget["K1"]
+    at_T0 = vague.temperature_model.K1.at_T0.standard_uncertainty
+    assert at_T0 == pytest.approx(0.1 * K1N * sum(BETA) / 2, rel=0.05)
+
+
+def test_a_temperature_without_slopes_is_said():
+    one_level = record((20.0, 20.0), noise=5e-6, temperature_uncertainty=0.1, **DECLARED)
+    found = accelcal.fit(one_level)
+    assert sum("is not in U of the coefficients" in s for s in found.warnings) == 1
+    assert "temperature" not in found.tables[0].budget["K1"]
 
 
 def leaves(model):

@@ -11,23 +11,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import AccelcalWarning, InputError
+from accelcal.estimate.error_sources import error_sources, finite_or_none
+from accelcal.estimate.estimability import check_names
 from accelcal.estimate.joint import JointEstimate, estimate_jointly
 from accelcal.estimate.linear import METHODS, linear_estimator
+from accelcal.estimate.reversal import fixture_angles
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.estimate.uncertainty import Component, Interval, intervals, propagate
 from accelcal.gates.record import record_gates
 from accelcal.gates.table import table_gates
-from accelcal.grouping import median
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, POWERS
 from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.calibration import Calibration
 from accelcal.results.mapping import frozen
-from accelcal.results.quantity import ErrorSource, Quantity, Residuals
+from accelcal.results.quantity import Quantity, Residuals
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
+from accelcal.temperature.at_rest import brought_to_rest
 from accelcal.temperature.bilinear import quantity
-from accelcal.temperature.from_tables import laws_from_tables
+from accelcal.temperature.of_record import RecordLaws, laws_of_record
+from accelcal.temperature.of_tables import without_slopes
 from accelcal.temperature.run_temperatures import undeclared_temperature
 from accelcal.version import __version__
 from accelcal.weaknesses import record_warnings, table_warnings
@@ -120,37 +124,70 @@ def fit(
     known = None if model is None else _known_effects(record, model, reference, delta0)
     record = record if known is None else known.record
     tables = list(_prepared(record, delta0, coefficients, strict=strict))
-    with _naming(record):
-        estimate = estimate_jointly(
-            tables, record.apparatus, method=method, robust=robust, delta0=delta0
+    estimate = _joint_estimate(record, tables, known, method, delta0, robust=robust)
+    found = RecordLaws(None, None)  # laws of misprinted coefficients are no laws
+    if method != "printed":
+        moving, outputs = tables, estimate.outputs
+        at_rest = brought_to_rest(tables, estimate, reference)
+        if at_rest.said:
+            tables = list(at_rest.tables)
+            estimate = _joint_estimate(record, tables, known, method, delta0, robust=robust)
+        found = laws_of_record(
+            at_rest, estimate, reference, temperature_laws, moving=moving, outputs=outputs
         )
-    if known is not None:
-        estimate = _with_effects(estimate, tables, known, method, delta0)
-    laws = _temperature_model(tables, estimate, reference, temperature_laws, method)
     return Calibration(
         method=method,
         robust=robust,
         output_unit=record.unit,
-        tables=tuple(
-            _table_calibration(table, estimate, index, delta0) for index, table in enumerate(tables)
-        ),
+        tables=tuple(_table_calibrations(tables, found.with_temperature(estimate), delta0)),
         serial=record.serial,
         g_local_m_s2=record.apparatus.local_gravity,
         T0_degC=reference,
         delta0_rad=delta0,
         source=record.source,
         date=record.date,
-        error_sources=_error_sources(tables, estimate, record.unit),
+        error_sources=error_sources(tables, estimate, record.unit),
         gates=record_gates(estimate, _table_names(tables)),
-        warnings=(
-            *record_warnings(estimate, method, delta0, _mountings(tables)),
-            *_of_laws(laws, chosen=chosen, mountings=set(_mountings(tables))),
-            *undeclared_temperature(laws, record.apparatus.temperature_uncertainty),
-        ),
+        warnings=tuple(_warnings(record, tables, estimate, found, chosen, method, delta0)),
         software=f"accelcal {__version__}",
-        temperature_model=laws,
+        temperature_model=found.main,
+        second_axis_model=found.second_axis,
+        fixture_angle=fixture_angles(tables, estimate, delta0) if method != "printed" else (),
         effects=() if known is None else tuple(frozen(e.to_document()) for e in known.effects),
     )
+
+
+def _warnings(
+    record: TumbleRecord,
+    tables: Sequence[PreparedTable],
+    estimate: JointEstimate,
+    found: RecordLaws,
+    chosen: bool,
+    method: str,
+    delta0: float,
+) -> Iterator[str]:
+    declared = record.apparatus.temperature_uncertainty
+    yield from record_warnings(estimate, method, delta0, _mountings(tables))
+    yield from _of_laws(found.main, chosen=chosen, mountings=set(_mountings(tables)))
+    yield from undeclared_temperature(found.main, declared)
+    yield from without_slopes(declared, found.of_tables)
+    yield from found.said
+
+
+def _joint_estimate(
+    record: TumbleRecord,
+    tables: Sequence[PreparedTable],
+    known: Correction | None,
+    method: str,
+    delta0: float,
+    *,
+    robust: bool,
+) -> JointEstimate:
+    with _naming(record):
+        estimate = estimate_jointly(
+            tables, record.apparatus, method=method, robust=robust, delta0=delta0
+        )
+    return estimate if known is None else _with_effects(estimate, tables, known, method, delta0)
 
 
 def _known_effects(
@@ -183,6 +220,7 @@ def _with_effects(
 def _prepared(
     record: TumbleRecord, delta0: float, asked: Sequence[str], *, strict: bool
 ) -> Iterator[PreparedTable]:
+    check_names(asked)  # no table is at fault
     for table in record.tables():
         with _naming(table):
             yield prepare(table, delta0=delta0, asked=asked, strict=strict)
@@ -227,25 +265,6 @@ def _of_laws(laws: TemperatureModel | None, *, chosen: bool, mountings: set[str]
         yield "the temperature laws are those of one mounting, the one with most runs"
 
 
-def _temperature_model(
-    tables: Sequence[PreparedTable],
-    estimate: JointEstimate,
-    reference: float | None,
-    laws_from: str,
-    method: str,
-) -> TemperatureModel | None:
-    if method == "printed":
-        return None  # laws of misprinted coefficients are no laws
-    record = tables[0].record
-    uncertainty = record.apparatus.temperature_uncertainty
-    model = laws_from_tables(tables, estimate, reference, uncertainty, record.unit)
-    if model is None or model.k0.at_T0 is None or reference is None or laws_from == "tables":
-        return model
-    from accelcal.temperature.from_readings import laws_from_readings
-
-    return laws_from_readings(tables, estimate, model, reference, uncertainty, record.unit)
-
-
 @contextmanager
 def _naming(record: TumbleRecord) -> Iterator[None]:
     """Say of which file an error is, and where its readings begin."""
@@ -265,6 +284,13 @@ def _table_names(tables: Sequence[PreparedTable]) -> list[str]:
     return [f"{run}, mounting {mounting}" if several else run for run, mounting in names]
 
 
+def _table_calibrations(
+    tables: Sequence[PreparedTable], estimate: JointEstimate, delta0: float
+) -> Iterator[TableCalibration]:
+    for index, table in enumerate(tables):
+        yield _table_calibration(table, estimate, index, delta0)
+
+
 def _table_calibration(
     table: PreparedTable, estimate: JointEstimate, index: int, delta0: float
 ) -> TableCalibration:
@@ -280,7 +306,7 @@ def _table_calibration(
     return TableCalibration(
         run=table.record.run_labels[int(table.record.run[0])],
         mounting=str(table.record.mounting[0]),
-        temperature_degC=_finite(table.record.mean_temperature),
+        temperature_degC=finite_or_none(table.record.mean_temperature),
         readings=residual.size,
         dof=dof,
         residual_rms=float(np.sqrt((residual**2).sum() / dof)) if dof > 0 else 0.0,
@@ -354,37 +380,3 @@ def _budget(names: Sequence[str], own: Mapping[str, Component]) -> dict[str, dic
 
 def _rows(matrix: Array) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(row) for row in matrix.tolist())
-
-
-def _error_sources(
-    tables: Sequence[PreparedTable], estimate: JointEstimate, unit: str | None
-) -> tuple[ErrorSource, ...]:
-    readings = [
-        ErrorSource(
-            "reading",
-            _finite(noise.factor * median(table.scatter)),
-            unit or "output unit",
-            _finite(noise.dof) or None,  # no degrees of freedom: nothing is known
-            noise.source,
-        )
-        for table, noise in zip(tables, estimate.noises, strict=True)
-    ]
-    others = [
-        ErrorSource(
-            name,
-            part.uncertainty if part.source != "none" else None,
-            unit_,
-            _finite(part.dof),
-            part.source,
-        )
-        for name, part, unit_ in (
-            ("head", estimate.head, "rad"),
-            ("launch", estimate.bias_shift, "g"),
-            ("launch_sf", estimate.scale_factor_shift, "1"),
-        )
-    ]
-    return (*readings, *others)
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

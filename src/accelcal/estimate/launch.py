@@ -37,6 +37,9 @@ class RunShift(NamedTuple):
     of_run, dof_of_run : ndarray, shape (runs,)
         The same for the shift of each run. Estimated, it comes from the other runs, so that the
         shift of a run and its uncertainty are independent, as Student's factor asks.
+    scatter : float
+        The same as `uncertainty` with all that other errors add to it: for estimates that are
+        surer than those of single tables, and would lean on a shift that came out too small.
     """
 
     uncertainty: float
@@ -44,6 +47,7 @@ class RunShift(NamedTuple):
     source: str
     of_run: Array
     dof_of_run: Array
+    scatter: float
 
     def alike(self) -> RunShift:
         """Return the shift with the same uncertainty in all runs, from all repeats.
@@ -135,13 +139,13 @@ def run_shift(
     values = _without_trend(values, temperature)
     sides = np.zeros(runs.size) if reached is None else reached
     temperature = np.where(np.isnan(sides), np.nan, temperature)
-    size, dof = _scatter(values, variances, temperature, sides)
+    size, dof, scatter = _scatter(values, variances, temperature, sides)
     if dof == 0.0:
         return _same_in_all(runs, 0.0, "none")
     without = [np.where(runs == r, np.nan, temperature) for r in runs]
     others = [_scatter(values, variances, rest, sides) for rest in without]
-    own = np.array([other if other[1] > 0.0 else (size, dof) for other in others])
-    return RunShift(size, dof, "estimated", own[:, 0], own[:, 1])
+    own = np.array([other if other[1] > 0.0 else (size, dof, scatter) for other in others])
+    return RunShift(size, dof, "estimated", own[:, 0], own[:, 1], scatter)
 
 
 def _without_trend(values: Array, temperature: Array) -> Array:
@@ -155,13 +159,14 @@ def _without_trend(values: Array, temperature: Array) -> Array:
 
 def _same_in_all(runs: NDArray[np.intp], uncertainty: float, source: str) -> RunShift:
     infinite = np.full(runs.size, np.inf)
-    return RunShift(uncertainty, np.inf, source, np.full(runs.size, uncertainty), infinite)
+    same = np.full(runs.size, uncertainty)
+    return RunShift(uncertainty, np.inf, source, same, infinite, uncertainty)
 
 
 def _scatter(
     values: Array, variances: Array, temperature: Array, reached: Array
-) -> tuple[float, float]:
-    """Standard deviation from run to run at one level, and its degrees of freedom."""
+) -> tuple[float, float, float]:
+    """Standard deviation from run to run at one level, its degrees of freedom, and as it was."""
     levels = [level for level in same_levels(temperature) if level.size > 1]
     repeats = float(sum(level.size - 1 for level in levels))
     others = sum(float(variances[level].mean()) * (level.size - 1) for level in levels)
@@ -171,11 +176,12 @@ def _scatter(
     )
     dof = repeats - bool(side.any())
     if dof <= 0.0 or np.isnan(others + shift.sum()):
-        return 0.0, 0.0
+        return 0.0, 0.0, 0.0
     if side.any():
         shift = shift - side * (side @ shift) / (side @ side)
-    variance = float(shift @ shift) / dof - _OTHERS_SHARE * others / repeats
-    return max(variance, 0.0) ** 0.5, dof
+    whole = float(shift @ shift) / dof
+    variance = whole - _OTHERS_SHARE * others / repeats
+    return max(variance, 0.0) ** 0.5, dof, whole**0.5
 
 
 def same_levels(temperature: Array) -> list[NDArray[np.intp]]:

@@ -39,7 +39,7 @@ from accelcal.temperature.run_temperatures import (
     run_temperature_uncertainty,
 )
 
-__all__ = ["laws_from_readings"]
+__all__ = ["FeltDeviation", "felt_deviations", "laws_from_readings"]
 
 Array = NDArray[np.float64]
 
@@ -125,7 +125,7 @@ def laws_from_readings(
     chosen = tables_of_one_mounting(tables, estimate)
     if not np.isfinite([estimate.noises[i].factor for i in chosen]).all():
         return start  # nothing tells the noise, so nothing can weigh a reading
-    sides = tuple(side for side in ("above", "below") if getattr(start.k0, side) is not None)
+    sides = _sides(start)
     problem = _problem(tables, estimate, chosen, reference, sides, temperature_uncertainty)
     state, sources, through = _solved(problem, start)
     of_laws = through[: 3 * (1 + len(sides))]
@@ -137,6 +137,65 @@ def laws_from_readings(
         hysteresis=start.hysteresis,
         warnings=(*start.warnings, *_unfelt(problem, state)),
     )
+
+
+class FeltDeviation(NamedTuple):
+    """What one table felt of the deviations from its mean temperature that were recorded.
+
+    Attributes
+    ----------
+    table : int
+        Its place among the tables.
+    part, doubt : float
+        Part that was felt, and its standard uncertainty.
+    unfelt : float
+        Share of the scatter, as a variance, that the mean of the run keeps.
+    to_the_mean : ndarray, shape (n,)
+        What brings each reading to the mean temperature [output unit].
+    """
+
+    table: int
+    part: float
+    doubt: float
+    unfelt: float
+    to_the_mean: Array
+
+
+def felt_deviations(
+    tables: Sequence[PreparedTable],
+    estimate: JointEstimate,
+    start: TemperatureModel,
+    reference: float,
+    temperature_uncertainty: float | None = None,
+) -> list[FeltDeviation]:
+    """Ask all readings which part of the recorded deviations of temperature was felt.
+
+    Parameters
+    ----------
+    tables, estimate, start, reference, temperature_uncertainty
+        See `laws_from_readings`.
+
+    Returns
+    -------
+    list of FeltDeviation
+        One for each table of the mounting with most of them; none where the noise is unknown.
+    """
+    chosen = tables_of_one_mounting(tables, estimate)
+    if not np.isfinite([estimate.noises[i].factor for i in chosen]).all():
+        return []
+    problem = _problem(tables, estimate, chosen, reference, _sides(start), temperature_uncertainty)
+    state = _solved(problem, start)[0]
+    change = _to_the_mean(problem, state, problem.readings.at(state.felt))
+    edges = np.cumsum([len(table.record) for table in problem.tables])[:-1]
+    numbers = state.felt.tolist(), state.doubt.tolist(), _unfelt_share(state).tolist()
+    return [
+        FeltDeviation(*found)
+        for found in zip(chosen, *numbers, np.split(change, edges), strict=True)
+    ]
+
+
+def _sides(start: TemperatureModel) -> tuple[str, ...]:
+    return tuple(side for side in ("above", "below") if getattr(start.k0, side) is not None)
 
 
 def _problem(
@@ -247,8 +306,8 @@ def _sources(problem: _Problem, state: _State, point: Point) -> dict[str, _Sourc
     return {
         "reading": _Source(np.concatenate(spread), dof_of_noise),
         "head": _Source(estimate.head.uncertainty * np.concatenate(head), estimate.head.dof),
-        "launch": _Source(K1 * bias.uncertainty, bias.dof),
-        "launch_sf": _Source(K1 * problem.readings.a_i[:, None] * scale.uncertainty, scale.dof),
+        "launch": _Source(K1 * bias.scatter, bias.dof),
+        "launch_sf": _Source(K1 * problem.readings.a_i[:, None] * scale.scatter, scale.dof),
         "temperature": _Source(heat * of_table * uncertain, float(dof.min())),
         "hysteresis": _Source(K1 @ problem.loop.off_the_middle(half_widths), np.inf),
         "felt": _Source(heat * problem.readings.deviation * _FELT, np.inf),

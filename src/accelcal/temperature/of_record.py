@@ -13,8 +13,11 @@ from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.one_axis import tables_of_axis
 from accelcal.estimate.reversal import free_of_fixture_angle
 from accelcal.estimate.tables import PreparedTable
+from accelcal.estimate.uncertainty import Component
 from accelcal.results.temperature import TemperatureModel
+from accelcal.temperature.at_rest import AtRest
 from accelcal.temperature.from_tables import laws_from_tables, tables_of_one_mounting
+from accelcal.temperature.of_tables import temperature_component
 
 __all__ = ["RecordLaws", "laws_of_record"]
 
@@ -30,44 +33,55 @@ class RecordLaws(NamedTuple):
         Those of the mounting with most tables.
     second_axis : TemperatureModel or None
         Those of the other axis along the shaft, from its tables.
+    of_tables : Component or None
+        What errors of the temperature do to the coefficients of all tables.
+    said : tuple of str
+        What was done where temperatures moved within the runs.
     """
 
     main: TemperatureModel | None
     second_axis: TemperatureModel | None
+    of_tables: Component | None = None
+    said: tuple[str, ...] = ()
+
+    def with_temperature(self, estimate: JointEstimate) -> JointEstimate:
+        """Give the coefficients of the tables the errors of the temperatures they are stated at."""
+        if self.of_tables is None:
+            return estimate
+        components = {**estimate.components, "temperature": self.of_tables}
+        return estimate._replace(components=components)
 
 
 def laws_of_record(
-    tables: Sequence[PreparedTable],
+    at_rest: AtRest,
     estimate: JointEstimate,
     reference: float | None,
-    unfelt: Array,
-    *,
     laws_from: str,
-    moving: tuple[Sequence[PreparedTable], Sequence[Array]],
+    *,
+    moving: Sequence[PreparedTable],
+    outputs: Sequence[Array],
 ) -> RecordLaws:
     """Fit the temperature laws of both axes.
 
     Parameters
     ----------
-    tables : sequence of PreparedTable
-        The tables of one record.
+    at_rest : AtRest
+        The tables of one record, brought to the mean temperatures of their runs.
     estimate : JointEstimate
         Their coefficients.
     reference : float or None
         T0 [degC].
-    unfelt : ndarray, shape (tables,)
-        Share of the recorded scatter of the temperatures that was not felt.
     laws_from : str
         ``"tables"`` or ``"readings"``.
-    moving : tuple
-        Tables and readings before they were brought to the mean temperature of their runs, for the
-        laws from readings.
+    moving, outputs
+        The tables before that, and their readings that are fitted, for laws from the readings.
 
     Returns
     -------
     RecordLaws
         With the misalignments free of the fixture angle, where both sides of an axis were measured.
     """
+    tables, unfelt, said = at_rest
     free = free_of_fixture_angle(tables, estimate)
     same = free is estimate
     uncertainty, unit = tables[0].record.apparatus.temperature_uncertainty, tables[0].record.unit
@@ -76,14 +90,14 @@ def laws_of_record(
     axis = str(tables[chosen[0]].record.mounting[0])[0] if chosen else "o"
     others, of_others = tables_of_axis(tables, free, "p" if axis == "o" else "o")
     second = laws_from_tables(others, of_others, reference, uncertainty, unit) if others else None
+    heat = temperature_component(tables, estimate, main, reference, unfelt)
     if main is None or main.k0.at_T0 is None or reference is None or laws_from == "tables":
-        return RecordLaws(main, second)
+        return RecordLaws(main, second, heat, said)
     from accelcal.temperature.from_readings import laws_from_readings
 
-    moving_tables, outputs = moving
     estimate = estimate._replace(outputs=tuple(outputs))
-    found = laws_from_readings(moving_tables, estimate, main, reference, uncertainty, unit)
-    return RecordLaws(found if same else _with_misalignment(found, main), second)
+    found = laws_from_readings(moving, estimate, main, reference, uncertainty, unit)
+    return RecordLaws(found if same else _with_misalignment(found, main), second, heat, said)
 
 
 def _with_misalignment(readings: TemperatureModel, tables: TemperatureModel) -> TemperatureModel:

@@ -1,0 +1,76 @@
+"""The sources of error of a calibration, as a result shows them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from accelcal.estimate.joint import JointEstimate
+from accelcal.estimate.tables import PreparedTable
+from accelcal.grouping import median
+from accelcal.results.quantity import ErrorSource
+
+__all__ = ["error_sources", "finite_or_none"]
+
+
+def error_sources(
+    tables: Sequence[PreparedTable], estimate: JointEstimate, unit: str | None
+) -> tuple[ErrorSource, ...]:
+    """List the sources of error with their sizes.
+
+    Parameters
+    ----------
+    tables : sequence of PreparedTable
+        The tables of one record.
+    estimate : JointEstimate
+        What was found of their errors.
+    unit : str or None
+        Output unit.
+
+    Returns
+    -------
+    tuple of ErrorSource
+        Reading noise of each table, then head, launch and launch_sf.
+    """
+    readings = [
+        ErrorSource(
+            "reading",
+            finite_or_none(noise.factor * median(table.scatter)),
+            unit or "output unit",
+            finite_or_none(noise.dof) or None,  # no degrees of freedom: nothing is known
+            noise.source,
+        )
+        for table, noise in zip(tables, estimate.noises, strict=True)
+    ]
+    others = [
+        ErrorSource(
+            name,
+            part.uncertainty if part.source != "none" else None,
+            unit_,
+            finite_or_none(part.dof),
+            part.source,
+        )
+        for name, part, unit_ in (
+            ("head", estimate.head, "rad"),
+            ("launch", estimate.bias_shift, "g"),
+            ("launch_sf", estimate.scale_factor_shift, "1"),
+        )
+    ]
+    return (*readings, *others)
+
+
+def finite_or_none(value: float) -> float | None:
+    """Turn what JSON has no number for into None.
+
+    Parameters
+    ----------
+    value : float
+        A number, infinite or NaN.
+
+    Returns
+    -------
+    float or None
+        The number, if it is finite.
+    """
+    return float(value) if np.isfinite(value) else None
