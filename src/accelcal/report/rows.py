@@ -189,7 +189,9 @@ def temperature_rows(document: Document) -> list[tuple[str, str, str, str, str]]
         _law_row(name, symbol, model[law][part], factor, unit or own)
         for name, symbol, law, part, factor, unit in _LAWS
     ]
-    return [*rows, _law_row("hysteresis of bias", "h_T", model["hysteresis"], 1e6, "ug")]
+    known = model["hysteresis"] is not None
+    name = "bias (heated - cooled)/2" if known else "hysteresis of bias"  # its sign is told
+    return [*rows, _law_row(name, "h_T", model["hysteresis"], 1e6, "ug")]
 
 
 def _law_row(

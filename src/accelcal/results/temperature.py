@@ -54,8 +54,8 @@ class TemperatureModel:
     delta : BilinearLaw
         Misalignment [rad] and slopes gam1, gam2 [rad/degC].
     hysteresis : Quantity or None
-        h_T: half the difference of the bias between levels reached by heating and by cooling [g];
-        None where no level was reached both ways.
+        h_T: half the bias after heating less the bias after cooling, at the levels reached both
+        ways [g]; None without any.
     warnings : tuple of str
         What is missing, and why.
     covariance_names, covariance_matrix
