@@ -89,6 +89,20 @@ REGIMES = (
         THREE,
     ),
     Regime(
+        "3 temperatures, missed by 0.1 degC, all declared",
+        Stand(head=HEAD, launch=1e-5, launch_sf=1e-5, temperature=0.1),
+        {"head_uncertainty": HEAD, "temperature_uncertainty": 0.1} | LAUNCH,
+        THREE,
+    ),
+    Regime(
+        "7 runs at 3 temperatures, two strokes, laws from all readings",
+        Stand(head=HEAD, launch=1e-5, launch_sf=1e-5, temperature=0.1),
+        {"head_uncertainty": HEAD, "temperature_uncertainty": 0.1} | LAUNCH,
+        (20.0, 80.0, 20.0, -40.0, 20.0, 80.0, -40.0),
+        strokes=2,
+        laws="readings",
+    ),
+    Regime(
         "temperature laws from the tables",
         Stand(head=HEAD, launch=1e-5, launch_sf=1e-5),
         LAUNCH,

@@ -52,6 +52,7 @@ class Stand:
     launch: float = 0.0
     launch_sf: float = 0.0
     step: float = 0.0
+    temperature: float = 0.0  # of a run, degC
 
 
 def readings(
@@ -70,7 +71,8 @@ def readings(
         name: [] for name in ("run", "temperature", "angle", "stroke", "output")
     }
     for run, temperature in enumerate(temperatures):
-        k = unit.at(temperature)
+        missed = stand.temperature * rng.standard_normal() if stand.temperature else 0.0
+        k = unit.at(temperature + missed)
         bias = k["K0"] + k["K1"] * stand.launch * rng.standard_normal()
         scale = k["K1"] * (1.0 + stand.launch_sf * rng.standard_normal())
         for stroke in range(1, strokes + 1):
