@@ -364,6 +364,28 @@ def run(saved, *arguments):
     return main(["budget", str(saved), *map(str, arguments)])
 
 
+def test_the_bound_of_4_is_not_called_the_worst_case(saved, capsys):
+    run(saved)
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "worst" not in shown
+    assert "with half of the bias bound (3)" in shown
+    assert "may be smaller than the 95 % interval" in shown
+
+
+def test_a_misprinted_calibration_is_refused(tmp_path, capsys):
+    with pytest.warns(accelcal.errors.AccelcalWarning, match="misprinted"):
+        fit = accelcal.fit(accelcal.simulate(seed=1), method="printed")
+    fit.to_json(tmp_path / "cal.json")
+    record = tmp_path / "record.csv"
+    record.write_text("time,output\n" + "".join(f"{t},1.{t}\n" for t in range(60)), "utf-8")
+    for command in (
+        ["budget", str(tmp_path / "cal.json")],
+        ["stability", str(record), "--calibration", str(tmp_path / "cal.json")],
+    ):
+        assert main(command) == 2
+        assert "method 'printed', which is misprinted" in capsys.readouterr().err
+
+
 def test_text_has_both_sums(saved, capsys):
     assert run(saved, "--temperature", "80", "--hysteresis", "3e-4", "--launch", "2e-5") == 0
     shown = capsys.readouterr().out

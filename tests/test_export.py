@@ -260,3 +260,31 @@ def test_assumptions_are_said_and_written(tmp_path, capsys):
 
 def test_covariance_is_plain_json(al15):
     json.dumps(export_content(al15), allow_nan=False)
+
+
+def test_covariance_holds_the_slopes(al15):
+    content = export_content(al15)
+    symbols = content["covariance"]["symbols"]
+    assert symbols[6:9] == ["k0_slope_above", "K1_slope_above", "delta_O_slope_above"]
+    sigma = np.sqrt(np.diagonal(content["covariance"]["matrix"]))
+    laws = al15.temperature_model
+    told = dict(zip(symbols, sigma, strict=True))
+    assert told["k0_slope_below"] == pytest.approx(laws.k0.below.standard_uncertainty)
+    model = dict(zip(laws.covariance_names, laws.covariance_matrix, strict=True))
+    place = laws.covariance_names.index("k0 above")
+    first = content["covariance"]["matrix"][0][symbols.index("k0_slope_above")]
+    assert first == model["k0 at_T0"][place]
+
+
+@needs_compiler
+@pytest.mark.parametrize("plan", CASES.values(), ids=CASES)
+def test_nothing_unused_is_complained_about(plan, tmp_path):
+    found = compensation(fit := fitted(**plan))
+    (tmp_path / "cal.h").write_text(to_c_header(export_content(fit), found), encoding="utf-8")
+    (tmp_path / "main.c").write_text('#include "cal.h"\nint main(void) { return 0; }\n', "utf-8")
+    unused = ["-Wunused", "-Wunused-const-variable"]
+    done = subprocess.run(
+        [COMPILER, *STRICT, *unused, "-c", "main.c", "-o", "main.o"],
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
