@@ -132,6 +132,15 @@ def test_a_term_without_a_value_for_each_reading_is_told(term, message):
         accelcal.simulate(effects=[own(term=term).of(1.0)], seed=1)
 
 
+def test_an_effect_that_is_not_registered_is_told_by_its_name():
+    """It may be searched all the same, and a file of a discovery may tell of it."""
+    record = accelcal.simulate(effects=[own().of(5e-5)], seed=1)
+    found = accelcal.discover(record, effects=[own()])
+    again = accelcal.Discovery.from_json(found.to_json())
+    for each in (found, again):
+        assert "Lens hysteresis  [lens], chance of noise" in str(each)
+
+
 # -- formulas --------------------------------------------------------------------------------------
 
 CONDITIONS = conditions_of(accelcal.simulate(accelcal.AL15, noise=NOISE_FREE, seed=1), 20.0)
@@ -241,6 +250,21 @@ def test_an_effect_of_a_file_has_what_the_file_says():
     assert (entry.acts_on, entry.signature, entry.to_tell_apart) == ("angle", "s.", "x")
     assert [(item.name, item.unit) for item in entry.parameters] == [("coefficient", "rad")]
     assert pickle.loads(pickle.dumps(entry)) == entry
+
+
+def test_texts_may_run_over_lines():
+    (entry,) = accelcal.read_effects(
+        StringIO(
+            toml(
+                physics="""'''One,
+      two.'''""",
+                formula="""'''
+      a_i
+      + a_p'''""",
+            )
+        )
+    )
+    assert (entry.physics, entry.formula) == ("One, two.", "c (a_i + a_p)")
 
 
 @pytest.mark.parametrize(

@@ -119,7 +119,7 @@ def _effect(entry: Mapping[str, Any], place: _Place) -> Effect:
     for key, check in (("formula", Formula), ("acts_on", _check_acts_on)):
         if key in entry:
             located(check, entry[key], source=place.given.name, line=place.line(key))
-    made = _made(**entry)
+    made = _made(**{key: " ".join(value.split()) for key, value in entry.items()})
     located(refuse, made, source=place.given.name, line=place.line("id"))
     return made
 
@@ -130,7 +130,7 @@ def _check_acts_on(acts_on: str) -> None:
 
 
 def _made(formula: str, unit: str = "", acts_on: str = "output", **texts: str) -> Effect:
-    told = f"c ({' '.join(formula.split())})"
+    told = f"c ({formula})"
     meaning = f"coefficient c of {told.removeprefix('c ')}"
     return Effect(
         formula=told if acts_on == "output" else f"{_ACTS_ON[acts_on][0]} + {told}",

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING
 
+from accelcal.errors import InputError
 from accelcal.report.columns import aligned
 from accelcal.report.findings import chance, factor_rows, noise_line, wrapped
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import Change, FoundEffect
 from accelcal.results.quantity import Quantity
+
+if TYPE_CHECKING:
+    from accelcal.effects.effect import Effect
 
 __all__ = ["SCALES", "discovery_text"]
 
@@ -92,22 +97,31 @@ def _where(found: Discovery) -> Iterator[str]:
 
 
 def _effect(found: Discovery, effect: FoundEffect) -> Iterator[str]:
-    from accelcal.effects.catalogue import effect as entry_of
-    from accelcal.effects.empirical import effect_of
-
-    entry = effect_of(effect.id, effect.parameters)
+    entry = _entry(effect.id, effect.parameters)
     yield f"{effect.name.capitalize()}  [{effect.id}], {chance(effect.p_value)}"
-    yield from wrapped(f"{entry.physics} Term: {entry.formula}", "  ")
-    yield from wrapped(entry.signature, "  ")
+    if entry is not None:
+        yield from wrapped(f"{entry.physics} Term: {entry.formula}", "  ")
+        yield from wrapped(entry.signature, "  ")
     for name, quantity in effect.parameters.items():
         yield f"  {name} = {_told(quantity)}"
     if len(found.effects) > 1:
         before, after = _both(effect.gap_before, effect.gap_after)
         yield f"  gap {before} -> {after} ug"
     if effect.indistinguishable:
-        names = ", ".join(entry_of(other).name for other in effect.indistinguishable)
+        others = {other: _entry(other) for other in effect.indistinguishable}
+        names = ", ".join(entry.name if entry else other for other, entry in others.items())
         yield from wrapped(f"It could as well be: {names}.", "  ")
         yield from wrapped(f"To tell them apart: {effect.to_tell_apart}.", "  ")
+
+
+def _entry(name: str, parameters: Iterable[str] = ()) -> Effect | None:
+    """Entry of an effect; None for one of a user's own that is not registered here."""
+    from accelcal.effects.empirical import effect_of
+
+    try:
+        return effect_of(name, parameters)
+    except InputError:
+        return None
 
 
 def _told(quantity: Quantity) -> str:
