@@ -122,7 +122,8 @@ def test_readings_use_their_own_temperatures():
 def settling(data, size):
     """The same test while the chamber settles exponentially, over some eight readings."""
     away = size * np.exp(-np.arange(54) / 8.0)
-    temperature = data.temperature + np.concatenate([away, -away, away])
+    runs = range(len(data.run_labels))
+    temperature = data.temperature + np.concatenate([away * (-1.0) ** run for run in runs])
     p = np.array([*TRUTH.values(), K2, K3, DELTA_IP])
     th = np.radians(data.angle)
     moved = product(p, th, temperature - 20.0) - product(p, th, data.temperature - 20.0)
@@ -144,6 +145,20 @@ def test_a_chamber_that_settles_blames_no_reading():
     ):
         assert other.expanded_uncertainty < 2.0 * one.expanded_uncertainty
     assert moving.tables[1].temperature_degC == pytest.approx(80.0 - 0.236, abs=0.001)
+
+
+def test_a_chamber_that_settles_at_one_level_is_said():
+    found = accelcal.fit(settling(record((20.0,), noise=5e-6, **DECLARED), 1.5))
+    assert sum("span up to 1.5 degC, and no laws" in s for s in found.warnings) == 1
+
+
+def test_noise_of_the_temperature_sensor_is_left_alone():
+    data = record(THREE, noise=5e-6, sensor=0.3, **DECLARED)
+    found = accelcal.fit(data, reference_temperature=20.0)
+    assert not any("brought to the mean temperature" in s for s in found.warnings)
+    # 0.3 degC over the root of 54 readings, which the accelerometer did not feel
+    heat = found.tables[1].budget["K1"]["temperature"]
+    assert heat == pytest.approx(0.3 / 54**0.5 * K1N * BETA[0], rel=0.3)
 
 
 def test_temperature_of_a_table_is_in_its_uncertainty():
@@ -356,7 +371,7 @@ def test_a_level_reached_one_way_is_uncertain_by_the_hysteresis():
 def test_launches_that_pass_for_hysteresis_are_said():
     quiet = {"noise": 5e-6, "head_uncertainty": 0.0, "reference": 20.0}
     one_pair = laws(LOOPS[3], hysteresis=1e-4, **quiet)
-    assert [s for s in one_pair.warnings if "h_T is the difference of two launches" in s]
+    assert [s for s in one_pair.warnings if "h_T is half the difference of launches" in s]
     assert one_pair.k0.at_T0.expanded_uncertainty < 1e-5, "the misfit is booked as no launch shift"
     several = laws(LOOP, hysteresis=1e-4, **quiet)
     assert [s for s in several.warnings if "cannot be told apart" in s]

@@ -25,6 +25,7 @@ __all__ = ["AtRest", "brought_to_rest"]
 Array = NDArray[np.float64]
 
 _FOLLOWS = 0.5
+_MUCH = 0.5  # degC; 0.25 degC off the mean is 130 ppm of the scale factor of the AL-15
 
 
 class AtRest(NamedTuple):
@@ -37,7 +38,7 @@ class AtRest(NamedTuple):
     unfelt : ndarray, shape (tables,)
         Share of the recorded scatter, as a variance, that the accelerometer did not feel.
     said : tuple of str
-        What was done; nothing where all tables are what they were.
+        What was done, and which tables move still.
     """
 
     tables: Sequence[PreparedTable]
@@ -71,23 +72,24 @@ def brought_to_rest(
     """
     as_they_are = AtRest.of(tables)
     moved = np.array([np.ptp(recorded_temperatures(table)) for table in tables])
-    if reference is None or not moved.any():
+    if not moved.any():
         return as_they_are
     record = tables[0].record
     declared = record.apparatus.temperature_uncertainty
     laws = laws_from_tables(tables, estimate, reference, declared, record.unit)
-    if laws is None or laws.k0.at_T0 is None:
-        return as_they_are
+    if laws is None or laws.k0.at_T0 is None or reference is None:
+        return as_they_are._replace(said=_left_moving(tables, moved))
     from accelcal.temperature.from_readings import felt_deviations
 
-    found, unfelt = list(tables), as_they_are.unfelt
+    found, unfelt, unknown = list(tables), as_they_are.unfelt, moved.copy()
     for felt in felt_deviations(tables, estimate, laws, reference, declared):
+        unknown[felt.table] = 0.0
         if moved[felt.table] and felt.part - 2.0 * felt.doubt > _FOLLOWS:
             record = found[felt.table].record
             still = replace(record, output=record.output + felt.to_the_mean)
             found[felt.table] = found[felt.table]._replace(record=still)
             unfelt[felt.table] = felt.unfelt
-    return AtRest(found, unfelt, _what_was_done(tables, found))
+    return AtRest(found, unfelt, _what_was_done(tables, found) + _left_moving(tables, unknown))
 
 
 def _what_was_done(
@@ -96,12 +98,27 @@ def _what_was_done(
     changed = [old for old, new in zip(before, after, strict=True) if old is not new]
     if not changed:
         return ()
-    names = ", ".join(table.record.run_labels[int(table.record.run[0])] for table in changed)
     away = max(
         float(np.abs(recorded_temperatures(t) - t.record.mean_temperature).max()) for t in changed
     )
     return (
-        f"run{'s' if len(changed) > 1 else ''} {names}: the temperature moves, by up to {away:.2g}"
+        f"{_runs(changed)}: the temperature moves, by up to {away:.2g}"
         " degC from its mean, and the readings follow; they were brought to the mean temperature"
         " of the run by the slopes of the laws",
     )
+
+
+def _left_moving(tables: Sequence[PreparedTable], moved: Array) -> tuple[str, ...]:
+    """Say which temperatures move by much while no law tells what that does to the readings."""
+    left = [table for table, span in zip(tables, moved, strict=True) if span > _MUCH]
+    if not left:
+        return ()
+    return (
+        f"{_runs(left)}: the recorded temperatures span up to {moved.max():.2g} degC, and no laws"
+        " in this mounting tell what that does to the readings, which are taken as they are",
+    )
+
+
+def _runs(tables: Sequence[PreparedTable]) -> str:
+    names = ", ".join(table.record.run_labels[int(table.record.run[0])] for table in tables)
+    return f"run{'s' if len(tables) > 1 else ''} {names}"

@@ -155,8 +155,8 @@ def confounded(estimate: JointEstimate, hysteresis: Quantity | None) -> Iterator
         return
     if estimate.bias_shift.source == "none":
         yield (
-            "launch_uncertainty not declared: h_T is the difference of two launches, and what their"
-            " biases shift by cannot be told from it; U of h_T leaves that out"
+            "launch_uncertainty not declared: h_T is half the difference of launches, and what"
+            " their biases shift by cannot be told from it; U of h_T leaves that out"
         )
     else:
         yield (
