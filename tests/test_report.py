@@ -277,7 +277,10 @@ def test_both_sides_of_a_mounting():
     ]
     text = str(fitted("mounting,position,stroke,temperature,output\n" + "\n".join(rows) + "\n"))
     assert "the reversed mounting would separate them" not in text
-    assert "M of the side - minus M" in text
+    assert "Fixture angle apart from the misalignment, mountings o+ and o-" in text
+    (angle,) = [line.split() for line in text.splitlines() if line.startswith("  fixture angle")]
+    assert angle[2] == "delta0"
+    assert float(angle[3]) == pytest.approx(1000.0, abs=0.5)
     assert "mounting o-" in text
 
 

@@ -132,8 +132,10 @@ def _covariance(found: Compensation) -> Iterator[str]:
     """Covariance in a function: a table that nobody uses would make the compiler complain."""
     rows = covariance_rows(found)
     size = len(rows)
-    yield f"/* Covariance of {', '.join(symbol for symbol, _ in rows)},"
-    yield " * numbered from 0; that of K1 and its slopes is relative. NAN where unknown. */"
+    yield "/*"
+    yield " * Covariance of the errors numbered below; those of K1 are relative; NAN: unknown."
+    yield from (f" * {number}: {symbol}" for number, (symbol, _) in enumerate(rows))
+    yield " */"
     yield "static inline double @P@_covariance(int row, int column)"
     yield "{"
     yield f"    static const double covariance[{size}][{size}] = {{"
