@@ -9,6 +9,8 @@ import accelcal
 from accelcal.compensate.choice import compensation
 from accelcal.error_budget.budget import budget
 from accelcal.export.content import export_content
+from accelcal.specification import Limit, Specification
+from accelcal.verdict import judge
 
 DELTA0, DELTA = 1e-3, 1.15e-3  # the misalignment of the simulation at 20 degC
 BOTH = ("o+", "o-")
@@ -99,6 +101,12 @@ def test_all_who_use_a_calibration_use_the_free_misalignment(reversed_fit):
     assert parts["delta_O"].value[0] == free
     rows = {row["symbol"]: row["value"] for row in export_content(reversed_fit)["coefficients"]}
     assert rows["delta_O"] == free
+
+
+def test_the_verdict_judges_the_free_misalignment(reversed_fit):
+    """2150 urad of the side - are the fixture's; the misalignment of 1150 urad passes."""
+    limits = Specification("mounting", (Limit("misalignment", "urad", maximum=2000.0),))
+    assert judge(reversed_fit, limits).outcome == "pass"
 
 
 def test_one_level_is_split_as_well():

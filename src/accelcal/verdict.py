@@ -140,7 +140,7 @@ def _findings(limit: Limit, calibration: Calibration) -> Iterable[_Finding]:
         return [_slope(symbol, side, calibration) for side in ("above", "below")]
     if limit.at == "T0":
         return _at_reference(symbol, calibration)
-    return [_in_table(symbol, table) for table in calibration.tables]
+    return [_in_table(symbol, table, calibration) for table in calibration.tables]
 
 
 def _of_another_test(symbol: str, calibration: Calibration) -> _Finding:
@@ -180,7 +180,7 @@ def _at_reference(symbol: str, calibration: Calibration) -> list[_Finding]:
         tables = list(calibration.tables)
     if not tables:
         return [_Finding(symbol, "at T0", None, "the test has no table at T0")]
-    return [_in_table(symbol, table) for table in tables]
+    return [_in_table(symbol, table, calibration) for table in tables]
 
 
 def _is_at(table: TableCalibration, reference: float | None) -> bool:
@@ -189,11 +189,13 @@ def _is_at(table: TableCalibration, reference: float | None) -> bool:
     return abs(table.temperature_degC - reference) <= SAME_LEVEL
 
 
-def _in_table(symbol: str, table: TableCalibration) -> _Finding:
+def _in_table(symbol: str, table: TableCalibration, calibration: Calibration) -> _Finding:
     known = table.temperature_degC is not None
     where = f"run {table.run}, {table.mounting}"
     where += f", {table.temperature_degC:.2f} degC" if known else ""
     quantity = (table.coefficients if symbol == "K1" else table.error_model)[symbol]
+    if symbol == "delta" and quantity.value is not None:
+        quantity = calibration.misalignment(table)  # free of the fixture angle where it is known
     absorbed = table.stands_for.get(_COEFFICIENTS[symbol])
     if quantity.value is None:
         return _Finding(symbol, where, None, "this record does not determine it")

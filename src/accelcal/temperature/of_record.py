@@ -89,7 +89,8 @@ def laws_of_record(
     chosen = tables_of_one_mounting(tables, estimate)
     axis = str(tables[chosen[0]].record.mounting[0])[0] if chosen else "o"
     others, of_others = tables_of_axis(tables, free, "p" if axis == "o" else "o")
-    second = laws_from_tables(others, of_others, reference, uncertainty, unit) if others else None
+    share = unfelt[[str(table.record.mounting[0])[0] != axis for table in tables]]
+    second = laws_from_tables(others, of_others, reference, uncertainty, unit, share)
     heat = temperature_component(tables, estimate, main, reference, unfelt)
     if main is None or main.k0.at_T0 is None or reference is None or laws_from == "tables":
         return RecordLaws(main, second, heat, said)
