@@ -23,10 +23,11 @@ from numpy.typing import NDArray
 
 from accelcal.estimate.head import sensitivity
 from accelcal.estimate.joint import JointEstimate
-from accelcal.estimate.noise import ReadingNoise, reading_noise
+from accelcal.estimate.noise import FEW, ReadingNoise, reading_noise
 from accelcal.estimate.solver import LeastSquares
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
+from accelcal.grouping import distinct
 from accelcal.model import COEFFICIENTS
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
 from accelcal.temperature.bilinear import named_model
@@ -46,6 +47,7 @@ Array = NDArray[np.float64]
 _COMMON = ("K2", "K3", "M_ip")  # their quotients by K1 do not depend on temperature
 _MOST_STEPS = 30
 _CONVERGED = 1e-6  # of the noise of a reading
+_SURE = 3.0
 _FELT = 0.5
 """Part of the recorded deviations that is felt, before the readings tell, +- as much."""
 
@@ -185,7 +187,10 @@ def felt_deviations(
         return []
     problem = _problem(tables, estimate, chosen, reference, _sides(start), temperature_uncertainty)
     state = _solved(problem, start)[0]
-    change = _to_the_mean(problem, state, problem.readings.at(state.felt))
+    # what may be felt in full counts as that: a part of its own would take out noise as well
+    in_full = np.abs(1.0 - state.felt) < _SURE * state.doubt
+    felt = np.where(in_full, 1.0, _felt_beside_noise(problem, state))
+    change = _to_the_mean(problem, state, problem.readings.at(felt))
     edges = np.cumsum([len(table.record) for table in problem.tables])[:-1]
     numbers = state.felt.tolist(), state.doubt.tolist(), _unfelt_share(state).tolist()
     return [
@@ -321,11 +326,20 @@ def _unfelt_share(state: _State) -> Array:
 
 def _noises(problem: _Problem, state: _State, point: Point) -> list[ReadingNoise]:
     """Reading noise of each table, once the outputs are brought to the mean of their run."""
+    felt = _felt_beside_noise(problem, state)
+    if (felt != state.felt).any():
+        point = problem.readings.at(felt)
     outputs = problem.readings.output + _to_the_mean(problem, state, point)
     edges = np.cumsum([len(table.record) for table in problem.tables])[:-1]
     noises = reading_noise(problem.tables, np.split(outputs, edges))
-    moved = np.any(problem.readings.deviation, axis=0).tolist()
-    return [_one_less(noise) if took else noise for noise, took in zip(noises, moved, strict=True)]
+    took = np.any(problem.readings.deviation, axis=0) & (felt == state.felt)
+    return [_one_less(n) if one else n for n, one in zip(noises, took.tolist(), strict=True)]
+
+
+def _felt_beside_noise(problem: _Problem, state: _State) -> Array:
+    """Felt parts, all or nothing where a fitted one would take the few replicates for itself."""
+    replicates = [len(table.record) - distinct(table.head).size for table in problem.tables]
+    return np.where(np.array(replicates) < FEW, np.round(state.felt), state.felt)
 
 
 def _to_the_mean(problem: _Problem, state: _State, point: Point) -> Array:
