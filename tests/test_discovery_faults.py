@@ -225,7 +225,8 @@ def test_step_is_found(tmp_path, s):
     assert fault.effect.id == "quantization"
     step = case.truth["quantization"]["resolution"] / table.scale
     assert fault.parameters["step"][0] == pytest.approx(step, rel=1e-3)
-    assert mended == record
+    assert mended.apparatus.resolution == pytest.approx(step * table.scale, rel=1e-3)
+    assert mended == record.with_apparatus(resolution=mended.apparatus.resolution)
 
 
 def test_step_that_the_noise_hides_is_none(tmp_path):

@@ -17,9 +17,9 @@ from accelcal.cli.main import main
 from accelcal.discovery.base import base_model, solve
 from accelcal.discovery.candidates import Instance, column_of
 from accelcal.discovery.comparison import compared
+from accelcal.discovery.joint_fit import coefficients, known, shared_columns
 from accelcal.discovery.mean_unit import Unit, mean_unit
 from accelcal.discovery.one_value import one_value
-from accelcal.discovery.shared_part import coefficients, known, shared_columns
 from accelcal.discovery.stand import discover_stand
 from accelcal.effects.catalogue import effect
 from accelcal.errors import DocumentError, InputError
@@ -198,7 +198,7 @@ def joint_case():
     return units, Instance(effect("backlash"), (1.0,), {})
 
 
-def test_shared_part_is_that_of_one_large_fit():
+def test_joint_fit_is_that_of_one_large_fit():
     units, instance = joint_case()
     value, covariance, p = stacked(units, instance)
     told = known(units, (instance,), HEAD, shared_columns(units[0], (instance,), HEAD).shape[1])
@@ -306,9 +306,10 @@ def test_damaged_document_is_refused(damage):
         StandDiscovery.from_document([])
 
 
-def test_command_tells_the_units_and_then_the_stand(tmp_path, capsys):
+def test_command_tells_the_units_and_then_the_stand(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
     drawn, _ = measured("iid", ("backlash", 4.0))
-    paths = [str(tmp_path / f"u{number}.csv") for number in range(3)]
+    paths = [f"u{number}.csv" for number in range(3)]
     for path, (_, table) in zip(paths, drawn, strict=False):
         table.write(path)
     assert main(["discover", *paths]) == 0

@@ -143,7 +143,7 @@ def designed(
     >>> from accelcal.simulation import NOISE_FREE, simulate
     >>> noise = ReadingNoise(sigma=5e-6, rho=0.0, dof=0, tails=np.inf)
     >>> designed(simulate(noise=NOISE_FREE, seed=1), 20.0, noise).noise.dof
-    102
+    95
     """
     model = base_model(record, reference_temperature, delta0)
     spread = covariance(model.conditions, noise, record.apparatus, head_positions(record.angle))

@@ -35,8 +35,8 @@ FEWEST_REPLICATES = 8
 
 _RHOS = np.linspace(-0.3, 0.9, 121)
 _LAGS = 40
-_HEAVY = 1.0  # excess kurtosis from which tails count as heavy
-_STUDENT = 5.0
+_TAILS = ((1.0, 5.0), (0.4, 9.0))
+"""Excess kurtosis, and the Student distribution whose tails count from there on."""
 
 
 class ReadingNoise(NamedTuple):
@@ -159,8 +159,12 @@ def reading_noise(c: Conditions, residual: Array, all_that_repeats: Array) -> Re
     projector = np.eye(residual.size) - basis[order] @ basis[order].T
     error = projector @ residual[order]
     rho, variance = _autocorrelation(error, projector, c.run[order])
-    tails = _STUDENT if _excess_kurtosis(error, projector, variance) > _HEAVY else np.inf
+    tails = _tails(_excess_kurtosis(error, projector, variance))
     return ReadingNoise(float(np.sqrt(variance)), rho, dof, tails)
+
+
+def _tails(excess: float) -> float:
+    return next((dof for least, dof in _TAILS if excess > least), np.inf)
 
 
 def _excess_kurtosis(error: Array, projector: Array, variance: float) -> float:

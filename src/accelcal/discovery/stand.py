@@ -10,6 +10,7 @@ import numpy as np
 from accelcal.discovery.candidates import Instance
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.discover import discover
+from accelcal.discovery.joint_fit import coefficients, without_head
 from accelcal.discovery.mean_unit import (
     Unit,
     check_one_plan,
@@ -18,7 +19,6 @@ from accelcal.discovery.mean_unit import (
 )
 from accelcal.discovery.one_value import FEWEST, one_value
 from accelcal.discovery.own_effects import Looker
-from accelcal.discovery.shared_part import coefficients, without_head
 from accelcal.discovery.whose import Own, common_effects, head_of, instances_in, own_effects
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect
@@ -109,7 +109,10 @@ def discover_stand(
     >>> import accelcal
     >>> from accelcal.effects.catalogue import effect
     >>> backlash = effect("backlash").of(2e-5)
-    >>> records = [accelcal.simulate(effects=[backlash], seed=seed) for seed in (1, 2, 3)]
+    >>> same = accelcal.NoiseComponents(head=0.0)
+    >>> records = [
+    ...     accelcal.simulate(noise=same, effects=[backlash], seed=seed) for seed in (1, 2, 3)
+    ... ]
     >>> found = discover_stand(records)
     >>> [(item.id, item.verdict) for item in found.effects]
     [('backlash', 'stand')]

@@ -34,7 +34,9 @@ def disagreement_text(found: Disagreement) -> str:
 
 def _head(found: Disagreement) -> Iterator[str]:
     name = f"serial {found.serial}, " if found.serial else ""
-    yield f"COMPARISON  {name}{found.source}, {found.readings} readings, with {found.calibration}"
+    yield from wrapped(
+        f"COMPARISON  {name}{found.source}, {found.readings} readings, with {found.calibration}"
+    )
     if found.effects:
         yield from wrapped(f"effects in the calibration: {', '.join(found.effects)}")
     yield from wrapped(noise_line(found.noise))

@@ -47,7 +47,7 @@ def discovery_text(found: Discovery) -> str:
 
 def _head(found: Discovery) -> Iterator[str]:
     name = f"serial {found.serial}, " if found.serial else ""
-    yield f"DISCOVERY  {name}{found.source}, {found.readings} readings"
+    yield from wrapped(f"DISCOVERY  {name}{found.source}, {found.readings} readings")
     yield from wrapped(noise_line(found.noise))
 
 
@@ -98,7 +98,7 @@ def _where(found: Discovery) -> Iterator[str]:
 
 def _effect(found: Discovery, effect: FoundEffect) -> Iterator[str]:
     entry = _entry(effect.id, effect.parameters)
-    yield f"{effect.name.capitalize()}  [{effect.id}], {chance(effect.p_value)}"
+    yield from wrapped(f"{effect.name.capitalize()}  [{effect.id}], {chance(effect.p_value)}")
     if entry is not None:
         yield from wrapped(f"{entry.physics} Term: {entry.formula}", "  ")
         yield from wrapped(entry.signature, "  ")

@@ -1,8 +1,9 @@
 """Hysteresis of the bias, from levels that were reached both by heating and by cooling.
 
-A loop closes at its lowest and its highest level and gapes between them, so only two runs at one
-level tell of it. Its width may differ from level to level: each has a half width h of its own, the
-laws go through the middle of both branches, and h_T is the mean of h over the levels.
+Only two runs at one level tell of a loop. At its lowest and its highest level it may close or not:
+there each run is uncertain by what the loop is elsewhere. Its width may differ from level to level:
+each has a half width h of its own, the laws go through the middle of both branches, and h_T is the
+mean of h over the levels.
 """
 
 from __future__ import annotations
@@ -27,6 +28,10 @@ Array = NDArray[np.float64]
 
 _SIGNIFICANT = 0.001
 
+_OPEN = 1.0 / np.sqrt(3.0)
+"""Standard uncertainty, in half widths, of a level where the loop may be closed or as wide as it is
+elsewhere: anything between both branches is as likely."""
+
 
 class Branches(NamedTuple):
     """On which branch of the loop R tables lie.
@@ -37,7 +42,8 @@ class Branches(NamedTuple):
         A column for each level that was reached both ways: 1 after heating, -1 after cooling.
     loose : ndarray, shape (R, m)
         Columns of what lies off the middle by an amount that no pair shows: levels reached one
-        way only, and the first level, of which nobody knows how it was reached.
+        way only, the first level, of which nobody knows how it was reached, and the lowest and the
+        highest one.
     temperature : ndarray, shape (L,)
         The levels of `paired` [degC].
     """
@@ -76,7 +82,8 @@ def branches(tables: Sequence[PreparedTable]) -> Branches:
     both = [mask for mask in masks if {-1.0, 1.0} <= set(reached[mask].tolist())]
     known = np.nan_to_num(reached)
     one_way = known * ~np.any(both, axis=0)
-    loose = np.column_stack([one_way, np.isnan(reached)])
+    ends = _OPEN * np.stack([masks[0], masks[-1]], axis=1)
+    loose = np.column_stack([one_way, np.isnan(reached), ends])
     return Branches(
         paired=np.column_stack([known * mask for mask in both]),
         loose=loose[:, loose.any(axis=0)],
