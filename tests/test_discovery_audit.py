@@ -8,22 +8,22 @@ import pytest
 from scipy import stats
 
 import accelcal
-from accelcal.discovery.aliases import aliases, exact_class
-from accelcal.discovery.audit import (
-    absorbed_by,
-    audit,
-    designed,
-    smallest_detectable,
-)
 from accelcal.discovery.base import base_model, solve
 from accelcal.discovery.candidates import candidates, column_of, direction, instances_of
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.factors import blocks
 from accelcal.discovery.family import family_of, judge
-from accelcal.discovery.further_readings import blank, joined, menu
-from accelcal.discovery.next_measurement import ENOUGH, proposals, to_see
 from accelcal.discovery.noise import ReadingNoise, covariance
-from accelcal.discovery.outlook import outlooks
+from accelcal.discovery.prospects.aliases import aliases, exact_class
+from accelcal.discovery.prospects.audit import (
+    absorbed_by,
+    audit,
+    designed,
+    smallest_detectable,
+)
+from accelcal.discovery.prospects.further_readings import blank, joined, menu
+from accelcal.discovery.prospects.next_measurement import ENOUGH, proposals, to_see
+from accelcal.discovery.prospects.outlook import outlooks
 from accelcal.discovery.search import search
 from accelcal.discovery.space import whitener_of
 from accelcal.effects.catalogue import catalogue, effect

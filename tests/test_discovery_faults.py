@@ -9,10 +9,10 @@ from hidden.cases import draw
 from hidden.design import DESIGNS
 
 import accelcal
-from accelcal.discovery.faults import faults
-from accelcal.discovery.heavy_tails import chance_of
-from accelcal.discovery.pure_error import PureError, pure_error
-from accelcal.discovery.visible_step import visible_step
+from accelcal.discovery.faults.finder import faults
+from accelcal.discovery.faults.heavy_tails import chance_of
+from accelcal.discovery.faults.pure_error import PureError, pure_error
+from accelcal.discovery.faults.visible_step import visible_step
 
 
 def hidden(kind, tmp_path, seed=1, design="three", regime="iid", s=8.0):

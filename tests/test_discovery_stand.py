@@ -17,10 +17,10 @@ from accelcal.cli.main import main
 from accelcal.discovery.base import base_model, solve
 from accelcal.discovery.candidates import Instance, column_of
 from accelcal.discovery.comparison import compared
-from accelcal.discovery.joint_fit import coefficients, known, shared_columns
-from accelcal.discovery.mean_unit import Unit, mean_unit
-from accelcal.discovery.one_value import one_value
-from accelcal.discovery.stand import discover_stand
+from accelcal.discovery.stand.joint_fit import coefficients, known, shared_columns
+from accelcal.discovery.stand.mean_unit import Unit, mean_unit
+from accelcal.discovery.stand.one_value import one_value
+from accelcal.discovery.stand.whole import discover_stand
 from accelcal.effects.catalogue import effect
 from accelcal.errors import DocumentError, InputError
 from accelcal.results.stand import StandDiscovery

@@ -119,7 +119,7 @@ def test_imports_point_downwards(path):
         assert allowed, f"{room} imports {module}, which is not below it"
 
 
-@pytest.mark.parametrize("path", sorted(SOURCE.glob("*/__init__.py")), ids=name_of)
+@pytest.mark.parametrize("path", sorted(SOURCE.glob("*/**/__init__.py")), ids=name_of)
 def test_packages_hold_only_a_docstring(path):
     tree = tree_of(path)
     assert ast.get_docstring(tree)

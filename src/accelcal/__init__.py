@@ -70,7 +70,7 @@ if TYPE_CHECKING:
     from accelcal.compensate.apply import apply as apply
     from accelcal.discovery.compare import compare as compare
     from accelcal.discovery.discover import discover as discover
-    from accelcal.discovery.stand import discover_stand as discover_stand
+    from accelcal.discovery.stand.whole import discover_stand as discover_stand
     from accelcal.discovery.twin import twin as twin
     from accelcal.effects.catalogue import catalogue as catalogue
     from accelcal.effects.catalogue import effect as effect
@@ -179,7 +179,7 @@ _HOME = {
     "compare": "accelcal.discovery.compare",
     "design_matrix": "accelcal.model",
     "discover": "accelcal.discovery.discover",
-    "discover_stand": "accelcal.discovery.stand",
+    "discover_stand": "accelcal.discovery.stand.whole",
     "effect": "accelcal.effects.catalogue",
     "fit": "accelcal.calibrate",
     "output": "accelcal.model",

@@ -134,7 +134,7 @@ def _stand(
     records: Sequence[TumbleRecord], asked: dict[str, Any]
 ) -> tuple[StandDiscovery | None, str]:
     """What the units tell of their stand, or why they tell nothing."""
-    from accelcal.discovery.stand import discover_stand
+    from accelcal.discovery.stand.whole import discover_stand
 
     try:
         return discover_stand(records, **asked), ""

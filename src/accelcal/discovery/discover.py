@@ -8,8 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.discovery import fault
-from accelcal.discovery.audit import audit
 from accelcal.discovery.candidates import Instance, candidates
 from accelcal.discovery.caveats import caveats
 from accelcal.discovery.comparison import Comparison, compared
@@ -17,11 +15,13 @@ from accelcal.discovery.empirical_terms import empirical_explanation
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.factors import Block, blocks
 from accelcal.discovery.family import Family, family_of, judge
-from accelcal.discovery.faults import faults
+from accelcal.discovery.faults import fault
+from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.held_out import held_out_rms
-from accelcal.discovery.next_measurement import proposals
 from accelcal.discovery.noise import orthonormal
-from accelcal.discovery.outlook import outlooks
+from accelcal.discovery.prospects.audit import audit
+from accelcal.discovery.prospects.next_measurement import proposals
+from accelcal.discovery.prospects.outlook import outlooks
 from accelcal.discovery.search import Findings, search
 from accelcal.discovery.solution import Solution, changes, parameters_of, solution
 from accelcal.discovery.where import pattern, shares, structure

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.discovery.aliases import Aliases, aliases
 from accelcal.discovery.base import BaseModel, base_model, solve
 from accelcal.discovery.candidates import Candidates, Instance, column_of, instances_of
 from accelcal.discovery.comparison import Comparison
@@ -20,6 +19,7 @@ from accelcal.discovery.noise import (
     orthonormal,
     saturated,
 )
+from accelcal.discovery.prospects.aliases import Aliases, aliases
 from accelcal.discovery.space import space_of, whitener_of
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError

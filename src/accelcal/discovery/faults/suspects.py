@@ -11,8 +11,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.discovery.heavy_tails import chance_of
-from accelcal.discovery.pure_error import TELLING, PureError, moving, pooled, pure_error, smooth
+from accelcal.discovery.faults.heavy_tails import chance_of
+from accelcal.discovery.faults.pure_error import (
+    TELLING,
+    PureError,
+    moving,
+    pooled,
+    pure_error,
+    smooth,
+)
 from accelcal.effects.conditions import Conditions
 from accelcal.grouping import grouped
 from accelcal.probability import f_survival

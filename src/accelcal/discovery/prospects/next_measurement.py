@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.discovery.audit import of_one_unit
 from accelcal.discovery.candidates import (
     VISIBLE,
     Instance,
@@ -23,8 +22,9 @@ from accelcal.discovery.candidates import (
     instances_of,
 )
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.further_readings import Block
-from accelcal.discovery.outlook import Outlook
+from accelcal.discovery.prospects.audit import of_one_unit
+from accelcal.discovery.prospects.further_readings import Block
+from accelcal.discovery.prospects.outlook import Outlook
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Effect
 

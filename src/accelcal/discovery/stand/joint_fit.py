@@ -22,10 +22,10 @@ from accelcal.discovery.base import solve
 from accelcal.discovery.candidates import Instance, column_of
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import without
-from accelcal.discovery.mean_unit import Unit, amplitudes
 from accelcal.discovery.noise import orthonormal, saturated
 from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.space import space_of, whitener_of
+from accelcal.discovery.stand.mean_unit import Unit, amplitudes
 from accelcal.results.findings import Change
 
 __all__ = ["Knowledge", "beside_the_others", "coefficients", "known", "shared_columns"]

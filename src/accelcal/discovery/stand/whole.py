@@ -10,16 +10,16 @@ import numpy as np
 from accelcal.discovery.candidates import Instance
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.discover import discover
-from accelcal.discovery.joint_fit import coefficients, without_head
-from accelcal.discovery.mean_unit import (
+from accelcal.discovery.stand.joint_fit import coefficients, without_head
+from accelcal.discovery.stand.mean_unit import (
     Unit,
     check_one_plan,
     mean_unit,
     on_one_stand,
 )
-from accelcal.discovery.one_value import FEWEST, one_value
-from accelcal.discovery.own_effects import Looker
-from accelcal.discovery.whose import Own, common_effects, head_of, instances_in, own_effects
+from accelcal.discovery.stand.one_value import FEWEST, one_value
+from accelcal.discovery.stand.own_effects import Looker
+from accelcal.discovery.stand.whose import Own, common_effects, head_of, instances_in, own_effects
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError

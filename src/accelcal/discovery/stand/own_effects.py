@@ -10,9 +10,9 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.factors import blocks
 from accelcal.discovery.family import Family, family_of, judge
-from accelcal.discovery.joint_fit import beside_the_others, known, shared_columns
-from accelcal.discovery.mean_unit import Unit
 from accelcal.discovery.search import search
+from accelcal.discovery.stand.joint_fit import beside_the_others, known, shared_columns
+from accelcal.discovery.stand.mean_unit import Unit
 from accelcal.effects.effect import Effect
 
 __all__ = ["Looker", "OwnLook"]

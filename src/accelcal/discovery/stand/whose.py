@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.discovery.candidates import Instance
-from accelcal.discovery.joint_fit import known, shared_columns
 from accelcal.discovery.known import disturbances, instance_of
-from accelcal.discovery.mean_unit import Unit, amplitudes
-from accelcal.discovery.one_value import OneValue, one_value
+from accelcal.discovery.stand.joint_fit import known, shared_columns
+from accelcal.discovery.stand.mean_unit import Unit, amplitudes
+from accelcal.discovery.stand.one_value import OneValue, one_value
 from accelcal.estimate.tables import head_positions
 from accelcal.grouping import distinct
 from accelcal.probability import student_quantile

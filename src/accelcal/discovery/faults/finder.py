@@ -13,17 +13,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.discovery.fault import Fault
-from accelcal.discovery.noise import FEWEST_REPLICATES
-from accelcal.discovery.pure_error import PureError, moving, pure_error
-from accelcal.discovery.single_readings import nominal_scale, single_readings
-from accelcal.discovery.uneven_noise import (
+from accelcal.discovery.faults.fault import Fault
+from accelcal.discovery.faults.pure_error import PureError, moving, pure_error
+from accelcal.discovery.faults.single_readings import nominal_scale, single_readings
+from accelcal.discovery.faults.uneven_noise import (
     chance_of_vibration,
     vibration,
     vibration_over_noise,
 )
-from accelcal.discovery.visible_step import VisibleStep, visible_step
-from accelcal.discovery.wrong_order import turned_tables, wrong_orders
+from accelcal.discovery.faults.visible_step import VisibleStep, visible_step
+from accelcal.discovery.faults.wrong_order import turned_tables, wrong_orders
+from accelcal.discovery.noise import FEWEST_REPLICATES
 from accelcal.effects.catalogue import effect
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.gates.verdict import acceleration

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.discovery.faults.pure_error import TELLING, PureError, moving
 from accelcal.discovery.noise import dummies, orthonormal
-from accelcal.discovery.pure_error import TELLING, PureError, moving
 from accelcal.effects.conditions import Conditions
 from accelcal.grouping import distinct, grouped, median
 from accelcal.probability import student_survival

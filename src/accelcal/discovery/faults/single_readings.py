@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.discovery.fault import Fault
-from accelcal.discovery.suspects import Suspect, Views, suspects, views_of
+from accelcal.discovery.faults.fault import Fault
+from accelcal.discovery.faults.suspects import Suspect, Views, suspects, views_of
 from accelcal.effects.catalogue import effect
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions
 from accelcal.gates.replicates import place

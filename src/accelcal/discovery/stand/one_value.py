@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.discovery.candidates import Instance, column_of
-from accelcal.discovery.mean_unit import Unit, amplitudes
+from accelcal.discovery.stand.mean_unit import Unit, amplitudes
 from accelcal.probability import f_survival
 
 __all__ = ["OneValue", "one_value"]

@@ -1,0 +1,1 @@
+"""Faults of the readings: outliers, exchanges, wrong orders, steps and uneven noise."""
