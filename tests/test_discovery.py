@@ -165,6 +165,16 @@ def test_aliases_follow_from_the_design():
     assert finer.next_measurement == ""
 
 
+def test_places_that_look_alike_are_told():
+    hidden = [effect("position-error").of(8e-5, at=45.0)]
+    found = accelcal.discover(accelcal.simulate(effects=hidden, seed=4, noise=NO_HEAD))
+    assert ids(found) == ["position-error"]
+    (told,) = [note for note in found.notes if "looks the same here" in note]
+    places = {found.effects[0].parameters["at"].value, 45.0, 135.0}
+    assert places == {45.0, 135.0}
+    assert "at = 135 deg" in told or "at = 45 deg" in told
+
+
 # -- several, unknown, undeclared --------------------------------------------------------------
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.discovery.candidates import Instance, column_of
+from accelcal.discovery.candidates import Instance, column_of, direction, instances_of
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.noise import dummies
@@ -26,6 +26,10 @@ _OTHERWISE = 2.0
 """Standard uncertainties by which a coefficient must differ to be told."""
 
 _MOST_RIVALS = 3
+
+_ALIKE = 0.999
+"""Cosine from which two places of an effect are one to the readings."""
+
 _MICRO = 1e6
 _TOLD = {"g": "ug", "1": "ppm", "rad": "urad", "g/g^2": "ug/g^2", "g/g^3": "ug/g^3"}
 
@@ -52,19 +56,39 @@ def caveats(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[st
 
 def _otherwise(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[str]:
     """Coefficients that are others where another explanation is the true one."""
-    if len(found) < 2:
+    if not found:
         return
     bare = solution(comparison)
     best = changes(comparison, bare, solution(comparison, found[0].instances))
-    for rival in found[1 : 1 + _MOST_RIVALS]:
-        other = changes(comparison, bare, solution(comparison, rival.instances))
+    rivals = [(" + ".join(sorted(other.ids)), other.instances) for other in found[1:]]
+    for name, instances in (*_twins(comparison, found[0].instances), *rivals[:_MOST_RIVALS]):
+        other = changes(comparison, bare, solution(comparison, instances))
         told = [
             _value(new)
             for old, new in zip(best, other, strict=True)
             if _apart(old, new) > _OTHERWISE and new.after.unit in _TOLD and new.coefficient != "K1"
         ]
         if told:
-            yield f"if it is {' + '.join(sorted(rival.ids))} in truth: {', '.join(told)}"
+            yield f"if it is {name} in truth: {', '.join(told)}"
+
+
+def _twins(
+    comparison: Comparison, instances: Sequence[Instance]
+) -> Iterator[tuple[str, tuple[Instance, ...]]]:
+    """The same effects, one of them at another place that these readings cannot tell from it."""
+    space, c = comparison.space, comparison.model.conditions
+    for place, item in enumerate(instances):
+        own, _ = direction(item, space, c)
+        for other in instances_of(item.effect, c):
+            moved = [p for p in item.effect.shapes if other.shape[p.name] != item.shape[p.name]]
+            if not moved or not all(p.discrete for p in moved):
+                continue
+            seen = space.see(column_of(other, c))
+            norm = float(np.sqrt(seen @ seen))
+            if norm > 0.0 and abs(float(own @ seen)) > _ALIKE * norm:
+                where = ", ".join(f"{p.name} = {other.shape[p.name]:g} {p.unit}" for p in moved)
+                name = f"{item.effect.id} with {where}, which looks the same here,"
+                yield name, (*instances[:place], other, *instances[place + 1 :])
 
 
 def _apart(one: Change, other: Change) -> float:
