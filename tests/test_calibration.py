@@ -17,6 +17,7 @@ from accelcal import Calibration, DesignError, DocumentError, InputError
 from accelcal.results.calibration import SCHEMA
 from accelcal.results.discovery import Discovery
 from accelcal.results.documents import calibrations_from_json, calibrations_to_json
+from accelcal.results.findings import FoundEffect
 from accelcal.results.mapping import FrozenMapping, frozen
 from accelcal.results.quantity import ErrorSource, Gate, Quantity, Residuals
 from accelcal.results.table import TableCalibration
@@ -320,8 +321,19 @@ class Parts:
         return Verdict(*texts, self.several(self.judgement, least=1))
 
     def effect(self):
-        size = {"value": self.maybe(self.number)}
-        return frozen({"id": self.text(), "like": [self.text()], "parameters": {"tau": size}})
+        found = FoundEffect(
+            id=self.text(),
+            name=self.text(),
+            parameters={"tau": self.quantity()},
+            p_value=abs(self.number()),
+            gap_before=abs(self.number()),
+            gap_after=abs(self.number()),
+            heldout_before=self.maybe(self.number),
+            heldout_after=self.maybe(self.number),
+            indistinguishable=(self.text(),),
+            to_tell_apart=self.text(),
+        )
+        return frozen(found.to_document())
 
     def residuals(self, n):
         made = [tuple(make() for _ in range(n)) for make in (self.number, int, self.number)]

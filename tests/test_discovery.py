@@ -312,6 +312,9 @@ def test_fit_with_a_model_gets_the_coefficients_back(discovery):
     assert [item["id"] for item in full.effects] == ["hysteresis", "scale-factor-asymmetry"]
     assert full.effects[0]["gap_after"] < full.effects[0]["gap_before"]
     assert accelcal.Calibration.from_json(full.to_json()) == full
+    told = " ".join(str(full).split())
+    assert "Effects taken out of the readings" in told
+    assert "hysteresis of the sensor: half_width = 20." in told
 
 
 def test_compare_shows_the_gap_and_that_it_stays_closed(discovery):

@@ -49,6 +49,7 @@ def calibration_text(document: Document) -> str:
     if document["temperature_model"]:
         lines += _apart(_temperature(document))
     lines += _apart(_fixture_angles(document.get("fixture_angle", ())))
+    lines += _apart(_effects(document.get("effects", ())))
     lines += _apart(_errors(document))
     lines += _apart(_record_gates(document["gates"]))
     lines += _apart(_verdict(document.get("verdict")))
@@ -164,6 +165,25 @@ def _in_microradians(quantity: Document) -> tuple[str, str, str]:
     expanded = quantity["expanded_uncertainty"]
     u = None if expanded is None else _MICRO * expanded
     return (*matching_digits(_MICRO * quantity["value"], u), "urad")
+
+
+def _effects(effects: Sequence[Document]) -> Iterator[str]:
+    if effects:
+        yield "Effects taken out of the readings, with their sizes in this record"
+    for effect in effects:
+        parameters = effect["parameters"].items()
+        told = ", ".join(f"{name} = {_sized(quantity)}" for name, quantity in parameters)
+        gaps = [significant(effect[f"gap_{when}"] * _MICRO) for when in ("before", "after")]
+        yield from _item(effect["name"], f"{told}; gap {gaps[0]} -> {gaps[1]} ug rms")
+
+
+def _sized(quantity: Document) -> str:
+    factor, unit = _READABLE.get(quantity["unit"], (1.0, quantity["unit"]))
+    if quantity["standard_uncertainty"] is None:
+        return f"{quantity['value']:g} {quantity['unit']}"
+    expanded = quantity.get("expanded_uncertainty") or 2.0 * quantity["standard_uncertainty"]
+    value, uncertainty = matching_digits(factor * quantity["value"], factor * expanded)
+    return f"{value} +- {uncertainty} {unit}"
 
 
 def _errors(document: Document) -> Iterator[str]:

@@ -365,6 +365,9 @@ def _laws(document: Document | None) -> TemperatureModel | None:
 def _effect(document: Any) -> FrozenMapping[Any]:
     if not isinstance(document, Mapping):
         raise TypeError(f"{document!r:.40} in place of an object")
+    from accelcal.results.findings import FoundEffect  # here, as most calibrations have none
+
+    FoundEffect.from_document(document)
     return FrozenMapping({name: frozen(part) for name, part in document.items()})
 
 
