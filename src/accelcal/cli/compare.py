@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from accelcal.cli.deliver import deliver, refuse_stdin_twice
-from accelcal.cli.options import effects_option, format_option, number
+from accelcal.cli.options import apparatus_options, effects_option, format_option
 
 if TYPE_CHECKING:
     from accelcal.results.disagreement import Disagreement
@@ -19,24 +19,7 @@ __all__ = ["compare"]
 @click.argument("calibration", metavar="CAL.json")
 @click.argument("data", metavar="DATA")
 @effects_option
-@click.option(
-    "--head-uncertainty",
-    type=number,
-    metavar="G",
-    help="Standard uncertainty of one head position [g, or rad: at 90 deg they are the same].",
-)
-@click.option(
-    "--launch-uncertainty",
-    type=number,
-    metavar="G",
-    help="Standard uncertainty of the bias from run to run [g].",
-)
-@click.option(
-    "--launch-sf-uncertainty",
-    type=number,
-    metavar="REL",
-    help="Relative standard uncertainty of the scale factor from run to run.",
-)
+@apparatus_options
 @format_option("text", "json")
 def compare(calibration: str, data: str, form: str, **declared: float | None) -> None:
     """Show where the readings of DATA and what CAL.json simulates disagree.

@@ -10,12 +10,14 @@ import click
 
 from accelcal.cli.deliver import deliver, refuse_stdin_twice, refuse_to_overwrite
 from accelcal.cli.options import (
+    apparatus_options,
     data_argument,
     effects_option,
-    fixture_angle,
+    fixture_angle_option,
     format_option,
     number,
     output_option,
+    reference_temperature_option,
 )
 from accelcal.errors import InputError
 
@@ -44,37 +46,9 @@ __all__ = ["discover"]
     show_default=True,
     help="Effects at once.",
 )
-@click.option(
-    "--t0",
-    "reference_temperature",
-    type=number,
-    metavar="DEG",
-    help="Reference temperature T0 [degC].",
-)
-@click.option(
-    "--delta0",
-    type=fixture_angle,
-    metavar="RAD",
-    help="Fixture angle between head zero and input axis, taken as given [rad].",
-)
-@click.option(
-    "--head-uncertainty",
-    type=number,
-    metavar="G",
-    help="Standard uncertainty of one head position [g, or rad: at 90 deg they are the same].",
-)
-@click.option(
-    "--launch-uncertainty",
-    type=number,
-    metavar="G",
-    help="Standard uncertainty of the bias from run to run [g].",
-)
-@click.option(
-    "--launch-sf-uncertainty",
-    type=number,
-    metavar="REL",
-    help="Relative standard uncertainty of the scale factor from run to run.",
-)
+@reference_temperature_option
+@fixture_angle_option
+@apparatus_options
 @click.option(
     "--empirical",
     is_flag=True,

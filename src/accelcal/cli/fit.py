@@ -9,12 +9,14 @@ import click
 
 from accelcal.cli.deliver import deliver, refuse_stdin_twice, refuse_to_overwrite
 from accelcal.cli.options import (
+    apparatus_options,
     data_argument,
     effects_option,
-    fixture_angle,
+    fixture_angle_option,
     format_option,
     number,
     output_option,
+    reference_temperature_option,
 )
 
 if TYPE_CHECKING:
@@ -36,38 +38,10 @@ __all__ = ["fit"]
     help="Estimator; the last three are the closed forms (6).",
 )
 @click.option("--robust", is_flag=True, help="Guard against outliers by comparing the strokes.")
-@click.option(
-    "--t0",
-    "reference_temperature",
-    type=number,
-    metavar="DEG",
-    help="Reference temperature T0 [degC].",
-)
+@reference_temperature_option
 @click.option("--g", "local_gravity", type=number, metavar="M_S2", help="Local gravity [m/s^2].")
-@click.option(
-    "--delta0",
-    type=fixture_angle,
-    metavar="RAD",
-    help="Fixture angle between head zero and input axis, taken as given [rad].",
-)
-@click.option(
-    "--head-uncertainty",
-    type=number,
-    metavar="G",
-    help="Standard uncertainty of one head position [g, or rad: at 90 deg they are the same].",
-)
-@click.option(
-    "--launch-uncertainty",
-    type=number,
-    metavar="G",
-    help="Standard uncertainty of the bias from run to run [g].",
-)
-@click.option(
-    "--launch-sf-uncertainty",
-    type=number,
-    metavar="REL",
-    help="Relative standard uncertainty of the scale factor from run to run.",
-)
+@fixture_angle_option
+@apparatus_options
 @click.option(
     "--temperature-uncertainty",
     type=number,

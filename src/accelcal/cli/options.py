@@ -13,16 +13,19 @@ import click
 from accelcal.errors import InputError
 
 __all__ = [
+    "apparatus_options",
     "data_argument",
     "duration",
     "durations",
     "effects_option",
     "fixture_angle",
+    "fixture_angle_option",
     "format_option",
     "mounting_option",
     "number",
     "numbers",
     "output_option",
+    "reference_temperature_option",
     "setting",
 ]
 
@@ -104,6 +107,51 @@ def output_option(
     return click.option(
         "-o", "--output", "path", metavar=metavar, required=required, help=f"Write {what} here."
     )
+
+
+def reference_temperature_option(function: Function) -> Function:
+    """Option ``--t0``; the parameter is called ``reference_temperature``."""
+    return click.option(
+        "--t0",
+        "reference_temperature",
+        type=number,
+        metavar="DEG",
+        help="Reference temperature T0 [degC].",
+    )(function)
+
+
+def fixture_angle_option(function: Function) -> Function:
+    """Option ``--delta0``."""
+    return click.option(
+        "--delta0",
+        type=fixture_angle,
+        metavar="RAD",
+        help="Fixture angle between head zero and input axis, taken as given [rad].",
+    )(function)
+
+
+def apparatus_options(function: Function) -> Function:
+    """Options that declare the uncertainties of head and launch, as header lines of a table do."""
+    declared = (
+        (
+            "--head-uncertainty",
+            "G",
+            "Standard uncertainty of one head position [g, or rad: at 90 deg they are the same].",
+        ),
+        (
+            "--launch-uncertainty",
+            "G",
+            "Standard uncertainty of the bias from run to run [g].",
+        ),
+        (
+            "--launch-sf-uncertainty",
+            "REL",
+            "Relative standard uncertainty of the scale factor from run to run.",
+        ),
+    )
+    for name, metavar, told in reversed(declared):
+        function = click.option(name, type=number, metavar=metavar, help=told)(function)
+    return function
 
 
 def effects_option(function: Function) -> Function:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -22,6 +22,7 @@ __all__ = [
     "column_of",
     "direction",
     "instances_of",
+    "searched_among",
 ]
 
 Array = NDArray[np.float64]
@@ -91,6 +92,11 @@ class Candidates(NamedTuple):
     one_sided: NDArray[np.bool_]
     effects: tuple[Effect, ...]
     hidden: tuple[Effect, ...]
+
+
+def searched_among(effects: Iterable[Effect]) -> tuple[Effect, ...]:
+    """Keep the effects that add to the readings in proportion to their size."""
+    return tuple(e for e in effects if e.acts_on != "readings" and e.amplitudes)
 
 
 def candidates(effects: Sequence[Effect], space: Space, c: Conditions) -> Candidates:

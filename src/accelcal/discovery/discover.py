@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.discovery.candidates import Instance, candidates
+from accelcal.discovery.candidates import Instance, candidates, searched_among
 from accelcal.discovery.caveats import caveats
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.empirical_terms import empirical_explanation
@@ -125,7 +125,7 @@ def discover(
     question = _Question(
         reference=0.0 if t0 is None else t0,
         delta0=fixture_angle(record, delta0),
-        effects=tuple(item for item in effects or catalogue() if _is_searched(item)),
+        effects=searched_among(effects or catalogue()),
         alpha=alpha,
         most=max_effects,
         seed=seed,
@@ -140,11 +140,6 @@ def _check(alpha: float, max_effects: int) -> None:
         raise InputError(f"alpha is {alpha:g}; it is a false-alarm rate from 1e-6 to 0.5")
     if not 1 <= max_effects <= 5:
         raise InputError(f"max_effects is {max_effects}; it is a whole number from 1 to 5")
-
-
-def _is_searched(effect: Effect) -> bool:
-    """Whether an effect adds to the readings in proportion to its size."""
-    return effect.acts_on != "readings" and bool(effect.amplitudes)
 
 
 def _searched(record: TumbleRecord, question: _Question) -> _Look:
@@ -186,13 +181,12 @@ def _discovery(
     if unexplained is not None and question.empirical:
         named = empirical_explanation(comparison, family)
     instances = named.instances if named else ()
-    given = compared(record, question.reference, question.delta0) if found else comparison
     bare, within = solution(comparison), solution(comparison, instances)
     steps = list(_steps(comparison, named, question))
     seen = audit(comparison, family, question.alpha)
     return Discovery(
         noise=_noise(comparison),
-        before=_gap(solution(given), *held_out_rms(given, [()], question.seed)),
+        before=_gap_as_given(record, question) if found else _gap(bare, steps[0].held_out),
         after=_gap(within, steps[-1].held_out),
         where=shares(comparison.space, comparison.seen, family.blocks),
         effects=tuple(_effects(look, named, steps)) if named else (),
@@ -257,6 +251,12 @@ def _noise(comparison: Comparison) -> tuple[ErrorSource, ...]:
             for name, size, unit, missing in others
         ),
     )
+
+
+def _gap_as_given(record: TumbleRecord, question: _Question) -> Gap:
+    """Gap of the readings with their faults."""
+    given = compared(record, question.reference, question.delta0)
+    return _gap(solution(given), *held_out_rms(given, [()], question.seed))
 
 
 def _gap(fit: Solution, held_out: float | None) -> Gap:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.discovery.candidates import Instance
+from accelcal.discovery.candidates import Instance, searched_among
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.discover import discover
 from accelcal.discovery.stand.joint_fit import coefficients, without_head
@@ -142,7 +142,7 @@ def _one_reference(records: Sequence[TumbleRecord], given: float | None) -> floa
 
 def _settled(records: Sequence[TumbleRecord], settings: _Settings) -> tuple[Discovery, _State]:
     """Look at the mean and at each unit in turns, until no unit has anything new of its own."""
-    searched = [item for item in settings.effects or catalogue() if _is_searched(item)]
+    searched = searched_among(settings.effects or catalogue())
     looker = Looker(searched, settings.head or 0.0, settings.seed)
     state = _State(_units(records, settings, (), {}), (), {})
     for _ in range(len(records) + 2):
@@ -153,10 +153,6 @@ def _settled(records: Sequence[TumbleRecord], settings: _Settings) -> tuple[Disc
         if state.ids == before.ids:
             break
     return common, state
-
-
-def _is_searched(effect: Effect) -> bool:
-    return effect.acts_on != "readings" and bool(effect.amplitudes)
 
 
 def _units(
