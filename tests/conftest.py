@@ -1,5 +1,10 @@
-"""Oracles, `hidden` and `rivals` are imported by name; examples of Hypothesis have no deadline."""
+"""Oracles, `hidden` and `rivals` are imported by name; Hypothesis is set for tests and for fuzzing.
 
+The tests draw the same examples each time, so that a change alone can turn them red. To look for
+new ones: ``HYPOTHESIS_PROFILE=fuzz pytest``, which draws ten times as many, at random.
+"""
+
+import os
 import sys
 from importlib.machinery import PathFinder
 from importlib.util import module_from_spec
@@ -15,5 +20,6 @@ for name in ("hidden", "rivals"):
     sys.modules[name] = module_from_spec(found)
 
 # on a busy machine an example may take any time, and tests never assert times
-settings.register_profile("accelcal", deadline=None)
-settings.load_profile("accelcal")
+settings.register_profile("accelcal", deadline=None, derandomize=True)
+settings.register_profile("fuzz", deadline=None, max_examples=1000)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "accelcal"))

@@ -242,7 +242,7 @@ def damaged_by(document, wounds):
             if value is ...:
                 del part[last]
             else:
-                part[last] = value
+                part[last] = copy.deepcopy(value)  # a later wound may cut into this one
         except (KeyError, IndexError, TypeError):
             continue  # another wound has taken it away
     return document

@@ -196,7 +196,8 @@ def _refuse_markers(columns: Iterable[Column], outputs: Floats) -> None:
     size = np.abs(outputs[~marker & ~np.isnan(outputs)]).max(initial=0.0)
     if not marker.any() or size == 0.0:
         return
-    for column, wrong in zip(columns, (marker & (np.abs(outputs) > _FAR * size)).T, strict=True):
+    far = marker & (np.abs(outputs) / _FAR > size)  # in this order nothing overflows
+    for column, wrong in zip(columns, far.T, strict=True):
         problem = "{} looks like a marker of a missing reading"
         column.check(~wrong, problem, "leave the cell empty")
 
