@@ -141,7 +141,7 @@ def _stability(path: str | None) -> Any:
     from accelcal.io.text import read_text
     from accelcal.results.json_text import parse_json
 
-    return parse_json(read_text(path, "stability test").text)
+    return parse_json(read_text(path, "stability test").text, writer="accelcal stability")
 
 
 def _budget(calibration: Calibration, random: RandomPart, options: dict[str, Any]) -> ErrorBudget:

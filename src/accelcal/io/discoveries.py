@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from accelcal.errors import DocumentError
 from accelcal.io.text import read_text
-from accelcal.results.discovery import Discovery
+from accelcal.results.discovery import WRITER, Discovery
 from accelcal.results.json_text import parse_json
 
 __all__ = ["read_discovery"]
@@ -32,6 +32,6 @@ def read_discovery(source: str) -> Discovery:
     """
     read = read_text(source, "model")
     try:
-        return Discovery.from_document(parse_json(read.text))
+        return Discovery.from_document(parse_json(read.text, writer=WRITER))
     except DocumentError as error:
         raise error.at(read.name) from None

@@ -25,9 +25,12 @@ from accelcal.results.quantity import Document, ErrorSource, fields_document
 if TYPE_CHECKING:
     from os import PathLike
 
-__all__ = ["SCHEMA", "Discovery"]
+__all__ = ["SCHEMA", "WRITER", "Discovery"]
 
 SCHEMA = "accelcal/discovery/1"
+
+WRITER = "accelcal discover"
+"""The command that writes such documents."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,8 +164,7 @@ class Discovery:
         schema = document.get("schema") if isinstance(document, Mapping) else None
         if schema != SCHEMA:
             raise DocumentError(
-                f"schema {schema!r} in place of {SCHEMA!r}; give a file written by accelcal"
-                " discover"
+                f"schema {schema!r} in place of {SCHEMA!r}; give a file written by {WRITER}"
             )
         try:
             return cls._from_checked(document)
@@ -239,7 +241,7 @@ class Discovery:
         DocumentError
             If there is no such file, or its text is not such a document.
         """
-        return cls.from_document(document_in(source))
+        return cls.from_document(document_in(source, writer=WRITER))
 
 
 def _unexplained(document: Document | None) -> Unexplained | None:

@@ -50,13 +50,15 @@ def json_text(document: Mapping[str, Any], path: str | PathLike[str] | None = No
     return text
 
 
-def document_in(source: str | PathLike[str]) -> Any:
+def document_in(source: str | PathLike[str], *, writer: str = "accelcal fit") -> Any:
     """Parse JSON text, or that of a file.
 
     Parameters
     ----------
     source : str or path
         JSON text, or the path of a file that holds it.
+    writer : str, default "accelcal fit"
+        The command that writes such documents, for the message.
 
     Returns
     -------
@@ -74,7 +76,7 @@ def document_in(source: str | PathLike[str]) -> Any:
     {'value': 0.1}
     """
     if isinstance(source, str) and not _may_be_path(source):
-        return parse_json(source)
+        return parse_json(source, writer=writer)
     name = os.fspath(source)
     try:
         with open(name, encoding="utf-8-sig") as file:  # noqa: PTH123  (as in io.text)
@@ -83,10 +85,10 @@ def document_in(source: str | PathLike[str]) -> Any:
         reason = getattr(error, "strerror", None) or "no text"
         raise DocumentError(
             f"{name}: not JSON, and no file that can be read ({reason}); give a file written by"
-            " accelcal fit, or its text"
+            f" {writer}, or its text"
         ) from None
     try:
-        return parse_json(text)
+        return parse_json(text, writer=writer)
     except DocumentError as error:
         raise error.at(name) from None
 
@@ -96,13 +98,15 @@ def _may_be_path(text: str) -> bool:
     return re.match(r"[\s{\[\d\"]|$", text) is None and "\n" not in text
 
 
-def parse_json(text: str) -> Any:
+def parse_json(text: str, *, writer: str = "accelcal fit") -> Any:
     """Parse JSON text, or say that it is none.
 
     Parameters
     ----------
     text : str
         JSON text.
+    writer : str, default "accelcal fit"
+        The command that writes such documents, for the message.
 
     Returns
     -------
@@ -119,7 +123,7 @@ def parse_json(text: str) -> Any:
     try:
         return json.loads(text, parse_constant=_refuse)
     except (ValueError, RecursionError) as error:
-        raise DocumentError(f"not JSON ({error}); give a file written by accelcal fit") from None
+        raise DocumentError(f"not JSON ({error}); give a file written by {writer}") from None
 
 
 def _refuse(constant: str) -> None:

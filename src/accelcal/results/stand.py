@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from accelcal.errors import DocumentError
 from accelcal.results.checked import checked, list_of, mapping_of, number, text
-from accelcal.results.discovery import SCHEMA, Discovery
+from accelcal.results.discovery import SCHEMA, WRITER, Discovery
 from accelcal.results.findings import Change, plain
 from accelcal.results.json_text import json_text, parse_json
 from accelcal.results.quantity import Document, Quantity
@@ -240,7 +240,7 @@ class StandDiscovery:
         DocumentError
             If the text is not JSON, or not such a document.
         """
-        return cls.from_document(parse_json(text))
+        return cls.from_document(parse_json(text, writer=WRITER))
 
 
 def _verdict(value: Any) -> str:
