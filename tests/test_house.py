@@ -38,7 +38,7 @@ FLOORS = (
         "compensate",
         "stability",
         "error_budget",
-        "stand_budget",
+        "stand_uncertainty",
         "triad",
         "history",
     },
