@@ -26,7 +26,7 @@ FLOORS = (
     {"report", "export", "plot"},
     {"batch"},
     {"io"},
-    {"design"},
+    {"planning"},
     {"calibrate"},
     {"discovery"},
     {
