@@ -264,3 +264,15 @@ def test_any_damage_gives_a_result_or_a_line(folder, capsys, request, levels, da
     assert "Traceback" not in err
     if code == 2:
         assert err.splitlines()[-1].startswith(("cal.json:", "error: ", "data.csv"))
+
+
+def test_an_effect_that_is_not_in_the_catalogue_is_one_of_the_model(folder, capsys):
+    found = {"id": "backlush", "name": "?", "parameters": {}, "p_value": 0.0}
+    gaps = ("gap_before", "gap_after", "heldout_before", "heldout_after")
+    document = accelcal.discover(accelcal.simulate(seed=1)).to_document()
+    document["effects"] = [found | dict.fromkeys(gaps, 0.0) | {"indistinguishable": []}]
+    document["effects"][0]["to_tell_apart"] = ""
+    (folder / "model.json").write_text(json.dumps(document), "utf-8")
+    code, err = run(["fit", "--model", "model.json", "data.csv"], capsys)
+    assert code == 2
+    assert err.startswith("model.json: effect 'backlush' is not in the catalogue"), err

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings as python_warnings
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +20,7 @@ from accelcal.estimate.uncertainty import Component, Interval, intervals, propag
 from accelcal.gates.record import record_gates
 from accelcal.gates.table import table_gates
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, POWERS
-from accelcal.record import TumbleRecord
+from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.calibration import Calibration
 from accelcal.results.mapping import frozen
@@ -183,7 +182,7 @@ def _joint_estimate(
     *,
     robust: bool,
 ) -> JointEstimate:
-    with _naming(record):
+    with naming(record):
         estimate = estimate_jointly(
             tables, record.apparatus, method=method, robust=robust, delta0=delta0
         )
@@ -195,7 +194,7 @@ def _known_effects(
 ) -> Correction:
     from accelcal.discovery.correction import correction
 
-    with _naming(record):
+    with naming(record):
         return correction(record, model, reference or 0.0, delta0)
 
 
@@ -222,7 +221,7 @@ def _prepared(
 ) -> Iterator[PreparedTable]:
     check_names(asked)  # no table is at fault
     for table in record.tables():
-        with _naming(table):
+        with naming(table):
             yield prepare(table, delta0=delta0, asked=asked, strict=strict)
 
 
@@ -263,16 +262,6 @@ def _of_laws(laws: TemperatureModel | None, *, chosen: bool, mountings: set[str]
         yield "T0 was not given: it is the level nearest to 20 degC"
     if len(mountings) > 1:
         yield "the temperature laws are those of one mounting, the one with most runs"
-
-
-@contextmanager
-def _naming(record: TumbleRecord) -> Iterator[None]:
-    """Say of which file an error is, and where its readings begin."""
-    try:
-        yield
-    except InputError as error:
-        line = None if record.line is None else int(record.line[0])
-        raise error.at(record.source, line) from None
 
 
 def _table_names(tables: Sequence[PreparedTable]) -> list[str]:

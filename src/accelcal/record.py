@@ -8,6 +8,7 @@ coefficients.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
@@ -18,7 +19,7 @@ from accelcal.errors import InputError
 from accelcal.geometry import MOUNTINGS, is_mounting
 from accelcal.grouping import distinct
 
-__all__ = ["Apparatus", "TumbleRecord"]
+__all__ = ["Apparatus", "TumbleRecord", "naming"]
 
 
 _LARGEST = {
@@ -258,6 +259,33 @@ class TumbleRecord:
             A new record.
         """
         return replace(self, apparatus=replace(self.apparatus, **declared))
+
+
+@contextmanager
+def naming(record: TumbleRecord) -> Iterator[None]:
+    """Say of which file an `InputError` is, and where its readings begin.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        What the error is about.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> from dataclasses import replace
+    >>> record = replace(accelcal.simulate(seed=1), source="unit7.csv")
+    >>> with naming(record):
+    ...     raise InputError("too few angles; add some")
+    Traceback (most recent call last):
+    ...
+    accelcal.errors.InputError: unit7.csv: too few angles; add some
+    """
+    try:
+        yield
+    except InputError as error:
+        line = None if record.line is None else int(record.line[0])
+        raise error.at(record.source, line) from None
 
 
 def _same(a: Any, b: Any) -> bool:

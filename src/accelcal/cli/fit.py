@@ -144,9 +144,9 @@ def _noted(records: Iterable[TumbleRecord]) -> Iterator[TumbleRecord]:
 
 
 def _model(path: str) -> Discovery:
-    from accelcal.io.discoveries import read_discovery
+    from accelcal.io.discoveries import read_model
 
-    return read_discovery(path)
+    return read_model(path)
 
 
 def _judged(calibrations: Sequence[Calibration], spec: str) -> list[Calibration]:

@@ -195,9 +195,9 @@ def _simulated_model(path: str | None) -> Twin:
         from accelcal.simulation import AL15, NoiseComponents
 
         return Twin(AL15, NoiseComponents(), ())
-    from accelcal.io.discoveries import read_discovery
+    from accelcal.io.discoveries import read_model
 
-    return twin(read_discovery(path))
+    return twin(read_model(path))
 
 
 def _described(entry: Effect) -> str:

@@ -28,7 +28,7 @@ from accelcal.discovery.where import pattern, shares, structure
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
-from accelcal.record import TumbleRecord
+from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import Detectable, Fault, FoundEffect, Gap, Unexplained
@@ -131,8 +131,9 @@ def discover(
         seed=seed,
         empirical=empirical,
     )
-    found, mended = faults(record, question.reference, question.delta0, alpha)
-    return _discovery(_searched(mended, question), record, found, question)
+    with naming(record):
+        found, mended = faults(record, question.reference, question.delta0, alpha)
+        return _discovery(_searched(mended, question), record, found, question)
 
 
 def _check(alpha: float, max_effects: int) -> None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from accelcal.errors import DocumentError
+from accelcal.errors import DocumentError, InputError
 from accelcal.io.text import read_text
 from accelcal.results.discovery import WRITER, Discovery
 from accelcal.results.json_text import parse_json
 
-__all__ = ["read_discovery"]
+__all__ = ["read_discovery", "read_model"]
 
 
 def read_discovery(source: str) -> Discovery:
@@ -35,3 +35,33 @@ def read_discovery(source: str) -> Discovery:
         return Discovery.from_document(parse_json(read.text, writer=WRITER))
     except DocumentError as error:
         raise error.at(read.name) from None
+
+
+def read_model(source: str) -> Discovery:
+    """Read the file of a discovery whose effects are to be used.
+
+    Parameters
+    ----------
+    source : str
+        Path of a JSON file; ``"-"`` reads standard input.
+
+    Returns
+    -------
+    Discovery
+        The discovery.
+
+    Raises
+    ------
+    TableError
+        If the file cannot be read.
+    InputError
+        If it is no file of a discovery, or an effect is not in the catalogue, or breaks its rules.
+    """
+    from accelcal.discovery.known import disturbances
+
+    found = read_discovery(source)
+    try:
+        disturbances(found.effects)
+    except InputError as error:
+        raise error.at(source) from None
+    return found
