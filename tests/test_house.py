@@ -24,7 +24,7 @@ FLOORS = (
     {"cli"},
     {"page", "certificate"},
     {"report", "export", "plot"},
-    {"batch"},
+    {"archive"},
     {"io"},
     {"planning"},
     {"calibrate"},

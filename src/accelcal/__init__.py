@@ -65,6 +65,10 @@ from typing import TYPE_CHECKING
 from accelcal.version import __version__
 
 if TYPE_CHECKING:
+    from accelcal.archive.batch import BatchCounts as BatchCounts
+    from accelcal.archive.batch import BatchFrames as BatchFrames
+    from accelcal.archive.batch import batch as batch
+    from accelcal.archive.batch import write_batch as write_batch
     from accelcal.calibrate import fit as fit
     from accelcal.compensate.apply import MeasuredAcceleration as MeasuredAcceleration
     from accelcal.compensate.apply import apply as apply
@@ -113,6 +117,8 @@ __all__ = [
     "AccelcalWarning",
     "Accelerometer",
     "Apparatus",
+    "BatchCounts",
+    "BatchFrames",
     "Calibration",
     "DesignError",
     "Disagreement",
@@ -131,6 +137,7 @@ __all__ = [
     "__version__",
     "accelerations",
     "apply",
+    "batch",
     "catalogue",
     "compare",
     "design_matrix",
@@ -149,6 +156,7 @@ __all__ = [
     "simulate",
     "twin",
     "unregister",
+    "write_batch",
     "write_table",
 ]
 
@@ -158,6 +166,8 @@ _HOME = {
     "AccelcalWarning": "accelcal.errors",
     "Accelerometer": "accelcal.simulation",
     "Apparatus": "accelcal.record",
+    "BatchCounts": "accelcal.archive.batch",
+    "BatchFrames": "accelcal.archive.batch",
     "Calibration": "accelcal.results.calibration",
     "DesignError": "accelcal.errors",
     "Disagreement": "accelcal.results.disagreement",
@@ -175,6 +185,7 @@ _HOME = {
     "TumbleRecord": "accelcal.record",
     "accelerations": "accelcal.geometry",
     "apply": "accelcal.compensate.apply",
+    "batch": "accelcal.archive.batch",
     "catalogue": "accelcal.effects.catalogue",
     "compare": "accelcal.discovery.compare",
     "design_matrix": "accelcal.model",
@@ -193,6 +204,7 @@ _HOME = {
     "simulate": "accelcal.simulation",
     "twin": "accelcal.discovery.twin",
     "unregister": "accelcal.effects.catalogue",
+    "write_batch": "accelcal.archive.batch",
     "write_table": "accelcal.io.writer",
 }
 """Public name -> the module where it lives."""

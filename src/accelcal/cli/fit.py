@@ -9,14 +9,11 @@ import click
 
 from accelcal.cli.deliver import deliver, refuse_stdin_twice, refuse_to_overwrite
 from accelcal.cli.options import (
-    apparatus_options,
+    calibration_options,
     data_argument,
     effects_option,
-    fixture_angle_option,
     format_option,
-    number,
     output_option,
-    reference_temperature_option,
 )
 
 if TYPE_CHECKING:
@@ -30,53 +27,9 @@ __all__ = ["fit"]
 @click.command()
 @data_argument(many=True)
 @output_option("the calibration as JSON", metavar="CAL.json")
-@click.option(
-    "--method",
-    type=click.Choice(["least-squares", "closed-form", "sign-corrected", "printed"]),
-    default="least-squares",
-    show_default=True,
-    help="Estimator; the last three are the closed forms (6).",
-)
-@click.option("--robust", is_flag=True, help="Guard against outliers by comparing the strokes.")
-@reference_temperature_option
-@click.option("--g", "local_gravity", type=number, metavar="M_S2", help="Local gravity [m/s^2].")
-@fixture_angle_option
-@apparatus_options
-@click.option(
-    "--temperature-uncertainty",
-    type=number,
-    metavar="DEG",
-    help="Standard uncertainty of a temperature [degC].",
-)
-@click.option("--resolution", type=number, metavar="U", help="Step of the output [output unit].")
-@click.option("--unit", metavar="UNIT", help="Unit of the output, such as mA.")
+@calibration_options
 @click.option("--serial", metavar="TEXT", help="Serial number of the accelerometer.")
-@click.option("--positions", type=click.IntRange(1), metavar="N", help="Positions in a turn.")
-@click.option(
-    "--coefficients",
-    default="K0,K1,K2,K3,M,M_ip",
-    show_default=True,
-    help="Coefficients to estimate; the others are taken as zero.",
-)
-@click.option("--strict", is_flag=True, help="Refuse a table that cannot tell all of them apart.")
-@click.option(
-    "--temperature-laws",
-    type=click.Choice(["tables", "readings"]),
-    default="tables",
-    show_default=True,
-    help="Fit the temperature laws to the coefficients of the tables or to all readings.",
-)
-@click.option(
-    "--model",
-    metavar="MODEL.json",
-    help="Take out the effects of this discovery; their sizes are fitted anew.",
-)
 @effects_option
-@click.option(
-    "--spec",
-    metavar="SPEC.toml",
-    help="Judge against this data sheet; the exit code is 1 where a limit fails.",
-)
 @format_option("text", "json", "csv")
 def fit(
     data: Sequence[str],

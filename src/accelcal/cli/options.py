@@ -14,6 +14,7 @@ from accelcal.errors import InputError
 
 __all__ = [
     "apparatus_options",
+    "calibration_options",
     "data_argument",
     "duration",
     "durations",
@@ -154,6 +155,13 @@ def apparatus_options(function: Function) -> Function:
     return function
 
 
+def calibration_options(function: Function) -> Function:
+    """Options of a calibration: how it is fitted, what is declared, what it is judged against."""
+    for option in reversed(_CALIBRATION):
+        function = option(function)
+    return function
+
+
 def effects_option(function: Function) -> Function:
     """Option ``--effects``: effects of the user's own, in the catalogue while the command runs."""
 
@@ -196,3 +204,58 @@ def format_option(*forms: str) -> Callable[[Function], Function]:
         show_default=True,
         help="Form of the result on standard output.",
     )
+
+
+_CALIBRATION: tuple[Callable[[Any], Any], ...] = (
+    click.option(
+        "--method",
+        type=click.Choice(["least-squares", "closed-form", "sign-corrected", "printed"]),
+        default="least-squares",
+        show_default=True,
+        help="Estimator; the last three are the closed forms (6).",
+    ),
+    click.option("--robust", is_flag=True, help="Guard against outliers by comparing the strokes."),
+    reference_temperature_option,
+    click.option(
+        "--g", "local_gravity", type=number, metavar="M_S2", help="Local gravity [m/s^2]."
+    ),
+    fixture_angle_option,
+    apparatus_options,
+    click.option(
+        "--temperature-uncertainty",
+        type=number,
+        metavar="DEG",
+        help="Standard uncertainty of a temperature [degC].",
+    ),
+    click.option(
+        "--resolution", type=number, metavar="U", help="Step of the output [output unit]."
+    ),
+    click.option("--unit", metavar="UNIT", help="Unit of the output, such as mA."),
+    click.option("--positions", type=click.IntRange(1), metavar="N", help="Positions in a turn."),
+    click.option(
+        "--coefficients",
+        default="K0,K1,K2,K3,M,M_ip",
+        show_default=True,
+        help="Coefficients to estimate; the others are taken as zero.",
+    ),
+    click.option(
+        "--strict", is_flag=True, help="Refuse a table that cannot tell all of them apart."
+    ),
+    click.option(
+        "--temperature-laws",
+        type=click.Choice(["tables", "readings"]),
+        default="tables",
+        show_default=True,
+        help="Fit the temperature laws to the coefficients of the tables or to all readings.",
+    ),
+    click.option(
+        "--model",
+        metavar="MODEL.json",
+        help="Take out the effects of this discovery; their sizes are fitted anew.",
+    ),
+    click.option(
+        "--spec",
+        metavar="SPEC.toml",
+        help="Judge against this data sheet; the exit code is 1 where a limit fails.",
+    ),
+)

@@ -20,6 +20,7 @@ COMMANDS = (
     "export",
     "stability",
     "budget",
+    "batch",
 )
 """Commands in the order of the help; NAME is the function NAME of the module accelcal.cli.NAME."""
 

@@ -1,0 +1,1 @@
+"""Archives: many tables in, one frame out, and none lost on the way."""

@@ -1,0 +1,309 @@
+"""A batch: the files found, divided into blocks, worked through, and the results put together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from os import PathLike, fspath
+from os.path import realpath
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+from accelcal.archive.block import Block, fit_block, work
+from accelcal.archive.columns import ERRORS, LAWS, ROWS, FrameColumn, units_of
+from accelcal.archive.formats import Columns, form_of, join, require_form, results, write_errors
+from accelcal.archive.journal import Journal, Summary, open_journal
+from accelcal.archive.settings import Settings
+from accelcal.archive.sources import SourceFile, find_sources, is_url
+from accelcal.archive.workers import completed, processors, workers
+from accelcal.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["BatchCounts", "BatchFrames", "batch", "write_batch"]
+
+Result = TypeVar("Result")
+
+Progress = Callable[[int, int], None]
+"""Is told the number of files that are done, and that of all."""
+
+MOST_FILES = 500
+"""Files of a block, in a large archive."""
+
+LEAST_FILES = 25
+"""Files of a block, in a small archive."""
+
+BLOCKS = 16
+"""Blocks that a small archive is divided into."""
+
+MOST_BYTES = 2**25
+"""Bytes of a block; a larger file is a block of its own."""
+
+
+class BatchCounts(NamedTuple):
+    """What became of a batch.
+
+    Attributes
+    ----------
+    files : int
+        Files that were found.
+    fitted : int
+        Records that were fitted.
+    errors : tuple of tuple of str
+        Source and message of what could not be read or fitted.
+    failed : int
+        Records that failed the data sheet.
+    """
+
+    files: int
+    fitted: int
+    errors: tuple[tuple[str, str], ...]
+    failed: int
+
+
+class BatchFrames(NamedTuple):
+    """Results of a batch; the units of a frame's columns are in its ``attrs["units"]``.
+
+    Attributes
+    ----------
+    tables : pandas.DataFrame
+        A row a serial, run and mounting.
+    laws : pandas.DataFrame
+        A row a record and term of its temperature laws.
+    errors : pandas.DataFrame
+        A row for what could not be read or fitted.
+    """
+
+    tables: pd.DataFrame
+    laws: pd.DataFrame
+    errors: pd.DataFrame
+
+
+def batch(
+    paths: str | PathLike[str] | Iterable[str | PathLike[str]],
+    *,
+    jobs: int | None = 1,
+    dask: str | None = None,
+    progress: Progress | None = None,
+    **options: Any,
+) -> BatchFrames:
+    """Fit all tables of an archive.
+
+    Parameters
+    ----------
+    paths : path or iterable of paths
+        Files, folders, globs, or URLs of fsspec.
+    jobs : int, default 1
+        Number of processes; None takes all processors. With several, a script must guard what it
+        does by ``if __name__ == "__main__"``.
+    dask : str, optional
+        Address of the scheduler of a Dask cluster, or ``"local"``.
+    progress : callable, optional
+        Is told the number of files that are done, and that of all.
+    **options
+        Arguments of `accelcal.fit`, such as ``robust``; `specification`, a data sheet; and
+        `overrides`, as of `accelcal.read_table`.
+
+    Returns
+    -------
+    BatchFrames
+        The frames of tables, laws and errors, in the order of the files.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or an option breaks a rule.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import accelcal
+    >>> with TemporaryDirectory() as folder:
+    ...     for seed in (1, 2):
+    ...         accelcal.write_table(accelcal.simulate(seed=seed), f"{folder}/{seed}.csv")
+    ...     found = accelcal.batch(folder)
+    >>> found.tables[["serial", "run", "gate_drift"]].shape, len(found.errors)
+    ((6, 3), 0)
+    """
+    settings = _settings(options)
+    sources = find_sources(_texts(paths))
+    blocks = list(blocks_of(sources))
+    function = partial(fit_block, settings=settings)
+    done = dict(_worked(function, blocks, sources, jobs, dask, progress))
+    found = [done[block] for block in blocks]
+    return BatchFrames(
+        _frame([part.tables for part in found], ROWS),
+        _frame([part.laws for part in found], LAWS),
+        _errors_frame([error for part in found for error in part.errors]),
+    )
+
+
+def write_batch(
+    paths: str | PathLike[str] | Iterable[str | PathLike[str]],
+    output: str | PathLike[str],
+    *,
+    jobs: int | None = 1,
+    resume: bool = False,
+    dask: str | None = None,
+    progress: Progress | None = None,
+    **options: Any,
+) -> BatchCounts:
+    """Fit all tables of an archive and write the results, in memory that does not grow with it.
+
+    Parameters
+    ----------
+    paths : path or iterable of paths
+        As for `batch`.
+    output : path
+        File of the rows of the tables, which ends in ``.csv``, ``.csv.gz`` or ``.parquet``; those
+        of the laws and of the errors go beside it.
+    jobs, dask, progress, **options
+        As for `batch`.
+    resume : bool, default False
+        Go on with what an interrupted batch left.
+
+    Returns
+    -------
+    BatchCounts
+        What became of the files.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, an option breaks a rule, `output` cannot be written, or an
+        interrupted batch left its finished part and `resume` is false.
+    """
+    output = fspath(output)
+    form = form_of(output)
+    require_form(form)
+    settings = _settings(options)
+    names = results(output)
+    sources = _sources(_texts(paths), names)
+    blocks = list(blocks_of(sources))
+    with open_journal(output, settings, form, resume=resume) as journal:
+        left = [block for block in blocks if not journal.has(block)]
+        function = partial(work, settings=settings, form=form)
+        for block, done in _worked(function, left, sources, jobs, dask, progress):
+            journal.keep(block, done)
+        counts = _counted(sources, map(journal.summary, blocks))
+        _write(journal, blocks, names, form, counts.errors)
+    return counts
+
+
+def blocks_of(sources: Iterable[SourceFile]) -> Iterator[Block]:
+    """Divide files into blocks, in the same way whoever works on them.
+
+    Parameters
+    ----------
+    sources : iterable of SourceFile
+        The files.
+
+    Yields
+    ------
+    Block
+        Files that follow each other.
+    """
+    sources = list(sources)
+    most = min(max(-(-len(sources) // BLOCKS), LEAST_FILES), MOST_FILES)
+    files: list[SourceFile] = []
+    size = 0
+    for source in sources:
+        if files and (len(files) == most or size + source.size > MOST_BYTES):
+            yield Block(tuple(files))
+            files, size = [], 0
+        files.append(source)
+        size += max(source.size, 0)
+    if files:
+        yield Block(tuple(files))
+
+
+def _settings(options: Mapping[str, Any]) -> Settings:
+    if "coefficients" in options:
+        options = {**options, "coefficients": tuple(options["coefficients"])}
+    settings = Settings(**options)
+    settings.try_out()
+    return settings
+
+
+def _texts(paths: str | PathLike[str] | Iterable[str | PathLike[str]]) -> list[str]:
+    if isinstance(paths, str | PathLike):
+        paths = [paths]
+    return [fspath(path) for path in paths]
+
+
+def _sources(paths: Sequence[str], names: Mapping[str, str]) -> list[SourceFile]:
+    for path in paths:
+        if realpath(path) in map(realpath, names.values()) and not is_url(path):
+            raise InputError(f"-o {path} is a file to be read; name another file with -o")
+    return find_sources(paths, aside=names.values())
+
+
+def _worked(
+    function: Callable[[Block], Result],
+    blocks: Sequence[Block],
+    sources: Sequence[SourceFile],
+    jobs: int | None,
+    dask: str | None,
+    progress: Progress | None,
+) -> Iterator[tuple[Block, Result]]:
+    """Work through blocks, and tell how far it is."""
+    done = len(sources) - sum(len(block.files) for block in blocks)
+    tell = progress or (lambda done, total: None)  # noqa: ARG005
+    tell(done, len(sources))
+    if not blocks:
+        return
+    count = min(jobs or processors(), len(blocks))
+    with workers(count, dask) as (executor, ready):
+        for block, result in completed(executor, function, blocks, ready):
+            yield block, result
+            done += len(block.files)
+            tell(done, len(sources))
+
+
+def _counted(sources: Sequence[SourceFile], summaries: Iterable[Summary]) -> BatchCounts:
+    errors: list[tuple[str, str]] = []
+    fitted = failed = 0
+    for summary in summaries:
+        errors += summary.errors
+        fitted += summary.fitted
+        failed += summary.failed
+    return BatchCounts(len(sources), fitted, tuple(errors), failed)
+
+
+def _write(
+    journal: Journal,
+    blocks: Sequence[Block],
+    names: Mapping[str, str],
+    form: str,
+    errors: Sequence[tuple[str, str]],
+) -> None:
+    """Put the results together; the tables come last, so that they stand for a whole batch."""
+    journal.write(names["errors"], partial(write_errors, errors))
+    for index, (name, columns) in reversed(list(enumerate((("tables", ROWS), ("laws", LAWS))))):
+        parts = journal.parts(blocks, index)
+        journal.write(names[name], partial(join, parts, columns, form))
+    journal.remove()
+
+
+# -- frames ----------------------------------------------------------------------------------------
+
+_TYPES = {"text": "object", "number": "float64", "whole": "Int64", "flag": "bool"}
+
+
+def _frame(parts: Sequence[Columns], kinds: Mapping[str, FrameColumn]) -> pd.DataFrame:
+    import pandas as pd
+
+    columns = {
+        name: pd.Series([cell for part in parts for cell in part[name]], dtype=_TYPES[column.kind])
+        for name, column in kinds.items()
+    }
+    frame = pd.DataFrame(columns)
+    frame.attrs["units"] = units_of(kinds)
+    return frame
+
+
+def _errors_frame(errors: Iterable[tuple[str, str]]) -> pd.DataFrame:
+    import pandas as pd
+
+    return pd.DataFrame(list(errors), columns=list(ERRORS), dtype="object")

@@ -1,0 +1,153 @@
+"""The work of a batch: a block of files in, the encoded rows out.
+
+A block is what a worker takes at a time, a process here or one of a cluster; it knows nothing of
+the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+from accelcal.archive.columns import LAWS, ROWS
+from accelcal.archive.failures import attempt
+from accelcal.archive.formats import Columns, encode
+from accelcal.archive.reading import Failure, Found, read_block
+from accelcal.archive.rows import law_rows, table_rows
+from accelcal.archive.settings import Settings
+from accelcal.archive.sources import SourceFile
+
+__all__ = ["Block", "Fitted", "Outcome", "fit_block", "work"]
+
+
+class Block(NamedTuple):
+    """What a worker takes at a time.
+
+    Attributes
+    ----------
+    files : tuple of SourceFile
+        Files to read.
+    """
+
+    files: tuple[SourceFile, ...]
+
+
+class Fitted(NamedTuple):
+    """Rows of a block.
+
+    Attributes
+    ----------
+    tables, laws : mapping of str to list
+        Cells by column.
+    errors : tuple of tuple of str
+        Source and message of what could not be read or fitted.
+    fitted : int
+        Number of records that were fitted.
+    failed : int
+        Number of records that failed a data sheet.
+    """
+
+    tables: Columns
+    laws: Columns
+    errors: tuple[tuple[str, str], ...]
+    fitted: int
+    failed: int
+
+
+class Outcome(NamedTuple):
+    """What a worker gives back.
+
+    Attributes
+    ----------
+    tables, laws : bytes
+        Rows of the two frames, encoded.
+    errors, fitted, failed
+        As of `Fitted`.
+    """
+
+    tables: bytes
+    laws: bytes
+    errors: tuple[tuple[str, str], ...]
+    fitted: int
+    failed: int
+
+
+def work(block: Block, settings: Settings, form: str) -> Outcome:
+    """Read, fit and encode a block.
+
+    Parameters
+    ----------
+    block : Block
+        Files to read.
+    settings : Settings
+        How to fit.
+    form : str
+        One of `accelcal.archive.formats.FORMS`.
+
+    Returns
+    -------
+    Outcome
+        The encoded rows.
+    """
+    found = fit_block(block, settings)
+    tables, laws = encode(found.tables, ROWS, form), encode(found.laws, LAWS, form)
+    return Outcome(tables, laws, found.errors, found.fitted, found.failed)
+
+
+def fit_block(block: Block, settings: Settings) -> Fitted:
+    """Read and fit a block.
+
+    Parameters
+    ----------
+    block : Block
+        Files to read.
+    settings : Settings
+        How to fit.
+
+    Returns
+    -------
+    Fitted
+        Rows in the order of the files, and within a file in that of its serials and runs.
+    """
+    read = list(read_block(block.files, settings.overrides))
+    failures = [item for item in read if isinstance(item, Failure)]
+    return rows_of([item for item in read if isinstance(item, Found)], failures, settings)
+
+
+def rows_of(found: Sequence[Found], failures: Sequence[Failure], settings: Settings) -> Fitted:
+    """Fit the records of a block.
+
+    Parameters
+    ----------
+    found : sequence of Found
+        The records.
+    failures : sequence of Failure
+        What could not be read.
+    settings : Settings
+        How to fit.
+
+    Returns
+    -------
+    Fitted
+        Their rows.
+    """
+    tables: list[list[Any]] = []
+    laws: list[list[Any]] = []
+    errors = list(failures)
+    failed = 0
+    for file, record in found:
+        calibration = attempt(record.source, settings.calibrate, record)
+        if isinstance(calibration, str):
+            errors.append(Failure(file, record.source, calibration))
+            continue
+        tables += table_rows(calibration, record)
+        laws += law_rows(calibration, record)
+        failed += calibration.verdict is not None and calibration.verdict.outcome == "fail"
+    told = tuple((e.source, e.message) for e in sorted(errors, key=lambda e: e.file))
+    fitted = len(found) + len(failures) - len(errors)
+    return Fitted(_by_column(ROWS, tables), _by_column(LAWS, laws), told, fitted, failed)
+
+
+def _by_column(names: Iterable[str], rows: Sequence[Sequence[Any]]) -> Columns:
+    cells = zip(*rows, strict=True) if rows else ([] for _ in names)
+    return dict(zip(names, map(list, cells), strict=True))

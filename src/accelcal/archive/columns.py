@@ -1,0 +1,158 @@
+"""Columns of the two frames of a batch: what each holds, in which unit, and of which kind."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+from accelcal.model import COEFFICIENTS, ERROR_TERMS, POWERS
+
+__all__ = ["ERRORS", "LAWS", "ROWS", "TABLE_GATES", "FrameColumn", "gate_column", "units_of"]
+
+TABLE_GATES = (
+    "closure",
+    "drift",
+    "forward against back",
+    "order of positions",
+    "outlier",
+    "proportions",
+    "resolution",
+    "units",
+)
+"""Gates of each table, in their order; those of the record follow them."""
+
+_RECORD_GATES = ("lack of fit", "agreement of tables")
+
+_PARTS = (
+    ("", "{}"),
+    ("_standard_uncertainty", "standard uncertainty of {}"),
+    ("_expanded_uncertainty", "half width of the 95 % interval of {}"),
+)
+_ERROR_UNITS = {"k0": "g", "k2": "g/g^2", "k3": "g/g^3", "delta": "rad", "delta_ip": "g/g^2"}
+
+
+class FrameColumn(NamedTuple):
+    """A column of a frame.
+
+    Attributes
+    ----------
+    name : str
+        Its heading.
+    kind : str
+        ``"text"``, ``"number"``, ``"whole"`` or ``"flag"``.
+    unit : str
+        Unit of its numbers; empty where they have none.
+    told : str
+        What it holds, in a few words.
+    """
+
+    name: str
+    kind: str
+    unit: str
+    told: str
+
+
+def gate_column(gate: str) -> str:
+    """Name of the column of a gate.
+
+    Parameters
+    ----------
+    gate : str
+        Name of the gate.
+
+    Returns
+    -------
+    str
+        Such as ``"gate_lack_of_fit"``.
+
+    Examples
+    --------
+    >>> gate_column("lack of fit")
+    'gate_lack_of_fit'
+    """
+    return "gate_" + gate.replace(" ", "_")
+
+
+def units_of(columns: Mapping[str, FrameColumn]) -> dict[str, str]:
+    """Units of the columns that have one.
+
+    Parameters
+    ----------
+    columns : mapping of str to FrameColumn
+        `ROWS` or `LAWS`.
+
+    Returns
+    -------
+    dict
+        Name of a column -> unit.
+    """
+    return {name: column.unit for name, column in columns.items() if column.unit}
+
+
+def _of_quantity(name: str, unit: str) -> Iterator[FrameColumn]:
+    for suffix, told in _PARTS:
+        yield FrameColumn(name + suffix, "number", unit, told.format(name))
+    told = f"effective degrees of freedom of that interval of {name}; empty where infinite"
+    yield FrameColumn(f"{name}_dof", "number", "", told)
+
+
+def _coefficient_unit(name: str) -> str:
+    power = POWERS[name]
+    return "output_unit" + ("" if power == 0 else "/g" if power == 1 else f"/g^{power}")
+
+
+_WHERE = (
+    FrameColumn("source", "text", "", "file or URL that the readings come from"),
+    FrameColumn("line", "whole", "", "line of the source with the first reading"),
+    FrameColumn("serial", "text", "", "serial number of the accelerometer"),
+)
+
+_OF_TABLE = (
+    *_WHERE,
+    FrameColumn("run", "text", "", "visit to a temperature"),
+    FrameColumn("mounting", "text", "", "o+, o-, p+ or p-"),
+    FrameColumn("date", "text", "", "date of the test, as written"),
+    FrameColumn("temperature_degC", "number", "degC", "mean temperature of the run"),
+    FrameColumn("readings", "whole", "", "number of readings"),
+    FrameColumn("dof", "whole", "", "readings minus coefficients"),
+    FrameColumn("output_unit", "text", "", "unit of the output"),
+    FrameColumn("residual_rms", "number", "output_unit", "root of the squared residuals over dof"),
+    *(c for name in COEFFICIENTS for c in _of_quantity(name, _coefficient_unit(name))),
+    *(c for name in ERROR_TERMS.values() for c in _of_quantity(name, _ERROR_UNITS[name])),
+    FrameColumn("stands_for", "text", "", "what a coefficient holds besides itself, at few angles"),
+    *(FrameColumn(gate_column(g), "text", "", f"gate {g}") for g in (*TABLE_GATES, *_RECORD_GATES)),
+    FrameColumn("warnings", "text", "", "what to know before using the numbers, joined by ' | '"),
+    FrameColumn("notes", "text", "", "what the reader set aside or assumed, joined by ' | '"),
+    FrameColumn("verdict", "text", "", "outcome against the data sheet, of the whole record"),
+    FrameColumn("failed_limits", "text", "", "limits of the data sheet that failed"),
+    FrameColumn("method", "text", "", "estimator"),
+    FrameColumn("robust", "flag", "", "guarded against outliers"),
+    FrameColumn("g_local_m_s2", "number", "m/s^2", "local gravity, where given"),
+    FrameColumn("T0_degC", "number", "degC", "reference temperature"),
+    FrameColumn("delta0_rad", "number", "rad", "fixture angle taken as given"),
+    FrameColumn("software", "text", "", "name and version of what fitted"),
+)
+
+_OF_LAW = (
+    *_WHERE,
+    FrameColumn("mounting", "text", "", "mounting whose tables make the laws"),
+    FrameColumn("date", "text", "", "date of the test, as written"),
+    FrameColumn("term", "text", "", "k0, K1 or delta at_T0, above or below; or hysteresis"),
+    FrameColumn("value", "number", "unit", "the term"),
+    FrameColumn("standard_uncertainty", "number", "unit", "its standard uncertainty"),
+    FrameColumn("expanded_uncertainty", "number", "unit", "half width of its 95 % interval"),
+    FrameColumn("dof", "number", "", "degrees of freedom of the interval; empty where infinite"),
+    FrameColumn("unit", "text", "", "unit of the term"),
+    FrameColumn("T0_degC", "number", "degC", "reference temperature"),
+    FrameColumn("warnings", "text", "", "what is missing in the laws, and why"),
+    FrameColumn("software", "text", "", "name and version of what fitted"),
+)
+
+ROWS: Mapping[str, FrameColumn] = {column.name: column for column in _OF_TABLE}
+"""Columns of the frame of tables: a row a serial, run and mounting."""
+
+LAWS: Mapping[str, FrameColumn] = {column.name: column for column in _OF_LAW}
+"""Columns of the frame of temperature laws: a row a record and term."""
+
+ERRORS = ("source", "message")
+"""Columns of the list of what could not be read or fitted."""

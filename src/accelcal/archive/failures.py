@@ -1,0 +1,60 @@
+"""What goes wrong with one file, in the one line that `accelcal fit` would print."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from typing import TypeVar
+
+from accelcal.errors import AccelcalError, AccelcalWarning
+
+__all__ = ["attempt", "one_line"]
+
+Result = TypeVar("Result")
+
+
+def attempt(source: str, function: Callable[..., Result], *arguments: object) -> Result | str:
+    """Call a function that must not end a batch.
+
+    Parameters
+    ----------
+    source : str
+        File that it is about.
+    function : callable
+        What may fail.
+    *arguments : object
+        What it is called with.
+
+    Returns
+    -------
+    object or str
+        What it returns, or the line that tells why it failed.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccelcalWarning)  # told once, before the batch
+        try:
+            return function(*arguments)
+        except AccelcalError as error:
+            return one_line(error)
+        except OSError as error:
+            return f"{source}: cannot be read ({error.strerror or error}); give a file that can be"
+        except Exception as error:  # a bug on one file must not cost the other thousands
+            told = f"{type(error).__name__}: {' '.join(str(error).split())}"
+            return f"{source}: a bug in accelcal ({told}); please report it with this file"
+
+
+def one_line(error: AccelcalError) -> str:
+    """Word an error as the command line does.
+
+    Parameters
+    ----------
+    error : AccelcalError
+        What went wrong.
+
+    Returns
+    -------
+    str
+        One line; ``error:`` stands in front where no file does.
+    """
+    text = " ".join(str(error).splitlines())
+    return text if getattr(error, "source", None) else f"error: {text}"

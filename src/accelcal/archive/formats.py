@@ -1,0 +1,231 @@
+"""Frames as bytes: each block encoded where it was made, and joined at the end in a stream."""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import io
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import IO, Any
+
+from accelcal.archive.columns import ERRORS, FrameColumn
+from accelcal.errors import InputError
+
+__all__ = [
+    "FORMS",
+    "Columns",
+    "encode",
+    "form_of",
+    "join",
+    "require_form",
+    "results",
+    "write_errors",
+]
+
+Columns = dict[str, list[Any]]
+"""Cells of a frame by the name of the column, None where there is nothing."""
+
+FORMS = (".csv.gz", ".csv", ".parquet")
+"""Ends of the names of results."""
+
+
+def form_of(path: str) -> str:
+    """Form of results by the end of their name.
+
+    Parameters
+    ----------
+    path : str
+        Where the results go.
+
+    Returns
+    -------
+    str
+        One of `FORMS`.
+
+    Raises
+    ------
+    InputError
+        If the name ends otherwise.
+
+    Examples
+    --------
+    >>> form_of("results.csv.gz")
+    '.csv.gz'
+    """
+    for form in FORMS:
+        if path.lower().endswith(form):
+            return form
+    raise InputError(f"-o {path}: the name ends in none of .csv, .csv.gz, .parquet; choose one")
+
+
+def results(path: str) -> dict[str, str]:
+    """Names of the files that a batch writes.
+
+    Parameters
+    ----------
+    path : str
+        Where the rows of the tables go.
+
+    Returns
+    -------
+    dict of str
+        Under ``"tables"``, ``"laws"`` and ``"errors"``.
+
+    Examples
+    --------
+    >>> results("al15.parquet")["errors"]
+    'al15.errors.csv'
+    """
+    form = form_of(path)
+    stem = path[: -len(form)]
+    return {"tables": path, "laws": f"{stem}.laws{form}", "errors": f"{stem}.errors.csv"}
+
+
+def require_form(form: str) -> None:
+    """Demand what a form needs.
+
+    Parameters
+    ----------
+    form : str
+        One of `FORMS`.
+
+    Raises
+    ------
+    InputError
+        If pyarrow is not installed and the form is Parquet.
+    """
+    if form != ".parquet":
+        return
+    try:
+        import pyarrow.parquet  # noqa: F401
+    except ImportError:
+        raise InputError(
+            "Parquet needs pyarrow; install it with: pip install 'accelcal[parquet]', or write .csv"
+        ) from None
+
+
+def encode(columns: Columns, kinds: Mapping[str, FrameColumn], form: str) -> bytes:
+    """Encode a part of a frame, without what stands once in a file.
+
+    Parameters
+    ----------
+    columns : mapping of str to list
+        Cells by column.
+    kinds : mapping of str to FrameColumn
+        The columns in their order.
+    form : str
+        One of `FORMS`.
+
+    Returns
+    -------
+    bytes
+        Lines of CSV, a member of gzip, or a stream of Arrow.
+    """
+    if form == ".parquet":
+        return _arrow_bytes(columns, kinds)
+    text = _csv_lines([_written(columns[name], kinds[name].kind) for name in kinds])
+    return text if form == ".csv" else gzip.compress(text, mtime=0)
+
+
+def join(
+    parts: Iterable[bytes], kinds: Mapping[str, FrameColumn], form: str, file: IO[bytes]
+) -> None:
+    """Write a whole frame, part by part.
+
+    Parameters
+    ----------
+    parts : iterable of bytes
+        What `encode` returned, in order.
+    kinds : mapping of str to FrameColumn
+        The columns in their order.
+    form : str
+        One of `FORMS`.
+    file : binary file object
+        Where to write.
+    """
+    if form == ".parquet":
+        _write_parquet(parts, kinds, file)
+        return
+    headings = (",".join(kinds) + "\n").encode()
+    file.write(headings if form == ".csv" else gzip.compress(headings, mtime=0))
+    for part in parts:
+        file.write(part)
+
+
+def write_errors(errors: Iterable[Sequence[str]], file: IO[bytes]) -> None:
+    """Write the list of what could not be read or fitted.
+
+    Parameters
+    ----------
+    errors : iterable of sequence of str
+        Source and message of each.
+    file : binary file object
+        Where to write CSV with headings.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(ERRORS)
+    writer.writerows(errors)
+    file.write(text.getvalue().encode("utf-8", errors="backslashreplace"))
+
+
+# -- CSV -------------------------------------------------------------------------------------------
+
+
+def _csv_lines(cells: Sequence[Sequence[str]]) -> bytes:
+    lines = map(",".join, zip(*cells, strict=True))
+    text = "\n".join(lines)
+    return (text + "\n").encode("utf-8", errors="backslashreplace") if text else b""
+
+
+def _written(cells: Sequence[Any], kind: str) -> list[str]:
+    """Cells as CSV has them; a text is quoted once however often it comes."""
+    write: Callable[[Any], str] = _quoted if kind == "text" else repr
+    if kind == "number":
+        return ["" if cell is None else write(cell) for cell in cells]
+    memo = {cell: "" if cell is None else write(cell) for cell in set(cells)}
+    return [memo[cell] for cell in cells]
+
+
+def _quoted(text: str) -> str:
+    if any(mark in text for mark in ',"\n\r'):
+        return '"' + text.replace('"', '""') + '"'
+    return text
+
+
+# -- Parquet ---------------------------------------------------------------------------------------
+
+
+def _schema(kinds: Mapping[str, FrameColumn]) -> Any:
+    import pyarrow as pa
+
+    types = {"text": pa.string(), "number": pa.float64(), "whole": pa.int64(), "flag": pa.bool_()}
+    fields = [
+        pa.field(c.name, types[c.kind], metadata={"unit": c.unit} if c.unit else None)
+        for c in kinds.values()
+    ]
+    return pa.schema(fields)
+
+
+def _arrow_bytes(columns: Columns, kinds: Mapping[str, FrameColumn]) -> bytes:
+    import pyarrow as pa
+
+    schema = _schema(kinds)
+    table = pa.table({name: columns[name] for name in kinds}, schema=schema)
+    sink = io.BytesIO()
+    with pa.ipc.new_stream(sink, schema) as writer:
+        writer.write_table(table)
+    return sink.getvalue()
+
+
+def _write_parquet(
+    parts: Iterable[bytes], kinds: Mapping[str, FrameColumn], file: IO[bytes]
+) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    with pq.ParquetWriter(file, _schema(kinds), compression="zstd") as writer:
+        for part in parts:
+            table = pa.ipc.open_stream(part).read_all()
+            if table.num_rows:
+                writer.write_table(table)

@@ -1,0 +1,192 @@
+"""The journal of a batch: every finished block on disk, so that a kill loses nothing.
+
+The journal is a folder beside the results. Each block is one file in it, named by a digest of all
+that decides its rows: paths, sizes and times of its files, the options, the version of accelcal.
+A file appears there whole or not at all. The results are put together from the blocks in the end,
+a block in memory at a time, and then the journal goes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, NamedTuple
+
+from accelcal.archive.block import Block, Outcome
+from accelcal.archive.settings import Settings
+from accelcal.atomic import write_atomically
+from accelcal.errors import InputError
+
+__all__ = ["Journal", "Summary", "open_journal"]
+
+_SUFFIX = ".block"
+_LOCK = "lock"
+
+
+class Summary(NamedTuple):
+    """What a finished block tells besides its rows.
+
+    Attributes
+    ----------
+    errors : tuple of tuple of str
+        Source and message of what could not be read or fitted.
+    fitted, failed : int
+        Number of records that were fitted, and that failed a data sheet.
+    """
+
+    errors: tuple[tuple[str, str], ...]
+    fitted: int
+    failed: int
+
+
+class Journal:
+    """Finished blocks of one batch.
+
+    Parameters
+    ----------
+    folder : Path
+        Where they are kept.
+    settings : Settings
+        How they are fitted.
+    form : str
+        How they are encoded.
+    """
+
+    def __init__(self, folder: Path, settings: Settings, form: str) -> None:
+        self.folder = folder
+        self._common = f"{settings.fingerprint()}\0{form}"
+
+    def path(self, block: Block) -> Path:
+        """File of a block."""
+        parts = (self._common, *(repr(tuple(file)) for file in block.files))
+        digest = hashlib.sha256("\0".join(parts).encode("utf-8", "surrogateescape")).hexdigest()
+        return self.folder / f"{digest[:40]}{_SUFFIX}"
+
+    def keep(self, block: Block, outcome: Outcome) -> None:
+        """Put a finished block on disk, whole or not at all."""
+        summary = {
+            "bytes": [len(outcome.tables), len(outcome.laws)],
+            "errors": outcome.errors,
+            "fitted": outcome.fitted,
+            "failed": outcome.failed,
+        }
+        head = json.dumps(summary).encode() + b"\n"
+        write_atomically(self.path(block), head + outcome.tables + outcome.laws)
+
+    def has(self, block: Block) -> bool:
+        """Tell whether a block is finished."""
+        return self.path(block).exists()
+
+    def summary(self, block: Block) -> Summary:
+        """What a finished block tells besides its rows."""
+        with self.path(block).open("rb") as file:
+            head = json.loads(file.readline())
+        errors = tuple((source, message) for source, message in head["errors"])
+        return Summary(errors, head["fitted"], head["failed"])
+
+    def parts(self, blocks: Sequence[Block], which: int) -> Iterator[bytes]:
+        """Encoded rows of the blocks in order: 0 of the tables, 1 of the laws."""
+        for block in blocks:
+            with self.path(block).open("rb") as file:
+                sizes = json.loads(file.readline())["bytes"]
+                file.seek(sum(sizes[:which]), os.SEEK_CUR)
+                yield file.read(sizes[which])
+
+    def strangers(self, blocks: Sequence[Block]) -> int:
+        """Number of blocks kept that belong to other files or options."""
+        own = {self.path(block).name for block in blocks}
+        return sum(path.name not in own for path in self.folder.glob(f"*{_SUFFIX}"))
+
+    def write(self, path: str, fill: Callable[[IO[bytes]], None]) -> None:
+        """Write a result whole or not at all; what a kill leaves of it goes with the journal."""
+        unfinished = self.folder / "unfinished"
+        with unfinished.open("wb") as file:
+            fill(file)
+            file.flush()
+            os.fsync(file.fileno())
+        unfinished.replace(Path(path).resolve())
+
+    def remove(self) -> None:
+        """Remove the journal: all results are written."""
+        shutil.rmtree(self.folder)
+
+
+@contextmanager
+def open_journal(output: str, settings: Settings, form: str, *, resume: bool) -> Iterator[Journal]:
+    """Open the journal of a batch, for one process at a time.
+
+    Parameters
+    ----------
+    output : str
+        Where the results go; the journal is beside them.
+    settings : Settings
+        How the blocks are fitted.
+    form : str
+        How they are encoded.
+    resume : bool
+        Take up the journal of an interrupted run.
+
+    Yields
+    ------
+    Journal
+        The journal; it stays on disk unless it is removed.
+
+    Raises
+    ------
+    InputError
+        If there is one and `resume` is false, if another process uses it, or if it cannot be made.
+    """
+    target = Path(output).resolve()
+    _require_writable(target, output)
+    folder = target.with_name(f"{target.name}.journal")
+    folder.mkdir(exist_ok=True)
+    with (folder / _LOCK).open("wb") as lock:
+        _lock(lock, output)
+        if not resume:
+            _refuse_remains(folder, output)
+        try:
+            yield Journal(folder, settings, form)
+        finally:
+            if folder.exists() and not any(folder.glob(f"*{_SUFFIX}")):
+                shutil.rmtree(folder)  # nothing to go on with
+
+
+def _refuse_remains(folder: Path, output: str) -> None:
+    if any(folder.glob(f"*{_SUFFIX}")):
+        raise InputError(
+            f"-o {output}: an interrupted batch left its finished part in {folder.name}; add"
+            " --resume to go on with it, or delete that folder to start anew"
+        )
+
+
+def _require_writable(target: Path, output: str) -> None:
+    if target.is_dir():
+        raise InputError(f"-o {output} is a folder; name a file in it")
+    if not target.parent.is_dir():
+        raise InputError(f"-o {output}: its folder does not exist; create it or choose another")
+    writable = os.access(target.parent, os.W_OK) and (
+        not target.exists() or os.access(target, os.W_OK)
+    )
+    if not writable:
+        raise InputError(
+            f"-o {output}: the file or its folder is not writable; change that or choose another"
+        )
+
+
+def _lock(file: IO[bytes], output: str) -> None:
+    """Keep other processes out; a lock of this kind goes with the process, however it ends."""
+    try:
+        import fcntl
+    except ImportError:  # not on this system
+        return
+    try:
+        fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        raise InputError(
+            f"-o {output}: another accelcal batch is writing it; wait for it or choose another file"
+        ) from None

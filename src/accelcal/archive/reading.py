@@ -1,0 +1,78 @@
+"""From the files of a block to records, each with the file that it comes from."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from accelcal.archive.failures import attempt
+from accelcal.archive.sources import SourceFile, is_url, read_bytes
+from accelcal.io.tables import read_tables
+from accelcal.record import TumbleRecord
+
+__all__ = ["Failure", "Found", "read_block"]
+
+
+class Found(NamedTuple):
+    """A record of a block.
+
+    Attributes
+    ----------
+    file : int
+        Index of its file in the block.
+    record : TumbleRecord
+        The record.
+    """
+
+    file: int
+    record: TumbleRecord
+
+
+class Failure(NamedTuple):
+    """What could not be read or fitted.
+
+    Attributes
+    ----------
+    file : int
+        Index of the file in the block.
+    source, message : str
+        Its path, and the line that tells why.
+    """
+
+    file: int
+    source: str
+    message: str
+
+
+def read_block(
+    files: tuple[SourceFile, ...], overrides: Mapping[str, Any]
+) -> Iterator[Found | Failure]:
+    """Read the files of a block.
+
+    Parameters
+    ----------
+    files : tuple of SourceFile
+        What to read.
+    overrides : mapping of str to object
+        Declarations that win over the header lines.
+
+    Yields
+    ------
+    Found or Failure
+        The records of each file in its order, or why it could not be read.
+    """
+    for index, file in enumerate(files):
+        records = attempt(file.path, _read, file.path, overrides)
+        if isinstance(records, str):
+            yield Failure(index, file.path, records)
+        else:
+            yield from (Found(index, record) for record in records)
+
+
+def _read(path: str, overrides: Mapping[str, Any]) -> tuple[TumbleRecord, ...]:
+    if not is_url(path):
+        return read_tables(path, overrides=overrides)
+    content = io.BytesIO(read_bytes(path))
+    content.name = path  # where a file has its name, for messages
+    return read_tables(content, overrides=overrides)

@@ -1,0 +1,100 @@
+"""What is asked of each file of a batch; it travels to the workers."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from accelcal.calibrate import TEMPERATURE_LAWS, fit
+from accelcal.errors import DesignError
+from accelcal.estimate.linear import METHODS
+from accelcal.io.tables import read_table
+from accelcal.model import COEFFICIENTS
+from accelcal.record import TumbleRecord
+from accelcal.results.calibration import Calibration
+from accelcal.results.discovery import Discovery
+from accelcal.specification import Specification
+from accelcal.verdict import judge
+from accelcal.version import __version__
+
+__all__ = ["Settings"]
+
+_GOOD_TABLE = (
+    "temperature,angle,stroke,output\n20,0,1,1.3\n20,45,1,0.9\n20,90,1,0.0\n20,135,1,-0.9\n"
+    "20,180,1,-1.3\n20,225,1,-0.9\n20,270,1,0.1\n20,315,1,0.9\n"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How each record of a batch is fitted, as `accelcal.fit` takes it.
+
+    Attributes
+    ----------
+    method, robust, delta0, coefficients, strict, temperature_laws, model
+        Arguments of `accelcal.fit`.
+    overrides : mapping of str to object
+        Declarations that win over the header lines of the tables.
+    specification : Specification or None
+        Data sheet to judge against.
+    """
+
+    method: str = METHODS[0]
+    robust: bool = False
+    delta0: float | None = None
+    coefficients: tuple[str, ...] = COEFFICIENTS
+    strict: bool = False
+    temperature_laws: str = TEMPERATURE_LAWS[0]
+    model: Discovery | None = None
+    overrides: Mapping[str, Any] = field(default_factory=dict)
+    specification: Specification | None = None
+
+    def calibrate(self, record: TumbleRecord) -> Calibration:
+        """Fit a record, and judge it where there is a data sheet."""
+        return self.judged(fit(record, **self.of_fit()))
+
+    def try_out(self) -> None:
+        """Fit a good table, so that wrong options are told once and before any file.
+
+        Raises
+        ------
+        InputError
+            If an option has a value that breaks a rule.
+
+        Warns
+        -----
+        AccelcalWarning
+            If the method is misprinted.
+        """
+        record = read_table(io.StringIO(_GOOD_TABLE), overrides=self.overrides)
+        with suppress(DesignError):
+            fit(record, **{**self.of_fit(), "model": None})
+
+    def of_fit(self) -> dict[str, Any]:
+        """Arguments of `accelcal.fit`."""
+        return {
+            "method": self.method,
+            "robust": self.robust,
+            "delta0": self.delta0,
+            "coefficients": self.coefficients,
+            "strict": self.strict,
+            "temperature_laws": self.temperature_laws,
+            "model": self.model,
+        }
+
+    def judged(self, calibration: Calibration) -> Calibration:
+        """Judge against the data sheet, where there is one."""
+        if self.specification is None:
+            return calibration
+        return replace(calibration, verdict=judge(calibration, self.specification))
+
+    def fingerprint(self) -> str:
+        """Digest of all that decides the results of a file besides the file."""
+        model = "" if self.model is None else self.model.to_json()
+        given = sorted((key, value) for key, value in self.overrides.items() if value is not None)
+        parts = (__version__, repr(replace(self, model=None, overrides={})), repr(given), model)
+        return hashlib.sha256("\0".join(parts).encode()).hexdigest()

@@ -1,0 +1,220 @@
+"""Which files a batch reads: files, folders, globs and URLs, in one fixed order."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Collection, Iterator, Sequence
+from typing import Any, NamedTuple
+
+from accelcal.errors import InputError
+
+__all__ = ["SUFFIXES", "SourceFile", "find_sources", "is_url", "read_bytes"]
+
+SUFFIXES = (".csv", ".csv.gz", ".txt", ".tsv", ".parquet")
+"""Ends of the names of the files that are taken from a folder."""
+
+_SUFFIXES_TOLD = ", ".join(f"*{suffix}" for suffix in SUFFIXES)
+_MAGIC = frozenset("*?[")
+
+
+class SourceFile(NamedTuple):
+    """A file to read, and what tells that it has not changed.
+
+    Attributes
+    ----------
+    path : str
+        Path or URL, as the results name it.
+    size : int
+        Size in bytes; -1 where unknown.
+    stamp : str
+        Time of the last change, or a checksum where the store has one.
+    """
+
+    path: str
+    size: int
+    stamp: str
+
+
+def find_sources(paths: Sequence[str], aside: Collection[str] = ()) -> list[SourceFile]:
+    """Find the files of a batch.
+
+    Parameters
+    ----------
+    paths : sequence of str
+        Files, folders (with all that is below them), globs such as ``2024/**/*.csv``, and URLs of
+        fsspec such as ``s3://bucket/folder``.
+    aside : collection of str
+        Files that are left out where a folder or glob holds them: the results themselves.
+
+    Returns
+    -------
+    list of SourceFile
+        In the order of `paths`, those of a folder or glob by name; a file that is met again is
+        there once.
+
+    Raises
+    ------
+    InputError
+        If one of `paths` is nothing, or holds no table.
+
+    Examples
+    --------
+    >>> find_sources(["nosuch"])
+    Traceback (most recent call last):
+    ...
+    accelcal.errors.InputError: nosuch: no such file or folder; give files, folders or globs
+    """
+    found: dict[str, SourceFile] = {}
+    for path in paths:
+        inside = _of_url(path) if is_url(path) else _of_path(path, aside)
+        for source in inside:
+            name = source.path if is_url(path) else os.path.abspath(source.path)  # noqa: PTH100
+            found.setdefault(name, source)
+    return list(found.values())
+
+
+def is_url(path: str) -> bool:
+    """Tell whether a path is a URL, as in ``s3://bucket/a.csv``.
+
+    Parameters
+    ----------
+    path : str
+        The path.
+
+    Returns
+    -------
+    bool
+        True for a URL.
+    """
+    return "://" in path
+
+
+def read_bytes(path: str) -> bytes:
+    """Read a file or the object of a URL whole.
+
+    Parameters
+    ----------
+    path : str
+        Path or URL.
+
+    Returns
+    -------
+    bytes
+        Its content.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read.
+    """
+    if is_url(path):
+        system, name = _file_system(path)
+        content: bytes = system.cat_file(name)
+        return content
+    with open(path, "rb", buffering=0) as file:  # noqa: PTH123  (pathlib costs time, a file each)
+        return file.read()
+
+
+def _of_path(path: str, aside: Collection[str]) -> list[SourceFile]:
+    if path == "-":
+        raise InputError("- is standard input, which accelcal fit reads; batch takes files")
+    if os.path.isdir(path):  # noqa: PTH112
+        return _some(sorted(_without(aside, _in_folder(path))), path)
+    if os.path.exists(path):  # noqa: PTH110
+        return [_source(path, os.stat(path))]  # noqa: PTH116
+    if _MAGIC.isdisjoint(path):
+        raise InputError(f"{path}: no such file or folder; give files, folders or globs")
+    return _some(list(_without(aside, _in_glob(path))), path)
+
+
+def _without(aside: Collection[str], found: Iterator[SourceFile]) -> Iterator[SourceFile]:
+    names = {os.path.basename(path) for path in aside}  # noqa: PTH119
+    real = {os.path.realpath(path) for path in aside}
+    for item in found:
+        known = os.path.basename(item.path) in names  # noqa: PTH119
+        if not known or os.path.realpath(item.path) not in real:
+            yield item
+
+
+def _in_folder(folder: str) -> Iterator[SourceFile]:
+    """Tables below a folder; what begins with a dot is hidden, and stays so."""
+    try:
+        with os.scandir(folder) as entries:
+            for entry in entries:
+                if entry.name.startswith("."):
+                    continue
+                if entry.is_dir(follow_symlinks=False):
+                    yield from _in_folder(entry.path)
+                elif entry.name.lower().endswith(SUFFIXES) and entry.is_file():
+                    yield _source(entry.path, entry.stat())
+    except PermissionError:
+        raise InputError(f"{folder}: the folder may not be read; ask for the permission") from None
+
+
+def _in_glob(pattern: str) -> Iterator[SourceFile]:
+    import glob
+
+    for path in sorted(glob.glob(pattern, recursive=True)):  # noqa: PTH207  (keeps ./ as given)
+        if os.path.isdir(path):  # noqa: PTH112
+            yield from sorted(_in_folder(path))
+        else:
+            yield _source(path, os.stat(path))  # noqa: PTH116
+
+
+def _source(path: str, status: os.stat_result) -> SourceFile:
+    return SourceFile(path, status.st_size, str(status.st_mtime_ns))
+
+
+def _some(found: list[SourceFile], path: str) -> list[SourceFile]:
+    if not found:
+        raise InputError(f"{path}: no table in it; batch takes {_SUFFIXES_TOLD}")
+    return found
+
+
+# -- URLs ------------------------------------------------------------------------------------------
+
+_STAMPS = ("ETag", "etag", "md5", "checksum", "mtime", "LastModified", "last_modified", "created")
+
+
+def _of_url(url: str) -> list[SourceFile]:
+    system, name = _file_system(url)
+    try:
+        if not _MAGIC.isdisjoint(name):
+            known = system.glob(name, detail=True)
+        elif system.isdir(name):
+            known = _tables(system.find(name, detail=True))
+        else:
+            known = {name: system.info(name)}
+    except FileNotFoundError:
+        raise InputError(f"{url}: no such file or folder; give files, folders or globs") from None
+    except Exception as error:  # each file system fails in its own way
+        raise InputError(f"{url} cannot be listed: {_line(error)}; check the address") from None
+    return _some([_of_store(system, path, known[path]) for path in sorted(known)], url)
+
+
+def _tables(known: dict[str, Any]) -> dict[str, Any]:
+    return {path: info for path, info in known.items() if path.lower().endswith(SUFFIXES)}
+
+
+def _of_store(system: Any, path: str, info: dict[str, Any]) -> SourceFile:
+    stamp = next((str(info[key]) for key in _STAMPS if info.get(key)), "")
+    size = info.get("size")
+    return SourceFile(system.unstrip_protocol(path), -1 if size is None else int(size), stamp)
+
+
+def _file_system(url: str) -> tuple[Any, str]:
+    try:
+        from fsspec.core import url_to_fs
+    except ImportError:
+        raise InputError(
+            f"{url} needs fsspec; install it with: pip install 'accelcal[remote]'"
+        ) from None
+    try:
+        system, name = url_to_fs(url)
+    except (ImportError, ValueError) as error:
+        raise InputError(f"{url} cannot be opened: {_line(error)}") from None
+    return system, name
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__

@@ -1,0 +1,189 @@
+"""Who does the work: this process, processes beside it, or a Dask cluster."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from typing import Any, TypeVar
+
+from accelcal.errors import InputError
+
+__all__ = ["completed", "processors", "workers"]
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+_AHEAD = 2  # tasks that wait for each worker, so that none is idle and memory stays bounded
+
+_KILLED = (
+    "a worker was killed, most often for want of memory; what is finished is kept, go on with"
+    " --resume and fewer --jobs"
+)
+
+
+def processors() -> int:
+    """Processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def completed(
+    executor: Executor | None,
+    function: Callable[[Task], Result],
+    tasks: Sequence[Task],
+    workers: int,
+) -> Iterator[tuple[Task, Result]]:
+    """Do tasks, a few more at a time than there are workers.
+
+    Parameters
+    ----------
+    executor : Executor or None
+        Who does them; None does them here.
+    function : callable
+        What to do with a task.
+    tasks : sequence
+        The tasks.
+    workers : int
+        Number of workers.
+
+    Yields
+    ------
+    tuple
+        A task and its result, in the order in which they end.
+
+    Raises
+    ------
+    InputError
+        If a worker was killed and nobody takes over.
+    """
+    if executor is None:
+        yield from ((task, function(task)) for task in tasks)
+        return
+    todo = iter(tasks)
+    running: dict[Future[Result], Task] = {}
+    try:
+        while True:
+            for task in todo:
+                running[executor.submit(function, task)] = task
+                if len(running) >= _AHEAD * workers:
+                    break
+            if not running:
+                return
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                yield running.pop(future), _result(future)
+    finally:
+        for future in running:
+            future.cancel()
+
+
+def _result(future: Future[Result]) -> Result:
+    from concurrent.futures.process import BrokenProcessPool
+
+    try:
+        return future.result()
+    except BrokenProcessPool:
+        raise InputError(_KILLED) from None
+    except Exception as error:
+        if type(error).__name__ == "KilledWorker":  # of Dask, which has tried it several times
+            raise InputError(_KILLED) from None
+        raise
+
+
+def workers(jobs: int, dask: str | None) -> AbstractContextManager[tuple[Executor | None, int]]:
+    """Engage workers.
+
+    Parameters
+    ----------
+    jobs : int
+        Number of processes; 1 works in this one.
+    dask : str or None
+        Address of the scheduler of a Dask cluster, or ``"local"`` for one of `jobs` processes.
+
+    Returns
+    -------
+    context manager
+        Gives the executor, None where this process works alone, and the number of workers.
+
+    Raises
+    ------
+    InputError
+        If Dask is not installed or its scheduler is not found.
+    """
+    if dask is not None:
+        return _cluster(dask, jobs)
+    return nullcontext((None, 1)) if jobs == 1 else _processes(jobs)
+
+
+# -- processes -------------------------------------------------------------------------------------
+
+
+@contextmanager
+def _processes(jobs: int) -> Iterator[tuple[Executor, int]]:
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import active_children, get_context
+
+    others = set(active_children())
+    # a fork is ready at once, but a copy of a process with threads may hang
+    alone = sys.platform == "linux" and threading.active_count() == 1
+    context = get_context("fork" if alone else "spawn")
+    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_start_worker)
+    try:
+        yield pool, jobs
+    except BaseException:
+        for child in set(active_children()) - others:
+            child.terminate()  # what it has begun is begun anew
+        raise
+    pool.shutdown()
+
+
+def _start_worker() -> None:
+    """Leave Ctrl-C to the parent, and end with it however it ends."""
+    from multiprocessing import parent_process
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = parent_process()
+
+    def follow() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=follow, daemon=True).start()
+
+
+# -- Dask ------------------------------------------------------------------------------------------
+
+
+@contextmanager
+def _cluster(address: str, jobs: int) -> Iterator[tuple[Executor, int]]:
+    try:
+        from dask.distributed import Client, LocalCluster
+    except ImportError:
+        raise InputError(
+            "--dask needs Dask; install it with: pip install 'accelcal[dask]'"
+        ) from None
+    own: Any = nullcontext()
+    if address == "local":
+        own = LocalCluster(  # type: ignore[no-untyped-call]
+            n_workers=jobs, threads_per_worker=1, processes=True, dashboard_address=None
+        )
+    with own as cluster, _client(Client, cluster or address) as client:
+        count = max(sum(client.nthreads().values()), 1)
+        yield client.get_executor(pure=False), count
+
+
+def _client(connect: Callable[..., Any], where: Any) -> Any:
+    try:
+        return connect(where, timeout="10s", set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        told = " ".join(str(error).split()) or type(error).__name__
+        raise InputError(
+            f"--dask {where}: no scheduler there ({told}); start one by 'dask scheduler', or give"
+            " --dask local"
+        ) from None

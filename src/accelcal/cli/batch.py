@@ -1,0 +1,152 @@
+"""accelcal batch: an archive of tables to one frame of calibrations."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from accelcal.cli.options import calibration_options, output_option
+from accelcal.errors import InputError
+
+if TYPE_CHECKING:
+    from accelcal.archive.batch import BatchCounts
+
+__all__ = ["batch"]
+
+
+@click.command()
+@click.argument("paths", metavar="PATH...", nargs=-1, required=True)
+@output_option("the rows of all tables", metavar="RESULTS.(csv|csv.gz|parquet)", required=True)
+@click.option(
+    "--jobs",
+    type=click.IntRange(1),
+    metavar="N",
+    help="Processes to work with; by default as many as there are processors.",
+)
+@click.option("--resume", is_flag=True, help="Go on with what an interrupted batch left.")
+@click.option(
+    "--dask",
+    metavar="ADDRESS",
+    help="Work on the Dask cluster of this scheduler; 'local' starts one of --jobs processes.",
+)
+@calibration_options
+def batch(
+    paths: Sequence[str],
+    path: str,
+    jobs: int | None,
+    resume: bool,
+    dask: str | None,
+    coefficients: str,
+    model: str | None,
+    spec: str | None,
+    **options: Any,
+) -> None:
+    """Calibrate from all tables of an archive.
+
+    PATH is a file, a folder with all that is below it, a glob or a URL such as s3://bucket/2024.
+    RESULTS gets a row a serial, run and mounting; RESULTS.laws the temperature laws;
+    RESULTS.errors.csv a row for each file that cannot be used, and then the exit code is 1.
+    The rows are in the order of the files, whatever the jobs.
+
+    \b
+    Examples:
+      accelcal batch archive/ -o results.parquet
+      accelcal batch '20*/*.csv' -o results.csv --robust --spec examples/al15.toml
+      accelcal batch archive/ -o results.csv --resume
+      accelcal batch s3://bucket/tests -o results.parquet --dask tcp://scheduler:8786
+    """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
+    from accelcal.archive.batch import write_batch
+
+    fitting = {name: options.pop(name) for name in _OF_FIT}
+    with _progress() as progress, _interruptible(path):
+        counts = write_batch(
+            paths,
+            path,
+            jobs=jobs,
+            resume=resume,
+            dask=dask,
+            progress=progress,
+            coefficients=[name.strip() for name in coefficients.split(",")],
+            model=None if model is None else _model(model),
+            specification=None if spec is None else _specification(spec),
+            overrides=options,
+            **fitting,
+        )
+    _tell(counts, path)
+
+
+_OF_FIT = ("method", "robust", "delta0", "strict", "temperature_laws")
+
+
+def _model(path: str) -> Any:
+    from accelcal.io.discoveries import read_discovery
+
+    return read_discovery(path)
+
+
+def _specification(path: str) -> Any:
+    from accelcal.io.specification import read_specification
+
+    return read_specification(path)
+
+
+def _tell(counts: BatchCounts, path: str) -> None:
+    """Say what became of the files, and end with the exit code that tells the same."""
+    from accelcal.archive.formats import results
+
+    where = results(path)["errors"]
+    if not counts.fitted:
+        first = counts.errors[0][1]
+        raise InputError(f"none of {_files(counts.files)} can be used, see {where}; first: {first}")
+    said = f"{counts.fitted} calibrations from {_files(counts.files)}"
+    if counts.errors:
+        said += f"; {len(counts.errors)} errors, see {where}"
+    if counts.failed:
+        said += f"; {counts.failed} fail the data sheet"
+    click.echo(said, err=True)
+    if counts.errors or counts.failed:
+        click.get_current_context().exit(1)
+
+
+def _files(count: int) -> str:
+    return f"{count} file{'' if count == 1 else 's'}"
+
+
+@contextmanager
+def _interruptible(path: str) -> Iterator[None]:
+    try:
+        yield
+    except KeyboardInterrupt:
+        click.echo(
+            f"\ninterrupted; what is finished is kept beside {path}: go on with --resume",
+            err=True,
+            nl=False,
+        )
+        raise
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[int, int], None] | None]:
+    """Bar with rate and time left, on a terminal only."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    with click.progressbar(
+        length=0, file=sys.stderr, show_pos=True, item_show_func=lambda rate: rate
+    ) as bar:
+        began = time.monotonic()
+        before = -1  # files of a former run, which tell nothing about the rate
+
+        def tell(done: int, total: int) -> None:
+            nonlocal before
+            before = done if before < 0 else before
+            bar.length = total
+            rate = (done - before) / max(time.monotonic() - began, 1e-3)
+            bar.update(done - bar.pos, f"{rate:.0f} files/s" if done > before else "")
+
+        yield tell
