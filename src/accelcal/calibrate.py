@@ -153,7 +153,20 @@ def fit(
         second_axis_model=found.second_axis,
         fixture_angle=fixture_angles(tables, estimate, delta0) if method != "printed" else (),
         effects=() if known is None else tuple(frozen(e.to_document()) for e in known.effects),
+        provenance=frozen(record.provenance(_asked(coefficients, strict, temperature_laws, model))),
     )
+
+
+def _asked(
+    coefficients: Sequence[str], strict: bool, laws_from: str, model: Discovery | None
+) -> dict[str, object]:
+    """What was asked of the fit and stands nowhere else in the calibration."""
+    return {
+        "coefficients": [name for name in COEFFICIENTS if name in coefficients],
+        "strict": strict,
+        "temperature_laws": laws_from,
+        "model": None if model is None else model.source,
+    }
 
 
 def _warnings(

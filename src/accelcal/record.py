@@ -129,6 +129,8 @@ class TumbleRecord:
         Where the record came from.
     notes : tuple of str
         What the reader set aside or assumed, one sentence each.
+    sha256 : str or None
+        SHA-256 of the bytes of the source, in hexadecimal; None where there were none.
 
     Raises
     ------
@@ -157,6 +159,7 @@ class TumbleRecord:
     metadata: Mapping[str, str] = field(default_factory=dict)
     source: str = "<table>"
     notes: tuple[str, ...] = ()
+    sha256: str | None = None
 
     def __post_init__(self) -> None:
         self._check_lengths()
@@ -203,7 +206,7 @@ class TumbleRecord:
         """Equal in every reading and declaration; the source, its lines and notes do not count."""
         if not isinstance(other, TumbleRecord):
             return NotImplemented
-        aside = {"source", "notes", "line"}
+        aside = {"source", "notes", "line", "sha256"}
         return all(
             _same(getattr(self, item.name), getattr(other, item.name))
             for item in fields(self)
@@ -244,6 +247,28 @@ class TumbleRecord:
                 mask = (self.run == index) & (self.mounting == mounting)
                 if mask.any():
                     yield mask
+
+    def provenance(self, options: Mapping[str, Any]) -> dict[str, Any]:
+        """Tell where the readings came from and what was declared, as a part of a JSON document.
+
+        Parameters
+        ----------
+        options : mapping of str to object
+            What was asked of those who work on the readings.
+
+        Returns
+        -------
+        dict
+            Keys sha256, metadata, declared, notes and options.
+        """
+        declared = {item.name: getattr(self.apparatus, item.name) for item in fields(Apparatus)}
+        return {
+            "sha256": self.sha256,
+            "metadata": dict(self.metadata),
+            "declared": {name: value for name, value in declared.items() if value is not None},
+            "notes": list(self.notes),
+            "options": dict(options),
+        }
 
     def with_apparatus(self, **declared: Any) -> TumbleRecord:
         """Replace some declarations of the apparatus.

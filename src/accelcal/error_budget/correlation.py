@@ -49,7 +49,8 @@ def covariance(
     total = np.zeros(points.rise.size)
     for side, there in zip(_SIDES, (points.rise > 0.0, points.rise <= 0.0), strict=True):
         for (first, second), r in _correlations(coefficients, side).items():
-            total += np.where(there, 2.0 * r * signed[first] * signed[second], 0.0)
+            product = signed.get(first, 0.0) * signed.get(second, 0.0)  # 0 where one is unknown
+            total += np.where(there, 2.0 * r * product, 0.0)
     return total
 
 

@@ -172,6 +172,7 @@ def _read_by(
     if text.encoding == "latin-1":
         notes.insert(0, "the text is not UTF-8 and was read as latin-1")
     common = {**declared.record, "source": layout.source, "notes": tuple(notes)}
+    common["sha256"] = text.sha256
     records = tuple(_records(layout, readings, declared, common))
     return _form(text, layout, table), records
 

@@ -36,12 +36,15 @@ class SourceText(NamedTuple):
         How the bytes were read.
     compressed : bool
         Whether the bytes came out of gzip.
+    sha256 : str or None
+        SHA-256 of the bytes, in hexadecimal; None where the source gave text.
     """
 
     name: str
     text: str
     encoding: str
     compressed: bool
+    sha256: str | None = None
 
 
 def read_text(source: Source, what: str = "table") -> SourceText:
@@ -71,7 +74,10 @@ def read_text(source: Source, what: str = "table") -> SourceText:
     data = _gunzip(content, name) if compressed else content
     _refuse_foreign(data, name)
     text, encoding = _decode(data, name)
-    return SourceText(name, _tidy(text, name), encoding, compressed)
+    from hashlib import sha256
+
+    digest = sha256(content).hexdigest()
+    return SourceText(name, _tidy(text, name), encoding, compressed, digest)
 
 
 def refuse_document(text: str, name: str) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from accelcal.errors import DocumentError, InputError
+from accelcal.results import calibration_parts as parts
 from accelcal.results.checked import (
     checked,
     flag,
@@ -18,7 +19,7 @@ from accelcal.results.checked import (
 )
 from accelcal.results.fixture_angle import FixtureAngle
 from accelcal.results.json_text import document_in, json_text
-from accelcal.results.mapping import FrozenMapping, frozen, thawed
+from accelcal.results.mapping import FrozenMapping, thawed
 from accelcal.results.quantity import Document, ErrorSource, Gate, Quantity, fields_document
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
@@ -81,6 +82,8 @@ class Calibration:
         What was found against a data sheet; None where it was not judged.
     effects : tuple of mapping
         Effects found beyond the model, as they stand in the document.
+    provenance : mapping
+        SHA-256 of the input, its metadata, what was declared and asked; empty where unknown.
 
     Examples
     --------
@@ -109,6 +112,7 @@ class Calibration:
     fixture_angle: tuple[FixtureAngle, ...] = ()
     verdict: Verdict | None = None
     effects: tuple[FrozenMapping[Any], ...] = ()
+    provenance: FrozenMapping[Any] = FrozenMapping({})  # noqa: RUF009  (it is frozen)
 
     def __str__(self) -> str:
         from accelcal.report.text import calibration_text
@@ -154,6 +158,7 @@ class Calibration:
             "gates": [fields_document(gate) for gate in self.gates],
             "warnings": list(self.warnings),
             "verdict": self.verdict.to_document() if self.verdict else None,
+            "provenance": thawed(self.provenance),
         }
 
     @classmethod
@@ -180,7 +185,7 @@ class Calibration:
             return cls(
                 method=checked(document, "method", text),
                 output_unit=checked(document, "output_unit", text_or_none),
-                tables=checked(document, "tables", _tables),
+                tables=checked(document, "tables", parts.tables),
                 serial=checked(document, "serial", text_or_none),
                 g_local_m_s2=checked(document, "g_local_m_s2", number_or_none),
                 T0_degC=checked(document, "T0_degC", number_or_none),
@@ -194,13 +199,14 @@ class Calibration:
                 gates=checked(document, "gates", list_of(Gate.from_document), ()),
                 warnings=checked(document, "warnings", list_of(text)),
                 software=checked(document, "software", text, ""),
-                temperature_model=checked(document, "temperature_model", _laws),
-                second_axis_model=checked(document, "second_axis_model", _laws, None),
+                temperature_model=checked(document, "temperature_model", parts.laws),
+                second_axis_model=checked(document, "second_axis_model", parts.laws, None),
                 fixture_angle=checked(
                     document, "fixture_angle", list_of(FixtureAngle.from_document), ()
                 ),
-                verdict=checked(document, "verdict", _verdict, None),
-                effects=checked(document, "effects", list_of(_effect), ()),
+                verdict=checked(document, "verdict", parts.verdict, None),
+                effects=checked(document, "effects", list_of(parts.effect), ()),
+                provenance=checked(document, "provenance", parts.any_object, FrozenMapping({})),
             )._with_reference()
         except KeyError as error:
             raise DocumentError(
@@ -349,34 +355,6 @@ class Calibration:
         import pandas as pd
 
         return pd.DataFrame(self.rows())
-
-
-def _tables(document: Any) -> tuple[TableCalibration, ...]:
-    found = list_of(TableCalibration.from_document)(document)
-    if not found:
-        raise TypeError("is empty, in place of a table or more")
-    return found
-
-
-def _laws(document: Document | None) -> TemperatureModel | None:
-    return None if document is None else TemperatureModel.from_document(document)
-
-
-def _effect(document: Any) -> FrozenMapping[Any]:
-    if not isinstance(document, Mapping):
-        raise TypeError(f"{document!r:.40} in place of an object")
-    from accelcal.results.findings import FoundEffect  # here, as most calibrations have none
-
-    FoundEffect.from_document(document)
-    return FrozenMapping({name: frozen(part) for name, part in document.items()})
-
-
-def _verdict(document: Document | None) -> Verdict | None:
-    if document is None:
-        return None
-    from accelcal.results.verdict import Verdict  # here, as most calibrations have none
-
-    return Verdict.from_document(document)
 
 
 def _check_schema(document: Any) -> None:
