@@ -16,7 +16,7 @@ from accelcal.results.quantity import Quantity
 if TYPE_CHECKING:
     from accelcal.effects.effect import Effect
 
-__all__ = ["SCALES", "discovery_text"]
+__all__ = ["SCALES", "change_row", "discovery_text", "entry_of", "told"]
 
 
 def discovery_text(found: Discovery) -> str:
@@ -97,24 +97,24 @@ def _where(found: Discovery) -> Iterator[str]:
 
 
 def _effect(found: Discovery, effect: FoundEffect) -> Iterator[str]:
-    entry = _entry(effect.id, effect.parameters)
+    entry = entry_of(effect.id, effect.parameters)
     yield from wrapped(f"{effect.name.capitalize()}  [{effect.id}], {chance(effect.p_value)}")
     if entry is not None:
         yield from wrapped(f"{entry.physics} Term: {entry.formula}", "  ")
         yield from wrapped(entry.signature, "  ")
     for name, quantity in effect.parameters.items():
-        yield f"  {name} = {_told(quantity)}"
+        yield f"  {name} = {told(quantity)}"
     if len(found.effects) > 1:
         before, after = _both(effect.gap_before, effect.gap_after)
         yield f"  gap {before} -> {after} ug"
     if effect.indistinguishable:
-        others = {other: _entry(other) for other in effect.indistinguishable}
+        others = {other: entry_of(other) for other in effect.indistinguishable}
         names = ", ".join(entry.name if entry else other for other, entry in others.items())
         yield from wrapped(f"It could as well be: {names}.", "  ")
         yield from wrapped(f"To tell them apart: {effect.to_tell_apart}.", "  ")
 
 
-def _entry(name: str, parameters: Iterable[str] = ()) -> Effect | None:
+def entry_of(name: str, parameters: Iterable[str] = ()) -> Effect | None:
     """Entry of an effect; None for one of a user's own that is not registered here."""
     from accelcal.effects.empirical import effect_of
 
@@ -124,7 +124,8 @@ def _entry(name: str, parameters: Iterable[str] = ()) -> Effect | None:
         return None
 
 
-def _told(quantity: Quantity) -> str:
+def told(quantity: Quantity) -> str:
+    """Tell a parameter with its half width."""
     unit = "" if quantity.unit == "1" else f" {quantity.unit}"
     if quantity.value is None or quantity.standard_uncertainty is None:
         return f"{quantity.value:g}{unit}"
@@ -137,7 +138,7 @@ def _changes(found: Discovery) -> Iterator[str]:
         return
     yield "What it changes in the coefficients (over K1)"
     rows = [("", "before", "after", "change", "")]
-    rows += [_change(item) for item in found.coefficients]
+    rows += [change_row(item) for item in found.coefficients]
     yield from (f"  {line}" for line in aligned(rows, right={1, 2, 3}))
 
 
@@ -154,7 +155,8 @@ SCALES = {
 """Unit -> factor and unit in which a person reads it."""
 
 
-def _change(item: Change) -> tuple[str, str, str, str, str]:
+def change_row(item: Change) -> tuple[str, str, str, str, str]:
+    """Tell a coefficient: symbol, before, after, change, unit."""
     scale, unit = SCALES.get(item.after.unit, (1.0, item.after.unit))
     before, after = ((q.value or 0.0) * scale for q in (item.before, item.after))
     shown = [_digits(value, item, scale) for value in (before, after, after - before)]

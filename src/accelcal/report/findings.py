@@ -10,7 +10,7 @@ from accelcal.report.numbers import significant
 from accelcal.results.findings import Share
 from accelcal.results.quantity import ErrorSource
 
-__all__ = ["chance", "factor_rows", "noise_line", "probability", "wrapped"]
+__all__ = ["chance", "factor_cells", "factor_rows", "noise_line", "probability", "wrapped"]
 
 _WIDTH = 100
 _SHOWN_P = 0.05
@@ -34,7 +34,12 @@ def _source(source: ErrorSource) -> str:
 
 
 def factor_rows(where: Sequence[Share]) -> Iterator[str]:
-    """Tell the shares of the factors, the significant ones one by one."""
+    """Tell the shares of the factors in aligned lines, the significant ones one by one."""
+    return aligned(factor_cells(where), right={1})
+
+
+def factor_cells(where: Sequence[Share]) -> list[tuple[str, str, str]]:
+    """Tell factor, share and chance of noise, with a heading; the significant ones one by one."""
     named = [share for share in where if share.p_value < _SHOWN_P]
     rows = [("factor", "share", "chance of noise")]
     rows += [
@@ -45,7 +50,7 @@ def factor_rows(where: Sequence[Share]) -> Iterator[str]:
     rows.append(("other factors, no more than noise", f"{100.0 * rest:.1f} %", ""))
     repeatability = 1.0 - sum(share.share for share in where)
     rows.append(("repeatability", f"{100.0 * repeatability:.1f} %", ""))
-    return aligned(rows, right={1})
+    return rows
 
 
 def chance(p: float) -> str:

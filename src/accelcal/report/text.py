@@ -18,7 +18,14 @@ from accelcal.report.rows import (
     without_uncertainty,
 )
 
-__all__ = ["calibration_text"]
+__all__ = [
+    "calibration_text",
+    "in_micro_g",
+    "in_microradians",
+    "scale_factor_elsewhere",
+    "size_of_source",
+    "sized",
+]
 
 Document = Mapping[str, Any]
 
@@ -96,7 +103,7 @@ def _table(table: Document, document: Document) -> Iterator[str]:
         f" {counted(table['readings'], 'reading')}, {_degrees(table['dof'])}"
     )
     yield from _coefficients(table)
-    yield from _scale_factor_elsewhere(table, document["g_local_m_s2"])
+    yield from scale_factor_elsewhere(table, document["g_local_m_s2"])
     yield from _correlations(table)
     yield from (f"  {line}" for line in residual_lines(table))
     yield from _gates(table["gates"])
@@ -115,7 +122,7 @@ def _coefficients(table: Document) -> Iterator[str]:
     yield from (f"  * {r.symbol} stands for {r.meaning}" for r in found if r.meaning)
 
 
-def _scale_factor_elsewhere(table: Document, local_gravity: float | None) -> Iterator[str]:
+def scale_factor_elsewhere(table: Document, local_gravity: float | None) -> Iterator[str]:
     """Scale factor in ppm, and per m/s^2 and standard g, which need the local gravity."""
     quantity = table["coefficients"]["K1"]
     value, expanded = quantity["value"], quantity["expanded_uncertainty"]
@@ -152,16 +159,17 @@ def _fixture_angles(angles: Sequence[Document]) -> Iterator[str]:
     for found in angles:
         axis = found["axis"]
         yield f"Fixture angle apart from the misalignment, mountings {axis}+ and {axis}-"
-        rows = [("fixture angle", "delta0", *_in_microradians(found))]
+        rows = [("fixture angle", "delta0", *in_microradians(found))]
         for level in found["misalignment"]:
             t = level["temperature_degC"]
             where = "" if t is None else f" at {t:.4g} degC"
-            rows.append((f"misalignment{where}", "delta", *_in_microradians(level)))
+            rows.append((f"misalignment{where}", "delta", *in_microradians(level)))
         heading = ("", "", "value", "U (95 %)", "unit")
         yield from (f"  {line}" for line in aligned([heading, *rows], right={2, 3}))
 
 
-def _in_microradians(quantity: Document) -> tuple[str, str, str]:
+def in_microradians(quantity: Document) -> tuple[str, str, str]:
+    """Tell an angle: value, half width of the 95 % interval, unit."""
     expanded = quantity["expanded_uncertainty"]
     u = None if expanded is None else _MICRO * expanded
     return (*matching_digits(_MICRO * quantity["value"], u), "urad")
@@ -172,12 +180,13 @@ def _effects(effects: Sequence[Document]) -> Iterator[str]:
         yield "Effects taken out of the readings, with their sizes in this record"
     for effect in effects:
         parameters = effect["parameters"].items()
-        told = ", ".join(f"{name} = {_sized(quantity)}" for name, quantity in parameters)
+        told = ", ".join(f"{name} = {sized(quantity)}" for name, quantity in parameters)
         gaps = [significant(effect[f"gap_{when}"] * _MICRO) for when in ("before", "after")]
         yield from _item(effect["name"], f"{told}; gap {gaps[0]} -> {gaps[1]} ug rms")
 
 
-def _sized(quantity: Document) -> str:
+def sized(quantity: Document) -> str:
+    """Tell a parameter of an effect with its half width."""
     factor, unit = _READABLE.get(quantity["unit"], (1.0, quantity["unit"]))
     if quantity["standard_uncertainty"] is None:
         return f"{quantity['value']:g} {quantity['unit']}"
@@ -191,15 +200,17 @@ def _errors(document: Document) -> Iterator[str]:
         yield "Sources of error"
     readings = [s for s in document["error_sources"] if s["name"] == "reading"]
     for table, source in zip(document["tables"], readings, strict=False):
-        yield f"  reading noise, run {table['run']}: {_size(source)}{_in_micro_g(source, table)}"
+        size = size_of_source(source) + in_micro_g(source, table)
+        yield f"  reading noise, run {table['run']}: {size}"
     titles = {"head": "head position", "launch": "bias, launch to launch"}
     titles["launch_sf"] = "scale factor, launch to launch"
     for source in document["error_sources"]:
         if source["name"] in titles:
-            yield f"  {titles[source['name']]}: {_size(source)}"
+            yield f"  {titles[source['name']]}: {size_of_source(source)}"
 
 
-def _size(source: Document) -> str:
+def size_of_source(source: Document) -> str:
+    """Tell the size of a source of error, and how it is known."""
     if source["value"] is None:
         return "unknown"
     dof = f", {_degrees(source['dof'])}" if source["dof"] is not None else ""
@@ -209,7 +220,8 @@ def _size(source: Document) -> str:
     return f"{significant(factor * source['value'])} {unit} ({source['source']}{dof})"
 
 
-def _in_micro_g(source: Document, table: Document) -> str:
+def in_micro_g(source: Document, table: Document) -> str:
+    """Tell the noise of a table's readings as an acceleration too."""
     scale_factor = table["coefficients"]["K1"]["value"]
     if source["value"] is None or not scale_factor:
         return ""

@@ -11,7 +11,7 @@ from accelcal.report.columns import aligned
 from accelcal.report.names import printable
 from accelcal.report.numbers import matching_digits
 
-__all__ = ["verdict_text"]
+__all__ = ["limit_row", "remark", "verdict_text"]
 
 Document = Mapping[str, Any]
 
@@ -52,15 +52,16 @@ def _lines(document: Document) -> Iterator[str]:
     yield from _wrapped(
         f"Verdict against {document['specification']}: {document['outcome'].upper()} ({told})", ""
     )
-    rows = [_HEADING, *map(_row, limits)]
+    rows = [_HEADING, *map(limit_row, limits)]
     yield from (f"  {line}" for line in aligned(rows, right={2, 3}))
     for limit in limits:
-        if remark := _remark(limit):
-            yield from _wrapped(f"{limit['symbol']}: {remark}")
+        if said := remark(limit):
+            yield from _wrapped(f"{limit['symbol']}: {said}")
     yield from _wrapped(f"decision rule: {document['rule_statement']}")
 
 
-def _row(limit: Document) -> tuple[str, ...]:
+def limit_row(limit: Document) -> tuple[str, ...]:
+    """Tell outcome, symbol, value, half width of its interval, limit, and name with the place."""
     outcome = limit["outcome"]
     return (
         outcome.upper() if outcome in ("pass", "fail") else outcome,
@@ -90,7 +91,8 @@ def _range(limit: Document) -> str:
     return f"|x| >= {low:g}" if high is None else f"{low:g} to {high:g}"
 
 
-def _remark(limit: Document) -> str:
+def remark(limit: Document) -> str:
+    """Tell why a limit was not tested, or how near it is."""
     probability = limit["probability"]
     if limit["outcome"] != "undecided" or probability is None:
         return str(limit["remark"])
