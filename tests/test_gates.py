@@ -1,11 +1,13 @@
 """Gates against faults hidden in tables that are written reading by reading, without simulation."""
 
 import io
+import itertools
 import math
 import random
 import re
 import tracemalloc
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,9 +17,9 @@ from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import reading_noise
 from accelcal.estimate.tables import prepare
 from accelcal.gates import order
-from accelcal.gates.drift import drift
-from accelcal.gates.replicates import closure, forward_against_back, outlier
-from accelcal.gates.table import table_gates
+from accelcal.gates.stack import TableStack
+from accelcal.gates.swaps import best_swap
+from accelcal.gates.table import gates_of_stack, table_gates
 
 SCALE_FACTOR, BIAS, SECOND, THIRD, MISALIGNMENT = 1.35, 3.3e-3, 105e-6, 87e-6, 1.15e-3  # AL-15
 NOISE = 5e-6
@@ -197,33 +199,61 @@ def test_missing_readings_do_not_hide_a_wrong_order():
 def test_orders_are_judged_as_by_refitting_each():
     """The update of the squared residuals against a design of its own for each order."""
     table = prepared(missing=0.1, seed=3, strokes=5)
-    fit = order._Fit.of(table.kept_design, table.record.output)
-    names, members = order._groups_of_strokes(table.record.stroke)
+    stack, fit, groups = stacked([table]), *fit_and_groups(table)
     for other in order._other_orders(table):
-        squares = order._squares_of_groups(table, fit, other, members, 0.0)
-        for k, name in enumerate(names):
-            chosen = members[k][table.record.stroke - 1]
+        squares = order._squares_of_groups(stack, stack.output, fit, other, groups)
+        for k, name in enumerate(groups.names):
+            chosen = groups.readings(k)
             angle = np.where(chosen, other.angle, table.record.angle)
             output = np.where(chosen, other.sign, 1.0) * table.record.output
-            record = accelcal.TumbleRecord(
-                **fields_of(table.record) | {"angle": angle, "output": output}
-            )
-            design = prepare(record).design
+            design = prepare(replace(table.record, angle=angle, output=output)).design
             rest = np.linalg.lstsq(design, output, rcond=None)[1]
-            assert squares[k] == pytest.approx(rest.item(), rel=1e-6), (other.said, name)
+            assert squares[0, k] == pytest.approx(rest.item(), rel=1e-6), (other.said, name)
+
+
+def fit_and_groups(table):
+    fit = order._Fit.of(table.kept_design, table.record.output[None])
+    return fit, order._Groups.of(table.record.stroke)
 
 
 def test_no_order_of_a_group_is_better_than_leaving_it_out():
     table = prepared(missing=0.1, seed=3, strokes=5)
-    fit = order._Fit.of(table.kept_design, table.record.output)
-    _, members = order._groups_of_strokes(table.record.stroke)
-    without = order._squares_without(table, fit, members)
-    for k, group in enumerate(members):
-        kept = ~group[table.record.stroke - 1]
+    stack, fit, groups = stacked([table]), *fit_and_groups(table)
+    without = order._squares_without(fit, groups)
+    for k in range(len(groups.names)):
+        kept = ~groups.readings(k)
         rest = np.linalg.lstsq(table.kept_design[kept], table.record.output[kept], rcond=None)[1]
-        assert without[k] == pytest.approx(rest.item(), rel=1e-6)
+        assert without[0, k] == pytest.approx(rest.item(), rel=1e-6)
     for other in order._other_orders(table):
-        assert (order._squares_of_groups(table, fit, other, members, 0.0) > without).all()
+        squares = order._squares_of_groups(stack, stack.output, fit, other, groups)
+        assert (squares > without).all()
+
+
+@pytest.mark.parametrize("better", [1.0 + 1e-9, 1.5, 9.0])
+@pytest.mark.parametrize("fault", [None, swapped(1, 4, 5), swapped(3, 2, 3)])
+def test_swaps_are_judged_as_by_refitting_each(fault, better):
+    readings = list(readings_of(missing=0.1, seed=3, strokes=4, noise=1e-3))
+    readings = readings if fault is None else fault(readings, 8)
+    table = prepare(accelcal.read_table(io.StringIO(text_of(readings))))
+    fit, groups = fit_and_groups(table)
+    left = dict(squares_of_swaps(table))
+    best = min(left, key=left.get)
+    found = best_swap(table.record.output[None], fit.residual, fit.basis, groups.strokes, better)
+    if left[best] < fit.squares[0] / better:
+        assert tuple(found.pair[0].tolist()) == best
+        assert found.squares[0] == pytest.approx(left[best], rel=1e-6)
+    else:
+        assert found.squares[0] >= fit.squares[0] / better
+
+
+def squares_of_swaps(table):
+    """Each pair of readings of one stroke, and what a fit of the swapped table leaves."""
+    output, stroke = table.record.output, table.record.stroke
+    for i, j in itertools.combinations(range(output.size), 2):
+        if stroke[i] == stroke[j]:
+            other = output.copy()
+            other[[i, j]] = other[[j, i]]
+            yield (i, j), np.linalg.lstsq(table.kept_design, other, rcond=None)[1].item()
 
 
 def test_many_strokes_take_little_memory():
@@ -231,7 +261,7 @@ def test_many_strokes_take_little_memory():
     table = prepared(strokes=1000)
     tracemalloc.start()
     try:
-        assert order.order_of_positions(table).verdict == "pass"
+        assert order.order_of_positions(stacked([table])).verdicts == ["pass"]
         assert tracemalloc.get_traced_memory()[1] < 100e6
     finally:
         tracemalloc.stop()
@@ -241,7 +271,7 @@ def test_many_readings_in_a_stroke_take_little_memory():
     table = prepared(strokes=1, positions=3600)
     tracemalloc.start()
     try:
-        assert order.order_of_positions(table).verdict == "pass"
+        assert order.order_of_positions(stacked([table])).verdicts == ["pass"]
         assert tracemalloc.get_traced_memory()[1] < 100e6
     finally:
         tracemalloc.stop()
@@ -666,25 +696,26 @@ def test_few_false_alarms(clean, gate):
 )
 def test_false_alarm_rate_is_nominal(positions, strokes):
     """At 1 % the alarms of 500 tables are 5 +- 2.2; four gates in one table are almost apart."""
-    alarms = Counter()
     shape = list(readings_of(positions=positions, strokes=strokes, head=1e-5))
     record = accelcal.read_table(io.StringIO(text_of(shape, positions)))
     rng = np.random.default_rng(20090101)
     signal = accelcal.fit(record).tables[0]
     smooth = record.output - np.array(signal.residuals.value) * signal.coefficients["K1"].value
-    for _ in range(500):
-        output = smooth + rng.normal(0.0, NOISE * SCALE_FACTOR, smooth.size)
-        table = prepare(accelcal.TumbleRecord(**fields_of(record) | {"output": output}))
-        noise = reading_noise([table], [output])[0]
-        gates = (
-            closure(table, noise, SCALE_FACTOR),
-            drift(table, SCALE_FACTOR),
-            forward_against_back(table, SCALE_FACTOR),
-            outlier(table, SCALE_FACTOR),
-        )
-        alarms.update(gate.name for gate in gates if gate.verdict == "warn")
+    tables = [
+        prepare(replace(record, output=smooth + rng.normal(0.0, NOISE * SCALE_FACTOR, smooth.size)))
+        for _ in range(500)
+    ]
+    alarms = {gate.name: gate.verdicts.count("warn") for gate in gates_of_stack(stacked(tables))}
     assert all(alarms[name] <= 13 for name in TESTS), alarms
-    assert sum(alarms.values()) >= 4, alarms
+    assert sum(alarms[name] for name in TESTS) >= 4, alarms
+
+
+def stacked(tables):
+    """Tables of one plan, fitted, as the gates take them."""
+    outputs = [table.record.output for table in tables]
+    noises = [reading_noise([table], [table.record.output])[0] for table in tables]
+    fits = [linear_estimator(t).coefficients(y) for t, y in zip(tables, outputs, strict=True)]
+    return TableStack.of(tables, fits, noises)
 
 
 def fields_of(record):

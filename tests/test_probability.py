@@ -130,3 +130,22 @@ def test_f_with_one_degree_is_student_squared(t, dof):
 def test_f_survival_at_the_ends():
     assert [f_survival(ratio, 2, 5) for ratio in (-1.0, 0.0, math.inf)] == [1.0, 1.0, 0.0]
     assert np.all(np.diff([f_survival(r, 3, 7) for r in np.linspace(0, 9, 50)]) < 0)
+
+
+@pytest.mark.parametrize("size", [3, 300])
+@pytest.mark.parametrize("dof1", [0.5, 1.0, 6.0, 50.0])
+def test_f_survival_of_arrays_is_that_of_numbers(dof1, size):
+    rng = np.random.default_rng(7)
+    ratio = 10.0 ** rng.uniform(-8.0, 8.0, size)
+    dof2 = rng.choice([0.5, 1.0, 7.5, 33.0, 1e4, 1e7, math.inf], size)
+    found = f_survival(ratio, dof1, dof2)
+    each = [f_survival(r, dof1, d) for r, d in zip(ratio.tolist(), dof2.tolist(), strict=True)]
+    assert found.tolist() == pytest.approx(each, rel=1e-11, abs=1e-300)
+
+
+@pytest.mark.parametrize("size", [1, 100])
+def test_f_survival_of_arrays_at_the_ends(size):
+    ratio = np.repeat([-1.0, 0.0, math.inf, math.nan, 4.0], size)
+    found = f_survival(ratio, 2, 46).reshape(5, size)[:, 0]
+    assert found[:4].tolist() == pytest.approx([1.0, 1.0, 0.0, math.nan], nan_ok=True)
+    assert found[4] == close(f_survival(4.0, 2, 46))

@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["decimal_step", "distinct", "grouped", "median"]
+__all__ = ["decimal_step", "decimal_steps", "distinct", "grouped", "median"]
+
+_GLANCE = 4  # so many values mostly tell that a step is too large
 
 
 def distinct(values: NDArray[Any]) -> NDArray[Any]:
@@ -109,11 +111,36 @@ def decimal_step(values: NDArray[np.float64]) -> float:
     >>> decimal_step(np.array([1.2503, -0.71])), decimal_step(np.array([1.0 / 3.0]))
     (0.0001, 0.0)
     """
+    return float(decimal_steps(values.reshape(1, -1))[0])
+
+
+def decimal_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Find the power of ten of which all values of a row are multiples, for each row.
+
+    Parameters
+    ----------
+    values : ndarray, shape (T, n)
+        Values.
+
+    Returns
+    -------
+    ndarray, shape (T,)
+        The largest such step from 1 to 1e-12; 0 where there is none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> decimal_steps(np.array([[1.2503, -0.71], [1.0, 1.0 / 3.0]])).tolist()
+    [0.0001, 0.0]
+    """
+    step = np.zeros(len(values))
+    largest = np.abs(values).max(axis=1)
     for digits in range(13):
-        scaled = values * 10.0**digits
-        if np.abs(scaled).max() > 1e12:
-            break
+        size = largest * 10.0**digits
         # a hundred steps or more, or all small values would be multiples of a large step
-        if np.abs(scaled).max() >= 100.0 and np.abs(scaled - np.round(scaled)).max() < 1e-4:
-            return float(10.0**-digits)
-    return 0.0
+        rows = np.flatnonzero((step == 0.0) & (size >= 100.0) & (size <= 1e12))
+        for part in (slice(_GLANCE), slice(None)):
+            scaled = values[rows, part] * 10.0**digits
+            rows = rows[np.abs(scaled - np.round(scaled)).max(axis=1) < 1e-4]
+        step[rows] = 10.0**-digits
+    return step

@@ -10,62 +10,87 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import lru_cache
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from accelcal.errors import InputError
 
 __all__ = ["dof_of_student_quantile", "f_survival", "student_quantile", "student_survival"]
 
+Array = NDArray[Any]
+Number = Any  # a float, or an array of them: what both can do is written once
+
 _TINY = 1e-300
+_SETTLED = 1e-15
 _AS_GOOD_AS_INFINITE = 1e15  # degrees of freedom
+_WORTH_ARRAYS = 24  # fewer numbers are faster one by one
 
 
-def _regularised_beta(a: float, b: float, x: float, y: float) -> float:
+def _regularised_beta(a: Number, b: Number, x: Number, y: Number) -> Number:
     """Regularised incomplete beta function I_x(a, b); y = 1 - x keeps the digits where x is near 1.
 
-    The continued fraction is (DLMF 8.17.22) contracted to its even part, as in TOMS 708; its terms
-    hold y and not 1 - x, so that large a lose no digits.
+    Of numbers, or of arrays of one shape. The continued fraction is (DLMF 8.17.22) contracted to
+    its even part, as in TOMS 708; its terms hold y and not 1 - x, so that large a lose no digits.
     """
-    if x <= 0.0:
-        return 0.0
-    if y <= 0.0:
-        return 1.0
-    if x * (a + b + 2.0) > a + 1.0:
-        return 1.0 - _regularised_beta_tail(b, a, y, x)
-    return _regularised_beta_tail(a, b, x, y)
+    turned = (x * (a + b + 2.0) > a + 1.0) & (y > 0.0)
+    if isinstance(x, float):
+        if x <= 0.0 or y <= 0.0:
+            return float(x > 0.0)
+        tail = _regularised_beta_tail(*((b, a, y, x) if turned else (a, b, x, y)))
+        return 1.0 - tail if turned else tail
+    a, b = np.where(turned, b, a), np.where(turned, a, b)
+    first, second = np.where(turned, y, x), np.where(turned, x, y)
+    with np.errstate(all="ignore"):  # where x or y is 0 the value is known
+        tail = _regularised_beta_tail(a, b, first, second)
+    within = np.where(turned, 1.0 - tail, tail)
+    return np.where((x <= 0.0) | (y <= 0.0), np.where(x > 0.0, 1.0, 0.0), within)
 
 
-def _regularised_beta_tail(a: float, b: float, x: float, y: float) -> float:
-    c = fraction = a * (a * y - b * x + 1.0) / (a + 1.0) or _TINY
+def _regularised_beta_tail(a: Number, b: Number, x: Number, y: Number) -> Number:
+    c = fraction = a * (a * y - b * x + 1.0) / (a + 1.0) + _TINY
     d = 0.0
     for m in range(1, 10_000):
-        before = a + 2 * m - 1
-        numerator = (a + m - 1) / before * ((a + b + m - 1) / before) * m * (b - m) * x * x
+        before = a + (2 * m - 1)
+        numerator = (a + (m - 1)) / before * ((a + b + (m - 1)) / before) * m * (b - m) * x * x
         term = m + m * (b - m) * x / before
-        term += (a + m) * (a * y - b * x + 1.0 + m * (1.0 + y)) / (before + 2)
-        d = 1.0 / (term + numerator * d or _TINY)  # modified Lentz method
-        c = term + numerator / c or _TINY
-        fraction *= c * d
-        if abs(c * d - 1.0) < 1e-15:
+        term = term + (a + m) * (a * y - b * x + 1.0 + m * (1.0 + y)) / (before + 2)
+        d = 1.0 / (term + numerator * d + _TINY)  # modified Lentz method
+        c = term + numerator / c + _TINY
+        factor = c * d
+        fraction = fraction * factor
+        away = abs(factor - 1.0)
+        if (away if isinstance(away, float) else np.fmax.reduce(away)) < _SETTLED:
             break
     return _beta_density(a, b, x, y) / fraction
 
 
-def _beta_density(a: float, b: float, x: float, y: float) -> float:
+def _beta_density(a: Number, b: Number, x: Number, y: Number) -> Number:
     """x^a y^b / B(a, b), with Stirling's formula taken out, which cancels for large a and b."""
     n = a + b
     excess = b * x - a * y  # n x - a, without its loss of digits
     exponent = _log_power(a, excess, n * x) + _log_power(b, -excess, n * y)
     rest = _beyond_stirling(n) - _beyond_stirling(a) - _beyond_stirling(b)
-    return math.sqrt(a / n * b / (2.0 * math.pi)) * math.exp(exponent + rest)
+    if isinstance(x, float):
+        return math.sqrt(a / n * b / (2.0 * math.pi)) * math.exp(exponent + rest)
+    return np.sqrt(a / n * b / (2.0 * math.pi)) * np.exp(exponent + rest)
 
 
-def _log_power(a: float, excess: float, total: float) -> float:
+def _log_power(a: Number, excess: Number, total: Number) -> Number:
     """Logarithm of (total / a)^a, where total = a + excess."""
-    return a * (math.log1p(excess / a) if abs(excess) < 0.5 * a else math.log(total / a))
+    if isinstance(total, float):
+        return a * (math.log1p(excess / a) if abs(excess) < 0.5 * a else math.log(total / a))
+    near = np.abs(excess) < 0.5 * a
+    return a * np.where(near, np.log1p(excess / a), np.log(total / a))
 
 
-def _beyond_stirling(z: float) -> float:
+def _beyond_stirling(z: Number) -> Number:
     """Logarithm of the gamma function minus Stirling's formula."""
+    if not isinstance(z, float):
+        values = sorted(set(z.tolist()))  # few different degrees of freedom in a large array
+        each = np.array([_beyond_stirling(value) for value in values])
+        return each[np.searchsorted(values, z)]
     if z < 16.0:
         return math.lgamma(z) - ((z - 0.5) * math.log(z) - z + 0.5 * math.log(2.0 * math.pi))
     w = 1.0 / (z * z)
@@ -95,7 +120,8 @@ def student_survival(t: float, dof: float) -> float:
     if math.isinf(dof):
         return 0.5 * math.erfc(t / math.sqrt(2.0))
     ratio = t * t / dof
-    tail = 0.5 * _regularised_beta(dof / 2.0, 0.5, 1.0 / (1.0 + ratio), ratio / (1.0 + ratio))
+    parts = 1.0 / (1.0 + ratio), ratio / (1.0 + ratio)
+    tail = 0.5 * float(_regularised_beta(dof / 2.0, 0.5, *parts))
     return tail if t >= 0 else 1.0 - tail
 
 
@@ -204,29 +230,59 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float:
     return x
 
 
-def f_survival(ratio: float, dof1: float, dof2: float) -> float:
+@overload
+def f_survival(ratio: float, dof1: float, dof2: float) -> float: ...
+@overload
+def f_survival(ratio: Array, dof1: ArrayLike, dof2: ArrayLike) -> Array: ...
+def f_survival(ratio: Number, dof1: Number, dof2: Number) -> Number:
     """Probability that Fisher's F exceeds a value.
 
     Parameters
     ----------
-    ratio : float
+    ratio : float or ndarray
         The ratio of two mean squares.
-    dof1, dof2 : float
+    dof1, dof2 : float or array_like
         Degrees of freedom of numerator and denominator, above 0; `dof2` may be infinite, where the
         variance is known.
 
     Returns
     -------
-    float
-        P(F > ratio).
+    float or ndarray
+        P(F > ratio), in the shape of `ratio` and the degrees of freedom together; NaN where the
+        ratio of an array is.
+
+    Notes
+    -----
+    The square of Student's t has Fisher's distribution with 1 and its own degrees of freedom:
+    ``f_survival(t**2, 1.0, dof)`` is the two-sided probability.
 
     Examples
     --------
     >>> round(f_survival(4.0, 2, 46), 6)
     0.025025
+    >>> import numpy as np
+    >>> f_survival(np.array([1.0, 4.0]), 2, 46).round(6).tolist()
+    [0.375714, 0.025025]
     """
+    if isinstance(ratio, np.ndarray):
+        return _f_survivals(*np.broadcast_arrays(ratio, dof1, dof2))
     if ratio <= 0:
         return 1.0
-    odds = dof1 * ratio / min(dof2, _AS_GOOD_AS_INFINITE)
+    limited = min(float(dof2), _AS_GOOD_AS_INFINITE)
+    odds = float(dof1 * ratio / limited)
+    return _regularised_beta(limited / 2.0, dof1 / 2.0, 1.0 / (1.0 + odds), odds / (1.0 + odds))
+
+
+def _f_survivals(ratio: Array, dof1: Array, dof2: Array) -> Array:
+    found = np.where(np.isnan(ratio), np.nan, np.where(ratio > 0.0, 0.0, 1.0))
+    within = np.isfinite(ratio) & (ratio > 0.0)
+    r, d1, d2 = (np.asarray(part[within], dtype=np.float64) for part in (ratio, dof1, dof2))
+    if r.size < _WORTH_ARRAYS:
+        each = zip(r.tolist(), d1.tolist(), d2.tolist(), strict=True)
+        found[within] = [f_survival(*one) for one in each]
+        return found
+    limited = np.minimum(d2, _AS_GOOD_AS_INFINITE)
+    odds = d1 * r / limited
     parts = 1.0 / (1.0 + odds), odds / (1.0 + odds)
-    return _regularised_beta(min(dof2, _AS_GOOD_AS_INFINITE) / 2.0, dof1 / 2.0, *parts)
+    found[within] = _regularised_beta(limited / 2.0, d1 / 2.0, *parts)
+    return found

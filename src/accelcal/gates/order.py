@@ -8,13 +8,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
-from accelcal.gates.replicates import place
-from accelcal.gates.verdict import not_assessed, times, warn_if
+from accelcal.gates.stack import TableStack
+from accelcal.gates.swaps import best_swap
+from accelcal.gates.trend import Cells
+from accelcal.gates.verdict import GateStack, gate_stack, times
 from accelcal.geometry import accelerations
-from accelcal.grouping import distinct, grouped
-from accelcal.model import design_matrix
-from accelcal.results.quantity import Gate
+from accelcal.grouping import distinct
+from accelcal.model import COEFFICIENTS, design_matrix
 
 __all__ = ["OtherOrder", "order_of_positions", "order_of_strokes"]
 
@@ -24,7 +26,6 @@ Places = NDArray[np.intp]
 
 _MUCH_BETTER = 9.0  # another order must leave a ninth of the squared residuals, a third of the rms
 _NOTHING = 1e-24  # squared residuals below this share of the squared outputs are rounding errors
-_BLOCK = 256  # readings whose swaps with all others are judged at a time, to bound the memory
 
 
 class _Order(NamedTuple):
@@ -63,39 +64,82 @@ class OtherOrder(NamedTuple):
 
 
 class _Fit(NamedTuple):
-    """The fit in the order given, in a basis in which its normal matrix is one."""
+    """The fits in the order given, in a basis in which their normal matrix is one."""
 
     basis: Array  # shape (n, p)
     to_basis: Array  # from the columns of the design, shape (p, p)
-    values: Array  # the coefficients in this basis, shape (p,)
-    residual: Array  # shape (n,)
+    values: Array  # the coefficients in this basis, shape (T, p)
+    residual: Array  # shape (T, n)
 
     @classmethod
     def of(cls, design: Array, output: Array) -> _Fit:
         basis, triangle = np.linalg.qr(design)
-        values = basis.T @ output
-        return cls(basis, np.linalg.inv(triangle), values, output - basis @ values)
+        values = output @ basis
+        return cls(basis, np.linalg.inv(triangle), values, output - values @ basis.T)
+
+    def of_tables(self, rows: Places) -> _Fit:
+        return self._replace(values=self.values[rows], residual=self.residual[rows])
 
     @property
-    def squares(self) -> float:
-        return float(self.residual @ self.residual)
+    def squares(self) -> Array:
+        """Squared residuals of each table, shape (T,)."""
+        return np.asarray((self.residual**2).sum(axis=1))
 
 
-def order_of_positions(table: PreparedTable, delta0: float = 0.0) -> Gate:
+class _Groups(NamedTuple):
+    """Groups of strokes that may be wrong against the others."""
+
+    names: list[str]
+    members: Array  # ones and zeros, shape (groups, strokes)
+    strokes: Cells
+
+    @classmethod
+    def of(cls, stroke: NDArray[np.int64]) -> _Groups:
+        strokes = Cells.of(stroke)
+        numbers = strokes.key
+        each = np.eye(numbers.size)
+        if numbers.size < 2:
+            return cls([], each, strokes)
+        if numbers.size == 2:
+            names, members = [f"stroke {numbers[0]} or {numbers[1]}"], each[1:]
+        else:
+            names, members = [f"stroke {number}" for number in numbers], each
+        back = numbers % 2 == 0
+        if back.sum() > 1:
+            names, members = [*names, "the forward or the back strokes"], np.vstack([members, back])
+        return cls(names, members, strokes)
+
+    def sums(self, values: Array) -> Array:
+        """Sum over the readings of each group, from shape (T, n, k) to shape (T, groups, k)."""
+        return np.asarray(self.members @ self.strokes.sums(values))
+
+    def readings(self, group: int) -> Mask:
+        """Readings of a group, shape (n,)."""
+        return np.asarray(self.members[group, self.strokes.cell] > 0.0)
+
+
+class _Found(NamedTuple):
+    """Best other order of strokes of each table: its squares, infinite for none, and its place."""
+
+    squares: Array
+    order: Places
+    group: Places
+
+
+def order_of_positions(stack: TableStack) -> GateStack:
     """Look for another order of positions under which the fit would be far better.
 
     Parameters
     ----------
-    table : PreparedTable
-        The table.
-    delta0 : float, default 0
-        Fixture angle of the fit [rad].
+    stack : TableStack
+        The tables.
 
     Returns
     -------
-    Gate
+    GateStack
         A warning where mirroring, shifting or negating a stroke, or swapping two readings of it,
-        would leave a third of the residuals or less.
+        would leave a third of the residuals or less; the statistic says how many times smaller
+        they would be, 1 where none is far better.
 
     Notes
     -----
@@ -103,19 +147,31 @@ def order_of_positions(table: PreparedTable, delta0: float = 0.0) -> Gate:
     proportion, a negative sign as a negative scale factor. A mirror turns the signs of M and M_ip
     and shows nowhere.
     """
-    name = "order of positions"
-    output = table.record.output
-    if len(output) <= len(table.estimability.kept):
-        return not_assessed(name, "no residual to compare orders by")
-    fit = _Fit.of(table.kept_design, output)
-    said, best = min(
-        [_best_order(table, fit, delta0)[:2], _best_swap(table, fit)], key=lambda found: found[1]
-    )
-    best = max(best, _NOTHING * float(output @ output))
-    if fit.squares <= _MUCH_BETTER * best:
-        return warn_if(name, False, "no other order of positions fits far better")
-    ratio = times(float(np.sqrt(fit.squares / best)))
-    return warn_if(name, True, f"the residuals would be {ratio} times smaller with {said}")
+    record = stack.table.record
+    none_left = len(record) <= len(stack.table.estimability.kept)
+    fit = _Fit.of(stack.table.kept_design, stack.output)
+    groups, orders = _Groups.of(record.stroke), list(_other_orders(stack.table))
+    other = _best_order(stack, fit, groups, orders)
+    swap = best_swap(stack.output, fit.residual, fit.basis, groups.strokes, _MUCH_BETTER)
+    best = np.maximum(np.minimum(other.squares, swap.squares), _least(stack))
+    bad = fit.squares > _MUCH_BETTER * best
+    ratio = np.sqrt(np.where(bad, fit.squares, 1.0) / np.where(bad, best, 1.0))
+
+    def said(index: int) -> str:
+        if not bad[index]:
+            return "no other order of positions fits far better"
+        how = f"{' and '.join(stack.place(index, i) for i in swap.pair[index].tolist())} swapped"
+        if other.squares[index] <= swap.squares[index]:
+            how = f"{groups.names[other.group[index]]} {orders[other.order[index]].said}"
+        return f"the residuals would be {times(float(ratio[index]))} times smaller with {how}"
+
+    missing = [(none_left, "no residual to compare orders by")]
+    return gate_stack("order of positions", bad, said, ratio, None, missing)
+
+
+def _least(stack: TableStack) -> Array:
+    """Squared residuals that rounding makes, shape (T,)."""
+    return np.asarray(_NOTHING * (stack.output**2).sum(axis=1))
 
 
 def order_of_strokes(table: PreparedTable, delta0: float = 0.0) -> OtherOrder | None:
@@ -133,32 +189,44 @@ def order_of_strokes(table: PreparedTable, delta0: float = 0.0) -> OtherOrder | 
     OtherOrder or None
         None where none leaves a third of the residuals or less.
     """
-    output = table.record.output
-    if len(output) <= len(table.estimability.kept):
+    if len(table.record) <= len(table.estimability.kept):
         return None
-    fit = _Fit.of(table.kept_design, output)
-    found = _best_order(table, fit, delta0)
-    least = max(found.squares, _NOTHING * float(output @ output))
-    return found if fit.squares > _MUCH_BETTER * least else None
+    nothing = np.zeros(len(COEFFICIENTS))
+    stack = TableStack.of([table], [nothing], [ReadingNoise(np.nan, 0.0, "none")], delta0)
+    fit = _Fit.of(table.kept_design, stack.output)
+    groups, orders = _Groups.of(table.record.stroke), list(_other_orders(table))
+    found = _best_order(stack, fit, groups, orders)
+    squares, left = float(fit.squares[0]), float(found.squares[0])
+    least = max(left, float(_least(stack)[0]))
+    if squares <= _MUCH_BETTER * least:
+        return None
+    order, group = orders[found.order[0]], int(found.group[0])
+    said = f"{groups.names[group]} {order.said}"
+    chosen = groups.readings(group)
+    return OtherOrder(said, left, chosen, order.angle, order.sign, squares / least)
 
 
-def _best_order(table: PreparedTable, fit: _Fit, delta0: float) -> OtherOrder:
-    """The best of the other orders of strokes."""
-    names, members = _groups_of_strokes(table.record.stroke)
-    if not names or _squares_without(table, fit, members).min() > fit.squares / _MUCH_BETTER:
-        # no order of a group fits better than leaving the group out
-        nothing = np.zeros(len(table.record), dtype=np.bool_)
-        return OtherOrder("", np.inf, nothing, table.record.angle, 1.0, 0.0)
-    found = []
-    for order in _other_orders(table):
-        squares = _squares_of_groups(table, fit, order, members, delta0)
-        found.append((float(squares.min()), order, int(np.argmin(squares))))
-    _, order, group = min(found, key=lambda one: one[0])
-    chosen = members[group, _stroke_index(table)]
-    left = _squares(table, order, chosen, delta0)
-    better = fit.squares / max(left, _NOTHING * float(table.record.output @ table.record.output))
-    said = f"{names[group]} {order.said}"
-    return OtherOrder(said, left, chosen, order.angle, order.sign, better)
+def _best_order(stack: TableStack, fit: _Fit, groups: _Groups, orders: list[_Order]) -> _Found:
+    """The best of the other orders of strokes of each table."""
+    nothing = np.zeros(len(stack), dtype=np.intp)
+    found = _Found(np.full(len(stack), np.inf), nothing, nothing.copy())
+    if not groups.names:
+        return found
+    # no order of a group fits better than leaving the group out
+    without = _squares_without(fit, groups).min(axis=1)
+    rows = np.flatnonzero(without <= fit.squares / _MUCH_BETTER)
+    if rows.size == 0:
+        return found
+    output, part = stack.output[rows], fit.of_tables(rows)
+    each = [_squares_of_groups(stack, output, part, order, groups) for order in orders]
+    best = np.stack(each, axis=1).reshape(rows.size, -1).argmin(axis=1)
+    found.order[rows], found.group[rows] = np.divmod(best, len(groups.names))
+    for place in distinct(best).tolist():
+        order, group = divmod(place, len(groups.names))
+        own = best == place
+        chosen = groups.readings(group)
+        found.squares[rows[own]] = _squares(stack, output[own], orders[order], chosen)
+    return found
 
 
 def _other_orders(table: PreparedTable) -> Iterator[_Order]:
@@ -174,100 +242,44 @@ def _other_orders(table: PreparedTable) -> Iterator[_Order]:
     yield _Order("of the other sign", angle, -1.0)
 
 
-def _stroke_index(table: PreparedTable) -> NDArray[np.intp]:
-    return grouped(table.record.stroke)[1]
+def _design(stack: TableStack, order: _Order) -> Array:
+    mounting = str(stack.table.record.mounting[0])
+    design = design_matrix(accelerations(order.angle, stack.delta0, mounting), mounting)
+    return design[:, stack.table.estimability.columns]
 
 
-def _groups_of_strokes(stroke: NDArray[np.int64]) -> tuple[list[str], Mask]:
-    """Groups of strokes that may be wrong against the others, shape (groups, strokes)."""
-    numbers = distinct(stroke)
-    back = numbers % 2 == 0
-    each = np.eye(numbers.size, dtype=np.bool_)
-    if numbers.size < 2:
-        return [], each
-    if numbers.size == 2:
-        names, members = [f"stroke {numbers[0]} or {numbers[1]}"], each[1:]
-    else:
-        names, members = [f"stroke {number}" for number in numbers], each
-    if back.sum() > 1:
-        return [*names, "the forward or the back strokes"], np.vstack([members, back])
-    return names, members
-
-
-def _design(table: PreparedTable, order: _Order, delta0: float) -> Array:
-    mounting = str(table.record.mounting[0])
-    design = design_matrix(accelerations(order.angle, delta0, mounting), mounting)
-    return design[:, table.estimability.columns]
-
-
-def _squares_without(table: PreparedTable, fit: _Fit, members: Mask) -> Array:
-    """Squared residuals after refitting without each group, shape (groups,)."""
-    nothing = np.zeros_like(fit.residual)
-    return _refitted(table, fit, np.zeros_like(fit.basis), nothing, members)
+def _squares_without(fit: _Fit, groups: _Groups) -> Array:
+    """Squared residuals after refitting without each group, shape (T, groups)."""
+    return _refitted(fit, groups, np.zeros_like(fit.basis), np.zeros_like(fit.residual))
 
 
 def _squares_of_groups(
-    table: PreparedTable, fit: _Fit, order: _Order, members: Mask, delta0: float
+    stack: TableStack, output: Array, fit: _Fit, order: _Order, groups: _Groups
 ) -> Array:
-    """Squared residuals after refitting with each group in another order, shape (groups,)."""
-    basis = _design(table, order, delta0) @ fit.to_basis
-    residual = order.sign * table.record.output - basis @ fit.values
-    return _refitted(table, fit, basis, residual, members)
+    """Squared residuals after refitting with each group in another order, shape (T, groups)."""
+    basis = _design(stack, order) @ fit.to_basis
+    residual = order.sign * output - fit.values @ basis.T
+    return _refitted(fit, groups, basis, residual)
 
 
-def _refitted(
-    table: PreparedTable, fit: _Fit, basis: Array, residual: Array, members: Mask
-) -> Array:
-    """Squared residuals after refitting with the rows of each group changed, shape (groups,).
+def _refitted(fit: _Fit, groups: _Groups, basis: Array, residual: Array) -> Array:
+    """Squared residuals after refitting with the rows of each group changed, shape (T, groups).
 
     Other rows change the normal matrix 1 by D, the right-hand side by d and the squares by q, each
     a sum over the readings concerned; refitting leaves squares + q - d (1 + D)^-1 d. So no design
-    of a whole table is needed for each group.
+    of a whole table is needed for each group, and D is the same for all tables.
     """
-
-    def of_groups(change: Array) -> Array:
-        strokes = np.zeros((members.shape[1], *change.shape[1:]))
-        np.add.at(strokes, _stroke_index(table), change)
-        return np.tensordot(members.astype(np.float64), strokes, 1)
-
-    q = of_groups(residual**2 - fit.residual**2)
-    d = of_groups(basis * residual[:, None] - fit.basis * fit.residual[:, None])
+    q = groups.sums((residual**2 - fit.residual**2)[..., None])[..., 0]
+    d = groups.sums(basis * residual[..., None] - fit.basis * fit.residual[..., None])
     outer = basis[:, :, None] * basis[:, None] - fit.basis[:, :, None] * fit.basis[:, None]
-    normal = np.eye(basis.shape[1]) + of_groups(outer)
-    solved = np.linalg.pinv(normal, rcond=1e-9, hermitian=True) @ d[..., None]
-    return np.asarray(fit.squares + q - (d * solved[..., 0]).sum(axis=1))
+    size = basis.shape[1]
+    normal = np.eye(size) + groups.sums(outer.reshape(1, -1, size**2)).reshape(-1, size, size)
+    inverse = np.linalg.pinv(normal, rcond=1e-9, hermitian=True)
+    d = d.swapaxes(0, 1)
+    return np.asarray(fit.squares[:, None] + q - (d @ inverse * d).sum(axis=2).T)
 
 
-def _squares(table: PreparedTable, order: _Order, chosen: Mask, delta0: float) -> float:
-    """Squared residuals of one order, without the rounding errors of the update."""
-    design = np.where(chosen[:, None], _design(table, order, delta0), table.kept_design)
-    sign = np.where(chosen, order.sign, 1.0)
-    return _Fit.of(design, sign * table.record.output).squares
-
-
-def _best_swap(table: PreparedTable, fit: _Fit) -> tuple[str, float]:
-    """The best swap of two readings of one stroke, with its sum of squared residuals.
-
-    A swap changes the residuals by d P (e_i - e_j) with d = y_j - y_i and P the projector on the
-    residuals, so that no fit is needed.
-    """
-    best, pair = np.inf, (0, 0)
-    for stroke in distinct(table.record.stroke):
-        own = np.flatnonzero(table.record.stroke == stroke)
-        for start in range(0, own.size, _BLOCK):
-            some = own[start : start + _BLOCK]
-            change = _changes_by_swaps(table.record.output, fit, some, own)
-            i, j = np.unravel_index(np.argmin(change), change.shape)
-            if change[i, j] < best:
-                best, pair = float(change[i, j]), (int(some[i]), int(own[j]))
-    first, second = (place(table.record, index) for index in sorted(pair))
-    return f"{first} and {second} swapped", fit.squares + best
-
-
-def _changes_by_swaps(output: Array, fit: _Fit, some: Places, own: Places) -> Array:
-    """Change of the squared residuals by each swap of one of some readings with any of all."""
-    d = output[own] - output[some, None]
-    pull = fit.residual[some, None] - fit.residual[own]
-    cross = fit.basis[some] @ fit.basis[own].T
-    free_some, free_own = (1.0 - (fit.basis[at] ** 2).sum(axis=1) for at in (some, own))
-    return np.asarray(2.0 * d * pull + d**2 * (free_some[:, None] + free_own + 2.0 * cross))
+def _squares(stack: TableStack, output: Array, order: _Order, chosen: Mask) -> Array:
+    """Squared residuals of one order, (T,), without the rounding errors of the update."""
+    design = np.where(chosen[:, None], _design(stack, order), stack.table.kept_design)
+    return _Fit.of(design, np.where(chosen, order.sign, 1.0) * output).squares

@@ -1,8 +1,9 @@
-"""Gates on what several tables say together."""
+"""Gates on what several tables say together, for many records at once."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,21 +11,68 @@ from numpy.typing import NDArray
 from accelcal.estimate.joint import JointEstimate
 from accelcal.gates.verdict import (
     SIGNIFICANT,
+    GateStack,
     acceleration,
     angle,
-    not_assessed,
+    gate_stack,
     times,
-    warn_if,
 )
+from accelcal.model import COEFFICIENTS
 from accelcal.probability import f_survival
 from accelcal.results.quantity import Gate
 
-__all__ = ["record_gates"]
+__all__ = ["RecordStack", "gates_of_records", "record_gates"]
 
 Array = NDArray[np.float64]
 
 _IMPLAUSIBLE_HEAD = 1e-4  # rad, 20 arcsec
 _LARGEST_SPREAD = {"K1": 0.2, "K0": 0.1}  # relative, and [g]
+_SMALLEST = 1e-300
+_BIAS, _SCALE_FACTOR = COEFFICIENTS.index("K0"), COEFFICIENTS.index("K1")
+
+
+class RecordStack(NamedTuple):
+    """Fits of R records, of `names` tables each.
+
+    Attributes
+    ----------
+    contrasts, strengths : ndarray, shape (R, q)
+        Contrasts of the position means and how much a head error shows in each [1/rad], see
+        `accelcal.estimate.head.LackOfFit`; NaN where a record has fewer.
+    head, head_dof : ndarray, shape (R,)
+        Head error [rad] and its degrees of freedom.
+    head_source : sequence of str
+        ``"declared"``, ``"estimated"`` or ``"none"``.
+    noise_dof : ndarray, shape (R,)
+        Fewest degrees of freedom of the reading noise of its tables.
+    coefficients : ndarray, shape (R, tables, 6)
+        Coefficients [output unit / g^n].
+    names : sequence of str
+        What to call each table.
+    """
+
+    contrasts: Array
+    strengths: Array
+    head: Array
+    head_dof: Array
+    head_source: Sequence[str]
+    noise_dof: Array
+    coefficients: Array
+    names: Sequence[str]
+
+    @classmethod
+    def of(cls, estimate: JointEstimate, names: Sequence[str]) -> RecordStack:
+        """Stack of one record."""
+        return cls(
+            contrasts=estimate.lack_of_fit.contrasts[None],
+            strengths=estimate.lack_of_fit.strengths[None],
+            head=np.array([estimate.head.uncertainty]),
+            head_dof=np.array([estimate.head.dof]),
+            head_source=[estimate.head.source],
+            noise_dof=np.array([min(noise.dof for noise in estimate.noises)]),
+            coefficients=np.array(estimate.coefficients)[None],
+            names=names,
+        )
 
 
 def record_gates(estimate: JointEstimate, names: Sequence[str]) -> tuple[Gate, ...]:
@@ -40,51 +88,86 @@ def record_gates(estimate: JointEstimate, names: Sequence[str]) -> tuple[Gate, .
     Returns
     -------
     tuple of Gate
+        See `gates_of_records`.
+    """
+    return tuple(found.gate(0) for found in gates_of_records(RecordStack.of(estimate, names)))
+
+
+def gates_of_records(stack: RecordStack) -> tuple[GateStack, ...]:
+    """Check what several tables say together, for each of R records.
+
+    Parameters
+    ----------
+    stack : RecordStack
+        The records.
+
+    Returns
+    -------
+    tuple of GateStack
         Lack of fit of the positions, and agreement of the tables where there are several.
     """
-    if len(names) < 2:
-        return (_lack_of_fit(estimate),)
-    return (_lack_of_fit(estimate), _agreement(estimate.coefficients, names))
+    if len(stack.names) < 2:
+        return (_lack_of_fit(stack),)
+    return (_lack_of_fit(stack), _agreement(stack))
 
 
-def _lack_of_fit(estimate: JointEstimate) -> Gate:
-    """Compare the position means with what reading noise and head error allow."""
-    found, head = estimate.lack_of_fit, estimate.head
-    if found.contrasts.size == 0 or head.source == "none":
-        return not_assessed(
-            "lack of fit", "nothing tells the errors of the positions from the reading noise"
+def _lack_of_fit(stack: RecordStack) -> GateStack:
+    """Compare the position means with what reading noise and head error allow.
+
+    The statistic is F where the head error is declared, and the head error [rad] where it is
+    estimated.
+    """
+    shown, source = np.isfinite(stack.contrasts), np.asarray(stack.head_source)
+    count = shown.sum(axis=1)
+    unknown, estimated = (count == 0) | (source == "none"), source == "estimated"
+    declared = ~(unknown | estimated)
+    strengths = np.where(shown, stack.strengths, 0.0)
+    allowed = 1.0 + (stack.head[:, None] * strengths) ** 2
+    squares = np.where(shown, stack.contrasts, 0.0) ** 2
+    ratio = (squares / allowed).sum(axis=1) / np.maximum(count, 1)
+    p = f_survival(ratio, np.maximum(count, 1), np.maximum(stack.noise_dof, 1.0))
+    bad = np.where(declared, p < SIGNIFICANT, stack.head > _IMPLAUSIBLE_HEAD)
+
+    def said(index: int) -> str:
+        size = angle(float(stack.head[index]))
+        if estimated[index]:
+            return (
+                f"the positions scatter as if the head had an error of {size};"
+                f" {stack.head_dof[index]:.0f} degrees of freedom"
+            )
+        return (
+            f"position residuals {times(float(ratio[index]) ** 0.5)} times what reading noise and"
+            f" the declared head error of {size} allow, p = {p[index]:.2g}"
         )
-    size = angle(head.uncertainty)
-    dof = head.dof if head.source == "estimated" else found.contrasts.size
-    if head.source == "estimated":
-        return warn_if(
-            "lack of fit",
-            head.uncertainty > _IMPLAUSIBLE_HEAD,
-            f"the positions scatter as if the head had an error of {size}; {dof:.0f} degrees of"
-            " freedom",
-        )
-    allowed = 1.0 + (head.uncertainty * found.strengths) ** 2
-    ratio = float((found.contrasts**2 / allowed).mean())
-    dof_of_noise = max(min(noise.dof for noise in estimate.noises), 1.0)
-    p = f_survival(ratio, dof, dof_of_noise)
-    return warn_if(
+
+    return gate_stack(
         "lack of fit",
-        p < SIGNIFICANT,
-        f"position residuals {times(ratio**0.5)} times what reading noise and the declared head"
-        f" error of {size} allow, p = {p:.2g}",
+        bad,
+        said,
+        np.where(declared, ratio, stack.head),
+        np.where(declared, p, np.nan),
+        [(unknown, "nothing tells the errors of the positions from the reading noise")],
     )
 
 
-def _agreement(coefficients: Sequence[Array], names: Sequence[str]) -> Gate:
-    """Compare scale factors and biases of the tables."""
-    name = "agreement of tables"
-    k = np.array(coefficients)
-    scale_factor = k[:, 1] / float(np.sort(k[:, 1])[(len(k) - 1) // 2])
-    bias = k[:, 0] / k[:, 1]
-    odd = int(np.argmax(np.abs(np.log(np.maximum(np.abs(scale_factor), 1e-300)))))
-    if np.ptp(scale_factor) > _LARGEST_SPREAD["K1"]:
-        said = f"K1 of {names[odd]} is {times(float(scale_factor[odd]))} times that of the others"
-        return warn_if(name, True, f"{said}: another unit, sign or accelerometer")
-    spread = float(np.ptp(bias))
-    text = f"K1 differs by {100 * np.ptp(scale_factor):.2g} %, the bias by {acceleration(spread)}"
-    return warn_if(name, spread > _LARGEST_SPREAD["K0"], text)
+def _agreement(stack: RecordStack) -> GateStack:
+    """Compare scale factors and biases of the tables.
+
+    The statistic is the larger of their spreads over its limit.
+    """
+    k1 = stack.coefficients[..., _SCALE_FACTOR]
+    scale_factor = k1 / np.sort(k1, axis=1)[:, (k1.shape[1] - 1) // 2, None]
+    odd = np.abs(np.log(np.maximum(np.abs(scale_factor), _SMALLEST))).argmax(axis=1)
+    apart = np.ptp(scale_factor, axis=1)
+    spread = np.ptp(stack.coefficients[..., _BIAS] / k1, axis=1)
+    over = np.maximum(apart / _LARGEST_SPREAD["K1"], spread / _LARGEST_SPREAD["K0"])
+
+    def said(index: int) -> str:
+        if apart[index] / _LARGEST_SPREAD["K1"] > 1.0:
+            ratio = times(float(scale_factor[index, odd[index]]))
+            other = f"K1 of {stack.names[odd[index]]} is {ratio} times that of the others"
+            return f"{other}: another unit, sign or accelerometer"
+        percent = f"{100 * apart[index]:.2g} %"
+        return f"K1 differs by {percent}, the bias by {acceleration(float(spread[index]))}"
+
+    return gate_stack("agreement of tables", over > 1.0, said, over)

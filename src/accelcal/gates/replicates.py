@@ -5,72 +5,71 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.noise import FEW, ReadingNoise
-from accelcal.estimate.tables import PreparedTable
-from accelcal.gates.trend import Replicates, directed, smallest, trend_of
-from accelcal.gates.verdict import SIGNIFICANT, acceleration, not_assessed, warn_if
-from accelcal.grouping import grouped, median
-from accelcal.probability import f_survival, student_survival
+from accelcal.estimate.noise import FEW
+from accelcal.gates.stack import TableStack
+from accelcal.gates.trend import Cells, contracted
+from accelcal.gates.verdict import (
+    SIGNIFICANT,
+    GateStack,
+    acceleration,
+    gate_stack,
+    reading_name,
+)
+from accelcal.grouping import grouped
+from accelcal.probability import f_survival
 from accelcal.record import TumbleRecord
-from accelcal.results.quantity import Gate
 
 __all__ = ["closure", "forward_against_back", "outlier", "place"]
 
 Array = NDArray[np.float64]
+Places = NDArray[np.intp]
 
 _LEAST_FREE = 1e-6  # a reading that a mean and a trend follow wholly tells nothing of itself
 
 
-def closure(
-    table: PreparedTable, noise: ReadingNoise, scale: float, level: float = SIGNIFICANT
-) -> Gate:
+def closure(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
     """Test Y9 - Y1 of the strokes, and the same as end minus start in the order of time.
 
     Parameters
     ----------
-    table : PreparedTable
-        The table.
-    noise : ReadingNoise
-        Its reading noise.
-    scale : float
-        Scale factor [output unit / g].
+    stack : TableStack
+        The tables.
     level : float, default 0.01
-        False-alarm rate.
+        False-alarm rate of each table.
 
     Returns
     -------
-    Gate
-        A warning where either mean is significant.
+    GateStack
+        A warning where either mean is significant; the statistic is the larger t of Student.
 
     Notes
     -----
     Two tests of Student, each at half the false-alarm rate, on what a drift over the run leaves.
     """
-    contrasts = _contrasts_of_returns(table)
-    if not contrasts.any():
-        return not_assessed("closure", "no stroke holds both the first position and the return")
-    scatter, dof = _clean_scatter(table, noise)
-    if not dof > 0.0:
-        return not_assessed("closure", "nothing tells the reading noise; repeat the strokes")
-    columns = trend_of(table.record).columns
-    found = Replicates.of(table.record.output, directed(table.record), columns)
-    weights = [found.blind(contrast, columns) for contrast in contrasts]
-    means = [float(weight @ table.record.output) for weight in weights]
-    errors = [max(scatter, smallest(table)) * float(np.sqrt(w @ w)) for w in weights]
-    p = 2.0 * min(
-        2.0 * student_survival(abs(m) / e, dof) for m, e in zip(means, errors, strict=True)
+    contrasts = _contrasts_of_returns(stack.table.record)
+    scatter, dof = _clean_scatter(stack)
+    known = dof > 0.0
+    weights = stack.apart.blind(contrasts, stack.trend.columns)
+    means = contracted(weights, stack.output)
+    size = np.sqrt((weights**2).sum(axis=1))
+    errors = np.where(known, np.fmax(scatter, stack.smallest), 1.0)[:, None] * size
+    t = (np.abs(means) / np.where(errors > 0.0, errors, 1.0)).max(axis=1)
+    p = 2.0 * f_survival(t**2, 1.0, np.where(known, dof, 1.0))
+    told = np.column_stack([means, errors.max(axis=1)]) / stack.scale[:, None]
+
+    def said(index: int) -> str:
+        sizes = map(acceleration, told[index].tolist())
+        return "Y(return) - Y1 {}, end - start of a stroke {}, standard error {}".format(*sizes)
+
+    missing = (
+        (not contrasts.any(), "no stroke holds both the first position and the return"),
+        (~known, "nothing tells the reading noise; repeat the strokes"),
     )
-    sizes = (acceleration(value / scale) for value in (*means, max(errors)))
-    return warn_if(
-        "closure",
-        p < level,
-        "Y(return) - Y1 {}, end - start of a stroke {}, standard error {}".format(*sizes),
-    )
+    return gate_stack("closure", p < level, said, t, p, missing)
 
 
-def _contrasts_of_returns(table: PreparedTable) -> Array:
-    """Weights that make return minus start, and end minus start in time, shape (2, n)."""
-    record = table.record
+def _contrasts_of_returns(record: TumbleRecord) -> Array:
+    """Weights that make return minus start, and end minus start in time, shape (n, 2)."""
     start = record.angle.min()
     first, last = (np.abs(record.angle - at) < 1e-6 for at in (start, start + 360.0))
     strokes, stroke, _ = grouped(record.stroke)
@@ -81,41 +80,50 @@ def _contrasts_of_returns(table: PreparedTable) -> Array:
     whole = [np.bincount(stroke[own], minlength=strokes.size) > 0 for own in (first, last)]
     paired = whole[0] & whole[1]
     weight *= paired[stroke] / max(int(paired.sum()), 1)
-    return np.array([weight, np.where(record.stroke % 2 == 1, weight, -weight)])
+    return np.column_stack([weight, np.where(record.stroke % 2 == 1, weight, -weight)])
 
 
-def _clean_scatter(table: PreparedTable, noise: ReadingNoise) -> tuple[float, float]:
-    """Scatter of the readings that a fault of closure does not enlarge, and its dof."""
-    if noise.source == "declared":
-        return noise.factor * median(table.scatter), noise.dof
-    record = table.record
-    found = Replicates.of(record.output, directed(record), trend_of(record).columns)
-    if found.dof >= FEW:
-        return float(np.sqrt(found.squares / found.dof)), found.dof
-    returned = record.angle > record.angle.min() + 360.0 - 1e-6
-    design = np.column_stack([table.kept_design, returned])
+def _clean_scatter(stack: TableStack) -> tuple[Array, Array]:
+    """Scatter of the readings that a fault of closure does not enlarge, and its dof, (T,)."""
+    found = stack.apart
+    squares, dof = found.squares, np.broadcast_to(found.dof, len(stack))
+    if (found.dof < FEW).any():
+        beside, of_beside = _beside_the_return(stack)
+        squares, dof = (
+            np.where(dof >= FEW, of_cells, of_fit)
+            for of_cells, of_fit in ((squares, beside), (dof, of_beside))
+        )
+    scatter = np.sqrt(squares / np.where(dof > 0.0, dof, np.nan))
+    return (
+        np.where(stack.declared, stack.noise * stack.scatter, scatter),
+        np.where(stack.declared, stack.noise_dof, dof),
+    )
+
+
+def _beside_the_return(stack: TableStack) -> tuple[Array, float]:
+    """Squared residuals of a fit in which the return has a mean of its own, and their dof."""
+    angle = stack.table.record.angle
+    returned = angle > angle.min() + 360.0 - 1e-6
+    design = np.column_stack([stack.table.kept_design, returned])
     basis = np.linalg.qr(design).Q
-    residual = record.output - basis @ (basis.T @ record.output)
-    dof = float(len(residual) - design.shape[1])
-    return (float(np.sqrt(residual @ residual / dof)), dof) if dof > 0.0 else (np.nan, 0.0)
+    residual = stack.output - (stack.output @ basis) @ basis.T
+    return (residual**2).sum(axis=1), float(angle.size - design.shape[1])
 
 
-def forward_against_back(table: PreparedTable, scale: float, level: float = SIGNIFICANT) -> Gate:
+def forward_against_back(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
     """Compare the two directions at each position.
 
     Parameters
     ----------
-    table : PreparedTable
-        The table.
-    scale : float
-        Scale factor [output unit / g].
+    stack : TableStack
+        The tables.
     level : float, default 0.01
-        False-alarm rate.
+        False-alarm rate of each table.
 
     Returns
     -------
-    Gate
-        A warning where the differences are significant by Fisher's test.
+    GateStack
+        A warning where the differences are significant by Fisher's test; the statistic is F.
 
     Notes
     -----
@@ -123,93 +131,117 @@ def forward_against_back(table: PreparedTable, scale: float, level: float = SIGN
     the strokes, a drift over the run aside; with fewer, their part that follows 1, cos th and
     sin th, as that of backlash does, is held against the rest of them.
     """
-    name = "forward against back"
-    record = table.record
-    columns = trend_of(record).columns
-    apart = Replicates.of(record.output, directed(record), columns)
-    angles, difference, variance = _differences(table, record.output - columns @ apart.trend)
+    angles, difference, variance = _differences(stack)
     if not angles.size:
-        return not_assessed(name, "needs strokes in both directions")
-    rest, dof = apart.squares, apart.dof
-    if dof >= FEW:
-        together = Replicates.of(record.output, grouped(np.round(record.angle, 6))[1], columns)
-        squares, part = together.squares - rest, together.dof - dof
-    else:
-        squares, part, rest, dof = _backlash_like(difference / np.sqrt(variance), angles)
-    if min(part, dof) < 1.0:
-        return not_assessed(name, "needs more positions, or two strokes in each direction")
-    ratio = squares / part / max(rest / dof, smallest(table) ** 2)
-    worst = int(np.argmax(np.abs(difference)))
-    return warn_if(
-        name,
-        f_survival(ratio, part, dof) < level,
-        f"mean {acceleration(difference.mean() / scale)}, largest"
-        f" {acceleration(difference[worst] / scale)} at {angles[worst]:g} deg",
+        nobody = np.zeros(len(stack), dtype=np.bool_)
+        missing = [(True, "needs strokes in both directions")]
+        return gate_stack("forward against back", nobody, str, np.zeros(len(stack)), None, missing)
+    squares, part, rest, dof = _of_directions(stack, angles, difference / np.sqrt(variance))
+    known = np.minimum(part, dof) >= 1.0
+    dof1, dof2 = np.where(known, part, 1.0), np.where(known, dof, 1.0)
+    ratio = squares / dof1 / np.maximum(rest / dof2, stack.smallest**2)
+    p = f_survival(ratio, dof1, dof2)
+    worst = np.abs(difference).argmax(axis=1)
+    told = difference / stack.scale[:, None]
+
+    def said(index: int) -> str:
+        at = worst[index]
+        mean, largest = acceleration(told[index].mean()), acceleration(told[index, at])
+        return f"mean {mean}, largest {largest} at {angles[at]:g} deg"
+
+    few = ~known, "needs more positions, or two strokes in each direction"
+    return gate_stack("forward against back", p < level, said, ratio, p, [few])
+
+
+def _differences(stack: TableStack) -> tuple[Array, Array, Array]:
+    """Positions read in both directions, forward minus back, and its variance over a reading's."""
+    output = stack.output - contracted(stack.trend.columns.swapaxes(1, 2), stack.apart.trend)
+    angles, row, _ = grouped(stack.table.head)
+    cells = Cells.of(2 * row + stack.table.record.stroke % 2)
+    back = np.flatnonzero((cells.key[:-1] % 2 == 0) & (np.diff(cells.key) == 1))
+    means = cells.sums(output) / cells.members
+    variance = 1.0 / cells.members
+    return (
+        angles[cells.key[back] // 2],
+        means[:, back + 1] - means[:, back],
+        variance[back + 1] + variance[back],
     )
 
 
-def _differences(table: PreparedTable, output: Array) -> tuple[Array, Array, Array]:
-    """Positions read in both directions, forward minus back, and its variance over a reading's."""
-    angles, row, _ = grouped(table.head)
-    cell = 2 * row + table.record.stroke % 2
-    counts = np.bincount(cell, minlength=2 * angles.size).reshape(-1, 2)
-    sums = np.bincount(cell, output, minlength=2 * angles.size).reshape(-1, 2)
-    both = (counts > 0).all(axis=1)
-    means = sums[both] / counts[both]
-    return angles[both], means[:, 1] - means[:, 0], (1.0 / counts[both]).sum(axis=1)
+def _of_directions(
+    stack: TableStack, angles: Array, standardised: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Squares of the directions and their dof, and the same of what they are held against."""
+    apart = stack.apart
+    together = stack.replicates(grouped(np.round(stack.table.record.angle, 6))[1])
+    rest, part = apart.squares, together.dof - apart.dof
+    squares, dof = together.squares - rest, apart.dof
+    if (dof >= FEW).all():
+        return squares, part, rest, dof
+    like, unlike = _backlash_like(standardised, angles)
+    many = dof >= FEW
+    return (
+        np.where(many, squares, like),
+        np.where(many, part, 3.0),
+        np.where(many, rest, unlike),
+        np.where(many, dof, angles.size - 3.0),
+    )
 
 
-def _backlash_like(difference: Array, angle: Array) -> tuple[float, float, float, float]:
-    """Squares of the part that follows 1, cos and sin, its dof, and the same of the rest."""
+def _backlash_like(difference: Array, angle: Array) -> tuple[Array, Array]:
+    """Squares of the part of the differences that follows 1, cos and sin, and of the rest."""
     th = np.radians(angle)
     pattern = np.column_stack([np.ones_like(th), np.cos(th), np.sin(th)])
-    fitted = pattern @ np.linalg.lstsq(pattern, difference, rcond=None)[0]
-    rest = difference - fitted
-    return float(fitted @ fitted), 3.0, float(rest @ rest), float(difference.size - 3)
+    basis, singular, _ = np.linalg.svd(pattern, full_matrices=False)
+    least = max(pattern.shape) * np.finfo(float).eps * singular[0]
+    basis = basis[:, singular > least]
+    fitted = (difference @ basis) @ basis.T
+    return (fitted**2).sum(axis=1), ((difference - fitted) ** 2).sum(axis=1)
 
 
-def outlier(table: PreparedTable, scale: float, level: float = SIGNIFICANT) -> Gate:
+def outlier(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
     """Test the reading that its replicates contradict most.
 
     Parameters
     ----------
-    table : PreparedTable
-        The table.
-    scale : float
-        Scale factor [output unit / g].
+    stack : TableStack
+        The tables.
     level : float, default 0.01
-        False-alarm rate.
+        False-alarm rate of each table.
 
     Returns
     -------
-    Gate
-        A warning where its deviation from the other strokes is significant.
+    GateStack
+        A warning where its deviation from the other strokes is significant; the statistic is t.
 
     Notes
     -----
     Student's test of the deleted deviation, a drift over the run aside, at the false-alarm rate
     over all readings (Bonferroni). Of two readings at a position nothing tells which one is wrong.
     """
-    record = table.record
-    _, cell, members = grouped(table.head)
-    found = Replicates.of(record.output, cell, trend_of(record).columns)
-    dof = found.dof - 1.0
-    if dof < 1.0:
-        return not_assessed("outlier", "no position is read often enough; repeat the strokes")
-    size, deviation = members[cell], found.residual
+    found = stack.replicates(grouped(stack.table.head)[1])
+    dof, deviation = found.dof - 1.0, found.residual
+    known = dof >= 1.0
+    size = found.cells.members[found.cells.cell]
     free = np.where(size > 1, np.maximum(found.free, _LEAST_FREE), np.inf)
-    rest = np.maximum(found.squares - deviation**2 / free, smallest(table) ** 2)
-    t = np.abs(deviation) / np.sqrt(free * rest / dof)
-    worst = int(np.argmax(t))
-    p = 2.0 * len(record) * student_survival(float(t[worst]), dof)
-    away = acceleration(deviation[worst] / free[worst] / scale)
-    alike = np.flatnonzero(cell == cell[worst]) if size[worst] == 2 else np.array([worst])
-    return warn_if(
-        "outlier",
-        p < level,
-        f"{' or '.join(place(record, int(i)) for i in alike)} is {away} from the other"
-        f" {'stroke' if size[worst] == 2 else 'strokes'}, t = {t[worst]:.3g}",
-    )
+    rest = np.maximum(found.squares[:, None] - deviation**2 / free, stack.smallest[:, None] ** 2)
+    each = np.abs(deviation) / np.sqrt(free * rest / np.where(known, dof, 1.0)[:, None])
+    worst = each.argmax(axis=1)[:, None]
+    t = np.take_along_axis(each, worst, axis=1)[:, 0]
+    p = f_survival(t**2, 1.0, np.where(known, dof, 1.0)) * size.size
+    away = np.take_along_axis(deviation / free, worst, axis=1)[:, 0] / stack.scale
+
+    def said(index: int) -> str:
+        own = found.cells.cell == found.cells.cell[worst[index]]
+        pair = own.sum() == 2
+        alike = np.flatnonzero(own) if pair else worst[index]
+        names = " or ".join(stack.place(index, reading) for reading in alike.tolist())
+        others = "stroke" if pair else "strokes"
+        size = acceleration(away[index])
+        return f"{names} is {size} from the other {others}, t = {t[index]:.3g}"
+
+    few = ~known, "no position is read often enough; repeat the strokes"
+    return gate_stack("outlier", p < level, said, t, p, [few])
 
 
 def place(record: TumbleRecord, index: int) -> str:
@@ -227,5 +259,4 @@ def place(record: TumbleRecord, index: int) -> str:
     str
         Stroke, angle and line.
     """
-    line = "" if record.line is None else f" (line {record.line[index]})"
-    return f"stroke {record.stroke[index]} at {record.angle[index]:g} deg{line}"
+    return reading_name(record, index, record.line)

@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.noise import ReadingNoise
-from accelcal.estimate.tables import PreparedTable
-from accelcal.gates.verdict import acceleration, not_assessed, warn_if
-from accelcal.grouping import decimal_step, median
-from accelcal.results.quantity import Gate
+from accelcal.gates.stack import TableStack
+from accelcal.gates.verdict import GateStack, acceleration, gate_stack
+from accelcal.grouping import decimal_steps
 
 __all__ = ["resolution"]
 
@@ -21,50 +19,53 @@ _NO_SCATTER = 1e-6  # noise over step that only rounding errors of the arithmeti
 _ALIKE = 1.5  # visible over declared step above which the two contradict each other
 
 
-def resolution(table: PreparedTable, noise: ReadingNoise, scale: float) -> Gate:
+def resolution(stack: TableStack) -> GateStack:
     """Look for a step of the readings that the noise is too small to average out.
 
     Parameters
     ----------
-    table : PreparedTable
-        The table.
-    noise : ReadingNoise
-        Its reading noise.
-    scale : float
-        Scale factor [output unit / g].
+    stack : TableStack
+        The tables.
 
     Returns
     -------
-    Gate
-        A warning where such a step is visible and not declared.
+    GateStack
+        A warning where such a step is visible and not declared; the statistic is the step [g],
+        zero where none is visible.
 
     Notes
     -----
     Below half a step of noise all strokes round a position in the same way. The error then shows
     in the means of the positions, as an error of the head does.
     """
-    step = _visible_step(table.record.output)
-    declared = table.record.apparatus.resolution
-    if step < _HARMLESS * scale:
-        return warn_if("resolution", False, "no step of the readings that matters")
-    size = f"{step:.6g} {table.record.unit or 'output units'} ({acceleration(step / scale)})"
-    if declared is not None and step < _ALIKE * declared:
-        return warn_if("resolution", False, f"the declared step covers that of {size}")
-    if not np.isfinite(noise.factor):
-        return not_assessed("resolution", f"steps of {size}, and nothing tells the reading noise")
-    scatter = noise.factor * median(table.scatter)
-    alike = scatter < _NO_SCATTER * step
-    steps = f"steps of {size}, scatter of {'0' if alike else acceleration(scatter / scale)}"
-    if scatter >= _HIDING * step:
-        return warn_if("resolution", False, steps)
-    remedy = f"rounding passes for head error; declare '# resolution: {step:.6g}'"
-    return warn_if("resolution", True, f"{steps}: {remedy}, or read more digits")
+    step, noise = _visible_step(stack.output), stack.noise * stack.scatter
+    harmless = step < _HARMLESS * stack.scale
+    covered = step < _ALIKE * stack.step
+    untold = ~(harmless | covered | np.isfinite(stack.noise))
+    bad = ~(harmless | covered | untold | (noise >= _HIDING * step))
+
+    def said(index: int) -> str:
+        if harmless[index]:
+            return "no step of the readings that matters"
+        own, scale, scatter = (float(a[index]) for a in (step, stack.scale, noise))
+        size = f"{own:.6g} {stack.unit[index] or 'output units'} ({acceleration(own / scale)})"
+        if covered[index]:
+            return f"the declared step covers that of {size}"
+        if untold[index]:
+            return f"steps of {size}, and nothing tells the reading noise"
+        seen = "0" if scatter < _NO_SCATTER * own else acceleration(scatter / scale)
+        steps = f"steps of {size}, scatter of {seen}"
+        remedy = f"rounding passes for head error; declare '# resolution: {own:.6g}'"
+        return f"{steps}: {remedy}, or read more digits" if bad[index] else steps
+
+    return gate_stack("resolution", bad, said, step / stack.scale, None, [(untold, "")])
 
 
-def _visible_step(output: Array) -> float:
+def _visible_step(output: Array) -> Array:
     """The largest step of which all readings are multiples but for a constant; 0 for none."""
-    digit = decimal_step(output)
-    if digit == 0.0:
-        return 0.0
-    counts = np.round(output / digit).astype(np.int64)
-    return digit * float(np.gcd.reduce(counts - counts[0]))
+    digit = decimal_steps(output)
+    found = np.zeros_like(digit)
+    own = digit > 0.0
+    counts = np.round(output[own] / digit[own, None]).astype(np.int64)
+    found[own] = digit[own] * np.gcd.reduce(counts - counts[:, :1], axis=1)
+    return found

@@ -1,4 +1,8 @@
-"""Replicates apart from a smooth drift over the run."""
+"""Replicates apart from a smooth drift over the run, of many tables at once.
+
+What depends on the plan of the tables only is found once. A leading axis of length D is one where
+all tables have the same times or none, and runs over the T tables elsewhere.
+"""
 
 from __future__ import annotations
 
@@ -8,11 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.noise import FEW
-from accelcal.estimate.tables import PreparedTable
 from accelcal.grouping import distinct, grouped
 from accelcal.record import TumbleRecord
 
-__all__ = ["Replicates", "Trend", "directed", "moments", "smallest", "trend_of"]
+__all__ = [
+    "Cells",
+    "Replicates",
+    "Trend",
+    "contracted",
+    "directed",
+    "moments",
+    "rank_and_inverse",
+    "trend_of",
+]
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -20,65 +32,145 @@ Places = NDArray[np.intp]
 _HIGHEST_POWER = 3  # of a drift, however many strokes there are
 
 
+def contracted(matrix: Array, values: Array) -> Array:
+    """Sum each table's values times its columns.
+
+    Parameters
+    ----------
+    matrix : ndarray, shape (D, n, k)
+        Columns.
+    values : ndarray, shape (T, n)
+        Values; D is 1 or T.
+
+    Returns
+    -------
+    ndarray, shape (T, k)
+        The sums over n.
+    """
+    if len(matrix) == 1:
+        return np.asarray(values @ matrix[0])
+    return np.asarray((values[:, None] @ matrix)[:, 0])
+
+
+class Cells(NamedTuple):
+    """Readings brought together in cells, for sums over each.
+
+    Attributes
+    ----------
+    key : ndarray, shape (m,)
+        What the readings of each cell share.
+    cell : ndarray of int, shape (n,)
+        Cell of each reading.
+    members : ndarray of int, shape (m,)
+        Number of readings of each cell.
+    order, start : ndarray of int
+        Readings cell by cell, and where each cell begins there.
+    """
+
+    key: NDArray[np.int64]
+    cell: Places
+    members: Places
+    order: Places
+    start: Places
+
+    @classmethod
+    def of(cls, keys: NDArray[np.int64]) -> Cells:
+        """Bring readings of one key together."""
+        key, cell, members = grouped(keys)
+        start = np.concatenate([[0], np.cumsum(members)[:-1]])
+        return cls(key, cell, members, np.argsort(cell, kind="stable"), start)
+
+    def sums(self, values: Array) -> Array:
+        """Sum over the readings of each cell, from shape (T, n, ...) to shape (T, m, ...)."""
+        return np.asarray(np.add.reduceat(values[:, self.order], self.start, axis=1))
+
+    def centred(self, values: Array) -> Array:
+        """Take the mean of its cell off each reading, shape (T, n, ...)."""
+        members = self.members.reshape(-1, *(1,) * (values.ndim - 2))
+        return np.asarray(values - (self.sums(values) / members)[:, self.cell])
+
+
+def rank_and_inverse(columns: Array) -> tuple[Array, Array, Array]:
+    """Rank of some columns, pseudo-inverse of their normal matrix, and what each reading pulls.
+
+    Parameters
+    ----------
+    columns : ndarray, shape (D, n, q)
+        Columns.
+
+    Returns
+    -------
+    rank : ndarray, shape (D,)
+        Number of independent columns.
+    inverse : ndarray, shape (D, q, q)
+        Pseudo-inverse.
+    leverage : ndarray, shape (D, n)
+        Share of each reading's error that the columns follow.
+    """
+    inverse = np.linalg.pinv(columns.swapaxes(1, 2) @ columns, rcond=1e-9, hermitian=True)
+    leverage = (columns @ inverse * columns).sum(axis=2)
+    rank: Array = np.round(leverage.sum(axis=1))
+    return rank, np.asarray(inverse), leverage
+
+
 class Replicates(NamedTuple):
     """Least squares through readings that are alike but for a trend: a mean for each cell.
 
     Attributes
     ----------
-    residual : ndarray, shape (n,)
+    cells : Cells
+        The cells.
+    residual : ndarray, shape (T, n)
         What is left of the readings [output unit].
-    free : ndarray, shape (n,)
+    free : ndarray, shape (D, n)
         Share of each reading's own error that is left in its residual.
-    trend : ndarray, shape (q,)
+    trend : ndarray, shape (T, q)
         Coefficients of the trend [output unit].
-    within : ndarray, shape (n, q)
+    within : ndarray, shape (D, n, q)
         The trend's columns less their means in the cells.
-    inverse : ndarray, shape (q, q)
+    inverse : ndarray, shape (D, q, q)
         Covariance of the trend's coefficients over the variance of a reading.
-    dof : float
+    dof : ndarray, shape (D,)
         Degrees of freedom of the residuals.
     """
 
+    cells: Cells
     residual: Array
     free: Array
     trend: Array
     within: Array
     inverse: Array
-    dof: float
+    dof: Array
 
     @classmethod
-    def of(cls, output: Array, cell: Places, columns: Array) -> Replicates:
-        """Fit the means of the cells and the trend along some columns of shape (n, q)."""
-        _, cell, members = grouped(cell)
-
-        def centred(values: Array) -> Array:
-            return np.asarray(values - (np.bincount(cell, values) / members)[cell])
-
-        within = np.column_stack([*map(centred, columns.T), np.zeros((output.size, 0))])
-        inverse = np.linalg.pinv(within.T @ within, rcond=1e-9, hermitian=True)
-        trend = inverse @ within.T @ output
-        leverage = (within @ inverse * within).sum(axis=1)
-        rank = round(float(leverage.sum()))
+    def of(cls, output: Array, keys: NDArray[np.int64], columns: Array) -> Replicates:
+        """Fit the means of the cells and the trend along some columns of shape (D, n, q)."""
+        cells = Cells.of(keys)
+        within = cells.centred(columns)
+        rank, inverse, leverage = rank_and_inverse(within)
+        trend = contracted(within @ inverse, output)
         return cls(
-            residual=centred(output) - within @ trend,
-            free=np.maximum(1.0 - 1.0 / members[cell] - leverage, 0.0),
+            cells=cells,
+            residual=cells.centred(output) - contracted(within.swapaxes(1, 2), trend),
+            free=np.maximum(1.0 - 1.0 / cells.members[cells.cell] - leverage, 0.0),
             trend=trend,
             within=within,
             inverse=inverse,
-            dof=float(output.size - members.size - rank),
+            dof=output.shape[1] - cells.members.size - rank,
         )
 
     @property
-    def squares(self) -> float:
-        """Sum of the squared residuals."""
-        return float(self.residual @ self.residual)
+    def squares(self) -> Array:
+        """Sum of the squared residuals, shape (T,)."""
+        return np.asarray((self.residual**2).sum(axis=1))
 
     def blind(self, weights: Array, columns: Array) -> Array:
-        """Weights of the readings that no trend along the columns moves, shape (n,)."""
-        return np.asarray(weights - self.within @ (self.inverse @ (columns.T @ weights)))
+        """Weights of the readings, (n, k), that no trend along the columns moves, (D, n, k)."""
+        seen = self.inverse @ (columns.swapaxes(1, 2) @ weights)
+        return np.asarray(weights - self.within @ seen)
 
 
-def directed(record: TumbleRecord) -> Places:
+def directed(record: TumbleRecord) -> NDArray[np.int64]:
     """Sort readings by angle and direction.
 
     Parameters
@@ -95,15 +187,15 @@ def directed(record: TumbleRecord) -> Places:
 
 
 class Trend(NamedTuple):
-    """Columns of a smooth drift over a run, shape (n, q), by what drifts.
+    """Columns of a smooth drift over a run, shape (D, n, q), by what drifts.
 
     Attributes
     ----------
-    bias : ndarray, shape (n, b)
+    bias : ndarray, shape (D, n, b)
         Powers of the time.
-    scale_factor : ndarray, shape (n, s)
+    scale_factor : ndarray, shape (D, n, s)
         Time by the cosine of the head angle; no column where the readings are too few.
-    angle : ndarray, shape (n, s)
+    angle : ndarray, shape (D, n, s)
         Time by the sine of the head angle, as a turn of the unit in the head makes.
     """
 
@@ -114,16 +206,18 @@ class Trend(NamedTuple):
     @property
     def columns(self) -> Array:
         """All columns, side by side."""
-        return np.column_stack(self)
+        return np.concatenate(self, axis=2)
 
 
-def trend_of(record: TumbleRecord) -> Trend:
+def trend_of(record: TumbleRecord, moment: Array) -> Trend:
     """Columns of a smooth drift over a run: of the bias, one for each two strokes, and of the rest.
 
     Parameters
     ----------
     record : TumbleRecord
-        Readings of one table.
+        Readings of a table of the plan.
+    moment : ndarray, shape (D, n)
+        When each reading was taken, in any unit.
 
     Returns
     -------
@@ -135,56 +229,47 @@ def trend_of(record: TumbleRecord) -> Trend:
     -----
     So many powers leave the alternation of forward and back strokes almost untouched.
     """
-    x = _run_time(moments(record))
+    x = _run_time(moment)
     free = len(record) - distinct(directed(record)).size - FEW
     powers = min((distinct(record.stroke).size - 1) // 2, _HIGHEST_POWER)
     powers = max(0, min(powers, free))
     whole = powers > 0 and free >= powers + 2
     th = np.radians(record.angle)
-    nothing = np.zeros((x.size, 0))
     return Trend(
-        bias=np.column_stack([x**power for power in range(1, powers + 1)] or [nothing]),
-        scale_factor=(x * np.cos(th))[:, None] if whole else nothing,
-        angle=(x * np.sin(th))[:, None] if whole else nothing,
+        bias=x[..., None] ** np.arange(1, powers + 1),
+        scale_factor=(x * np.cos(th))[..., None][..., : int(whole)],
+        angle=(x * np.sin(th))[..., None][..., : int(whole)],
     )
 
 
 def _run_time(moment: Array) -> Array:
     """Time from -1 at the first reading to 1 at the last."""
-    return np.asarray(2.0 * (moment - moment.min()) / (np.ptp(moment) or 1.0) - 1.0)
+    span = np.ptp(moment, axis=1, keepdims=True)
+    since = moment - moment.min(axis=1, keepdims=True)
+    return np.asarray(2.0 * since / np.where(span > 0.0, span, 1.0) - 1.0)
 
 
-def moments(record: TumbleRecord) -> Array:
+def moments(record: TumbleRecord, time: Array | None) -> Array:
     """When each reading was taken.
 
     Parameters
     ----------
     record : TumbleRecord
-        Readings of one table.
+        Readings of a table of the plan.
+    time : ndarray, shape (T, n), or None
+        Times of the readings of each table [s].
 
     Returns
     -------
-    ndarray, shape (n,)
-        Times [s], or where there are none the places in the order of measuring [strokes].
+    ndarray, shape (D, n)
+        Times [s], or where there are none the places in the order of measuring [strokes]; one row
+        where all tables have the same.
     """
-    if record.time is not None and np.isfinite(record.time).all() and np.ptp(record.time) > 0.0:
-        return record.time
     angles, row, _ = grouped(np.round(record.angle, 6))
     place = np.where(record.stroke % 2 == 1, row, angles.size - 1 - row)
-    return np.asarray(record.stroke + place / angles.size)
-
-
-def smallest(table: PreparedTable) -> float:
-    """Rounding error of a reading: readings alike to the last digit still have it.
-
-    Parameters
-    ----------
-    table : PreparedTable
-        The table.
-
-    Returns
-    -------
-    float
-        Standard deviation [output unit].
-    """
-    return float(4.0 * np.finfo(float).eps * np.abs(table.record.output).max())
+    strokes = (record.stroke + place / angles.size)[None]
+    if time is None:
+        return np.asarray(strokes)
+    known = np.isfinite(time).all(axis=1) & (np.ptp(time, axis=1) > 0.0)
+    found = np.where(known[:, None], time, strokes)
+    return found[:1] if (found == found[0]).all() else found

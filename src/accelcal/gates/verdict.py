@@ -1,59 +1,132 @@
-"""The verdict of a gate, and sizes as a gate words them."""
+"""The verdict of a gate on many tables, and sizes as a gate words them."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from accelcal.record import TumbleRecord
 from accelcal.results.quantity import Gate
 
-__all__ = ["SIGNIFICANT", "acceleration", "angle", "not_assessed", "times", "warn_if"]
+__all__ = [
+    "SIGNIFICANT",
+    "VERDICTS",
+    "GateStack",
+    "acceleration",
+    "angle",
+    "gate_stack",
+    "reading_name",
+    "times",
+]
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 SIGNIFICANT = 0.01
 """False-alarm rate of a gate that is a statistical test."""
 
+VERDICTS = ("pass", "warn", "not assessed")
+"""Verdicts of a gate; their places here are the codes in a `GateStack`."""
 
-def warn_if(name: str, bad: bool, finding: str) -> Gate:
-    """Warn or pass.
+_WARN, _NOT_ASSESSED = VERDICTS.index("warn"), VERDICTS.index("not assessed")
+
+
+class GateStack(NamedTuple):
+    """Verdict of one gate on each of T tables or records.
+
+    Attributes
+    ----------
+    name : str
+        What was checked.
+    verdict : ndarray of int8, shape (T,)
+        Places in `VERDICTS`.
+    statistic : ndarray, shape (T,)
+        What the gate judges by, see each gate; NaN where not assessed.
+    p : ndarray, shape (T,)
+        Probability of the finding in a clean table; NaN where not assessed, or the gate is no
+        test.
+    finding : callable
+        Gives the sentence of one table.
+    """
+
+    name: str
+    verdict: NDArray[np.int8]
+    statistic: Array
+    p: Array
+    finding: Callable[[int], str]
+
+    def gate(self, index: int) -> Gate:
+        """Return the outcome for one table, with its sentence."""
+        return Gate(self.name, VERDICTS[self.verdict[index]], self.finding(index))
+
+    @property
+    def verdicts(self) -> list[str]:
+        """The verdicts in words."""
+        return [VERDICTS[code] for code in self.verdict.tolist()]
+
+
+class _Finding(NamedTuple):
+    """Sentence of one table: why it was not assessed, or what was found."""
+
+    said: Callable[[int], str]
+    missing: Sequence[tuple[ArrayLike, str]]
+
+    def text(self, index: int) -> str:
+        for where, reason in self.missing:
+            if np.atleast_1d(where)[index if np.ndim(where) else 0]:
+                return reason or self.said(index)
+        return self.said(index)
+
+
+def gate_stack(
+    name: str,
+    bad: Mask,
+    said: Callable[[int], str],
+    statistic: Array,
+    p: Array | None = None,
+    missing: Sequence[tuple[ArrayLike, str]] = (),
+) -> GateStack:
+    """Warn or pass, or say why a gate could not look.
 
     Parameters
     ----------
     name : str
         What was checked.
-    bad : bool
+    bad : ndarray of bool, shape (T,)
         Whether to warn.
-    finding : str
-        What was found.
+    said : callable
+        What was found in a table, by its place.
+    statistic, p : ndarray, shape (T,)
+        See `GateStack`; without `p` where the gate is no test.
+    missing : sequence of tuple
+        For which tables the gate could not look (a mask, or one bool for all), and why; the first
+        reason counts, and an empty one is told by `said`.
 
     Returns
     -------
-    Gate
-        The verdict.
+    GateStack
+        The verdicts.
 
     Examples
     --------
-    >>> warn_if("closure", False, "Y(return) - Y1 2.0 ug").verdict
-    'pass'
+    >>> import numpy as np
+    >>> size = np.array([2.0, 30.0])
+    >>> found = gate_stack("closure", size > 9.0, lambda i: f"{size[i]:g} ug", size)
+    >>> found.verdicts, found.gate(1).finding
+    (['pass', 'warn'], '30 ug')
     """
-    return Gate(name, "warn" if bad else "pass", finding)
-
-
-def not_assessed(name: str, reason: str) -> Gate:
-    """Say why a gate could not look.
-
-    Parameters
-    ----------
-    name : str
-        What was to be checked.
-    reason : str
-        What is missing.
-
-    Returns
-    -------
-    Gate
-        The verdict.
-    """
-    return Gate(name, "not assessed", reason)
+    verdict = np.where(bad, _WARN, 0).astype(np.int8)
+    for where, _ in missing:
+        verdict[np.broadcast_to(where, verdict.shape)] = _NOT_ASSESSED
+    unknown = verdict == _NOT_ASSESSED
+    known_p = np.full(verdict.shape, np.nan) if p is None else np.where(unknown, np.nan, p)
+    shown = np.where(unknown, np.nan, statistic)
+    return GateStack(name, verdict, shown, known_p, _Finding(said, missing).text)
 
 
 def acceleration(value: float) -> str:
@@ -129,3 +202,24 @@ def times(ratio: float) -> str:
     ('39000', '2', '0.001')
     """
     return f"{float(f'{ratio:.2g}'):.12g}"
+
+
+def reading_name(record: TumbleRecord, index: int, line: NDArray[np.int64] | None) -> str:
+    """Say which reading it is.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        Readings with their strokes and angles.
+    index : int
+        The reading.
+    line : ndarray of int, shape (n,), or None
+        Lines of the source that hold the readings.
+
+    Returns
+    -------
+    str
+        Stroke, angle and line.
+    """
+    told = "" if line is None else f" (line {line[index]})"
+    return f"stroke {record.stroke[index]} at {record.angle[index]:g} deg{told}"

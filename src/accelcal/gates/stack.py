@@ -1,0 +1,180 @@
+"""Tables of one plan, stacked: what the gates look at."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.estimate.noise import ReadingNoise
+from accelcal.estimate.tables import PreparedTable
+from accelcal.gates.trend import Replicates, Trend, directed, moments, trend_of
+from accelcal.gates.verdict import reading_name
+from accelcal.grouping import median
+from accelcal.model import COEFFICIENTS
+from accelcal.record import TumbleRecord
+
+__all__ = ["TableStack", "of_one_plan"]
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+_HOUR = 3600.0  # s
+_SCALE_FACTOR = COEFFICIENTS.index("K1")
+
+
+@dataclass(frozen=True, eq=False)
+class TableStack:
+    """T tables with the same angles and strokes, in one mounting, of n readings each.
+
+    Attributes
+    ----------
+    table : PreparedTable
+        Any of them; only what follows from its angles and strokes counts.
+    output : ndarray, shape (T, n)
+        Readings [output unit].
+    coefficients : ndarray, shape (T, 6)
+        Least-squares coefficients, zero where not estimated [output unit / g^n].
+    noise : ndarray, shape (T,)
+        Standard deviation of a reading over the declared scatter, or the standard deviation itself
+        where none is declared [output unit]; NaN where nothing tells it.
+    noise_dof : ndarray, shape (T,)
+        Its degrees of freedom.
+    declared : ndarray of bool, shape (T,)
+        Whether it is the declared scatter.
+    scatter : ndarray, shape (T,)
+        Median declared scatter of the readings, or 1 where none is declared.
+    step : ndarray, shape (T,)
+        Declared resolution [output unit]; NaN where none is.
+    unit : sequence of str or None
+        Output unit of each.
+    time : ndarray, shape (T, n), or None
+        Time of each reading [s]; a row of NaN where a table has none.
+    line : sequence of ndarray of int or None
+        Lines of the source that hold the readings of each.
+    delta0 : float
+        Fixture angle of the fit [rad].
+
+    Notes
+    -----
+    What depends on the times as well as on angles and strokes has a leading axis of length D: one
+    where all tables have the same times or none, T elsewhere.
+    """
+
+    table: PreparedTable
+    output: Array
+    coefficients: Array
+    noise: Array
+    noise_dof: Array
+    declared: Mask
+    scatter: Array
+    step: Array
+    unit: Sequence[str | None]
+    time: Array | None = None
+    line: Sequence[NDArray[np.int64] | None] = ()
+    delta0: float = 0.0
+
+    @classmethod
+    def of(
+        cls,
+        tables: Sequence[PreparedTable],
+        coefficients: Sequence[Array],
+        noises: Sequence[ReadingNoise],
+        delta0: float = 0.0,
+    ) -> TableStack:
+        """Stack tables of one plan, see `of_one_plan`."""
+        records = [table.record for table in tables]
+        steps = [record.apparatus.resolution for record in records]
+        return cls(
+            table=tables[0],
+            output=np.array([record.output for record in records]),
+            coefficients=np.array(coefficients),
+            noise=np.array([noise.factor for noise in noises]),
+            noise_dof=np.array([noise.dof for noise in noises]),
+            declared=np.array([noise.source == "declared" for noise in noises]),
+            scatter=np.array([median(table.scatter) for table in tables]),
+            step=np.array([np.nan if step is None else step for step in steps]),
+            unit=[record.unit for record in records],
+            time=_times(records),
+            line=[record.line for record in records],
+            delta0=delta0,
+        )
+
+    def __len__(self) -> int:
+        return int(self.output.shape[0])
+
+    @cached_property
+    def scale(self) -> Array:
+        """Scale factor in which sizes are told, shape (T,) [output unit / g]."""
+        # a scale factor that a fault has ruined must not blow up the sizes told
+        quarter = np.ptp(self.output, axis=1) / 4.0
+        return np.asarray(np.maximum(np.abs(self.coefficients[:, _SCALE_FACTOR]), quarter))
+
+    @cached_property
+    def smallest(self) -> Array:
+        """Rounding error of a reading, shape (T,): readings alike to the last digit have it."""
+        return np.asarray(4.0 * np.finfo(float).eps * np.abs(self.output).max(axis=1))
+
+    @cached_property
+    def moment(self) -> Array:
+        """When each reading was taken, shape (D, n), see `accelcal.gates.trend.moments`."""
+        return moments(self.table.record, self.time)
+
+    @cached_property
+    def hours(self) -> Array:
+        """Length of each run, shape (D,) [h]; NaN where the times do not tell it."""
+        if self.time is None:
+            return np.full(1, np.nan)
+        by_time = (self.moment == self.time[: len(self.moment)]).all(axis=1)
+        return np.where(by_time, np.ptp(self.moment, axis=1) / _HOUR, np.nan)
+
+    @cached_property
+    def trend(self) -> Trend:
+        """Columns of a smooth drift."""
+        return trend_of(self.table.record, self.moment)
+
+    @cached_property
+    def apart(self) -> Replicates:
+        """Readings of one angle and one direction, a drift set aside."""
+        return self.replicates(directed(self.table.record))
+
+    def replicates(self, cell: NDArray[np.intp]) -> Replicates:
+        """Fit a mean to each cell of readings, and the trend."""
+        return Replicates.of(self.output, cell, self.trend.columns)
+
+    def place(self, index: int, reading: int) -> str:
+        """Say which reading of a table it is: stroke, angle and line."""
+        record = self.table.record
+        line = self.line[index] if self.line else None
+        return reading_name(record, reading, line)
+
+
+def _times(records: Sequence[TumbleRecord]) -> Array | None:
+    if all(record.time is None for record in records):
+        return None
+    nothing = np.full(len(records[0]), np.nan)
+    return np.array([nothing if record.time is None else record.time for record in records])
+
+
+def of_one_plan(tables: Sequence[PreparedTable]) -> list[list[int]]:
+    """Group tables that can be stacked.
+
+    Parameters
+    ----------
+    tables : sequence of PreparedTable
+        Tables prepared with one fixture angle.
+
+    Returns
+    -------
+    list of list of int
+        Places of the tables of each plan: same angles, strokes, mounting and coefficients.
+    """
+    found: dict[tuple[object, ...], list[int]] = {}
+    for index, table in enumerate(tables):
+        record = table.record
+        plan = record.angle.tobytes(), record.stroke.tobytes(), str(record.mounting[0])
+        found.setdefault((*plan, table.estimability.kept), []).append(index)
+    return list(found.values())

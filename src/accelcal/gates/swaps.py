@@ -1,0 +1,93 @@
+"""Two readings of one stroke in each other's place: the swap that would fit best."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.gates.trend import Cells
+
+__all__ = ["Swaps", "best_swap"]
+
+Array = NDArray[np.float64]
+Places = NDArray[np.intp]
+
+_BLOCK = 256  # readings whose swaps with all others are judged at a time, to bound the memory
+_NUMBERS = 2**20  # in one such block of tables
+_ROUNDING = 1e-6
+
+
+class Swaps(NamedTuple):
+    """The best swap of each table.
+
+    Attributes
+    ----------
+    squares : ndarray, shape (T,)
+        Squared residuals that it would leave; infinite where none can be so much better.
+    pair : ndarray of int, shape (T, 2)
+        The two readings.
+    """
+
+    squares: Array
+    pair: Places
+
+
+def best_swap(output: Array, residual: Array, basis: Array, strokes: Cells, better: float) -> Swaps:
+    """Find the best swap of two readings of one stroke in each table.
+
+    Parameters
+    ----------
+    output, residual : ndarray, shape (T, n)
+        Readings, and what the fit leaves of them [output unit].
+    basis : ndarray, shape (n, p)
+        Orthonormal basis of the design.
+    strokes : Cells
+        Readings of each stroke.
+    better : float
+        Swaps that do not make the squared residuals so many times smaller are of no interest.
+
+    Returns
+    -------
+    Swaps
+        The best of each table.
+
+    Notes
+    -----
+    A swap changes the residuals r by d P (e_i - e_j) with d = y_j - y_i and P the projector on the
+    residuals, so that no fit is needed. Whatever d, it takes at most (r_i - r_j)^2 / (P_ii + P_jj -
+    2 P_ij) off the squares: most tables are done with that.
+    """
+    squares = (residual**2).sum(axis=1)
+    found = Swaps(np.full(squares.size, np.inf), np.zeros((squares.size, 2), dtype=np.intp))
+    for some, own in _blocks(strokes):
+        share = _shares(basis, some, own)
+        apart = np.where(some[:, None] == own, np.inf, share).min()
+        span = np.ptp(residual[:, own], axis=1) ** 2
+        rows = np.flatnonzero(span >= (1.0 - 1.0 / better - _ROUNDING) * squares * max(apart, 0.0))
+        for part in np.array_split(rows, 1 + rows.size * share.size // _NUMBERS):
+            d = output[part][:, None, own] - output[part][:, some, None]
+            pull = residual[part][:, some, None] - residual[part][:, None, own]
+            change = (2.0 * d * pull + d**2 * share).reshape(part.size, share.size)
+            at = change.argmin(axis=1)
+            left = squares[part] + np.take_along_axis(change, at[:, None], axis=1)[:, 0]
+            ahead = left < found.squares[part]
+            found.squares[part[ahead]] = left[ahead]
+            first, second = np.divmod(at[ahead], own.size)
+            found.pair[part[ahead]] = np.sort(np.column_stack([some[first], own[second]]), axis=1)
+    return found
+
+
+def _blocks(strokes: Cells) -> Iterator[tuple[Places, Places]]:
+    """Some readings of a stroke, and all of it."""
+    for own in np.split(strokes.order, strokes.start[1:]):
+        for start in range(0, own.size if own.size > 1 else 0, _BLOCK):
+            yield own[start : start + _BLOCK], own
+
+
+def _shares(basis: Array, some: Places, own: Places) -> Array:
+    """P_ii + P_jj - 2 P_ij of pairs of readings, shape (some, own)."""
+    free_some, free_own = (1.0 - (basis[at] ** 2).sum(axis=1) for at in (some, own))
+    return np.asarray(free_some[:, None] + free_own + 2.0 * basis[some] @ basis[own].T)
