@@ -14,6 +14,7 @@ __all__ = [
     "PLACES",
     "QUANTITIES",
     "RULES",
+    "UNITS",
     "DecisionRule",
     "Limit",
     "LimitedQuantity",
@@ -69,8 +70,8 @@ PLACES = ("T0", "every temperature")
 
 _POWERS_OF_TEN = {"": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9}
 _DEGREE = math.pi / 180.0
-_UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
-    {  # kind -> unit -> its size in the unit of the calibration
+UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
+    {
         "acceleration": {f"{prefix}g": size for prefix, size in _POWERS_OF_TEN.items()},
         "angle": {f"{prefix}rad": size for prefix, size in _POWERS_OF_TEN.items()}
         | {"deg": _DEGREE, "arcmin": _DEGREE / 60.0, "arcsec": _DEGREE / 3600.0},
@@ -78,6 +79,7 @@ _UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
         "temperature": {"degC": 1.0},
     }
 )
+"""Kind of quantity -> unit -> its size in the unit of a calibration: g, rad, 1, degC."""
 _OUTPUT_FAMILIES: tuple[Mapping[str, float], ...] = (
     {f"{prefix}V": size for prefix, size in _POWERS_OF_TEN.items()},
     {f"{prefix}A": size for prefix, size in _POWERS_OF_TEN.items()},
@@ -121,9 +123,9 @@ def conversion_factor(unit: str, name: str, output_unit: str | None = None) -> f
         raise _wrong_unit(unit, name)
     if quantity.kind == "output":
         return _output_factor(unit, canonical_unit(numerator), output_unit, name)
-    if numerator not in _UNITS[quantity.kind]:
+    if numerator not in UNITS[quantity.kind]:
         raise _wrong_unit(unit, name)
-    return _UNITS[quantity.kind][numerator]
+    return UNITS[quantity.kind][numerator]
 
 
 def _tidy(unit: str) -> str:
@@ -148,7 +150,7 @@ def _output_factor(unit: str, numerator: str, output_unit: str | None, name: str
 
 def _wrong_unit(unit: str, name: str) -> InputError:
     quantity = QUANTITIES[name]
-    known = _UNITS.get(quantity.kind, {"mA": 1.0, "mV": 1.0, "V": 1.0, "counts": 1.0})
+    known = UNITS.get(quantity.kind, {"mA": 1.0, "mV": 1.0, "V": 1.0, "counts": 1.0})
     per = f"/{quantity.per}" if quantity.per else ""
     return InputError(
         f"{name}: unit {unit!r} is none of this quantity; it has"

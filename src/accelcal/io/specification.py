@@ -8,6 +8,7 @@ from typing import Any
 
 from accelcal.errors import InputError, TableError
 from accelcal.io.text import Source, read_text
+from accelcal.io.toml_keys import check_keys
 from accelcal.specification import Limit, Specification
 
 __all__ = ["SCHEMA", "read_specification"]
@@ -62,7 +63,7 @@ def read_specification(source: Source) -> Specification:
 
 
 def _specification(document: Mapping[str, Any]) -> Specification:
-    _check(document, _KEYS, required=("schema", "name", "limits"), where="")
+    check_keys(document, _KEYS, _TYPE_NAMES, required=("schema", "name", "limits"))
     if document["schema"] != SCHEMA:
         raise InputError(f"schema {document['schema']!r} is unknown; write {SCHEMA!r}")
     limits = tuple(_limit(name, entry) for name, entry in document["limits"].items())
@@ -73,24 +74,5 @@ def _specification(document: Mapping[str, Any]) -> Specification:
 def _limit(name: str, entry: Any) -> Limit:
     if not isinstance(entry, dict):
         raise InputError(f"limits.{name} is {entry!r}; make it a table [limits.{name}]")
-    _check(entry, _LIMIT_KEYS, required=("unit",), where=f"limits.{name}: ")
+    check_keys(entry, _LIMIT_KEYS, _TYPE_NAMES, required=("unit",), where=f"limits.{name}: ")
     return Limit(name, **entry)
-
-
-def _check(
-    entry: Mapping[str, Any], keys: Mapping[str, type], *, required: tuple[str, ...], where: str
-) -> None:
-    for key, value in entry.items():
-        if key not in keys:
-            raise InputError(f"{where}key {key!r} is unknown; there are {', '.join(keys)}")
-        if not _is(value, keys[key]):
-            raise InputError(f"{where}{key} is {value!r}; it is {_TYPE_NAMES[keys[key]]}")
-    for key in required:
-        if key not in entry:
-            raise InputError(f"{where}key {key!r} is missing; add {key} = ...")
-
-
-def _is(value: Any, kind: type) -> bool:
-    if kind is float:
-        return isinstance(value, int | float) and not isinstance(value, bool)
-    return isinstance(value, kind)

@@ -1,0 +1,321 @@
+"""The budget of a stand as text for an engineer."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from accelcal.report.columns import aligned
+from accelcal.report.names import counted, printable
+from accelcal.report.numbers import significant
+
+__all__ = ["shares", "shown_unit", "stand_budget_text"]
+
+Document = Mapping[str, Any]
+
+_WIDTH = 100
+_NAMED = 3  # components of a coefficient that are named
+_WHOLE = 0.01  # residuals below this part of an effect show nothing of it
+_IN_PART = 0.1  # of the largest coefficient in g; smaller ones are not named
+_SMALL_UNITS = {
+    "g": ("ug", 1e6),
+    "g/g^2": ("ug/g^2", 1e6),
+    "g/g^3": ("ug/g^3", 1e6),
+    "rad": ("urad", 1e6),
+    "g/degC": ("ug/degC", 1e6),
+    "1/degC": ("ppm/degC", 1e6),
+    "rad/degC": ("urad/degC", 1e6),
+    "rad/day": ("urad/day", 1e6),
+    "1": ("ppm", 1e6),
+    "V": ("uV", 1e6),
+    "degC": ("degC", 1.0),
+}
+_RELATIVE = ("K1", "K1 per m/s^2")
+_OF_ONE_TABLE = ("k0", "K1", "k2", "k3", "delta", "delta_ip")
+
+
+def stand_budget_text(document: Document) -> str:
+    """Write the budget of a stand as text.
+
+    Parameters
+    ----------
+    document : mapping
+        Document of a budget, as of `accelcal.results.stand_budget.StandBudget.to_document`.
+
+    Returns
+    -------
+    str
+        Uncertainty of the coefficients, what the components do, requirements; in ASCII.
+    """
+    lines = [
+        f"Budget of the stand: {document['stand']}",
+        *_wrapped(f"from {document['source']}"),
+        *_wrapped(f"Test: {document['test']}"),
+        *(line for note in document["warnings"] for line in _wrapped(f"note: {note}")),
+        "",
+        *_coefficients(document),
+        "",
+        *_components(document),
+    ]
+    if document["requirements"] is not None:
+        lines += ["", *_targets(document), "", *_instruments(document)]
+    if document["data_sheet"]:
+        lines += ["", *_data_sheet(document)]
+    return "\n".join(map(printable, lines))
+
+
+def shown_unit(coefficient: Document) -> tuple[str, float]:
+    """Unit in which an uncertainty is shown, and its factor.
+
+    Parameters
+    ----------
+    coefficient : mapping
+        An entry of ``"coefficients"``.
+
+    Returns
+    -------
+    unit : str
+        Such as ``"ug"``; ppm for the scale factor.
+    factor : float
+        What the uncertainty is multiplied by.
+
+    Examples
+    --------
+    >>> shown_unit({"symbol": "K1", "unit": "mA/g", "value": 1.25})
+    ('ppm', 800000.0)
+    """
+    if coefficient["symbol"] in _RELATIVE:
+        return "ppm", 1e6 / abs(coefficient["value"])
+    unit = coefficient["unit"]
+    if unit.startswith("mA"):
+        return f"n{unit[1:]}", 1e6
+    return _SMALL_UNITS.get(unit, (unit, 1.0))
+
+
+def shares(document: Document, place: int) -> list[tuple[str, float]]:
+    """Parts of the variance of one coefficient, the largest first.
+
+    Parameters
+    ----------
+    document : mapping
+        Document of a budget.
+    place : int
+        Place of the coefficient.
+
+    Returns
+    -------
+    list of (str, float)
+        Components and their parts, which add up to 1; none where the uncertainty is 0.
+    """
+    variance = document["coefficients"][place]["standard_uncertainty"] ** 2
+    if variance == 0.0:
+        return []
+    found = [
+        (part["name"], part["contributions"][place] ** 2 / variance)
+        for part in document["components"]
+    ]
+    return sorted(found, key=lambda item: -item[1])
+
+
+def _coefficients(document: Document) -> Iterator[str]:
+    """Table of the coefficients of the table nearest to T0, slopes, and reversed mountings."""
+    trials = document["monte_carlo"]
+    yield from _wrapped(
+        "Uncertainty of each coefficient: u standard, U expanded (95 %), U without its first"
+        " component, % of u^2 by component"
+    )
+    if trials is not None:
+        stable = "" if trials["stable"] else ", not yet stable"
+        yield from _wrapped(
+            f"Monte Carlo (JCGM 101): {trials['trials']} trials, seed {trials['seed']}{stable};"
+            " low and high: its 95 % interval less the value; linear: whether U agrees with it to"
+            " the numerical tolerance (clause 8)"
+        )
+    heading = ["", "unit", "u", "U", "dof"]
+    heading += ["low", "high", "linear"] if trials is not None else []
+    heading.append("U less 1st")
+    rows = [[*heading, "from"]]
+    for place, own in enumerate(document["coefficients"]):
+        if not own["where"] or "run" in own["where"].partition(" and ")[2] or _change(own):
+            rows.append(_row(document, place))
+    yield from (f"  {line}" for line in aligned(rows, right=range(2, len(heading))))
+    left = len(document["coefficients"]) - len(rows) + 1
+    if left:
+        yield f"  (and {counted(left, 'coefficient')} of the other tables: --format csv or json)"
+
+
+def _change(own: Document) -> bool:
+    return str(own["symbol"]).endswith(" change")
+
+
+def _row(document: Document, place: int) -> list[str]:
+    own = document["coefficients"][place]
+    unit, factor = shown_unit(own)
+    dof = "inf" if own["dof"] is None else f"{own['dof']:.0f}"
+    u, U = (significant(factor * own[f"{kind}_uncertainty"], 3) for kind in _BOTH)
+    largest = [item for item in shares(document, place)[:_NAMED] if item[1] >= 0.005]
+    told = ", ".join(f"{name} {100 * share:.0f}" for name, share in largest)
+    without = own["expanded_uncertainty"] * math.sqrt(max(1.0 - sum(s for _, s in largest[:1]), 0))
+    trial = own["monte_carlo"]
+    found: list[str] = [] if trial is None else _trial(own, trial, factor)
+    return [own["symbol"], unit, u, U, dof, *found, significant(factor * without, 3), told]
+
+
+_BOTH = ("standard", "expanded")
+
+
+def _trial(own: Document, trial: Document, factor: float) -> list[str]:
+    ends = [factor * (trial[end] - own["value"]) for end in ("low", "high")]
+    shown = [f"{'-' if end < 0 else '+'}{significant(abs(end), 3)}" for end in ends]
+    return [*shown, "yes" if trial["agrees"] else "NO"]
+
+
+def _components(document: Document) -> Iterator[str]:
+    yield from _wrapped(
+        "What each component does: its standard uncertainty, its independent errors, the part of"
+        " its effect that the residuals show, and what goes into the coefficients of the first"
+        " table by one u (k0, k2, k3, delta_ip in ug, delta in urad, K1 in ppm)"
+    )
+    rows: list[Sequence[str]] = [("", "u", "", "errors", "seen", "goes into")]
+    rows += [_component(document, part) for part in document["components"]]
+    yield from (f"  {line}" for line in aligned(rows, right=(1, 3, 4)))
+    silent = [p["name"] for p in document["components"] if not p["acts"]]
+    if silent:
+        yield from _wrapped(f"Below 0.1 % of every u here: {', '.join(silent)}.")
+    hidden = [p["name"] for p in document["components"] if p["acts"] and _hidden(p)]
+    if hidden:
+        yield from _wrapped(
+            f"Systematic and unseen: {', '.join(hidden)}. No residual shows them and no stroke"
+            " averages them: each is a bias of the coefficients behind it."
+        )
+
+
+def _hidden(part: Document) -> bool:
+    seen = part["residual"]
+    return not part["averages"] and (seen is None or seen < _WHOLE)
+
+
+def _component(document: Document, part: Document) -> tuple[str, ...]:
+    unit, factor = _SMALL_UNITS.get(part["unit"], (part["unit"], 1.0))
+    seen = part["residual"]
+    return (
+        f"{part['name']}{' (fixed)' if part['fixed'] else ''}",
+        significant(factor * part["standard_uncertainty"], 3),
+        unit,
+        str(part["errors"]),
+        "" if seen is None else f"{100 * seen:.0f} %",
+        _absorbed(document, part) if part["acts"] else "nothing here",
+    )
+
+
+def _absorbed(document: Document, part: Document) -> str:
+    """Coefficients that a component changes most, each with its change."""
+    found = []
+    for own, change in zip(document["coefficients"], part["contributions"], strict=True):
+        if not own["where"] and own["symbol"] in _OF_ONE_TABLE:
+            found.append((shown_unit(own)[1] * change, own["symbol"]))
+    largest = max((abs(size) for size, _ in found), default=0.0)
+    if largest < _NOTHING:
+        return _elsewhere(document, part)
+    named = [item for item in found if abs(item[0]) >= _IN_PART * largest]
+    sign = "+" if part["errors"] == 1 and not part["kind"].endswith(_OF_A_PHASE) else ""
+    return ", ".join(f"{name} {size:{sign}.2g}" for size, name in named)
+
+
+_OF_A_PHASE = ("harmonic", "daily")
+_NOTHING = 1e-6  # ug: below it a change is rounding error
+
+
+def _elsewhere(document: Document, part: Document) -> str:
+    """Where a component acts, when it does on no coefficient of the table nearest to T0."""
+    found = [
+        (abs(change) / own["standard_uncertainty"], own, change)
+        for own, change in zip(document["coefficients"], part["contributions"], strict=True)
+        if own["standard_uncertainty"] > 0.0
+    ]
+    most = max((ratio for ratio, _, _ in found), default=0.0)
+    named = []
+    for ratio, own, change in found:
+        if ratio > 0.5 * most:
+            unit, factor = shown_unit(own)
+            named.append(f"{own['symbol']} {abs(factor * change):.2g} {unit}")
+    return ", ".join(named)
+
+
+def _targets(document: Document) -> Iterator[str]:
+    yield "Targets of U (95 %), and the floor that perfect instruments leave"
+    rows = [("", "unit", "target", "now", "floor", "")]
+    for target in document["requirements"]["targets"]:
+        unit, factor = shown_unit(_of_symbol(document, target["symbol"]))
+        sizes = (significant(factor * target[n], 3) for n in ("target", "present", "floor"))
+        rows.append((target["symbol"], unit, *sizes, _reached(target)))
+    yield from (f"  {line}" for line in aligned(rows, right=(2, 3, 4)))
+
+
+def _reached(target: Document) -> str:
+    if target["reached"]:
+        return "reached"
+    if target["reachable"]:
+        return "to be reached with better instruments"
+    return f"out of reach: held up by {', '.join(target['held_up_by']) or 'the fixed components'}"
+
+
+def _of_symbol(document: Document, symbol: str) -> Document:
+    found: Document = next(c for c in document["coefficients"] if c["symbol"] == symbol)
+    return found
+
+
+def _instruments(document: Document) -> Iterator[str]:
+    yield "What each instrument must be, as a standard uncertainty (fixed components stay)"
+    rows = [("", "", "now", "alone", "equal shares", "all alike", "alone is limited by")]
+    for item in document["requirements"]["instruments"]:
+        unit, factor = _SMALL_UNITS.get(item["unit"], (item["unit"], 1.0))
+        names = ("present", "alone", "equal_shares", "proportional")
+        now, alone, *shared = (_size(item[name], factor) for name in names)
+        rows.append(
+            (
+                item["name"],
+                unit,
+                now,
+                alone or "> 100 x",
+                *(size or "as now" for size in shared),
+                item["limited_by"],
+            )
+        )
+    yield from (f"  {line}" for line in aligned(rows, right=range(2, 6)))
+    yield from _wrapped(
+        "alone: largest with all others as they are, 0 where not even a perfect one would do;"
+        " equal shares and all alike: two allocations that keep all targets within reach."
+    )
+
+
+def _size(value: float | None, factor: float) -> str:
+    if value is None:
+        return ""
+    return "0" if value == 0.0 else significant(factor * value, 3)
+
+
+def _data_sheet(document: Document) -> Iterator[str]:
+    yield "Limits of the data sheet against U of this test; suffices: 4 to 1 or better"
+    rows: list[Sequence[str]] = [("", "of", "unit", "limit", "U", "ratio", "")]
+    for limit in document["data_sheet"]:
+        U, ratio = limit["expanded_uncertainty"], limit["ratio"]
+        note = f"; {limit['note']}" if limit["note"] else ""
+        rows.append(
+            (
+                limit["name"],
+                limit["symbol"],
+                limit["unit"],
+                f"{limit['limit']:g}",
+                "" if U is None else significant(U, 3),
+                "" if ratio is None else significant(ratio, 2),
+                f"{limit['verdict']}{note}",
+            )
+        )
+    yield from (f"  {line}" for line in aligned(rows, right=(3, 4, 5)))
+
+
+def _wrapped(text: str) -> Iterator[str]:
+    yield from textwrap.wrap(text, _WIDTH, subsequent_indent="  ")

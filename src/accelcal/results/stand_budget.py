@@ -1,0 +1,313 @@
+"""The budget of a stand: uncertainty of each coefficient by component, linear and Monte Carlo."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.results.stand_requirements import Requirements, Sufficiency
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from accelcal.plot.stand_budget import StandBudgetPlot
+
+__all__ = ["SCHEMA", "BudgetedCoefficient", "MonteCarlo", "StandBudget", "StandShare"]
+
+Array = NDArray[np.float64]
+
+SCHEMA = "accelcal/stand-budget/1"
+
+FELT = 1e-3
+"""A component below this share of the standard uncertainty of every coefficient acts on nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class BudgetedCoefficient:
+    """What a budget is made for.
+
+    Attributes
+    ----------
+    symbol : str
+        K0 .. M_ip, the error model k0, k2, k3, delta, delta_ip, the slopes lam1, beta1, gam1
+        above T0 and lam2, beta2, gam2 below, and delta_O, delta_P, d0 of reversed mountings.
+    where : str
+        Table that it belongs to; empty for the table nearest to T0, and for slopes.
+    unit : str
+        Its unit.
+    """
+
+    symbol: str
+    where: str
+    unit: str
+
+    def __str__(self) -> str:
+        return f"{self.symbol} ({self.where})" if self.where else self.symbol
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StandShare:
+    """What one component of the stand does.
+
+    Attributes
+    ----------
+    name, kind : str
+        The component.
+    standard_uncertainty : float
+        Of the component itself, in `unit`.
+    unit : str
+        rad, rad/day, g, 1, degC or V.
+    dof : float
+        Degrees of freedom.
+    varies : tuple of str
+        For what a new error is drawn; empty for one error in the whole test.
+    errors : int
+        How many independent errors that makes.
+    averages : bool
+        Whether more strokes average it away.
+    fixed : bool
+        Whether it is none of the stand's instruments.
+    contributions : ndarray, shape (q,)
+        Standard uncertainty of each coefficient by this component, with the sign of its effect
+        where it is one error.
+    residual : float
+        Part of its effect on the readings that the residuals show; what is missing from 1 went
+        into the coefficients. NaN where it has no effect.
+    origin : str
+        Where the size comes from.
+    """
+
+    name: str
+    kind: str
+    standard_uncertainty: float
+    unit: str
+    dof: float
+    varies: tuple[str, ...]
+    errors: int
+    averages: bool
+    fixed: bool
+    contributions: Array
+    residual: float
+    origin: str
+
+    @property
+    def sensitivities(self) -> Array:
+        """Change of each coefficient per unit of the component; root sum square of its errors."""
+        if self.standard_uncertainty == 0.0:
+            return np.zeros_like(self.contributions)
+        return self.contributions / self.standard_uncertainty
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MonteCarlo:
+    """Propagation of distributions, JCGM 101; arrays have shape (q,).
+
+    Attributes
+    ----------
+    trials : int
+        Trials that were made.
+    seed : int
+        Seed of the random numbers.
+    stable : bool
+        Whether the results are stable to `tolerance`, JCGM 101, 7.9.
+    value, standard_uncertainty : ndarray
+        Mean and standard deviation of the trials.
+    low, high : ndarray
+        Ends of the probabilistically symmetric 95 % interval.
+    numerical : ndarray
+        Twice the standard deviation of the less certain end, by the batches of trials.
+    tolerance : ndarray
+        Numerical tolerance of a standard uncertainty to one significant digit, JCGM 101, 7.9.2.
+    agrees : ndarray of bool
+        Whether both ends of the linear interval lie within `tolerance` of these, clause 8.
+    """
+
+    trials: int
+    seed: int
+    stable: bool
+    value: Array
+    standard_uncertainty: Array
+    low: Array
+    high: Array
+    numerical: Array
+    tolerance: Array
+    agrees: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StandBudget:
+    """Uncertainty of q coefficients by the stand; arrays have shape (q,).
+
+    Attributes
+    ----------
+    stand, source : str
+        Name of the stand, and where it is described.
+    test : str
+        The test, in words.
+    coefficients : tuple of BudgetedCoefficient
+        What the budget is made for.
+    nominal : ndarray
+        Estimates without any error.
+    components : tuple of StandShare
+        The components.
+    standard_uncertainty, dof, coverage_factor, expanded_uncertainty : ndarray
+        Combined standard uncertainty, effective degrees of freedom (Welch-Satterthwaite),
+        Student's factor, and the half width of the 95 % interval.
+    covariance : ndarray, shape (q, q)
+        Covariance.
+    monte_carlo : MonteCarlo or None
+        Propagation of distributions, where asked for.
+    warnings : tuple of str
+        What a reader must know.
+    requirements : Requirements or None
+        What the instruments must be, where targets were given.
+    data_sheet : tuple of Sufficiency
+        Limits of a data sheet against the uncertainties, where one was given.
+    """
+
+    stand: str
+    source: str
+    test: str
+    coefficients: tuple[BudgetedCoefficient, ...]
+    nominal: Array
+    components: tuple[StandShare, ...]
+    standard_uncertainty: Array
+    dof: Array
+    coverage_factor: Array
+    expanded_uncertainty: Array
+    covariance: Array
+    monte_carlo: MonteCarlo | None = None
+    warnings: tuple[str, ...] = ()
+    requirements: Requirements | None = None
+    data_sheet: tuple[Sufficiency, ...] = ()
+
+    def __str__(self) -> str:
+        from accelcal.report.stand_budget import stand_budget_text
+
+        return stand_budget_text(self.to_document())
+
+    def __repr__(self) -> str:
+        return (
+            f"<StandBudget {self.stand}: {len(self.components)} components,"
+            f" {len(self.coefficients)} coefficients>"
+        )
+
+    @property
+    def plot(self) -> StandBudgetPlot:
+        """Pictures, each a method that returns matplotlib axes."""
+        from accelcal.plot.stand_budget import StandBudgetPlot
+
+        return StandBudgetPlot(self)
+
+    def index(self, symbol: str) -> int | None:
+        """Place of a symbol of the table nearest to T0, or of a slope; None where there is none."""
+        found = (i for i, c in enumerate(self.coefficients) if c.symbol == symbol)
+        return next(found, None)
+
+    def contribution(self, symbol: str) -> Mapping[str, float]:
+        """Component -> standard uncertainty of one coefficient by it.
+
+        Raises
+        ------
+        KeyError
+            If the symbol is not budgeted.
+        """
+        place = self.index(symbol)
+        if place is None:
+            raise KeyError(symbol)
+        return {part.name: abs(float(part.contributions[place])) for part in self.components}
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the budget as the JSON document of schema `SCHEMA`."""
+        return {
+            "schema": SCHEMA,
+            "stand": self.stand,
+            "source": self.source,
+            "test": self.test,
+            "interval_level": 0.95,
+            "coefficients": [self._coefficient(i) for i in range(len(self.coefficients))],
+            "components": [self._component(part) for part in self.components],
+            "covariance": self.covariance.tolist(),
+            "monte_carlo": self._trials(),
+            "requirements": None if self.requirements is None else self.requirements.to_document(),
+            "data_sheet": [limit.to_document() for limit in self.data_sheet],
+            "warnings": list(self.warnings),
+        }
+
+    def _coefficient(self, i: int) -> dict[str, Any]:
+        own = self.coefficients[i]
+        trials = self.monte_carlo
+        return {
+            "symbol": own.symbol,
+            "where": own.where,
+            "unit": own.unit,
+            "value": float(self.nominal[i]),
+            "standard_uncertainty": float(self.standard_uncertainty[i]),
+            "dof": _finite_or_none(self.dof[i]),
+            "coverage_factor": float(self.coverage_factor[i]),
+            "expanded_uncertainty": float(self.expanded_uncertainty[i]),
+            "monte_carlo": None if trials is None else _trial(trials, i),
+        }
+
+    def _component(self, part: StandShare) -> dict[str, Any]:
+        felt = np.abs(part.contributions) > FELT * self.standard_uncertainty
+        return {
+            "name": part.name,
+            "kind": part.kind,
+            "standard_uncertainty": part.standard_uncertainty,
+            "unit": part.unit,
+            "dof": _finite_or_none(part.dof),
+            "varies": list(part.varies),
+            "errors": part.errors,
+            "averages": part.averages,
+            "fixed": part.fixed,
+            "acts": bool(felt.any()),
+            "residual": _finite_or_none(part.residual),
+            "contributions": part.contributions.tolist(),
+            "sensitivities": part.sensitivities.tolist(),
+            "origin": part.origin,
+        }
+
+    def _trials(self) -> dict[str, Any] | None:
+        found = self.monte_carlo
+        if found is None:
+            return None
+        return {"trials": found.trials, "seed": found.seed, "stable": found.stable}
+
+    def rows(self) -> list[dict[str, Any]]:
+        """List coefficients by components, a flat dictionary each; totals follow the components."""
+        rows = []
+        for i, own in enumerate(self.coefficients):
+            place = {"coefficient": own.symbol, "where": own.where, "unit": own.unit}
+            variance = self.standard_uncertainty[i] ** 2
+            for part in self.components:
+                u = abs(float(part.contributions[i]))
+                share = u * u / variance if variance > 0.0 else 0.0
+                of_part = {"component": part.name, "standard_uncertainty": u, "share": share}
+                rows.append({**place, **of_part, "expanded_uncertainty": None})
+            u, U = float(self.standard_uncertainty[i]), float(self.expanded_uncertainty[i])
+            total = {"component": "total", "standard_uncertainty": u, "share": 1.0}
+            rows.append({**place, **total, "expanded_uncertainty": U})
+        return rows
+
+    def to_frame(self) -> pd.DataFrame:
+        """Tabulate coefficients by components, a line each with the columns of `rows`."""
+        import pandas as pd
+
+        return pd.DataFrame(self.rows())
+
+
+def _trial(found: MonteCarlo, i: int) -> dict[str, Any]:
+    names = "value standard_uncertainty low high numerical tolerance"
+    return {name: float(getattr(found, name)[i]) for name in names.split()} | {
+        "agrees": bool(found.agrees[i])
+    }
+
+
+def _finite_or_none(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None

@@ -1,0 +1,229 @@
+"""The budget of a stand: JCGM 100 and, where asked for, JCGM 101."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.accelerometer import AL15, Accelerometer
+from accelcal.errors import InputError
+from accelcal.estimate.linear import METHODS
+from accelcal.probability import student_quantile
+from accelcal.record import TumbleRecord
+from accelcal.reference import fixture_angle
+from accelcal.results.calibration import Calibration
+from accelcal.results.stand_budget import StandBudget, StandShare
+from accelcal.specification import Specification
+from accelcal.stand_uncertainty.estimator import Estimator, estimator_of
+from accelcal.stand_uncertainty.kinds import KINDS
+from accelcal.stand_uncertainty.linear import (
+    Propagated,
+    effective_dof,
+    jacobian,
+    propagated,
+)
+from accelcal.stand_uncertainty.monte_carlo import Linear, monte_carlo
+from accelcal.stand_uncertainty.nominal import accelerometer_of
+from accelcal.stand_uncertainty.readings import Readings, readings_of
+from accelcal.stand_uncertainty.requirements import requirements
+from accelcal.stand_uncertainty.stand import Stand, StandComponent
+from accelcal.stand_uncertainty.sufficiency import sufficiency
+
+__all__ = ["stand_budget"]
+
+Array = NDArray[np.float64]
+
+_LEVEL = 0.95
+
+_UNITS = {
+    "angle": "rad",
+    "angle/day": "rad/day",
+    "acceleration": "g",
+    "ratio": "1",
+    "temperature": "degC",
+    "voltage": "V",
+}
+
+
+def stand_budget(
+    stand: Stand,
+    test: TumbleRecord,
+    accelerometer: Accelerometer | Calibration = AL15,
+    *,
+    method: str = METHODS[0],
+    trials: int | None = 0,
+    seed: int | None = None,
+    targets: Mapping[str, float | str] | None = None,
+    specification: Specification | None = None,
+) -> StandBudget:
+    """Tell what a stand's errors make of each coefficient of a tumble test.
+
+    Parameters
+    ----------
+    stand : Stand
+        The errors with their distributions, as of `accelcal.read_stand`.
+    test : TumbleRecord
+        The test: angles, strokes, runs, temperatures, mountings and times of its readings, as of
+        `accelcal.simulate` or `accelcal.read_table`. Its outputs are not used.
+    accelerometer : Accelerometer or Calibration, default `AL15`
+        The coefficients that the accelerometer has.
+    method : str, default "least-squares"
+        One of `accelcal.estimate.linear.METHODS`.
+    trials : int or None, default 0
+        Monte Carlo trials: 0 for none, None for as many as make the result stable.
+    seed : int, optional
+        Seed of the random numbers.
+    targets : mapping of str to float or str, optional
+        Largest expanded uncertainties, such as ``{"K1": "5 ppm"}``: what must each instrument be?
+    specification : Specification, optional
+        Data sheet: does the stand suffice for its limits?
+
+    Returns
+    -------
+    StandBudget
+        Standard uncertainty of every coefficient by component, degrees of freedom, expanded
+        uncertainty and, where asked for, the Monte Carlo result with its verdict on the linear one.
+
+    Raises
+    ------
+    InputError
+        If a component needs what the stand does not tell, such as the load, or the test is none.
+    DesignError
+        If the angles do not determine K1.
+
+    Notes
+    -----
+    JCGM 100, 5.1.2: each component acts through the readings (central differences of the exact
+    model) and the estimator, a matrix, and through the quotients of the error model. Errors are
+    independent between the classes that a component varies by, and common within one. JCGM 101
+    takes every reading of every trial from the exact model.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> from accelcal.stand_uncertainty.distribution import distribution
+    >>> from accelcal.stand_uncertainty.requirements import requirements
+    from accelcal.stand_uncertainty.stand import Stand, StandComponent
+    from accelcal.stand_uncertainty.sufficiency import sufficiency
+    >>> gain = distribution("rectangular", half_width=30e-6)
+    >>> stand = Stand("voltmeter alone", (StandComponent("gain", "voltmeter-gain", gain),))
+    >>> found = stand_budget(stand, accelcal.simulate(seed=1))
+    >>> round(found.contribution("K1")["gain"] / 1.35 * 1e6, 2), found.contribution("k0")["gain"]
+    (17.32, 0.0)
+    """
+    if not isinstance(test, TumbleRecord):
+        raise InputError(
+            f"{type(test).__name__} in place of a record; make one by accelcal.simulate(plan=...)"
+            " or accelcal.read_table('file.csv')"
+        )
+    if isinstance(accelerometer, Calibration):
+        accelerometer = accelerometer_of(accelerometer)
+    readings = readings_of(test, accelerometer, stand.conditions, fixture_angle(test))
+    estimator = estimator_of(readings, method, stand.conditions.gravity)
+    budget = _linear(stand, readings, estimator)
+    if targets is not None:
+        budget = replace(budget, requirements=requirements(budget, targets))
+    if specification is not None:
+        limits = sufficiency(budget, specification, readings.unit)
+        budget = replace(budget, data_sheet=limits)
+    return budget if trials == 0 else _tried(budget, stand, readings, estimator, trials, seed)
+
+
+def _tried(
+    budget: StandBudget,
+    stand: Stand,
+    readings: Readings,
+    estimator: Estimator,
+    trials: int | None,
+    seed: int | None,
+) -> StandBudget:
+    """Add the Monte Carlo result."""
+    found = monte_carlo(
+        stand.components,
+        readings,
+        estimator,
+        Linear(budget.nominal, budget.expanded_uncertainty, budget.standard_uncertainty),
+        trials=trials,
+        seed=seed,
+    )
+    return replace(budget, monte_carlo=found, warnings=(*budget.warnings, *_unstable(found.stable)))
+
+
+def _linear(stand: Stand, readings: Readings, estimator: Estimator) -> StandBudget:
+    coefficients = estimator.map @ readings.output({})
+    slopes = jacobian(estimator, coefficients)
+    found = [propagated(part, readings, estimator, slopes) for part in stand.components]
+    shares = tuple(
+        _share(part, effect, readings) for part, effect in zip(stand.components, found, strict=True)
+    )
+    covariance = np.sum([effect.through @ effect.through.T for effect in found], axis=0)
+    standard = np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
+    dof = effective_dof([part.contributions for part in shares], [part.dof for part in shares])
+    factor = np.array([student_quantile(_LEVEL, float(own)) for own in dof])
+    return StandBudget(
+        stand=stand.name,
+        source=stand.source,
+        test=_described(readings),
+        coefficients=estimator.named,
+        nominal=estimator.estimates(np.append(coefficients, 1.0)),
+        components=shares,
+        standard_uncertainty=standard,
+        dof=dof,
+        coverage_factor=factor,
+        expanded_uncertainty=factor * standard,
+        covariance=covariance,
+        warnings=tuple(_warnings(stand, readings)),
+    )
+
+
+def _share(part: StandComponent, effect: Propagated, readings: Readings) -> StandShare:
+    kind = KINDS[part.kind]
+    through = effect.through
+    single = through.shape[1] == 1
+    return StandShare(
+        name=part.name,
+        kind=part.kind,
+        standard_uncertainty=part.distribution.standard,
+        unit=_UNITS[kind.quantity],
+        dof=part.distribution.dof,
+        varies=part.varies,
+        errors=readings.groups(part.varies)[1],
+        averages=part.averages,
+        fixed=part.fixed,
+        contributions=through[:, 0] + 0.0 if single else np.linalg.norm(through, axis=1),
+        residual=effect.residual,
+        origin=part.origin,
+    )
+
+
+def _described(readings: Readings) -> str:
+    """Tell the test in words."""
+    record = readings.record
+    positions = np.unique(np.mod(np.round(readings.angle, 6), 360.0)).size
+    levels = ", ".join(f"{t:g}" for t in dict.fromkeys(readings.temperature.round(6).tolist()))
+    mountings = ", ".join(dict.fromkeys(record.mounting.tolist()))
+    return (
+        f"{len(record)} readings, {positions} positions, {record.stroke.max()} strokes,"
+        f" {len(record.run_labels)} runs at {levels} degC, mounting {mountings}"
+    )
+
+
+def _warnings(stand: Stand, readings: Readings) -> Iterator[str]:
+    kinds = {part.kind for part in stand.components}
+    if "foundation-drift" in kinds or "foundation-daily" in kinds:
+        hours = readings.time.max() / 3600.0
+        yield f"the foundation moves over the {hours:.3g} h from the first reading to the last"
+    temperature = {"chamber-temperature", "chamber-gradient"}
+    if not kinds & temperature:
+        yield "no component of the chamber: temperatures are taken as known"
+
+
+def _unstable(stable: bool) -> Iterator[str]:
+    if not stable:
+        yield (
+            "the Monte Carlo ends are not yet known to a fifth of the tolerance with which they"
+            " are compared; make more trials"
+        )

@@ -1,0 +1,277 @@
+"""From readings to coefficients, error model and temperature slopes: one matrix, then quotients.
+
+The coefficients of each table are a matrix times its readings, as `accelcal.fit` has it where no
+head error is declared. The temperature laws follow from the coefficients of the tables by
+unweighted least squares, which at three levels is exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.estimate.linear import METHODS, linear_estimator
+from accelcal.estimate.tables import prepare
+from accelcal.model import ERROR_TERMS, POWERS
+from accelcal.record import TumbleRecord
+from accelcal.results.stand_budget import BudgetedCoefficient
+from accelcal.stand_uncertainty.readings import Readings
+
+__all__ = ["Estimator", "estimator_of"]
+
+Array = NDArray[np.float64]
+
+_LEAST_RISE = 5.0
+"""Levels closer to T0 than this tell no slope [degC]."""
+
+_ERROR_UNITS = {"k0": "g", "k2": "g/g^2", "k3": "g/g^3", "delta": "rad", "delta_ip": "g/g^2"}
+_SLOPES = {"lam": "g/degC", "beta": "1/degC", "gam": "rad/degC"}
+_LAWFUL = {"K0", "K1", "M"}
+"""What a table must have determined to take part in the temperature laws."""
+_SEEN = {"o": "O", "p": "P"}
+_DIFFERENCE = np.array([-1.0, 1.0])
+_SAME_LEVEL = 1.0
+"""Temperatures closer than this are one level [degC]."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Table:
+    """Place of one table's readings and coefficients among all."""
+
+    label: str
+    mounting: str
+    rise: float
+    names: tuple[str, ...]
+    start: int
+
+    def value(self, name: str) -> Callable[[Array], Array]:
+        """Coefficient, from those of all tables."""
+        place = self.start + self.names.index(name)
+        return lambda known: known[..., place]
+
+    def quotient(self, name: str) -> Callable[[Array], Array]:
+        """Coefficient over K1, last line of (6)."""
+        own, K1 = self.value(name), self.value("K1")
+        return lambda known: own(known) / K1(known)
+
+
+Rule = tuple[BudgetedCoefficient, Callable[[Array], Array]]
+"""What is budgeted, and how it follows from coefficients and gravity."""
+
+
+@dataclass(frozen=True, eq=False)
+class Estimator:
+    """Coefficients of all tables and what follows from them.
+
+    Attributes
+    ----------
+    map : ndarray, shape (p, n)
+        From the n readings to the p coefficients of all tables.
+    fitted : ndarray, shape (n, p)
+        From the coefficients back to the readings.
+    tables : tuple of _Table
+        The tables, the one nearest to T0 first.
+    unit : str
+        Output unit.
+    gravity : float or None
+        Declared local gravity, to express K1 per m/s^2 [m/s^2].
+    """
+
+    map: Array
+    fitted: Array
+    tables: tuple[_Table, ...]
+    unit: str
+    gravity: float | None
+
+    def estimates(self, known: Array) -> Array:
+        """All that is budgeted, from the coefficients of the tables.
+
+        Parameters
+        ----------
+        known : ndarray, shape (..., p + 1)
+            Coefficients and, behind them, declared over true gravity; real or complex.
+
+        Returns
+        -------
+        ndarray, shape (..., q)
+            Estimates, in the order of `named`.
+        """
+        return np.stack([rule(known) for _, rule in self._rules], axis=-1)
+
+    @property
+    def named(self) -> tuple[BudgetedCoefficient, ...]:
+        """Symbols, places and units of what is budgeted."""
+        return tuple(name for name, _ in self._rules)
+
+    @cached_property
+    def _rules(self) -> list[Rule]:
+        found = [rule for table in self.tables for rule in self._of_table(table)]
+        found += self._slopes()
+        found += self._reversals()
+        found += self._changes()
+        if self.gravity is not None:
+            found.append(self._per_gravity(self.gravity))
+        return found
+
+    def _of_table(self, table: _Table) -> Iterator[Rule]:
+        where = "" if table is self.tables[0] else table.label
+        for name in table.names:
+            per = {0: "", 1: "/g"}.get(POWERS[name], f"/g^{POWERS[name]}")
+            yield BudgetedCoefficient(name, where, f"{self.unit}{per}"), table.value(name)
+        for name in table.names:
+            if name in ERROR_TERMS:
+                symbol = ERROR_TERMS[name]
+                named = BudgetedCoefficient(symbol, where, _ERROR_UNITS[symbol])
+                yield named, table.quotient(name)
+
+    def _per_gravity(self, gravity: float) -> Rule:
+        K1 = self.tables[0].value("K1")
+        named = BudgetedCoefficient("K1 per m/s^2", "", f"{self.unit}/(m/s^2)")
+        return named, lambda known: K1(known) / gravity / known[..., -1]
+
+    def _slopes(self) -> Iterator[Rule]:
+        """Slopes of the bilinear laws, from the tables of one mounting."""
+        mounting = self.tables[0].mounting
+        levels = [t for t in self.tables if t.mounting == mounting and set(t.names) >= _LAWFUL]
+        sides, matrix = _law(np.array([table.rise for table in levels]))
+        values = {
+            "lam": [table.quotient("K0") for table in levels],
+            "beta": [table.value("K1") for table in levels],
+            "gam": [table.quotient("M") for table in levels],
+        }
+        for symbol, unit in _SLOPES.items():
+            for side, row in zip(sides, matrix[1:], strict=True):
+                named = BudgetedCoefficient(f"{symbol}{side}", "", unit)
+                over = matrix[0] if symbol == "beta" else None
+                yield named, _weighted(values[symbol], row, over)
+
+    def _reversals(self) -> Iterator[Rule]:
+        """Misalignment and fixture angle, which changes its sign in M - K1 d0 of the other side."""
+        near = [t for t in self.tables if _same_level(t, self.tables[0])]
+        by_side = {table.mounting: table for table in near if "M" in table.names}
+        for axis, seen in _SEEN.items():
+            if {f"{axis}+", f"{axis}-"} <= set(by_side):
+                plus, minus = (by_side[f"{axis}{side}"] for side in "+-")
+                where = f"{plus.label} and {minus.label}"
+                both = [plus.quotient("M"), minus.quotient("M")]
+                for symbol, weights in ((f"delta_{seen}", (0.5, 0.5)), (f"d0_{axis}", (-0.5, 0.5))):
+                    named = BudgetedCoefficient(symbol, where, "rad")
+                    yield named, _weighted(both, np.array(weights))
+
+    def _changes(self) -> Iterator[Rule]:
+        """Changes of bias and scale factor between the first two runs at one level."""
+        first = self.tables[0]
+        again = [
+            t for t in self.tables[1:] if _same_level(t, first) and t.mounting == first.mounting
+        ]
+        if not again or "K0" not in first.names or "K0" not in again[0].names:
+            return
+        where = f"{first.label} to {again[0].label}"
+        named = BudgetedCoefficient("k0 change", where, "g")
+        yield named, _weighted([first.quotient("K0"), again[0].quotient("K0")], _DIFFERENCE)
+        named = BudgetedCoefficient("K1 change", where, "1")
+        K1 = [first.value("K1"), again[0].value("K1")]
+        yield named, _weighted(K1, _DIFFERENCE, over=np.array([1.0, 0.0]))
+
+
+def _same_level(one: _Table, other: _Table) -> bool:
+    return abs(one.rise - other.rise) < _SAME_LEVEL
+
+
+def _law(rise: Array) -> tuple[tuple[int, ...], Array]:
+    """Sides of T0 (1 above, 2 below), and the matrix from levels to value and slopes."""
+    parts = {1: np.maximum(rise, 0.0), 2: np.minimum(rise, 0.0)}
+    sides = tuple(side for side, part in parts.items() if np.any(np.abs(part) > _LEAST_RISE))
+    design = np.column_stack([np.ones_like(rise), *(parts[side] for side in sides)])
+    if np.linalg.matrix_rank(design) < design.shape[1]:
+        return (), design.T[:1]
+    return sides, np.linalg.pinv(design)
+
+
+def _weighted(
+    rules: Sequence[Callable[[Array], Array]], weights: Array, over: Array | None = None
+) -> Callable[[Array], Array]:
+    """Weighted sum of some values, or the quotient of two of them."""
+
+    def rule(known: Array) -> Array:
+        values = np.stack([value(known) for value in rules], axis=-1)
+        total = values @ weights
+        return np.asarray(total if over is None else total / (values @ over))
+
+    return rule
+
+
+def estimator_of(
+    readings: Readings, method: str = METHODS[0], gravity: float | None = None
+) -> Estimator:
+    """Make the estimator of a test.
+
+    Parameters
+    ----------
+    readings : Readings
+        The test.
+    method : str, default "least-squares"
+        One of `accelcal.estimate.linear.METHODS`.
+    gravity : float, optional
+        Declared local gravity [m/s^2].
+
+    Returns
+    -------
+    Estimator
+        The estimator.
+
+    Raises
+    ------
+    DesignError
+        If the angles do not determine K1, or a closed form meets another test than its own.
+    """
+    record = replace(readings.record, output=readings.output({}))
+    tables: list[_Table] = []
+    places: list[NDArray[np.intp]] = []
+    maps: list[Array] = []
+    designs: list[Array] = []
+    for mask in record.table_masks():
+        table = prepare(record.select(mask), delta0=readings.delta0)
+        estimator = linear_estimator(table, method, readings.delta0)
+        tables.append(_table(readings, mask, estimator.names, sum(len(t.names) for t in tables)))
+        places.append(np.flatnonzero(mask))
+        maps.append(estimator.map)
+        designs.append(table.design[:, estimator_columns(estimator.names)])
+    return Estimator(
+        map=_assembled(maps, places, len(record)),
+        fitted=_assembled([design.T for design in designs], places, len(record)).T,
+        tables=tuple(sorted(tables, key=lambda table: abs(table.rise))),
+        unit=readings.unit or "output unit",
+        gravity=gravity,
+    )
+
+
+def estimator_columns(names: Sequence[str]) -> list[int]:
+    """Columns of the design matrix that some coefficients have."""
+    return [list(POWERS).index(name) for name in names]
+
+
+def _table(
+    readings: Readings, mask: NDArray[np.bool_], names: tuple[str, ...], start: int
+) -> _Table:
+    record: TumbleRecord = readings.record
+    run = int(record.run[mask][0])
+    mounting = str(record.mounting[mask][0])
+    rise = float(readings.conditions.excess[mask].mean())
+    temperature = rise + readings.accelerometer.reference_temperature
+    label = f"run {record.run_labels[run]}, {temperature:g} degC, {mounting}"
+    return _Table(label, mounting, rise, names, start)
+
+
+def _assembled(blocks: Sequence[Array], places: Sequence[NDArray[np.intp]], n: int) -> Array:
+    """Put the blocks of all tables into one matrix over all readings."""
+    rows = []
+    for block, place in zip(blocks, places, strict=True):
+        row = np.zeros((block.shape[0], n))
+        row[:, place] = block
+        rows.append(row)
+    return np.concatenate(rows)

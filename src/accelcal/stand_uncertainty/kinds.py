@@ -1,0 +1,181 @@
+"""The kinds of error that a stand can have: where each acts, in which pattern over the readings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.stand_uncertainty.readings import SECONDS_PER_DAY, Readings, StandError
+
+__all__ = ["KINDS", "Kind"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """One kind of error.
+
+    Attributes
+    ----------
+    channel : str
+        What it changes, one of `accelcal.stand_uncertainty.readings.CHANNELS`.
+    quantity : str
+        What its size is, one of `accelcal.stand_uncertainty.sizes.SIZES`.
+    varies : tuple of str
+        For what a new error is drawn, where the file does not say.
+    meaning : str
+        A line of documentation.
+    pattern : callable
+        From the readings, and the harmonic order, to the change of the channel per unit: shape
+        (n, 1), or (n, 2) where an unknown phase makes two components.
+    """
+
+    channel: str
+    quantity: str
+    varies: tuple[str, ...]
+    meaning: str
+    pattern: Callable[[Readings, int], Array]
+
+
+def _same(r: Readings, _: int) -> Array:
+    return np.ones((r.angle.size, 1))
+
+
+def _wave(phase: Array) -> Array:
+    return np.column_stack([np.cos(phase), np.sin(phase)])
+
+
+def _harmonic(r: Readings, order: int) -> Array:
+    return _wave(order * np.radians(r.angle))
+
+
+def _volts(r: Readings, _: int) -> Array:
+    if r.stand.volts is None:
+        raise StandError(
+            f"the output is in {r.unit or 'no unit'}, and what a volt is in it is not known; add"
+            " load_resistor_ohm to [conditions] for a current, or leave the voltmeter's"
+            " offset, noise and resolution out"
+        )
+    return np.full((r.angle.size, 1), 1.0 / r.stand.volts)
+
+
+def _ranges(r: Readings, order: int) -> Array:
+    if np.isnan(r.stand.range_of_reading).any():
+        raise StandError(
+            "an error in parts of the range needs the ranges of the voltmeter; add"
+            " voltmeter_ranges_V and, for a current, load_resistor_ohm to [conditions]"
+        )
+    return _volts(r, order) * r.stand.range_of_reading[:, None]
+
+
+def _scaled(factor: Callable[[Readings], Array | float]) -> Callable[[Readings, int], Array]:
+    return lambda r, order: _same(r, order) * np.reshape(factor(r), (-1, 1))
+
+
+KINDS: Mapping[str, Kind] = MappingProxyType(
+    {
+        "head-position": Kind("turn", "angle", ("position",), "error of each head position", _same),
+        "head-harmonic": Kind(
+            "turn",
+            "angle",
+            (),
+            "error of the head with `order` waves in a turn, of unknown phase: 1 is eccentricity",
+            _harmonic,
+        ),
+        "backlash": Kind(
+            "turn",
+            "angle",
+            (),
+            "half of the play of the drive: -b forward, +b back",
+            _scaled(lambda r: -r.rotation),
+        ),
+        "fixture-angle": Kind(
+            "turn",
+            "angle",
+            ("axis",),
+            "angle between head zero and input axis, beyond the given d0; zero of the head"
+            " against the vertical",
+            _same,
+        ),
+        "shaft-tilt": Kind(
+            "tilt", "angle", (), "shaft of the head out of the horizontal: the level", _same
+        ),
+        "fixture-tilt": Kind(
+            "lean", "angle", ("axis",), "input axis out of the plane of rotation", _same
+        ),
+        "fixture-clocking": Kind(
+            "clock", "angle", ("axis",), "accelerometer turned about its input axis", _same
+        ),
+        "foundation-drift": Kind(
+            "turn",
+            "angle/day",
+            (),
+            "tilt of the foundation in the plane of rotation, linear in time",
+            _scaled(lambda r: r.time / SECONDS_PER_DAY),
+        ),
+        "foundation-daily": Kind(
+            "turn",
+            "angle",
+            (),
+            "tilt of the foundation in the plane of rotation, once a day, of unknown phase",
+            lambda r, _: _wave(2.0 * np.pi * r.time / SECONDS_PER_DAY),
+        ),
+        "chamber-temperature": Kind(
+            "temperature",
+            "temperature",
+            ("run",),
+            "temperature of the accelerometer less that written down: sensor, stability, soak",
+            _same,
+        ),
+        "chamber-gradient": Kind(
+            "temperature",
+            "ratio",
+            (),
+            "the same in proportion to the distance from room temperature",
+            _scaled(lambda r: r.temperature - r.stand.room_temperature),
+        ),
+        "voltmeter-gain": Kind("gain", "ratio", (), "relative error of the voltmeter", _same),
+        "voltmeter-offset": Kind("output", "voltage", (), "zero of the voltmeter", _volts),
+        "voltmeter-range": Kind(
+            "output",
+            "ratio",
+            ("position", "range"),
+            "error in parts of the range in use",
+            _ranges,
+        ),
+        "voltmeter-noise": Kind("output", "voltage", ("reading",), "noise of a reading", _volts),
+        "voltmeter-resolution": Kind(
+            "output", "voltage", ("reading",), "rounding: half a step, rectangular", _volts
+        ),
+        "resistor-tolerance": Kind("gain", "ratio", (), "relative error of the load", _same),
+        "resistor-temperature": Kind(
+            "gain",
+            "temperature",
+            ("run",),
+            "change of the room's temperature, which changes the load by its coefficient",
+            _scaled(lambda r: r.stand.load_coefficient),
+        ),
+        "local-gravity": Kind(
+            "gravity", "ratio", (), "declared less true local gravity, relative", _same
+        ),
+        "reading-noise": Kind(
+            "output",
+            "acceleration",
+            ("reading",),
+            "noise of the accelerometer in a reading",
+            _scaled(lambda r: r.scale_factor),
+        ),
+        "launch-bias": Kind(
+            "bias", "acceleration", ("run",), "bias of the accelerometer from run to run", _same
+        ),
+        "launch-scale-factor": Kind(
+            "scale", "ratio", ("run",), "scale factor of the accelerometer from run to run", _same
+        ),
+    }
+)
+"""Name -> kind, in the order of the signal: head, fixture, foundation, chamber, voltmeter ..."""

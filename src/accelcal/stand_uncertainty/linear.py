@@ -1,0 +1,147 @@
+"""Propagation of uncertainty, JCGM 100: every component through readings and estimator."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.stand_uncertainty.estimator import Estimator
+from accelcal.stand_uncertainty.kinds import KINDS
+from accelcal.stand_uncertainty.readings import Readings
+from accelcal.stand_uncertainty.stand import StandComponent
+
+__all__ = ["Propagated", "channel_slopes", "effective_dof", "jacobian", "propagated"]
+
+Array = NDArray[np.float64]
+
+_STEP = 1e-4
+"""Step of the central difference of a channel; its rounding error is 1e-12 of the slope."""
+
+
+class Propagated(NamedTuple):
+    """What one component does.
+
+    Attributes
+    ----------
+    through : ndarray, shape (q, m)
+        Change of each coefficient by one standard uncertainty of each of its m errors.
+    residual : float
+        Part of the effect on the readings that the residuals show; NaN where there is no effect.
+    """
+
+    through: Array
+    residual: float
+
+
+def channel_slopes(readings: Readings, channel: str) -> Array:
+    """Change of each reading, and behind them of the gravity, per unit of a channel.
+
+    Parameters
+    ----------
+    readings : Readings
+        The test.
+    channel : str
+        One of `accelcal.stand_uncertainty.readings.CHANNELS`.
+
+    Returns
+    -------
+    ndarray, shape (n + 1,)
+        Central differences. At T0, where bilinear laws break, the mean of both slopes.
+    """
+    n = readings.angle.size
+    if channel == "gravity":
+        return np.append(np.zeros(n), 1.0)
+    step = np.full(n, _STEP)
+    forward, back = (readings.output({channel: sign * step}) for sign in (1.0, -1.0))
+    return np.append((forward - back) / (2.0 * _STEP), 0.0)
+
+
+def jacobian(estimator: Estimator, coefficients: Array) -> Array:
+    """Derivative of all that is budgeted by coefficients and gravity, by a complex step.
+
+    Parameters
+    ----------
+    estimator : Estimator
+        The estimator.
+    coefficients : ndarray, shape (p,)
+        Coefficients without errors.
+
+    Returns
+    -------
+    ndarray, shape (q, p + 1)
+        Derivatives.
+    """
+    h = 1e-30
+    known = np.append(coefficients, 1.0)
+    return np.asarray(estimator.estimates(known + 1j * h * np.eye(known.size)).imag.T / h)
+
+
+def propagated(
+    component: StandComponent, readings: Readings, estimator: Estimator, by_coefficient: Array
+) -> Propagated:
+    """Bring one component through readings and estimator.
+
+    Parameters
+    ----------
+    component : StandComponent
+        The component.
+    readings : Readings
+        The test.
+    estimator : Estimator
+        The estimator.
+    by_coefficient : ndarray, shape (q, p + 1)
+        The result of `jacobian`.
+
+    Returns
+    -------
+    Propagated
+        Its effect.
+    """
+    kind = KINDS[component.kind]
+    slopes = channel_slopes(readings, kind.channel)
+    pattern = kind.pattern(readings, component.order)
+    index, count = readings.groups(component.varies)
+    acting = np.zeros((slopes.size, count, pattern.shape[1]))
+    acting[np.arange(index.size), index] = slopes[:-1, None] * pattern
+    acting[-1, 0] = slopes[-1]
+    effect = component.distribution.standard * acting.reshape(slopes.size, -1)
+    on_coefficients = estimator.map @ effect[:-1]
+    left = effect[:-1] - estimator.fitted @ on_coefficients
+    size = float(np.linalg.norm(effect[:-1]))
+    return Propagated(
+        through=by_coefficient @ np.vstack([on_coefficients, effect[-1:]]),
+        residual=float(np.linalg.norm(left)) / size if size > 0.0 else float("nan"),
+    )
+
+
+def effective_dof(contributions: Sequence[Array], dof: Sequence[float]) -> Array:
+    """Effective degrees of freedom, JCGM 100 (G.2b).
+
+    Parameters
+    ----------
+    contributions : sequence of ndarray, shape (q,)
+        Standard uncertainty of each coefficient by each component.
+    dof : sequence of float
+        Degrees of freedom of each component.
+
+    Returns
+    -------
+    ndarray, shape (q,)
+        u^4 / sum (u_i^4 / dof_i), infinite where all are.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> effective_dof([np.array([3.0]), np.array([4.0])], [9.0, 16.0]).tolist()
+    [25.0]
+    """
+    parts = np.abs(np.array(contributions))
+    total = np.sqrt((parts**2).sum(axis=0))
+    shares = np.divide(parts, total, out=np.zeros_like(parts), where=total > 0.0)
+    inverse = (shares**4 / np.array(dof)[:, None]).sum(axis=0)
+    found = np.full(total.shape, np.inf)
+    np.divide(1.0, inverse, out=found, where=inverse > 0.0)
+    return found

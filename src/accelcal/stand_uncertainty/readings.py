@@ -1,0 +1,335 @@
+"""The readings of a tumble test on a stand that errs: exact, with nothing expanded.
+
+What the stand does wrong goes through a few **channels**. At head angle th with fixture angle d0,
+in one mounting, all errors of a trial enter
+
+    psi = th + d0 + turn                        true angle of the input axis
+    up  = (cos tilt cos psi, cos tilt sin psi, sin tilt)    along the axes of the head
+    a_i, a_cross, a_shaft                       up, leaned by `lean`, turned by `clock` about IA
+    Y = K1(T) (1 + scale) [k0(T) + bias + a_i + k2 a_i^2 + k3 a_i^3 + delta(T) (a_cross + a_shaft)
+                           + delta_ip a_i (a_cross + a_shaft)]
+    reading = Y (1 + gain) + output
+
+with T the temperature written down plus `temperature`. The misalignment and the cross-coupling
+towards the axis along the shaft are taken as large as those towards the axis in the plane.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.accelerometer import Accelerometer
+from accelcal.effects.conditions import Conditions, conditions_of
+from accelcal.errors import InputError
+from accelcal.geometry import accelerations
+from accelcal.record import TumbleRecord
+from accelcal.units import conversion_factor
+
+__all__ = ["CHANNELS", "CLASSES", "SECONDS_PER_DAY", "Readings", "StandConditions"]
+__all__ += ["StandError", "readings_of"]
+
+Array = NDArray[np.float64]
+
+SECONDS_PER_DAY = 86400.0
+
+
+class StandError(InputError):
+    """The description of the stand lacks what the test needs."""
+
+
+CHANNELS = (
+    "turn",
+    "tilt",
+    "lean",
+    "clock",
+    "temperature",
+    "scale",
+    "bias",
+    "gain",
+    "output",
+    "gravity",
+)
+"""Where errors enter: angles [rad], temperature [degC], scale and gain [1], bias [g] ..."""
+
+CLASSES = ("position", "stroke", "reading", "run", "temperature", "mounting", "axis", "range")
+"""For each different value of these a new error is drawn; a stroke is one of its run."""
+
+
+@dataclass(frozen=True, slots=True)
+class StandConditions:
+    """What belongs to a stand without being an error.
+
+    Attributes
+    ----------
+    gravity : float or None
+        Local gravity [m/s^2].
+    room_temperature : float
+        Temperature around the chamber [degC].
+    load : float or None
+        Resistor on which a current is measured [ohm].
+    load_coefficient : float
+        Its temperature coefficient [1/degC].
+    ranges : tuple of float
+        Ranges of the voltmeter, from which each reading takes the smallest that holds it [V].
+
+    Raises
+    ------
+    InputError
+        If a number is not finite or has the wrong sign.
+    """
+
+    gravity: float | None = None
+    room_temperature: float = 20.0
+    load: float | None = None
+    load_coefficient: float = 0.0
+    ranges: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.gravity is not None and not 9.7 < self.gravity < 9.9:
+            raise InputError(
+                f"gravity {self.gravity} m/s^2 is found nowhere on Earth; it lies between 9.76"
+                " and 9.84"
+            )
+        if self.load is not None and not 0.0 < self.load < math.inf:
+            raise InputError(f"load is {self.load} ohm; it is a finite number above 0")
+        for name in ("room_temperature", "load_coefficient"):
+            if not math.isfinite(getattr(self, name)):
+                raise InputError(f"{name} is {getattr(self, name)}; it is a finite number")
+        if not all(0.0 < size < math.inf for size in self.ranges):
+            raise InputError(f"ranges are {list(self.ranges)} V; each is above 0")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReadOff:
+    """How the n readings are taken: what the stand's conditions make of the record.
+
+    Attributes
+    ----------
+    volts : float or None
+        Volt for one output unit; None where that is not known.
+    range_of_reading : ndarray, shape (n,)
+        Range of the voltmeter [V]; NaN where none are given.
+    room_temperature : float
+        Temperature around the chamber [degC].
+    load_coefficient : float
+        Temperature coefficient of the load [1/degC].
+    """
+
+    volts: float | None
+    range_of_reading: Array
+    room_temperature: float
+    load_coefficient: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Readings:
+    """The n readings of a test, ready to be simulated with any errors; arrays have shape (n,).
+
+    Attributes
+    ----------
+    record : TumbleRecord
+        The test; of its outputs nothing is used.
+    accelerometer : Accelerometer
+        The true coefficients.
+    conditions : Conditions
+        Angle, sense of rotation, temperature and time of each reading.
+    input, cross : ndarray
+        Cosine and sine of the angle of the input axis without errors.
+    side : ndarray
+        +1, or -1 in a reversed mounting.
+    stand : ReadOff
+        How the readings are taken.
+    delta0 : float
+        Fixture angle [rad].
+    """
+
+    record: TumbleRecord
+    accelerometer: Accelerometer
+    conditions: Conditions
+    input: Array
+    cross: Array
+    side: Array
+    stand: ReadOff
+    delta0: float
+
+    @property
+    def angle(self) -> Array:
+        """Head angle [deg]."""
+        return self.conditions.angle
+
+    @property
+    def rotation(self) -> Array:
+        """Sense of rotation: +1 forward, -1 back."""
+        return self.conditions.rotation
+
+    @property
+    def time(self) -> Array:
+        """Time since the first reading [s]."""
+        return self.conditions.time
+
+    @property
+    def temperature(self) -> Array:
+        """Temperature written down [degC]."""
+        return self.conditions.excess + self.accelerometer.reference_temperature
+
+    @property
+    def scale_factor(self) -> float:
+        """Scale factor at T0 [output unit / g]."""
+        return self.accelerometer.scale_factor.at_reference
+
+    @property
+    def unit(self) -> str | None:
+        """Output unit."""
+        return self.accelerometer.unit
+
+    def output(self, errors: Mapping[str, Array]) -> Array:
+        """Output of each reading with the errors of each channel.
+
+        Parameters
+        ----------
+        errors : mapping of str to ndarray
+            Channel -> errors, shape (..., n); channels left out have none.
+
+        Returns
+        -------
+        ndarray, shape (..., n)
+            Readings [output unit].
+        """
+        e = {name: errors.get(name, np.zeros(1)) for name in CHANNELS}
+        a_i, across = self._accelerations(e)
+        excess = self.conditions.excess + e["temperature"]
+        indicated = self.accelerometer.indication(a_i, across, excess) + e["bias"]
+        gain = (1.0 + self.accelerometer.scale_factor.change(excess)) * (1.0 + e["scale"])
+        return self.scale_factor * gain * indicated * (1.0 + e["gain"]) + e["output"]
+
+    def _accelerations(self, e: Mapping[str, Array]) -> tuple[Array, Array]:
+        """Along the input axis, and along both cross axes together, by their equal coefficients."""
+        cos, sin = np.cos, np.sin
+        level = cos(e["tilt"])
+        x = level * (self.input * cos(e["turn"]) - self.cross * sin(e["turn"]))
+        y = level * (self.cross * cos(e["turn"]) + self.input * sin(e["turn"]))
+        z = sin(e["tilt"])
+        a_i = cos(e["lean"]) * x + sin(e["lean"]) * z
+        z = cos(e["lean"]) * z - sin(e["lean"]) * x
+        in_plane = cos(e["clock"]) * y + sin(e["clock"]) * z
+        along_shaft = cos(e["clock"]) * z - sin(e["clock"]) * y
+        return a_i, self.side * (in_plane + along_shaft)
+
+    def groups(self, varies: Sequence[str]) -> tuple[NDArray[np.intp], int]:
+        """Number the independent errors of a component.
+
+        Parameters
+        ----------
+        varies : sequence of str
+            Of `CLASSES`; none for one error in the whole test.
+
+        Returns
+        -------
+        index : ndarray of int, shape (n,)
+            Which error each reading has.
+        count : int
+            How many there are.
+        """
+        own = self._classes()
+        keys = np.column_stack([np.zeros(self.angle.size), *(own[name] for name in varies)])
+        different, index = np.unique(keys, axis=0, return_inverse=True)
+        return index.reshape(-1), different.shape[0]
+
+    def _classes(self) -> dict[str, Array]:
+        mounting = self.record.mounting
+        numbers = {
+            "position": np.mod(np.round(self.angle, 6), 360.0),
+            "stroke": self.conditions.stroke + 1e6 * self.conditions.run,
+            "reading": self.conditions.number,
+            "run": self.conditions.run,
+            "temperature": np.round(self.conditions.excess, 6),
+            "mounting": np.unique(mounting, return_inverse=True)[1],
+            "axis": np.unique(mounting.astype("U1"), return_inverse=True)[1],
+            "range": np.nan_to_num(self.stand.range_of_reading),
+        }
+        return {name: np.asarray(values, dtype=np.float64) for name, values in numbers.items()}
+
+
+def readings_of(
+    record: TumbleRecord,
+    accelerometer: Accelerometer,
+    conditions: StandConditions,
+    delta0: float = 0.0,
+) -> Readings:
+    """Make the readings of a test ready to be simulated.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        The test.
+    accelerometer : Accelerometer
+        The true coefficients.
+    conditions : StandConditions
+        Of the stand.
+    delta0 : float, default 0
+        Fixture angle [rad].
+
+    Returns
+    -------
+    Readings
+        The readings.
+
+    Raises
+    ------
+    StandError
+        If a reading is too large for the voltmeter.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> record = accelcal.simulate(noise=accelcal.NoiseComponents(0, 0, 0, 0), seed=1)
+    >>> found = readings_of(record, accelcal.AL15, StandConditions())
+    >>> bool(abs(found.output({}) - record.output).max() < 1e-12)
+    True
+    """
+    plane = accelerations(record.angle, delta0)  # of "o+": the cross axis is the pendulous one
+    read_off = ReadOff(
+        volts=_volts(accelerometer.unit, conditions.load),
+        range_of_reading=np.full(len(record), np.nan),
+        room_temperature=conditions.room_temperature,
+        load_coefficient=conditions.load_coefficient,
+    )
+    found = Readings(
+        record=record,
+        accelerometer=accelerometer,
+        conditions=conditions_of(record, accelerometer.reference_temperature, delta0),
+        input=plane.input,
+        cross=plane.pendulous,
+        side=np.where(np.char.endswith(record.mounting, "-"), -1.0, 1.0),
+        stand=read_off,
+        delta0=delta0,
+    )
+    if conditions.ranges and read_off.volts is not None:
+        volts = np.abs(found.output({})) * read_off.volts
+        read_off.range_of_reading[:] = _range(volts, np.sort(conditions.ranges))
+    return found
+
+
+def _volts(unit: str | None, load: float | None) -> float | None:
+    """Volt for one output unit: as it is, or by Ohm's law; None where nothing tells."""
+    if unit is None:
+        return None
+    as_volts, as_amperes = conversion_factor(unit, "V"), conversion_factor(unit, "A")
+    if as_volts is not None:
+        return as_volts
+    return None if as_amperes is None or load is None else as_amperes * load
+
+
+def _range(volts: Array, ranges: Array) -> Array:
+    """Smallest range that holds each reading [V]."""
+    if volts.max() > ranges[-1]:
+        raise StandError(
+            f"readings of up to {volts.max():.3g} V, above the largest range of the voltmeter,"
+            f" {ranges[-1]:g} V; give all its ranges, or a smaller load"
+        )
+    return np.asarray(ranges[np.searchsorted(ranges, volts)])

@@ -1,0 +1,256 @@
+"""The inverse question: what must each instrument be for given target uncertainties."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.errors import InputError
+from accelcal.probability import student_quantile
+from accelcal.results.stand_budget import StandBudget
+from accelcal.results.stand_requirements import (
+    InstrumentRequirement,
+    Requirements,
+    TargetReached,
+)
+from accelcal.specification import UNITS
+from accelcal.stand_uncertainty.linear import effective_dof
+
+__all__ = ["requirements"]
+
+Array = NDArray[np.float64]
+
+_FARTHEST = 100.0
+"""Times the present size to which a linear budget is extrapolated."""
+_COUNTS = 0.01
+"""Share of a standard uncertainty from which on a component has a part in an allocation."""
+_LEVEL = 0.95
+_KINDS = {
+    "k0": "acceleration",
+    "k2": "acceleration",
+    "k3": "acceleration",
+    "delta_ip": "acceleration",
+    "delta": "angle",
+    "lam": "acceleration",
+    "beta": "ratio",
+    "gam": "angle",
+    "delta_O": "angle",
+    "delta_P": "angle",
+    "d0_o": "angle",
+    "d0_p": "angle",
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Problem:
+    """Targets [unit of the coefficient] and contributions of all components to their coefficients.
+
+    `contributions` has shape (m, t), `targets` (t,), `adjustable` (m,).
+    """
+
+    contributions: Array
+    dof: Array
+    adjustable: NDArray[np.bool_]
+    targets: Array
+
+    def expanded(self, factors: Array) -> Array:
+        """Expanded uncertainties with the components changed by factors, shape (t,)."""
+        own = self.contributions * factors[:, None]
+        dof = effective_dof(list(own), self.dof.tolist())
+        k = np.array([student_quantile(_LEVEL, float(value)) for value in dof])
+        return np.asarray(k * np.linalg.norm(own, axis=0))
+
+    def largest(self, factors: Callable[[float], Array], among: NDArray[np.bool_]) -> float:
+        """Largest step s at which the targets hold with the factors of s; 0 for none."""
+
+        def holds(step: float) -> bool:
+            return bool((self.expanded(factors(step)) <= self.targets)[among].all())
+
+        if holds(_FARTHEST):
+            return _FARTHEST
+        low, high = 0.0, _FARTHEST
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if holds(middle) else (low, middle)
+        return low if holds(low) else 0.0
+
+
+def requirements(budget: StandBudget, targets: Mapping[str, float | str]) -> Requirements:
+    """Tell what each instrument must be for some target uncertainties.
+
+    Parameters
+    ----------
+    budget : StandBudget
+        The budget of the stand as it is.
+    targets : mapping of str to float or str
+        Symbol -> largest expanded uncertainty (95 %): a number in the unit of the coefficient, or a
+        text such as ``"10 ug"``; K1 takes ``"5 ppm"`` as well.
+
+    Returns
+    -------
+    Requirements
+        Floors of the targets, and requirements on the instruments.
+
+    Raises
+    ------
+    InputError
+        If a symbol is not budgeted, a target is not above zero or its unit is another.
+
+    Notes
+    -----
+    The budget is linear in the components, so their standard uncertainties are scaled; the
+    coverage factor follows.
+    """
+    if not targets:
+        raise InputError("no targets; give one such as K1=5ppm")
+    places = [_place(budget, symbol) for symbol in targets]
+    problem = _Problem(
+        contributions=np.array([part.contributions[places] for part in budget.components]),
+        dof=np.array([part.dof for part in budget.components]),
+        adjustable=np.array([not part.fixed for part in budget.components]),
+        targets=np.array([_target(budget, *item) for item in targets.items()]),
+    )
+    perfect = np.where(problem.adjustable, 0.0, 1.0)
+    floors = problem.expanded(perfect)
+    told = tuple(
+        _told(budget, problem, place, t, float(floors[t])) for t, place in enumerate(places)
+    )
+    among = np.array([target.reachable for target in told])
+    return Requirements(told, tuple(_instruments(budget, problem, tuple(targets), among)))
+
+
+def _place(budget: StandBudget, symbol: str) -> int:
+    place = budget.index(symbol)
+    if place is None:
+        known = dict.fromkeys(own.symbol for own in budget.coefficients)
+        raise InputError(f"target {symbol!r} is not budgeted; there are {', '.join(known)}")
+    return place
+
+
+def _target(budget: StandBudget, symbol: str, given: float | str) -> float:
+    place = _place(budget, symbol)
+    unit = budget.coefficients[place].unit
+    value, factor = given, 1.0
+    if isinstance(given, str):
+        match = re.fullmatch(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(\S.*?)\s*", given)
+        if not match:
+            raise InputError(f"target {symbol}={given}; write number and unit, as in {symbol}=5ppm")
+        value = _number(symbol, match[1])
+        factor = _factor(symbol, match[2], unit, abs(float(budget.nominal[place])))
+    if not 0.0 < float(value) < np.inf:
+        raise InputError(f"target {symbol} is {value}; it is a finite number above zero")
+    return factor * float(value)
+
+
+def _number(symbol: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"target {symbol} is {text!r}; it is a number") from None
+
+
+def _factor(symbol: str, given: str, unit: str, nominal: float) -> float:
+    """Size of a target's unit in that of its coefficient."""
+    if given == unit:
+        return 1.0
+    kind = _KINDS.get(symbol.rstrip("12") if symbol[-1:] in "12" else symbol)
+    if symbol in ("K1", "K1 per m/s^2"):
+        sizes = {name: size * nominal for name, size in UNITS["ratio"].items()}
+    else:
+        sizes = dict(UNITS[kind]) if kind else {}
+    numerator, _, per = given.partition("/")
+    if numerator not in sizes or (per and per != unit.partition("/")[2]):
+        raise InputError(
+            f"target {symbol}: unit {given!r} is none of it; use {', '.join([unit, *sizes])}"
+        )
+    return sizes[numerator]
+
+
+def _told(
+    budget: StandBudget, problem: _Problem, place: int, t: int, floor: float
+) -> TargetReached:
+    own, target = budget.coefficients[place], float(problem.targets[t])
+    fixed = [i for i in np.argsort(-np.abs(problem.contributions[:, t])) if not _free(problem, i)]
+    acting = [i for i in fixed if abs(problem.contributions[i, t]) > 0.1 * target]
+    held = acting if floor >= target else []
+    return TargetReached(
+        symbol=own.symbol,
+        unit=own.unit,
+        target=target,
+        present=float(budget.expanded_uncertainty[place]),
+        floor=floor,
+        held_up_by=tuple(budget.components[i].name for i in held),
+    )
+
+
+def _free(problem: _Problem, index: int) -> bool:
+    return bool(problem.adjustable[index])
+
+
+def _instruments(
+    budget: StandBudget, problem: _Problem, symbols: Sequence[str], among: NDArray[np.bool_]
+) -> list[InstrumentRequirement]:
+    felt = np.abs(problem.contributions) > _COUNTS * np.linalg.norm(problem.contributions, axis=0)
+    acting = problem.adjustable & (felt & among).any(axis=1)
+    equal = _scaled(problem, _equal_shares(problem, felt, among), acting, among)
+    alike = _scaled(problem, np.ones(acting.size), acting, among)
+    found = []
+    for i, part in enumerate(budget.components):
+        if part.fixed:
+            continue
+        size = part.standard_uncertainty
+        alone, limit = _alone(problem, i, symbols)
+        found.append(
+            InstrumentRequirement(
+                name=part.name,
+                unit=part.unit,
+                present=size,
+                alone=None if alone == _FARTHEST else alone * size,
+                equal_shares=float(equal[i]) * size if acting[i] else None,
+                proportional=float(alike[i]) * size if acting[i] else None,
+                limited_by=limit,
+            )
+        )
+    return found
+
+
+def _alone(problem: _Problem, i: int, symbols: Sequence[str]) -> tuple[float, str]:
+    """Largest factor of one component, and the target that limits it."""
+
+    def factors(step: float) -> Array:
+        changed = np.ones(problem.adjustable.size)
+        changed[i] = step
+        return changed
+
+    each = [problem.largest(factors, np.arange(len(symbols)) == t) for t, _ in enumerate(symbols)]
+    worst = int(np.argmin(each))
+    return each[worst], "" if each[worst] == _FARTHEST else symbols[worst]
+
+
+def _equal_shares(problem: _Problem, felt: NDArray[np.bool_], among: NDArray[np.bool_]) -> Array:
+    """Factors that give each component the same share of what the fixed ones leave of a target."""
+    sizes = np.abs(problem.contributions)
+    fixed = (sizes[~problem.adjustable] ** 2).sum(axis=0)
+    sharing = felt & problem.adjustable[:, None]
+    left = np.maximum((problem.targets / student_quantile(_LEVEL, np.inf)) ** 2 - fixed, 0.0)
+    share = np.sqrt(left / np.maximum(sharing.sum(axis=0), 1))
+    factors = np.divide(share, sizes, out=np.full(sizes.shape, np.inf), where=sharing)
+    found = factors[:, among].min(axis=1, initial=np.inf)
+    return np.asarray(np.where(np.isfinite(found), found, 1.0))
+
+
+def _scaled(
+    problem: _Problem,
+    factors: Array,
+    acting: NDArray[np.bool_],
+    among: NDArray[np.bool_],
+) -> Array:
+    """Change the factors of all that act by one, so that the targets just hold."""
+    if not acting.any():
+        return factors
+    step = problem.largest(lambda s: np.where(acting, s * factors, 1.0), among)
+    return np.asarray(np.where(acting, step * factors, 1.0))

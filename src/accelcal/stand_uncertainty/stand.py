@@ -1,0 +1,143 @@
+"""A stand: its conditions, and the components of its error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+from accelcal.errors import InputError
+from accelcal.stand_uncertainty.distribution import Distribution
+from accelcal.stand_uncertainty.kinds import KINDS
+from accelcal.stand_uncertainty.readings import CLASSES, StandConditions
+
+__all__ = ["Stand", "StandComponent"]
+
+
+@dataclass(frozen=True, slots=True)
+class StandComponent:
+    """One error of the stand.
+
+    Attributes
+    ----------
+    name : str
+        Its name in the budget.
+    kind : str
+        One of `accelcal.stand_uncertainty.kinds.KINDS`.
+    distribution : Distribution
+        Its distribution [rad, rad/day, local g, 1, degC or V, by its kind].
+    varies : tuple of str
+        For what a new error is drawn, of `accelcal.stand_uncertainty.readings.CLASSES`; empty for
+        one error common to the whole test.
+    order : int
+        Waves in a turn, of a harmonic of the head.
+    fixed : bool
+        Whether it is none of the stand's instruments, so that no better one can be bought.
+    origin : str
+        Where the size comes from.
+
+    Raises
+    ------
+    InputError
+        If there is no such kind, or no such class.
+
+    Examples
+    --------
+    >>> from accelcal.stand_uncertainty.distribution import distribution
+    >>> level = distribution("rectangular", half_width=4.8e-6)
+    >>> StandComponent("level", "shaft-tilt", level).varies
+    ()
+    """
+
+    name: str
+    kind: str
+    distribution: Distribution
+    varies: tuple[str, ...] = ()
+    order: int = 1
+    fixed: bool = False
+    origin: str = ""
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise InputError(f"kind {self.kind!r} is unknown; there are {', '.join(KINDS)}")
+        for name in self.varies:
+            if name not in CLASSES:
+                raise InputError(
+                    f"varies by {name!r}, which is unknown; there are {', '.join(CLASSES)}, or"
+                    ' "never" alone for one error in the whole test'
+                )
+        if self.kind == "local-gravity" and self.varies:
+            raise InputError('local gravity does not vary in a test; write varies = "never"')
+        if not 1 <= self.order <= _HIGHEST_ORDER:
+            raise InputError(f"order is {self.order}; it is from 1 to {_HIGHEST_ORDER}")
+
+    @property
+    def averages(self) -> bool:
+        """Whether more strokes average it away."""
+        return bool({"reading", "stroke"} & set(self.varies))
+
+    def scaled(self, factor: float) -> StandComponent:
+        """Return the same component, smaller or larger by a factor."""
+        size = factor * self.distribution.standard
+        return replace(self, distribution=replace(self.distribution, standard=size))
+
+
+_HIGHEST_ORDER = 360
+
+
+@dataclass(frozen=True, slots=True)
+class Stand:
+    """A stand with all that is known of its errors.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    components : tuple of StandComponent
+        Its errors, independent of one another.
+    conditions : StandConditions
+        What belongs to it without being an error: gravity, load, ranges of the voltmeter.
+    source : str
+        Where it is described.
+
+    Raises
+    ------
+    InputError
+        If there is no component, or a name occurs twice.
+    """
+
+    name: str
+    components: tuple[StandComponent, ...]
+    conditions: StandConditions = field(default_factory=StandConditions)
+    source: str = "<stand>"
+
+    def __post_init__(self) -> None:
+        if not self.components:
+            raise InputError("no components; give a table such as [components.head]")
+        names = [part.name for part in self.components]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise InputError(f"component {twice!r} is there twice; name each once")
+
+    def scaled(self, factors: Sequence[float]) -> Stand:
+        """Make the components smaller or larger.
+
+        Parameters
+        ----------
+        factors : sequence of float
+            A factor for each component.
+
+        Returns
+        -------
+        Stand
+            The new stand.
+
+        Raises
+        ------
+        InputError
+            If a factor is negative or not finite.
+        """
+        if not all(0.0 <= factor < math.inf for factor in factors):
+            raise InputError(f"factors {list(factors)}; each is a finite number, zero or more")
+        pairs = zip(self.components, factors, strict=True)
+        return replace(self, components=tuple(part.scaled(factor) for part, factor in pairs))
