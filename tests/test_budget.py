@@ -20,7 +20,7 @@ from accelcal.error_budget.random_part import RandomBound, RandomPart, random_pa
 from accelcal.errors import DocumentError, InputError
 from accelcal.geometry import Acceleration
 from accelcal.model import error_bounds
-from accelcal.report.budget_picture import budget_picture
+from accelcal.plot.style import picture
 from accelcal.results.quantity import Quantity
 from accelcal.results.temperature import TemperatureModel
 from accelcal.simulation import NoiseComponents, TumblePlan
@@ -445,7 +445,7 @@ def test_stability_file(saved, tmp_path, capsys):
         (["--time", "h"], "h"),
         (["--launch", "-1"], "finite, zero or more"),
         (["--factor", "0"], "above zero"),
-        (["--plot", "budget.pdf"], "name a file that ends in .png or .svg"),
+        (["--plot", "budget.gif"], "name a file that ends in .png, .svg, .pdf"),
         (["--serial", "other"], "serial other is asked for"),
     ],
 )
@@ -485,10 +485,10 @@ def test_shares_of_the_table_add_up(al15, temperature):
 
 
 def test_shares_of_the_picture_add_up(al15):
-    from accelcal.report.budget_picture import _shares
+    from accelcal.plot.budget_stack import shares
 
     document = budget(al15, [0.0, 1.0], temperature=80.0).to_document()
-    sums = np.sum(list(_shares(document["points"]).values()), axis=0)
+    sums = np.sum(list(shares(document["points"]).values()), axis=0)
     expected = [1e6 * point["expanded_uncertainty"] for point in document["points"]]
     np.testing.assert_allclose(sums, expected)
 
@@ -504,8 +504,8 @@ def test_picture(saved, tmp_path, capsys, form, start):
 
 def test_picture_of_many_points(al15):
     pytest.importorskip("matplotlib")
-    document = budget(al15, np.linspace(-1, 1, 41)).to_document()
-    assert budget_picture(document, "svg").startswith(b"<?xml")
+    axes = budget(al15, np.linspace(-1, 1, 41)).plot.stack()
+    assert picture(axes, "svg").startswith(b"<?xml")
 
 
 def test_without_matplotlib_the_error_says_how_to_install_it(saved, tmp_path, capsys, monkeypatch):

@@ -12,7 +12,8 @@ import pytest
 from accelcal.cli.main import main
 from accelcal.errors import InputError, TableError
 from accelcal.io.stability_record import read_stability, read_stability_records
-from accelcal.report.stability import stability_picture
+from accelcal.plot.allan import both
+from accelcal.plot.style import picture
 from accelcal.stability.analysis import analyse
 
 ROOT = Path(__file__).parents[1]
@@ -194,7 +195,7 @@ def test_a_picture_without_allan_deviation(tmp_path):
         analyse(read_stability(path))
     path.write_text("time,output\n" + rows(*(f"{i},{i % 3}" for i in range(5))))
     record = read_stability(path)
-    assert stability_picture(analyse(record), record, "png").startswith(b"\x89PNG")
+    assert picture(both(analyse(record), record), "png").startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize("missing", ["allantools", "matplotlib.figure"])

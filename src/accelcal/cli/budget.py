@@ -174,11 +174,9 @@ def _budget(calibration: Calibration, random: RandomPart, options: dict[str, Any
 
 
 def _draw(path: str, found: ErrorBudget) -> None:
-    from accelcal.atomic import write_atomically
-    from accelcal.report.budget_picture import budget_picture
+    from accelcal.cli.deliver import deliver_picture
 
-    form = path.rpartition(".")[2].casefold()
-    write_atomically(path, budget_picture(found.to_document(), form))
+    deliver_picture(found.plot.stack, path)
 
 
 def _json(found: ErrorBudget) -> str:

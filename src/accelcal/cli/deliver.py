@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import click
 
 from accelcal.errors import InputError
 
-__all__ = ["deliver", "refuse_stdin_twice", "refuse_to_overwrite"]
+__all__ = ["deliver", "deliver_picture", "refuse_stdin_twice", "refuse_to_overwrite"]
 
 
 def deliver(text: str, path: str | None = None) -> None:
@@ -35,6 +36,28 @@ def deliver(text: str, path: str | None = None) -> None:
     from accelcal.atomic import write_atomically
 
     write_atomically(path, text.encode("utf-8", errors="backslashreplace"))
+
+
+def deliver_picture(draw: Callable[[], Any], path: str) -> None:
+    """Draw a picture into a file.
+
+    Parameters
+    ----------
+    draw : callable
+        What draws, and returns axes.
+    path : str
+        File to write; its ending names the form.
+
+    Raises
+    ------
+    InputError
+        If the form is another, matplotlib is not installed, or the file cannot be written.
+    """
+    from accelcal.atomic import write_atomically
+    from accelcal.plot.style import form_of, picture
+
+    form = form_of(path)
+    write_atomically(path, picture(draw(), form))
 
 
 def refuse_to_overwrite(sources: Sequence[str], path: str | None) -> None:

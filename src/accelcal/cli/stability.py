@@ -136,11 +136,10 @@ def _calibrated(path: str, scale_factor: float | None, record: StabilityRecord) 
 
 
 def _draw(path: str, result: Stability, record: StabilityRecord) -> None:
-    from accelcal.atomic import write_atomically
-    from accelcal.report.stability import stability_picture
+    from accelcal.cli.deliver import deliver_picture
+    from accelcal.plot.allan import both
 
-    form = path.rpartition(".")[2].casefold()
-    write_atomically(path, stability_picture(result, record, form))
+    deliver_picture(lambda: both(result, record), path)
 
 
 def _shown(result: Stability, form: str) -> str:

@@ -34,7 +34,7 @@ from accelcal.results.findings import FoundEffect
 from accelcal.results.quantity import ErrorSource, Quantity
 from accelcal.version import __version__
 
-__all__ = ["compare"]
+__all__ = ["compare", "residuals_of"]
 
 Array = NDArray[np.float64]
 
@@ -121,6 +121,31 @@ def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
         calibration=calibration.source,
         software=f"accelcal {__version__}",
     )
+
+
+def residuals_of(calibration: Calibration, record: TumbleRecord) -> Array:
+    """Reading minus what a calibration simulates, over K1 at T0.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    record : TumbleRecord
+        Readings of the same accelerometer.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        The residuals [g].
+
+    Raises
+    ------
+    InputError
+        If the record does not suit the calibration, see `compare`.
+    """
+    found = compensation(calibration)
+    _check(calibration, found, record)
+    return _simulated(calibration, found, record).residual
 
 
 def _check(calibration: Calibration, found: Compensation, record: TumbleRecord) -> None:

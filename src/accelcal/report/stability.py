@@ -1,25 +1,17 @@
-"""A stability test as text for a terminal, and as a picture."""
+"""A stability test as text for a terminal."""
 
 from __future__ import annotations
 
 import math
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
-from io import BytesIO
-from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from accelcal.errors import InputError
 from accelcal.report.columns import aligned
 from accelcal.report.numbers import significant
 from accelcal.results.stability import Estimate, Stability
 from accelcal.stability.noise_terms import TERMS
 
-if TYPE_CHECKING:
-    from accelcal.stability.record import StabilityRecord
-
-__all__ = ["stability_picture", "stability_text"]
+__all__ = ["stability_text"]
 
 _WIDTH = 100
 _NAMES = {
@@ -37,8 +29,6 @@ _ALPHA = {2: "white of integral", 1: "flicker of integral", 0: "white", -1: "fli
 _ALPHA |= {-2: "random walk"}
 _LAUNCH_HEADING = "", "lasts", "samples", "mean", "drift", "from", "to", "fluct.", "unit", "degC"
 _SHOWN_LAUNCHES = 20
-_MOST_POINTS = 150
-_PICTURES = ("png", "svg", "pdf")
 
 
 def stability_text(result: Stability) -> str:
@@ -204,107 +194,3 @@ def _time(seconds: float) -> str:
         if seconds >= 2.0 * size:
             return f"{seconds / size:.3g} {unit}"
     return f"{seconds:.3g} s"
-
-
-# -- picture ---------------------------------------------------------------------------------------
-
-
-def stability_picture(result: Stability, record: StabilityRecord, form: str) -> bytes:
-    """Draw bias against time with the trend lines, and the Allan deviation with its band.
-
-    Parameters
-    ----------
-    result : Stability
-        The result.
-    record : StabilityRecord
-        The record that it came from.
-    form : str
-        ``"png"``, ``"svg"`` or ``"pdf"``.
-
-    Returns
-    -------
-    bytes
-        The picture.
-
-    Raises
-    ------
-    InputError
-        If the form is another, or matplotlib is not installed.
-    """
-    if form not in _PICTURES:
-        raise InputError(f"picture {form!r}; name a file that ends in .{', .'.join(_PICTURES)}")
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise InputError(
-            "a picture needs matplotlib; install it by pip install 'accelcal[plot]'"
-        ) from None
-    figure = Figure(figsize=(11.0, 4.6), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    figure.suptitle(f"Stability of {result.serial or result.source}")
-    _draw_bias(left, result, record)
-    _draw_allan(right, result)
-    data = BytesIO()
-    figure.savefig(data, format=form, dpi=150)
-    return data.getvalue()
-
-
-def _draw_bias(axes: Any, result: Stability, record: StabilityRecord) -> None:
-    """Output of every launch from the mean of all, thinned by averaging, with its line."""
-    longest = max((launch.duration_s for launch in result.launches), default=1.0)
-    size, name = (3600.0, "h") if longest > 7200.0 else (60.0, "min") if longest > 120 else (1, "s")
-    levels = [launch.level for launch in result.launches]
-    centre = math.fsum(levels) / len(levels) if levels else 0.0
-    factor, unit = _prefix(result.unit, [e.fluctuation.value for e in result.launches])
-    resting = [launch for launch in record.launches if launch.is_at_rest]
-    spans = 0.0
-    for number, (shown, launch) in enumerate(zip(result.launches, resting, strict=True)):
-        colour = f"C{number % 10}"
-        time, output = _thinned(launch.time, launch.output / (result.scale_factor or 1.0))
-        axes.plot(time / size, factor * (output - centre), color=colour, lw=0.7, alpha=0.5)
-        spans = max(spans, float(np.median(np.diff(time))))
-        line = shown.level + (shown.drift.value or 0.0) * launch.time[[0, -1]]
-        label = f"launch {shown.label}" if len(result.launches) <= 8 else None
-        axes.plot(
-            launch.time[[0, -1]] / size, factor * (line - centre), color=colour, lw=2, label=label
-        )
-    axes.set(xlabel=f"time since the start of the launch [{name}]", ylabel=f"bias change [{unit}]")
-    axes.set_title(f"Bias in each launch (means of {_time(spans)}), with its trend line")
-    axes.grid(alpha=0.3)
-    if 1 < len(result.launches) <= 8:
-        axes.legend(fontsize="small", ncols=2)
-
-
-def _thinned(time: Any, output: Any) -> tuple[Any, Any]:
-    width = max(math.ceil(time.size / _MOST_POINTS), 1)
-    whole = time.size // width * width
-    return tuple(values[:whole].reshape(-1, width).mean(axis=1) for values in (time, output))
-
-
-def _draw_allan(axes: Any, result: Stability) -> None:
-    """Allan deviation with its band, and the terms that were identified."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    allan = result.allan
-    axes.set_title("Overlapping Allan deviation")
-    if not allan.tau_s:
-        axes.text(0.5, 0.5, "not determined", ha="center", transform=axes.transAxes)
-        return
-    factor, unit = _prefix(result.unit, allan.deviation)
-    tau = np.array(allan.tau_s)
-    low, middle, high = (factor * np.array(x) for x in (allan.lower, allan.deviation, allan.upper))
-    axes.fill_between(tau, low, high, alpha=0.25, label=f"{100 * allan.level:.0f} % interval")
-    axes.loglog(tau, middle, "o-", ms=4, label="measured")
-    for name, term in result.noise_terms.items():
-        if term.value is not None:
-            line = factor * term.value * np.sqrt(TERMS[name].variance(tau))
-            near = (line > 0.5 * low.min()) & (line < 2.0 * high.max())
-            label = f"{TERMS[name].name} {name}"
-            axes.plot(tau[near], line[near], "--", lw=1, label=label)
-    axes.set(xlabel="averaging time [s]", ylabel=f"deviation [{unit}]")
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axis.set_major_formatter(FuncFormatter(lambda number, _: f"{number:g}"))
-        axis.set_minor_formatter(NullFormatter())
-    axes.grid(alpha=0.3, which="both")
-    axes.legend(fontsize="small")

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from accelcal.plot.calibration import CalibrationPlot
     from accelcal.results.verdict import Verdict
 
 __all__ = ["SCHEMA", "Calibration"]
@@ -129,6 +130,13 @@ class Calibration:
         from accelcal.report.notebook import calibration_html
 
         return calibration_html(self.to_document())
+
+    @property
+    def plot(self) -> CalibrationPlot:
+        """Pictures, each a method that returns matplotlib axes."""
+        from accelcal.plot.calibration import CalibrationPlot
+
+        return CalibrationPlot(self)
 
     def to_document(self) -> dict[str, Any]:
         """Return the calibration as the JSON document of schema `SCHEMA`."""

@@ -12,6 +12,8 @@ from accelcal.results.quantity import ErrorSource, Quantity, fields_document
 if TYPE_CHECKING:
     from os import PathLike
 
+    from accelcal.plot.disagreement import DisagreementPlot
+
 __all__ = ["SCHEMA", "Disagreement", "RunChange"]
 
 SCHEMA = "accelcal/comparison/1"
@@ -97,6 +99,13 @@ class Disagreement:
         from accelcal.report.disagreement import disagreement_text
 
         return disagreement_text(self)
+
+    @property
+    def plot(self) -> DisagreementPlot:
+        """Pictures, each a method that returns matplotlib axes."""
+        from accelcal.plot.disagreement import DisagreementPlot
+
+        return DisagreementPlot(self)
 
     def to_document(self) -> dict[str, Any]:
         """Return the comparison as the JSON document of schema `SCHEMA`."""

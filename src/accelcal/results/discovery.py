@@ -25,6 +25,8 @@ from accelcal.results.quantity import Document, ErrorSource, fields_document
 if TYPE_CHECKING:
     from os import PathLike
 
+    from accelcal.plot.discovery import DiscoveryPlot
+
 __all__ = ["SCHEMA", "WRITER", "Discovery"]
 
 SCHEMA = "accelcal/discovery/1"
@@ -114,6 +116,13 @@ class Discovery:
         found = ", ".join(effect.id for effect in self.effects)
         open_end = "an effect that nothing explains" if self.unexplained else "nothing"
         return f"<Discovery {name}: {found or open_end}>"
+
+    @property
+    def plot(self) -> DiscoveryPlot:
+        """Pictures, each a method that returns matplotlib axes."""
+        from accelcal.plot.discovery import DiscoveryPlot
+
+        return DiscoveryPlot(self)
 
     def to_document(self) -> dict[str, Any]:
         """Return the discovery as the JSON document of schema `SCHEMA`."""

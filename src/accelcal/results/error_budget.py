@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import NDArray
 
+    from accelcal.plot.error_budget import ErrorBudgetPlot
+
     Array = NDArray[np.float64]
 
 __all__ = ["SCHEMA", "ErrorBudget", "ErrorComponent"]
@@ -108,6 +110,13 @@ class ErrorBudget:
 
     def __repr__(self) -> str:
         return f"<ErrorBudget {self.serial or self.source}: {self.a_i.size} points>"
+
+    @property
+    def plot(self) -> ErrorBudgetPlot:
+        """Pictures, each a method that returns matplotlib axes."""
+        from accelcal.plot.error_budget import ErrorBudgetPlot
+
+        return ErrorBudgetPlot(self)
 
     def to_document(self) -> dict[str, Any]:
         """Return the budget as the JSON document of schema `SCHEMA`."""

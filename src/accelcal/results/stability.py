@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from accelcal.plot.stability import StabilityPlot
+
 __all__ = ["SCHEMA", "AllanDeviation", "BiasBound", "Estimate", "LaunchTrend", "Stability"]
 
 SCHEMA = "accelcal/stability/1"
@@ -236,6 +238,13 @@ class Stability:
     def __repr__(self) -> str:
         name = f"serial {self.serial}" if self.serial else self.source
         return f"<Stability {name}: {len(self.launches)} launches, in {self.unit}>"
+
+    @property
+    def plot(self) -> StabilityPlot:
+        """Pictures, each a method that returns matplotlib axes."""
+        from accelcal.plot.stability import StabilityPlot
+
+        return StabilityPlot(self)
 
     def to_document(self) -> dict[str, Any]:
         """Return the analysis as the JSON document of schema `SCHEMA`."""

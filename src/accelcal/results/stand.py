@@ -16,6 +16,8 @@ from accelcal.results.quantity import Document, Quantity
 if TYPE_CHECKING:
     from os import PathLike
 
+    from accelcal.plot.stand import StandPlot
+
 __all__ = ["VERDICTS", "HeadPosition", "StandDiscovery", "StandEffect"]
 
 VERDICTS = ("stand", "unit", "undecided")
@@ -151,6 +153,13 @@ class StandDiscovery:
     def __repr__(self) -> str:
         found = ", ".join(f"{item.id} ({item.verdict})" for item in self.effects)
         return f"<StandDiscovery of {len(self.units)} units: {found or 'nothing'}>"
+
+    @property
+    def plot(self) -> StandPlot:
+        """Pictures, each a method that returns matplotlib axes."""
+        from accelcal.plot.stand import StandPlot
+
+        return StandPlot(self)
 
     def to_document(self) -> dict[str, Any]:
         """Return what was discovered as it stands in a document of schema `SCHEMA`."""

@@ -1,0 +1,95 @@
+"""What a discovered effect does to the readings, beyond what the coefficients take up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.base import solve
+from accelcal.discovery.comparison import Comparison, compared
+from accelcal.discovery.known import contribution, disturbances, instance_of
+from accelcal.effects.conditions import Conditions
+from accelcal.errors import InputError
+from accelcal.record import TumbleRecord
+from accelcal.results.discovery import Discovery
+
+__all__ = ["Action", "action"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Action:
+    """An effect beside the readings that it explains.
+
+    Attributes
+    ----------
+    name : str
+        Name of the effect.
+    conditions : Conditions
+        Of the n readings.
+    residual : ndarray, shape (n,)
+        Reading minus model with all other effects, but without this one [g].
+    change : ndarray, shape (n,)
+        What the effect explains of it [g]; the rest is what all effects together leave.
+    """
+
+    name: str
+    conditions: Conditions
+    residual: Array
+    change: Array
+
+
+def action(discovery: Discovery, record: TumbleRecord, effect: str | None = None) -> Action:
+    """Show what an effect does to the readings, beyond what the coefficients take up.
+
+    Parameters
+    ----------
+    discovery : Discovery
+        What was discovered.
+    record : TumbleRecord
+        The readings in which it was.
+    effect : str, optional
+        Id of the effect; the first one found without it.
+
+    Returns
+    -------
+    Action
+        The effect has the size that was found; the coefficients are fitted with and without it.
+
+    Raises
+    ------
+    InputError
+        If no such effect was found, or the record is too small.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> record = accelcal.simulate(effects=[accelcal.effect("backlash").of(5e-5)], seed=1)
+    >>> found = action(accelcal.discover(record), record)
+    >>> bool(np.std(found.residual - found.change) < np.std(found.residual))
+    True
+    """
+    ids = [item.id for item in discovery.effects]
+    if not ids:
+        raise InputError("no effect was found; there is no signature to show")
+    chosen = ids[0] if effect is None else effect
+    if chosen not in ids:
+        raise InputError(f"effect {chosen!r} was not found; the discovery has {', '.join(ids)}")
+    place = ids.index(chosen)
+    given = disturbances(discovery.effects)
+    with_all = compared(
+        record, discovery.T0_degC, discovery.delta0_rad, tuple(map(instance_of, given))
+    )
+    added = [contribution(item, with_all.model.conditions) for item in given]
+    left = _left(with_all, np.sum(added, axis=0))
+    without = _left(with_all, np.sum(added, axis=0) - added[place])
+    return Action(discovery.effects[place].name, with_all.model.conditions, without, without - left)
+
+
+def _left(comparison: Comparison, taken: Array) -> Array:
+    """What the base model leaves of the readings when something was taken from them [g]."""
+    model = replace(comparison.model, reading=comparison.model.reading - taken)
+    return model.residual(solve(model, comparison.space.whitener))

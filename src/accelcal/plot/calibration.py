@@ -1,0 +1,160 @@
+"""Pictures of a calibration, as ``calibration.plot``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from accelcal.results.calibration import Calibration
+
+__all__ = ["CalibrationPlot"]
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrationPlot:
+    """Pictures of a calibration.
+
+    Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and
+    returns the axes; ``ax.figure`` is the figure. `accelcal.plot.style.theme` chooses dark colours.
+
+    Attributes
+    ----------
+    calibration : Calibration
+        The calibration.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> calibration = accelcal.fit(accelcal.simulate(seed=1))
+    >>> calibration.plot.residuals().get_ylabel()
+    'residual [µg]'
+    """
+
+    calibration: Calibration
+
+    def residuals(self, ax: Axes | None = None, *, run: str | None = None) -> Axes:
+        """Draw reading minus model by head angle, forward and back strokes apart.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Axes to draw into.
+        run : str, optional
+            Label of one run; all of them without it.
+
+        Returns
+        -------
+        Axes
+            Points are readings; bars are their means by angle and direction with 95 % intervals.
+
+        Raises
+        ------
+        InputError
+            If there is no such run.
+        """
+        from accelcal.plot.residuals import residuals
+
+        return residuals(self.calibration, ax, run=run)
+
+    def residual_map(self, ax: Axes | None = None) -> Axes:
+        """Draw reading minus model as a heat map, head angle by stroke, run beside run.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Axes to draw into.
+
+        Returns
+        -------
+        Axes
+            A column for each stroke of each run; hatched where there is no reading.
+        """
+        from accelcal.plot.residuals import residual_map
+
+        return residual_map(self.calibration, ax)
+
+    def tumble(self, ax: Axes | None = None, *, run: str | None = None) -> Axes:
+        """Draw reading minus model round the turn.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Axes of ``projection="polar"`` to draw into.
+        run : str, optional
+            Label of one run; all of them without it.
+
+        Returns
+        -------
+        Axes
+            The bold circle is zero; means by angle with 95 % bands, forward and back.
+
+        Raises
+        ------
+        InputError
+            If there is no such run, or the axes are not polar.
+        """
+        from accelcal.plot.residuals import tumble
+
+        return tumble(self.calibration, ax, run=run)
+
+    def temperature(self, axes: Any = None) -> Any:
+        """Draw the temperature laws of bias, scale factor and misalignment over their points.
+
+        Parameters
+        ----------
+        axes : array-like of Axes, optional
+            Three axes to draw into.
+
+        Returns
+        -------
+        ndarray of Axes, shape (3,)
+            Points of the runs and bands of the laws with 95 % intervals; arrows lead from run to
+            run, which shows the loop of hysteresis.
+        """
+        from accelcal.plot.temperature import temperature
+
+        return temperature(self.calibration, axes)
+
+    def budget(self, ax: Axes | None = None, *, run: str | None = None) -> Axes:
+        """Draw where the uncertainty of each coefficient comes from.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Axes to draw into.
+        run : str, optional
+            Label of a run; the one nearest to T0 without it.
+
+        Returns
+        -------
+        Axes
+            Shares of the variance by source of error; the standard uncertainty stands behind.
+
+        Raises
+        ------
+        InputError
+            If there is no such run.
+        """
+        from accelcal.plot.coefficients import budget
+
+        return budget(self.calibration, ax, run=run)
+
+    def coefficients(self, axes: Any = None) -> Any:
+        """Draw each coefficient run by run.
+
+        Parameters
+        ----------
+        axes : array-like of Axes, optional
+            Six axes to draw into.
+
+        Returns
+        -------
+        ndarray of Axes, shape (6,)
+            Values with 95 % intervals.
+        """
+        from accelcal.plot.coefficients import coefficients
+
+        return coefficients(self.calibration, axes)

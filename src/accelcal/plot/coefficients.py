@@ -1,0 +1,179 @@
+"""Coefficients run by run, what has changed in each run, and where their uncertainty comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from accelcal.plot.residuals import tables_of
+from accelcal.plot.scale import readable, written
+from accelcal.plot.style import SMALL, canvas, canvases, palette, styled
+from accelcal.report.numbers import matching_digits, significant
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from accelcal.results.calibration import Calibration
+    from accelcal.results.disagreement import Disagreement
+    from accelcal.results.quantity import Quantity
+    from accelcal.results.table import TableCalibration
+
+__all__ = ["budget", "coefficients", "run_changes"]
+
+_SHOWN = (  # name, symbol, coefficient of (1) whose budget it has
+    ("scale factor", "K1", "K1"),
+    ("bias", "k0", "K0"),
+    ("second order", "k2", "K2"),
+    ("third order", "k3", "K3"),
+    ("misalignment", "delta", "M"),
+    ("cross-coupling", "delta_ip", "M_ip"),
+)
+_SYMBOLS = {"delta": "δ", "delta_ip": "δ_ip"}
+_MOST_NAMED = 8
+
+
+@styled
+def coefficients(calibration: Calibration, axes: Any) -> Any:
+    """Draw `CalibrationPlot.coefficients`."""
+    panels = canvases(axes, 2, 3, (10.0, 5.2))
+    names = _run_names(calibration.tables)
+    for ax, (name, symbol, _) in zip(panels, _SHOWN, strict=True):
+        _draw_runs(ax, [_quantity(table, symbol) for table in calibration.tables], names)
+        ax.set_title(f"{name.capitalize()} {_SYMBOLS.get(symbol, symbol)}")
+    return panels
+
+
+@styled
+def run_changes(disagreement: Disagreement, axes: Any) -> Any:
+    """Draw `DisagreementPlot.runs`."""
+    panels = canvases(axes, 1, 3, (10.0, 3.4))
+    names = [change.run for change in disagreement.runs]
+    for ax, name in zip(panels, ("bias", "scale_factor", "misalignment"), strict=True):
+        _draw_runs(ax, [getattr(change, name) for change in disagreement.runs], names)
+        ax.axhline(0.0, color=palette().ink, lw=0.8)
+        ax.set_title(f"Change of {name.replace('_', ' ')}")
+    return panels
+
+
+def _quantity(table: TableCalibration, symbol: str) -> Quantity:
+    return (table.coefficients if symbol == "K1" else table.error_model)[symbol]
+
+
+def _run_names(tables: Sequence[TableCalibration]) -> list[str]:
+    """Labels of the runs, with the mounting where there are several."""
+    several = len({table.mounting for table in tables}) > 1
+    return [f"{table.run} {table.mounting}" if several else table.run for table in tables]
+
+
+def _draw_runs(ax: Axes, found: Sequence[Quantity], names: Sequence[str]) -> None:
+    """Values with their intervals, side by side."""
+    values = np.array([np.nan if q.value is None else q.value for q in found])
+    half = np.array(
+        [np.nan if (u := q.expanded_uncertainty) is None else u for q in found], dtype=float
+    )
+    if not np.isfinite(values).any():
+        ax.set(xticks=[], yticks=[])
+        ax.text(0.5, 0.5, "not determined", ha="center", transform=ax.transAxes)
+        return
+    factor, unit = readable(next(q.unit for q in found if q.value is not None), values)
+    ax.errorbar(
+        np.arange(values.size),
+        factor * values,
+        factor * np.nan_to_num(half),
+        ls="",
+        marker="o",
+        ms=4.5 if values.size < 20 else 3.0,
+        color=palette().series[0],
+    )
+    ax.set(ylabel=f"[{unit}]", xlim=(-0.6, values.size - 0.4))
+    ax.ticklabel_format(axis="y", useOffset=False)
+    _name_places(ax, names)
+    if values.size == 1:
+        _tell(ax, factor * values[0], factor * half[0], unit)
+
+
+def _tell(ax: Axes, value: float, half: float, unit: str) -> None:
+    """Write a value that stands alone."""
+    text, wide = matching_digits(value, half)
+    told = f"{text} ± {wide} {unit}" if np.isfinite(half) else f"{text} {unit}, U unknown"
+    ax.text(0.5, 0.95, told, ha="center", va="top", fontsize=SMALL, transform=ax.transAxes)
+    span = 2.6 * half if np.isfinite(half) and half > 0.0 else abs(value) or 1.0
+    ax.set_ylim(value - span, value + span)
+
+
+def _name_places(ax: Axes, names: Sequence[str]) -> None:
+    """Name the runs below, each one where there is room."""
+    every = max(1, -(-len(names) // _MOST_NAMED))
+    short = [name if len(name) <= 7 else f"{name[:6]}…" for name in names]
+    ax.set_xticks(range(0, len(names), every), short[::every])
+    ax.set_xlabel("run")
+
+
+# -- uncertainty -----------------------------------------------------------------------------------
+
+_SOURCES = {
+    "reading": "readings",
+    "head": "head positions",
+    "launch": "launches, bias",
+    "launch_sf": "launches, scale factor",
+    "temperature": "temperature",
+}
+
+
+@styled
+def budget(calibration: Calibration, ax: Axes | None, *, run: str | None) -> Axes:
+    """Draw `CalibrationPlot.budget`."""
+    table = _nearest(tables_of(calibration, run), calibration.T0_degC)
+    shown = [row for row in _SHOWN if any(table.budget.get(row[2], {}).values())]
+    ax = canvas(ax, (7.2, 3.4))
+    ax.grid(visible=False, axis="y")
+    _stack(ax, [table.budget[row[2]] for row in shown])
+    ax.set_yticks(range(len(shown)), [f"{n} {_SYMBOLS.get(s, s)}" for n, s, _ in shown])
+    ax.invert_yaxis()
+    for place, (_, symbol, _) in enumerate(shown):
+        told = f"u = {_uncertainty(_quantity(table, symbol))}"
+        ax.text(101.5, place, told, va="center", fontsize=SMALL)
+    ax.set(xlim=(0.0, 100.0), xlabel="share of the variance [%]")
+    ax.set_title(f"Where the uncertainty comes from, run {table.run}", pad=24)
+    if not shown:
+        ax.set(yticks=[], xticks=[])
+        ax.text(0.5, 0.5, "no uncertainty is known", ha="center", transform=ax.transAxes)
+    elif ax.get_legend_handles_labels()[0]:
+        ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=5, borderaxespad=0.2)
+    return ax
+
+
+def _nearest(tables: Sequence[TableCalibration], reference: float | None) -> TableCalibration:
+    """The table nearest to T0; the first one where temperatures are unknown."""
+
+    def distance(table: TableCalibration) -> float:
+        level = table.temperature_degC
+        return 0.0 if level is None or reference is None else abs(level - reference)
+
+    return min(tables, key=distance)
+
+
+def _stack(ax: Axes, parts: Sequence[Any]) -> None:
+    """A bar for each coefficient, of the squares of its parts."""
+    totals = np.array([sum(size**2 for size in sources.values()) for sources in parts])
+    start = np.zeros(len(parts))
+    sources = [name for name in _SOURCES if any(part.get(name) for part in parts)]
+    sources += sorted({name for part in parts for name in part} - set(_SOURCES))
+    for number, source in enumerate(sources):
+        share = 100.0 * np.array([part.get(source, 0.0) ** 2 for part in parts]) / totals
+        colour = palette().series[number % len(palette().series)]
+        name = _SOURCES.get(source, source)
+        ax.barh(range(len(parts)), share, 0.62, start, color=colour, label=name)
+        start = start + share
+
+
+def _uncertainty(quantity: Quantity) -> str:
+    size = quantity.standard_uncertainty
+    if size is None:
+        return "unknown"
+    factor, unit = readable(quantity.unit, size)
+    if factor == 1.0 and size < 1e-3:
+        return f"{size:.1e} {written(quantity.unit)}"
+    return f"{significant(factor * size, 2)} {unit}"

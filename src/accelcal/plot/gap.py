@@ -1,0 +1,139 @@
+"""The gap that a discovery closes, where the disagreement is, and what changes."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from accelcal.plot.scale import readable
+from accelcal.plot.style import SMALL, canvas, palette, styled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from accelcal.results.discovery import Discovery
+    from accelcal.results.findings import Share
+
+__all__ = ["changes", "gap", "where"]
+
+_LONGEST_NAME = 16
+
+
+@styled
+def gap(discovery: Discovery, ax: Axes | None) -> Axes:
+    """Draw `DiscoveryPlot.gap`."""
+    steps = ["model alone", *(f"+ {effect.name}" for effect in discovery.effects)]
+    fitted = [discovery.before.rms, *(effect.gap_after for effect in discovery.effects)]
+    held_out = [
+        discovery.before.heldout_rms,
+        *(effect.heldout_after for effect in discovery.effects),
+    ]
+    noise = next((s.value for s in discovery.noise if s.name == "reading"), None)
+    known = [size for size in (*fitted, *held_out, noise) if size is not None]
+    factor, unit = readable("g", known)
+    ax = canvas(ax, (max(4.6, 2.6 + 1.5 * len(steps)), 3.6))
+    ax.grid(visible=False, axis="x")
+    _descent(ax, factor, fitted, 0, "o-", "fitted readings")
+    _descent(ax, factor, held_out, 1, "s--", "held-out readings")
+    if noise is not None:
+        ax.axhline(factor * noise, color=palette().muted, ls=":", label="noise of a reading")
+    names = [textwrap.fill(step, _LONGEST_NAME) for step in steps]
+    ax.set_xticks(range(len(steps)), names)
+    ax.set(
+        ylabel=f"gap, rms [{unit}]",
+        xlim=(-0.5, len(steps) - 0.5),
+        ylim=(0.0, 1.18 * factor * max(known)),
+    )
+    ax.set_title("Gap between model and readings", pad=24)
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.2)
+    return ax
+
+
+def _descent(
+    ax: Axes, factor: float, sizes: Sequence[float | None], number: int, line: str, label: str
+) -> None:
+    values = [np.nan if size is None else factor * size for size in sizes]
+    ax.plot(range(len(values)), values, line, color=palette().series[number], label=label)
+
+
+# -- where -----------------------------------------------------------------------------------------
+
+
+@styled
+def where(found: Sequence[Share], alpha: float, ax: Axes | None) -> Axes:
+    """Draw the shares of the factors.
+
+    Parameters
+    ----------
+    found : sequence of Share
+        The shares.
+    alpha : float
+        Chance below which a factor is believed.
+    ax : Axes or None
+        Axes to draw into.
+
+    Returns
+    -------
+    Axes
+        Factors from the largest share down.
+    """
+    shares = sorted(found, key=lambda item: -item.share)
+    colours = palette()
+    ax = canvas(ax, (6.4, max(1.6 + 0.28 * len(shares), 2.2)))
+    ax.grid(visible=False, axis="y")
+    sure = [share.p_value < alpha for share in shares]
+    sizes = [100.0 * share.share for share in shares]
+    for believed, name in ((True, f"p < {alpha:g}"), (False, "may be noise")):
+        rows = [i for i, one in enumerate(sure) if one == believed]
+        colour = colours.series[0] if believed else colours.muted
+        if rows:
+            ax.barh(rows, [sizes[i] for i in rows], 0.62, color=colour, label=name)
+    most = max(sizes, default=1.0)
+    for place, share in enumerate(shares):
+        chance = "p < 0.001" if share.p_value < 1e-3 else f"p = {share.p_value:.2g}"
+        ax.text(sizes[place] + 0.015 * most, place, chance, va="center", fontsize=SMALL)
+    ax.set_yticks(range(len(shares)), [_in_words(share.factor) for share in shares])
+    ax.invert_yaxis()
+    ax.set(xlabel="share of the disagreement [%]", xlim=(0.0, 1.25 * most or 1.0))
+    ax.set_title("Where model and readings disagree")
+    if shares:
+        ax.legend(loc="lower right")
+    return ax
+
+
+def _in_words(factor: str) -> str:
+    return factor.replace("*", " × ").replace("stroke", "direction")
+
+
+# -- changes ---------------------------------------------------------------------------------------
+
+
+@styled
+def changes(discovery: Discovery, ax: Axes | None) -> Axes:
+    """Draw `DiscoveryPlot.changes`."""
+    shown = [
+        change
+        for change in discovery.coefficients
+        if None not in (change.before.value, change.after.value)
+        and change.before.expanded_uncertainty
+    ]
+    ax = canvas(ax, (6.4, max(1.7 + 0.3 * len(shown), 2.2)))
+    ax.grid(visible=False, axis="y")
+    ax.axvspan(-1.0, 1.0, color=palette().muted, alpha=0.18, lw=0, label="without, 95 % interval")
+    for place, change in enumerate(shown):
+        before, after = change.before, change.after
+        unit = before.expanded_uncertainty or 1.0
+        moved = ((after.value or 0.0) - (before.value or 0.0)) / unit
+        wide = (after.expanded_uncertainty or 0.0) / unit
+        label = "with the effects, 95 % interval" if place == 0 else None
+        colour = palette().series[1]
+        ax.errorbar(moved, place, xerr=wide, marker="o", ls="", color=colour, label=label)
+    ax.set_yticks(range(len(shown)), [change.coefficient for change in shown])
+    ax.set_ylim(len(shown) - 0.4, -0.6)
+    ax.set(xlabel="change, over the 95 % half width without the effects [1]")
+    ax.set_title("What the effects change in the coefficients", pad=24)
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2)
+    return ax

@@ -1,0 +1,76 @@
+"""What several units of one stand tell: the head positions, and an effect unit by unit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from accelcal.errors import InputError
+from accelcal.plot.scale import readable
+from accelcal.plot.style import canvas, palette, styled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from accelcal.results.stand import StandDiscovery, StandEffect
+
+__all__ = ["head", "sizes"]
+
+_MOST_NAMED = 16
+
+
+@styled
+def head(stand: StandDiscovery, ax: Axes | None) -> Axes:
+    """Draw `StandPlot.head`."""
+    ax = canvas(ax)
+    ax.set_title("Errors of the head positions")
+    if not stand.head:
+        ax.set(xticks=[], yticks=[])
+        ax.text(0.5, 0.5, "head uncertainty not declared", ha="center", transform=ax.transAxes)
+        return ax
+    angles = [position.angle_deg for position in stand.head]
+    values = np.array([position.error.value or 0.0 for position in stand.head])
+    half = np.array([position.error.expanded_uncertainty or 0.0 for position in stand.head])
+    factor, unit = readable("rad", values, half)
+    ax.axhline(0.0, color=palette().ink, lw=0.8)
+    ax.errorbar(angles, factor * values, factor * half, marker="o", ls="")
+    ax.set(xlabel="head angle [°]", ylabel=f"true − nominal, 95 % interval [{unit}]")
+    ax.set_xticks(np.arange(0.0, 361.0, 45.0))
+    return ax
+
+
+@styled
+def sizes(stand: StandDiscovery, effect: str | None, ax: Axes | None) -> Axes:
+    """Draw `StandPlot.sizes`."""
+    item = _effect(stand, effect)
+    known = {unit: q for unit, q in item.sizes.items() if q.value is not None}
+    values = np.array([q.value for q in known.values()], dtype=float)
+    half = np.array([q.expanded_uncertainty or 0.0 for q in known.values()])
+    factor, unit = readable(next((q.unit for q in known.values()), "1"), values, half)
+    ax = canvas(ax, (max(4.6, min(2.4 + 0.5 * len(known), 10.0)), 3.6))
+    common = next(iter(item.parameters.values()), None)
+    if common is not None and common.value is not None:
+        wide = factor * (common.expanded_uncertainty or 0.0)
+        middle = factor * common.value
+        ax.axhspan(middle - wide, middle + wide, color=palette().series[1], alpha=0.18, lw=0)
+        ax.axhline(middle, color=palette().series[1], label="all units together, 95 % band")
+    ax.axhline(0.0, color=palette().ink, lw=0.8)
+    places = range(len(known))
+    ax.errorbar(places, factor * values, factor * half, marker="o", ls="", label="unit, 95 %")
+    every = max(1, -(-len(known) // _MOST_NAMED))
+    ax.set_xticks(list(places)[::every], list(known)[::every], rotation=35, ha="right")
+    ax.set(xlabel="unit", ylabel=f"size [{unit}]")
+    ax.set_title(f"{item.name[0].upper()}{item.name[1:]}: {item.verdict}", pad=24)
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2)
+    return ax
+
+
+def _effect(stand: StandDiscovery, effect: str | None) -> StandEffect:
+    found = {item.id: item for item in stand.effects}
+    if not found:
+        raise InputError("no effect was found over the units; there are no sizes to show")
+    chosen = next(iter(found)) if effect is None else effect
+    if chosen not in found:
+        raise InputError(f"effect {chosen!r} was not found; the stand has {', '.join(found)}")
+    return found[chosen]

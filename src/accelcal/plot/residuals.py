@@ -1,0 +1,272 @@
+"""Residuals by head angle, as a map of angle and stroke, and round the turn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from accelcal.discovery.compare import residuals_of
+from accelcal.errors import InputError
+from accelcal.plot.by_angle import Readings
+from accelcal.plot.scale import readable
+from accelcal.plot.style import SMALL, canvas, palette, styled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from accelcal.record import TumbleRecord
+    from accelcal.results.calibration import Calibration
+    from accelcal.results.table import TableCalibration
+
+__all__ = [
+    "draw_by_angle",
+    "residual_map",
+    "residuals",
+    "simulation_residuals",
+    "tables_of",
+    "tumble",
+]
+
+_MARKERS = (">", "<")
+_APART = 2.5  # deg between the means of forward and back strokes
+_MOST_NAMED = 12  # angles or runs that have each its own label
+_CROWDED = 400  # points; more of them are drawn fainter
+
+
+def tables_of(calibration: Calibration, run: str | None) -> tuple[TableCalibration, ...]:
+    """Tables of one run, or of all.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    run : str or None
+        Label of the run.
+
+    Returns
+    -------
+    tuple of TableCalibration
+        One or more.
+
+    Raises
+    ------
+    InputError
+        If there is no such run.
+    """
+    found = tuple(t for t in calibration.tables if run is None or t.run == run)
+    if not found:
+        have = ", ".join(dict.fromkeys(t.run for t in calibration.tables))
+        raise InputError(f"no run {run!r} in the calibration; it has {have}")
+    return found
+
+
+@styled
+def residuals(calibration: Calibration, ax: Axes | None, *, run: str | None) -> Axes:
+    """Draw `CalibrationPlot.residuals`."""
+    tables = tables_of(calibration, run)
+    ax = draw_by_angle(canvas(ax), _readings(tables), "residual")
+    ax.set_title(_title("Residuals by head angle", tables, run))
+    return ax
+
+
+@styled
+def simulation_residuals(calibration: Calibration, record: TumbleRecord, ax: Axes | None) -> Axes:
+    """Draw `DisagreementPlot.residuals`."""
+    values = residuals_of(calibration, record)
+    readings = Readings(np.asarray(record.angle), np.asarray(record.stroke), values)
+    ax = draw_by_angle(canvas(ax), readings, "reading − simulation")
+    ax.set_title(f"Disagreement by head angle, {len(record)} readings")
+    return ax
+
+
+def draw_by_angle(ax: Axes, readings: Readings, what: str) -> Axes:
+    """Draw readings by head angle: points, and their means by direction with 95 % intervals.
+
+    Parameters
+    ----------
+    ax : Axes
+        Axes to draw into.
+    readings : Readings
+        The readings.
+    what : str
+        What their values are.
+
+    Returns
+    -------
+    Axes
+        The axes, with labels and legend.
+    """
+    colours, (factor, unit) = palette(), readable("g", readings.value)
+    faint = 0.35 if readings.value.size < _CROWDED else 0.15
+    ax.axhline(0.0, color=colours.ink, lw=0.8)
+    for number, name, part in readings.directions():
+        shift = _APART * (number - 0.5) * 2
+        marked: Any = {"color": colours.series[number], "marker": _MARKERS[number]}
+        ax.scatter(part.angle + shift, factor * part.value, s=9, alpha=faint, lw=0, **marked)
+        angles, means, half = part.means()
+        error = np.where(np.isfinite(half), factor * half, 0.0)
+        ax.errorbar(angles + shift, factor * means, error, ls="", label=f"{name}, mean", **marked)
+    _name_angles(ax, readings.angle)
+    ax.set(xlabel="head angle [°]", ylabel=f"{what} [{unit}]")
+    _legend_above(ax)
+    return ax
+
+
+def _legend_above(ax: Axes) -> None:
+    """Put the legend where no reading is: above, at the right, beside the title."""
+    ax.margins(y=0.12)
+    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)
+
+
+def _name_angles(ax: Axes, angles: Any) -> None:
+    whole = 45.0 if np.ptp(angles) > 180.0 else 15.0
+    low, high = whole * np.floor(np.min(angles) / whole), whole * np.ceil(np.max(angles) / whole)
+    ax.set_xticks(np.arange(low, high + 1.0, whole))
+
+
+def _readings(tables: Sequence[TableCalibration]) -> Readings:
+    parts = [table.residuals for table in tables]
+    return Readings(
+        np.array([angle for part in parts for angle in part.angle_deg], dtype=float),
+        np.array([stroke for part in parts for stroke in part.stroke], dtype=int),
+        np.array([value for part in parts for value in part.value], dtype=float),
+    )
+
+
+def _title(what: str, tables: Sequence[TableCalibration], run: str | None) -> str:
+    if run is not None:
+        return f"{what}, run {run}"
+    return what if len(tables) == 1 else f"{what}, {len(tables)} tables"
+
+
+# -- map -------------------------------------------------------------------------------------------
+
+
+@styled
+def residual_map(calibration: Calibration, ax: Axes | None) -> Axes:
+    """Draw `CalibrationPlot.residual_map`."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    tables = calibration.tables
+    angles = sorted({angle for table in tables for angle in table.residuals.angle_deg})
+    blocks = [_grid(table, angles) for table in tables]
+    widths = [block.shape[1] for block in blocks]
+    cells = np.hstack(blocks) if angles else np.full((1, 1), np.nan)
+    colours, (factor, unit) = palette(), readable("g", cells)
+    largest = factor * float(np.nanmax(np.abs(cells), initial=0.0)) or 1.0
+    height = min(max(2.2 + 0.18 * len(angles), 3.0), 7.0)
+    ax = canvas(ax, (min(max(4.5 + 0.06 * sum(widths), 5.2), 9.0), height))
+    ax.grid(visible=False)
+    shades = LinearSegmentedColormap.from_list(
+        "residual", (colours.low, colours.middle, colours.high)
+    )
+    ax.patch.set(hatch="////", edgecolor=colours.muted, facecolor=colours.grid)
+    image = ax.pcolormesh(factor * cells, cmap=shades, vmin=-largest, vmax=largest)
+    bar = ax.figure.colorbar(image, ax=ax, pad=0.02, label=f"residual [{unit}]")
+    bar.outline.set_edgecolor(colours.muted)
+    bar.ax.tick_params(labelsize=SMALL, colors=colours.ink)
+    _name_rows(ax, angles)
+    _name_runs(ax, tables, widths)
+    ax.set_title("Residuals by head angle and stroke", pad=22 if len(tables) > 1 else None)
+    return ax
+
+
+def _grid(table: TableCalibration, angles: Sequence[float]) -> Any:
+    """Residuals by angle and stroke; NaN where there is no reading."""
+    found, row = table.residuals, {angle: i for i, angle in enumerate(angles)}
+    strokes = sorted(set(found.stroke)) or [1]
+    column = {stroke: i for i, stroke in enumerate(strokes)}
+    cells = np.full((max(len(angles), 1), len(strokes)), np.nan)
+    for angle, stroke, value in zip(found.angle_deg, found.stroke, found.value, strict=True):
+        cells[row[angle], column[stroke]] = value
+    return cells
+
+
+def _name_rows(ax: Axes, angles: Sequence[float]) -> None:
+    every = max(1, -(-len(angles) // _MOST_NAMED))
+    ax.set_yticks(
+        np.arange(len(angles))[::every] + 0.5, [f"{angle:g}" for angle in angles[::every]]
+    )
+    ax.set_ylabel("head angle [°]")
+
+
+def _name_runs(ax: Axes, tables: Sequence[TableCalibration], widths: Sequence[int]) -> None:
+    """Strokes below where there is room, and the runs above, with a line between them."""
+    ends = np.cumsum([0, *widths])
+    for end in ends[1:-1]:
+        ax.axvline(end, color=palette().ink, lw=0.8)
+    many = len(tables) > 1
+    room = sum(widths) <= 2 * _MOST_NAMED
+    strokes = [str(k) for width in widths for k in range(1, width + 1)]
+    ax.set_xticks(np.arange(ends[-1]) + 0.5 if room else [], strokes if room else [])
+    ax.set_xlabel("stroke (odd forward, even back)" if room else "strokes of each run, in order")
+    if not many:
+        return
+    above = ax.secondary_xaxis("top")
+    every = max(1, -(-len(tables) // 8))
+    centres = (ends[:-1] + ends[1:])[::every] / 2
+    names = [_level(table) for table in tables[::every]]
+    above.set_xticks(centres, names, fontsize=SMALL)
+    above.tick_params(length=0, colors=palette().ink)
+    above.spines["top"].set_visible(False)
+
+
+def _level(table: TableCalibration) -> str:
+    run = table.run if len(table.run) <= 8 else f"{table.run[:7]}…"
+    level = "" if table.temperature_degC is None else f"\n{table.temperature_degC:.0f} °C"
+    return f"{run}{level}"
+
+
+# -- round the turn --------------------------------------------------------------------------------
+
+
+@styled
+def tumble(calibration: Calibration, ax: Axes | None, *, run: str | None) -> Axes:
+    """Draw `CalibrationPlot.tumble`."""
+    tables = tables_of(calibration, run)
+    readings, colours = _readings(tables), palette()
+    factor, unit = readable("g", readings.value)
+    ax = canvas(ax, (4.8, 4.8), polar=True)
+    ax.set_theta_zero_location("N")  # type: ignore[attr-defined]
+    ax.set_theta_direction(-1)  # type: ignore[attr-defined]
+    turn = np.radians(np.linspace(0.0, 360.0, 181))
+    ax.plot(turn, np.zeros(turn.size), color=colours.ink, lw=1.1)
+    for number, name, part in readings.directions():
+        colour, marker = colours.series[number], _MARKERS[number]
+        angles, means, half = (np.asarray(x) for x in _closed(part).means())
+        th, middle = np.radians(angles), factor * means
+        wide = factor * np.nan_to_num(half)
+        ax.fill_between(th, middle - wide, middle + wide, color=colour, alpha=0.18, lw=0)
+        ax.plot(th, middle, color=colour, marker=marker, ms=4, label=f"{name}, mean")
+    largest = factor * float(np.abs(readings.value).max(initial=0.0)) or 1.0
+    _rings(ax, largest, unit)
+    ax.set_title(_title("Residuals round the turn", tables, run))
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.06), ncols=2)
+    return ax
+
+
+def _closed(readings: Readings) -> Readings:
+    """The turn closed: a return to the start is another reading of it, as 0 and as 360 deg."""
+    angle = np.mod(readings.angle, 360.0)
+    again = angle == 0.0
+    return Readings(
+        np.concatenate([angle, np.full(int(again.sum()), 360.0)]),
+        np.concatenate([readings.stroke, readings.stroke[again]]),
+        np.concatenate([readings.value, readings.value[again]]),
+    )
+
+
+def _rings(ax: Axes, largest: float, unit: str) -> None:
+    """Rings of equal residual, each with its value, around the circle of zero."""
+    from matplotlib.ticker import MaxNLocator
+
+    ax.set_ylim(-2.2 * largest, 1.1 * largest)
+    rings = [r for r in MaxNLocator(4).tick_values(-largest, largest) if abs(r) <= 1.1 * largest]
+    ax.set_yticks(rings, [f"{ring:+g}" if ring else f"0 {unit}" for ring in rings], fontsize=SMALL)
+    ax.set_rlabel_position(112.5)  # type: ignore[attr-defined]
+    ax.set_xticks(np.radians(np.arange(0.0, 360.0, 45.0)))
+    ax.spines["polar"].set_visible(False)
+    for label in ax.get_yticklabels():
+        label.set_bbox({"facecolor": palette().paper, "edgecolor": "none", "alpha": 0.75, "pad": 0})

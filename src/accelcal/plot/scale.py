@@ -1,0 +1,86 @@
+"""Units of engineers on the axes: µg, µrad, ppm."""
+
+from __future__ import annotations
+
+import re
+from typing import Any, NamedTuple
+
+import numpy as np
+
+__all__ = ["Scale", "readable", "written"]
+
+_PREFIXES = ((1e6, "µ", 2e-3), (1e3, "m", 2.0))
+_PREFIXED = re.compile(r"(g|rad)(?![a-z])")
+_SIGNS = (("degC", "°C"), ("^2", "²"), ("^3", "³"), ("*", "·"))
+
+
+class Scale(NamedTuple):
+    """What a number is multiplied by to stand on an axis.
+
+    Attributes
+    ----------
+    factor : float
+        Number on the axis over number in the unit of the result.
+    unit : str
+        Unit on the axis.
+    """
+
+    factor: float
+    unit: str
+
+
+def readable(unit: str, *values: Any) -> Scale:
+    """Choose the unit in which some numbers are best read.
+
+    Parameters
+    ----------
+    unit : str
+        Their unit, as results have it.
+    *values : array-like
+        The numbers; NaN where unknown.
+
+    Returns
+    -------
+    Scale
+        Micro, milli or none before g and rad; ppm or percent in place of 1; else the unit itself.
+
+    Examples
+    --------
+    >>> readable("g", [3e-5, float("nan")]), readable("1/degC", 1e-5), readable("mA", 7)
+    (Scale(factor=1000000.0, unit='µg'), Scale(factor=1000000.0, unit='ppm/°C'), \
+Scale(factor=1.0, unit='mA'))
+    """
+    known = np.concatenate([np.ravel(np.asarray(v, dtype=float)) for v in values] or [np.zeros(1)])
+    largest = float(np.abs(known[np.isfinite(known)]).max(initial=0.0))
+    if unit == "1" or unit.startswith("1/"):
+        factor, name = (1e6, "ppm") if largest < 1e-2 else (1e2, "%")
+        return Scale(factor, written(name + unit[1:]))
+    if not _PREFIXED.match(unit):
+        return Scale(1.0, written(unit))
+    for factor, prefix, below in _PREFIXES:
+        if largest < below:
+            return Scale(factor, prefix + written(unit))
+    return Scale(1.0, written(unit))
+
+
+def written(unit: str) -> str:
+    """Write a unit with the signs that a picture has and a terminal may lack.
+
+    Parameters
+    ----------
+    unit : str
+        The unit.
+
+    Returns
+    -------
+    str
+        The same.
+
+    Examples
+    --------
+    >>> written("uA/g^2"), written("g/degC")
+    ('µA/g²', 'g/°C')
+    """
+    for plain, sign in _SIGNS:
+        unit = unit.replace(plain, sign)
+    return re.sub(r"^u(?=[AVg]\b)", "µ", unit)

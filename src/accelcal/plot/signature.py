@@ -1,0 +1,88 @@
+"""The action of a discovered effect over the residuals that it explains."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.action import Action, action
+from accelcal.plot.by_angle import Readings
+from accelcal.plot.scale import readable
+from accelcal.plot.style import canvas, palette, styled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from accelcal.record import TumbleRecord
+    from accelcal.results.discovery import Discovery
+
+__all__ = ["signature"]
+
+Array = NDArray[np.float64]
+
+_ONE_OF = 0.9
+"""Part of an action's squares that must follow a quantity for it to be drawn along that."""
+
+
+class _Along(NamedTuple):
+    """What the action is drawn along."""
+
+    label: str
+    value: Array
+    jitter: float
+
+
+@styled
+def signature(
+    discovery: Discovery, record: TumbleRecord, effect: str | None, ax: Axes | None
+) -> Axes:
+    """Draw `DiscoveryPlot.signature`."""
+    found = action(discovery, record, effect)
+    along = _along(found)
+    ax = canvas(ax)
+    colours, (factor, unit) = palette(), readable("g", found.residual)
+    ax.axhline(0.0, color=colours.ink, lw=0.8)
+    readings = Readings(along.value, np.asarray(record.stroke), found.residual)
+    acting = Readings(along.value, np.asarray(record.stroke), found.change)
+    pairs = zip(readings.directions(), acting.directions(), strict=True)
+    for (number, name, part), (_, _, change) in pairs:
+        colour, shift = colours.series[number], along.jitter * (2 * number - 1)
+        at = part.angle + shift
+        ax.scatter(at, factor * part.value, s=10, alpha=0.45, lw=0, color=colour, label=name)
+        at, line, _ = change.means()
+        ax.plot(at + shift, factor * line, color=colour, label=f"effect, {name}")
+    ax.set(xlabel=along.label, ylabel=f"reading − model without it [{unit}]")
+    if along.label.startswith("head"):
+        ax.set_xticks(np.arange(0.0, 361.0, 45.0))
+    ax.set_title(found.name[0].upper() + found.name[1:], pad=24)
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, borderaxespad=0.2)
+    return ax
+
+
+def _along(found: Action) -> _Along:
+    """Head angle, temperature or time in the run, whichever the action follows; else the order."""
+    c = found.conditions
+    direction = (c.stroke % 2).astype(float)
+    tried = (
+        (_Along("head angle [°]", c.angle, 1.5), direction),
+        (_Along("temperature − T0 [°C]", np.round(c.excess, 0), 0.4), direction),
+        (_Along("stroke", c.stroke.astype(float), 0.0), np.zeros(c.stroke.size)),
+        (_Along("time in the run [min]", np.round(c.run_time / 60.0), 0.0), direction),
+    )
+    for along, other in tried:
+        if _followed(found.change, along.value, other) > _ONE_OF:
+            return along
+    return _Along("reading, in the order of measuring", c.number.astype(float), 0.0)
+
+
+def _followed(change: Array, value: Array, other: Array) -> float:
+    """Part of the squares of an action that the means over one quantity and another have."""
+    _, group = np.unique(np.stack([value, other]), axis=1, return_inverse=True)
+    group = group.ravel()
+    if group.max() + 1 > 0.5 * change.size:
+        return 0.0
+    means = np.bincount(group, change) / np.bincount(group)
+    whole = float(change @ change)
+    return float(means[group] @ means[group]) / whole if whole > 0.0 else 0.0

@@ -1,0 +1,367 @@
+"""One style for all pictures: colours that the colour-blind tell apart, fonts, light and dark.
+
+Colours are those of Okabe and Ito (2008), "Color Universal Design", made lighter for dark paper.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from functools import wraps
+from io import BytesIO
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+
+import numpy as np
+
+from accelcal.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "DARK",
+    "FORMS",
+    "LIGHT",
+    "Palette",
+    "canvas",
+    "canvases",
+    "dressed",
+    "form_of",
+    "palette",
+    "picture",
+    "styled",
+    "theme",
+]
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+FORMS = ("png", "svg", "pdf")
+"""Forms of a picture; the name of its file ends in one of them."""
+
+SMALL = 8.0
+"""Smallest font [pt]."""
+
+_UNDATED: dict[str, dict[str, None]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+_DOTS_PER_INCH = 150
+
+
+@dataclass(frozen=True, slots=True)
+class Palette:
+    """Colours of a theme by what they are for.
+
+    Attributes
+    ----------
+    name : str
+        ``"light"`` or ``"dark"``.
+    ink, muted, grid, paper : str
+        Text and axes, what stands back, grid lines, and the ground.
+    series : tuple of str
+        Eight colours of data, the same hues in the same order in all themes.
+    low, middle, high : str
+        Ends and middle of the scale of heat maps.
+    """
+
+    name: str
+    ink: str
+    muted: str
+    grid: str
+    paper: str
+    series: tuple[str, ...]
+    low: str
+    middle: str
+    high: str
+
+
+LIGHT = Palette(
+    name="light",
+    ink="#1b1f24",
+    muted="#6b7178",
+    grid="#e4e6e9",
+    paper="#ffffff",
+    series=(
+        *("#0072b2", "#d55e00", "#009e73", "#cc79a7"),
+        *("#e69f00", "#56b4e9", "#8c6d1f", "#5b4b9a"),
+    ),
+    low="#0072b2",
+    middle="#f7f7f7",
+    high="#d55e00",
+)
+
+DARK = Palette(
+    name="dark",
+    ink="#e8eaed",
+    muted="#9aa0a6",
+    grid="#3a3f45",
+    paper="#15181c",
+    series=(
+        *("#56b4e9", "#ff8a4c", "#2ec4a0", "#e39bc4"),
+        *("#f0c24b", "#a8d8f7", "#c9a85a", "#a99be0"),
+    ),
+    low="#56b4e9",
+    middle="#262b31",
+    high="#ff8a4c",
+)
+
+_THEMES = {"light": LIGHT, "dark": DARK}
+_current: ContextVar[Palette | None] = ContextVar("palette", default=None)
+
+
+def palette() -> Palette:
+    """Return the colours in force: those of the `theme` around the call, else the light ones."""
+    return _current.get() or LIGHT
+
+
+@contextmanager
+def theme(name: str = "light", *, transparent: bool = False) -> Iterator[Palette]:
+    """Draw everything inside in one theme.
+
+    Parameters
+    ----------
+    name : {"light", "dark"}
+        Which one.
+    transparent : bool, default False
+        Whether the ground shows what is behind the picture, as on a page.
+
+    Yields
+    ------
+    Palette
+        Its colours.
+
+    Raises
+    ------
+    InputError
+        If there is no such theme, or matplotlib is not installed.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> calibration = accelcal.fit(accelcal.simulate(seed=1))
+    >>> with theme("dark", transparent=True):
+    ...     data = picture(calibration.plot.residuals(), "svg")
+    >>> data[:5]
+    b'<?xml'
+    """
+    if name not in _THEMES:
+        raise InputError(f"theme {name!r}; it is {' or '.join(_THEMES)}")
+    chosen = _THEMES[name]
+    with _matplotlib().rc_context(_settings(chosen, transparent)):
+        token = _current.set(chosen)
+        try:
+            yield chosen
+        finally:
+            _current.reset(token)
+
+
+def styled(draw: Callable[P, R]) -> Callable[P, R]:
+    """Let a function draw in the theme around it, or in the light one.
+
+    Parameters
+    ----------
+    draw : callable
+        What draws.
+
+    Returns
+    -------
+    callable
+        The same, in a theme.
+    """
+
+    @wraps(draw)
+    def drawn(*arguments: P.args, **named: P.kwargs) -> R:
+        if _current.get() is not None:
+            return draw(*arguments, **named)
+        with theme():
+            return draw(*arguments, **named)
+
+    return drawn
+
+
+def canvas(ax: Axes | None, size: tuple[float, float] = (6.4, 3.8), *, polar: bool = False) -> Axes:
+    """Take the axes given, or make a figure of its own for one.
+
+    Parameters
+    ----------
+    ax : Axes or None
+        Axes to draw into; None makes some.
+    size : tuple of float
+        Width and height of a figure that is made [inch].
+    polar : bool, default False
+        Whether the axes go round.
+
+    Returns
+    -------
+    Axes
+        The axes, dressed.
+
+    Raises
+    ------
+    InputError
+        If the axes given are not polar, but must be.
+    """
+    if ax is None:
+        ax = _figure(size).add_subplot(polar=polar)
+    if polar and ax.name != "polar":
+        raise InputError("this picture goes round; give it axes of projection='polar'")
+    return dressed(ax)
+
+
+def canvases(axes: Any, rows: int, columns: int, size: tuple[float, float]) -> Any:
+    """Take the axes given, or make a figure of its own for several.
+
+    Parameters
+    ----------
+    axes : array-like of Axes or None
+        Axes to draw into; None makes some.
+    rows, columns : int
+        How many.
+    size : tuple of float
+        Width and height of a figure that is made [inch].
+
+    Returns
+    -------
+    ndarray of Axes, shape (rows * columns,)
+        The axes, dressed.
+
+    Raises
+    ------
+    InputError
+        If another number of axes is given.
+    """
+    if axes is None:
+        axes = _figure(size).subplots(rows, columns)
+    flat = np.atleast_1d(np.asarray(axes, dtype=object)).ravel()
+    if flat.size != rows * columns:
+        raise InputError(f"{flat.size} axes given; this picture fills {rows * columns}")
+    for ax in flat:
+        dressed(ax)
+    return flat
+
+
+def dressed(ax: Axes) -> Axes:
+    """Give axes the colours in force, which ticks made later keep too.
+
+    Parameters
+    ----------
+    ax : Axes
+        The axes.
+
+    Returns
+    -------
+    Axes
+        The same.
+    """
+    colours = palette()
+    ax.tick_params(colors=colours.ink, labelsize=SMALL, color=colours.muted)
+    ax.set_axisbelow(True)
+    ax.grid(visible=True, color=colours.grid, lw=0.6)
+    return ax
+
+
+def picture(axes: Any, form: str) -> bytes:
+    """Write the figure of some axes as a picture.
+
+    Parameters
+    ----------
+    axes : Axes or array of Axes
+        What a plot function returns.
+    form : str
+        One of `FORMS`.
+
+    Returns
+    -------
+    bytes
+        The picture; the same axes make the same bytes.
+
+    Raises
+    ------
+    InputError
+        If the form is another.
+    """
+    form = form_of(f".{form}")
+    figure = np.ravel(np.asarray(axes, dtype=object))[0].figure
+    data = BytesIO()
+    with _matplotlib().rc_context({"svg.hashsalt": "accelcal"}):
+        figure.savefig(data, format=form, dpi=_DOTS_PER_INCH, metadata=_UNDATED.get(form))
+    return data.getvalue()
+
+
+def form_of(path: str) -> str:
+    """Tell the form of a picture from the ending of its file.
+
+    Parameters
+    ----------
+    path : str
+        The file.
+
+    Returns
+    -------
+    str
+        One of `FORMS`.
+
+    Raises
+    ------
+    InputError
+        If it is none of them.
+
+    Examples
+    --------
+    >>> form_of("budget.SVG")
+    'svg'
+    """
+    form = path.rpartition(".")[2].casefold()
+    if form not in FORMS:
+        raise InputError(f"picture {form!r}; name a file that ends in .{', .'.join(FORMS)}")
+    return form
+
+
+def _figure(size: tuple[float, float]) -> Figure:
+    """A figure of its own; of pyplot where that is in use, so that a notebook shows it."""
+    pyplot = sys.modules.get("matplotlib.pyplot")
+    if pyplot is not None:
+        made: Figure = pyplot.figure(figsize=size, layout="constrained")
+        return made
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=size, layout="constrained")
+
+
+def _matplotlib() -> Any:
+    try:
+        import matplotlib.figure
+    except ImportError:
+        raise InputError(
+            "a picture needs matplotlib; install it with: pip install 'accelcal[plot]'"
+        ) from None
+    return matplotlib
+
+
+def _settings(colours: Palette, transparent: bool) -> dict[str, Any]:
+    from cycler import cycler
+
+    ground = "none" if transparent else colours.paper
+    inked = "text.color axes.labelcolor axes.titlecolor xtick.labelcolor ytick.labelcolor"
+    return {
+        **dict.fromkeys(inked.split(), colours.ink),
+        **dict.fromkeys(("axes.edgecolor", "xtick.color", "ytick.color"), colours.muted),
+        **dict.fromkeys(("axes.spines.top", "axes.spines.right", "legend.frameon"), False),
+        **dict.fromkeys(("figure.facecolor", "savefig.facecolor", "axes.facecolor"), ground),
+        **dict.fromkeys(("font.size", "axes.labelsize"), 9.0),
+        **dict.fromkeys(("xtick.labelsize", "ytick.labelsize", "legend.fontsize"), SMALL),
+        **dict.fromkeys(("axes.titlesize", "figure.titlesize"), 10.0),
+        **dict.fromkeys(("axes.titleweight", "figure.titleweight"), "bold"),
+        "font.family": "DejaVu Sans",  # comes with matplotlib: the same picture everywhere
+        "axes.titlelocation": "left",
+        "axes.prop_cycle": cycler(color=colours.series),
+        "axes.linewidth": 0.8,
+        "grid.color": colours.grid,
+        "lines.linewidth": 1.4,
+        "lines.markersize": 4.5,
+        "errorbar.capsize": 2.0,
+        "hatch.linewidth": 0.5,
+        "figure.dpi": 110.0,
+    }

@@ -1,0 +1,219 @@
+"""Temperature laws with their bands, over the values of the runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.plot.scale import readable
+from accelcal.plot.style import canvases, palette, styled
+from accelcal.results.calibration import Calibration
+from accelcal.results.quantity import Quantity
+from accelcal.results.table import TableCalibration
+from accelcal.results.temperature import BilinearLaw, TemperatureModel
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["temperature"]
+
+Array = NDArray[np.float64]
+
+_MOST_ARROWS = 12
+_PARTS = ("at_T0", "above", "below")
+
+
+class _Panel(NamedTuple):
+    """One law: its name, label and unit, and how a run tells it."""
+
+    name: str
+    label: str
+    unit: str
+    of: Callable[[TableCalibration], Quantity]
+
+
+class _Points(NamedTuple):
+    """Values of the runs with their 95 % half widths, in the order of the runs."""
+
+    temperature: Array
+    value: Array
+    half_width: Array
+
+
+@styled
+def temperature(calibration: Calibration, axes: Any) -> Any:
+    """Draw `CalibrationPlot.temperature`."""
+    tables = _tables(calibration)
+    panels = canvases(axes, 1, 3, (10.5, 3.6))
+    reference = _reference(calibration, tables)
+    kinds = (
+        _Panel("k0", "bias k0", "g", lambda table: table.error_model["k0"]),
+        _Panel("K1", "scale factor K1", "1", lambda table: _relative(table, reference)),
+        _Panel("delta", "misalignment", "rad", calibration.misalignment),
+    )
+    for ax, kind in zip(panels, kinds, strict=True):
+        _draw(ax, kind, _points(tables, kind.of), calibration)
+    panels[0].legend(*_once(panels), loc="best")
+    return panels
+
+
+def _tables(calibration: Calibration) -> list[TableCalibration]:
+    """Tables that the laws are made from: those of the mounting that most are in."""
+    have = [table.mounting for table in calibration.tables]
+    main = max(have, key=have.count)
+    return [
+        table
+        for table in calibration.tables
+        if table.mounting == main and table.temperature_degC is not None
+    ]
+
+
+def _reference(calibration: Calibration, tables: Sequence[TableCalibration]) -> float:
+    """Scale factor that the others are told from: K1N, or where there is none the first run's."""
+    model = calibration.temperature_model
+    if model and model.K1.at_T0 and model.K1.at_T0.value:
+        return model.K1.at_T0.value
+    values = [table.coefficients["K1"].value for table in tables]
+    return next((value for value in values if value), 1.0)
+
+
+def _relative(table: TableCalibration, reference: float) -> Quantity:
+    """Scale factor as a change from the reference, over it."""
+    found = table.coefficients["K1"]
+    wide = found.expanded_uncertainty
+    return Quantity(
+        None if found.value is None else found.value / reference - 1.0,
+        None,
+        "1",
+        None if wide is None else wide / abs(reference),
+    )
+
+
+def _points(
+    tables: Sequence[TableCalibration], of: Callable[[TableCalibration], Quantity]
+) -> _Points:
+    found = [(table.temperature_degC, of(table)) for table in tables]
+    known = [(t, q.value, q.expanded_uncertainty) for t, q in found if q.value is not None]
+    numbers = np.array(known, dtype=float).reshape(-1, 3)
+    return _Points(*numbers.T)
+
+
+def _draw(ax: Axes, kind: _Panel, points: _Points, calibration: Calibration) -> None:
+    low, high = _span(points)
+    at = np.unique(np.concatenate([np.linspace(low, high, 61), _inside(calibration, low, high)]))
+    law = _law(calibration, kind.name, at)
+    factor, unit = readable(kind.unit, points.value, points.half_width, *(law or ()))
+    colours = palette()
+    if law is not None:
+        middle, half = (factor * part for part in law)
+        ax.fill_between(at, middle - half, middle + half, color=colours.series[0], alpha=0.18, lw=0)
+        ax.plot(at, middle, color=colours.series[0], label="law, 95 % band")
+    _arrows(ax, points, factor)
+    ax.errorbar(
+        points.temperature,
+        factor * points.value,
+        factor * np.nan_to_num(points.half_width),
+        ls="",
+        marker="o",
+        color=colours.series[1],
+        label="run, 95 % interval",
+    )
+    if not points.value.size:
+        ax.text(0.5, 0.5, "not determined", ha="center", transform=ax.transAxes)
+    change = ", change" if kind.name == "K1" else ""
+    ax.set(xlabel="temperature [°C]", ylabel=f"{kind.label}{change} [{unit}]")
+    ax.set_title(kind.label.capitalize() if kind.name == "delta" else _capital(kind.label))
+
+
+def _capital(text: str) -> str:
+    return text[0].upper() + text[1:]
+
+
+def _span(points: _Points) -> tuple[float, float]:
+    if not points.temperature.size:
+        return 0.0, 1.0
+    low, high = float(points.temperature.min()), float(points.temperature.max())
+    wide = 0.04 * (high - low) or 1.0
+    return low - wide, high + wide
+
+
+def _inside(calibration: Calibration, low: float, high: float) -> Array:
+    """T0, where a law has its break."""
+    reference = calibration.T0_degC
+    return np.array([] if reference is None else [np.clip(reference, low, high)])
+
+
+def _law(calibration: Calibration, name: str, at: Array) -> tuple[Array, Array] | None:
+    """Law at some temperatures, and half width of its 95 % band; None where not determined."""
+    model, reference = calibration.temperature_model, calibration.T0_degC
+    if model is None or reference is None:
+        return None
+    law: BilinearLaw = getattr(model, name)
+    if law.at_T0 is None or law.at_T0.value is None:
+        return None
+    rise = at - reference
+    columns = np.stack([np.ones(at.size), rise.clip(min=0.0), rise.clip(max=0.0)])
+    values = [0.0 if (q := getattr(law, part)) is None else q.value or 0.0 for part in _PARTS]
+    scale = law.at_T0.value if name == "K1" else 1.0
+    if name == "K1":
+        values[0] = 0.0  # drawn as a change, over K1N
+    middle = np.asarray(values) @ columns
+    half = _half_width(model, law, name, columns, scale)
+    unknown = [getattr(law, part) is None for part in _PARTS]
+    hidden = (unknown[1] & (rise > 0.0)) | (unknown[2] & (rise < 0.0))
+    middle[hidden] = np.nan
+    return middle, half
+
+
+def _half_width(
+    model: TemperatureModel, law: BilinearLaw, name: str, columns: Array, scale: float
+) -> Array:
+    """Half width of the 95 % band, from the covariance of value and slopes."""
+    names = [f"{name} {part}" for part in _PARTS]
+    place = {known: i for i, known in enumerate(model.covariance_names)}
+    whole = np.array(model.covariance_matrix, dtype=float)
+    block = np.zeros((3, 3))
+    if whole.size:
+        for i, one in enumerate(names):
+            for j, other in enumerate(names):
+                if one in place and other in place:
+                    block[i, j] = whole[place[one], place[other]]
+    units = np.array([1.0 / scale, 1.0, 1.0])
+    block = block * np.outer(units, units)
+    factors = [q.coverage_factor for p in _PARTS if (q := getattr(law, p)) is not None]
+    factor = max((f for f in factors if f is not None), default=0.0)
+    variance = np.einsum("in,ij,jn->n", columns, block, columns)
+    return np.asarray(factor * np.sqrt(variance.clip(min=0.0)))
+
+
+def _arrows(ax: Axes, points: _Points, factor: float) -> None:
+    """Lead from run to run, so that heating and cooling can be told apart."""
+    x, y = points.temperature, factor * points.value
+    if x.size < 3 or x.size > _MOST_ARROWS:
+        return
+    for i in range(x.size - 1):
+        ax.annotate(
+            "",
+            (x[i + 1], y[i + 1]),
+            (x[i], y[i]),
+            arrowprops={
+                "arrowstyle": "-|>",
+                "color": palette().muted,
+                "lw": 0.8,
+                "alpha": 0.8,
+                "shrinkA": 3,
+                "shrinkB": 3,
+            },
+        )
+
+
+def _once(panels: Sequence[Axes]) -> tuple[list[Any], list[str]]:
+    """Handles and labels of all panels, each label once."""
+    found: dict[str, Any] = {}
+    for ax in panels:
+        for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
+            found.setdefault(label, handle)
+    return list(found.values()), list(found)
