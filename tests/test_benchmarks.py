@@ -117,6 +117,15 @@ def test_stand():
     assert all(float(ratio) <= 1.001 for ratio in ratios)
 
 
+def test_batch():
+    pytest.importorskip("lmfit")
+    pytest.importorskip("statsmodels")
+    printed = run("batch.py", "--smoke")
+    for rival in ("numpy.linalg.lstsq", "statsmodels OLS", "lmfit", "statsmodels RLM, 10 iter"):
+        ratio = re.search(rf"^{re.escape(rival)}.* ([\d.e+]+)$", printed, re.MULTILINE)[1]
+        assert float(ratio) > 1.0
+
+
 @pytest.mark.parametrize("path", sorted(BENCHMARKS.glob("*.py")), ids=lambda path: path.name)
 def test_each_benchmark_is_known_here(path):
     runnable = "__main__" in path.read_text("utf-8")

@@ -88,6 +88,8 @@ if TYPE_CHECKING:
     from accelcal.errors import DocumentError as DocumentError
     from accelcal.errors import InputError as InputError
     from accelcal.errors import TableError as TableError
+    from accelcal.estimate.stacked_tables import TableEstimates as TableEstimates
+    from accelcal.estimate.stacked_tables import estimate_tables as estimate_tables
     from accelcal.geometry import accelerations as accelerations
     from accelcal.geometry import position_angles as position_angles
     from accelcal.io.arrays import read_arrays as read_arrays
@@ -132,6 +134,7 @@ __all__ = [
     "Quantity",
     "StandDiscovery",
     "TableError",
+    "TableEstimates",
     "TumblePlan",
     "TumbleRecord",
     "__version__",
@@ -144,6 +147,7 @@ __all__ = [
     "discover",
     "discover_stand",
     "effect",
+    "estimate_tables",
     "fit",
     "output",
     "position_angles",
@@ -181,6 +185,7 @@ _HOME = {
     "Quantity": "accelcal.results.quantity",
     "StandDiscovery": "accelcal.results.stand",
     "TableError": "accelcal.errors",
+    "TableEstimates": "accelcal.estimate.stacked_tables",
     "TumblePlan": "accelcal.simulation",
     "TumbleRecord": "accelcal.record",
     "accelerations": "accelcal.geometry",
@@ -192,6 +197,7 @@ _HOME = {
     "discover": "accelcal.discovery.discover",
     "discover_stand": "accelcal.discovery.stand.whole",
     "effect": "accelcal.effects.catalogue",
+    "estimate_tables": "accelcal.estimate.stacked_tables",
     "fit": "accelcal.calibrate",
     "output": "accelcal.model",
     "position_angles": "accelcal.geometry",

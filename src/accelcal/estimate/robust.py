@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from accelcal.errors import DesignError
-from accelcal.grouping import grouped, median
+from accelcal.grouping import grouped
 
 __all__ = ["pseudo_values"]
 
@@ -28,6 +28,7 @@ Array = NDArray[np.float64]
 
 _BEND = 1.345  # 95 % efficiency on normal errors (Huber 1981)
 _NORMAL_PAIRS = 1.0483  # standard deviation of a normal distribution over that median difference
+_SETTLED = 1e-9  # a step smaller than this, in standard deviations of a centre, is the last
 
 
 def pseudo_values(
@@ -37,18 +38,18 @@ def pseudo_values(
 
     Parameters
     ----------
-    output : ndarray, shape (n,)
-        Readings [output unit].
+    output : ndarray, shape (n,) or (T, n)
+        Readings of one table, or of each of a stack; NaN where there is none [output unit].
     cell : ndarray, shape (n,)
         Label of the replicates that each reading belongs to.
-    scatter : array_like, shape (n,), default 1
+    scatter : array_like, shape (n,) or (T, n), default 1
         Standard uncertainty of each reading, or anything proportional to it.
     iterations : int, default 100
         Most rounds of the M-estimate of each centre.
 
     Returns
     -------
-    ndarray, shape (n,)
+    ndarray, shape of `output`
         Pseudo-values; on clean readings close to the readings [output unit].
 
     Raises
@@ -58,9 +59,9 @@ def pseudo_values(
 
     Notes
     -----
-    All positions share one scale. Of two readings at a position nothing tells which one is wrong,
-    so an outlier is made harmless only where there are three or more. Where more than half of all
-    pairs of replicates are equal, each position takes its median.
+    All positions of a table share one scale. Of two readings at a position nothing tells which one
+    is wrong, so an outlier is made harmless only where there are three or more. Where more than
+    half of all pairs of replicates are equal, each position takes its median.
 
     Examples
     --------
@@ -75,32 +76,63 @@ def pseudo_values(
             "the robust option compares the strokes at one position, and no position has three"
             " readings; measure more strokes or fit without it"
         )
-    weight = np.broadcast_to(1.0 / np.asarray(scatter, dtype=np.float64), output.shape)
-    centre = _medians(output, index, members.size)
-    scale = _scale(output, index, weight)
-    if scale == 0.0:
-        return centre[index]
-    for _ in range(iterations):
-        bent = np.clip(weight * (output - centre[index]) / scale, -_BEND, _BEND)
-        step = np.bincount(index, weight * bent) / np.bincount(index, weight**2)
-        centre = centre + scale * step
-        if np.abs(weight * step[index]).max() < 1e-9:
+    y = np.atleast_2d(output)
+    weight = np.where(np.isnan(y), 0.0, 1.0 / np.asarray(scatter, dtype=np.float64))
+    places = [np.flatnonzero(index == k) for k in range(members.size)]
+    scale = _scale(y, weight, places)
+    unit = weight / np.where(scale > 0.0, scale, np.inf)  # without a scale the medians stay
+    medians = np.concatenate([_medians(y[:, place]) for place in places], axis=1)
+    at = np.equal(index[:, None], np.arange(members.size)).astype(np.float64)
+    centre = _settled(np.nan_to_num(y), unit, np.nan_to_num(medians), at, iterations) @ at.T
+    return np.asarray(np.where(np.isnan(y), np.nan, _pseudo(y, unit, centre, at))).reshape(
+        output.shape
+    )
+
+
+def _settled(y: Array, unit: Array, centre: Array, at: Array, rounds: int) -> Array:
+    """M-estimate of the centre of each cell, shape (T, cells); what has settled moves no more."""
+    information = np.maximum(unit**2 @ at, np.finfo(float).tiny)
+    moving = np.arange(len(y))
+    for _ in range(rounds):
+        u = unit[moving]
+        bent = np.clip(u * (y[moving] - centre[moving] @ at.T), -_BEND, _BEND)
+        step = (u * bent) @ at / information[moving]
+        centre[moving] += step
+        far = np.abs(step) * np.sqrt(information[moving]) >= _SETTLED
+        moving = moving[far.any(axis=1)]
+        if moving.size == 0:
             break
-    residual = weight * (output - centre[index]) / scale
-    straight = float(np.mean(np.abs(residual) < _BEND))  # mean of the derivative of psi
-    straight /= 1.0 + members.size / output.size * (1.0 - straight) / straight  # Huber (7.6.10)
-    return centre[index] + scale * np.clip(residual, -_BEND, _BEND) / (straight * weight)
+    return centre
 
 
-def _medians(output: Array, index: NDArray[np.intp], cells: int) -> Array:
-    return np.array([median(output[index == k]) for k in range(cells)])
+def _pseudo(y: Array, unit: Array, centre: Array, at: Array) -> Array:
+    residual = unit * (y - centre)
+    known = unit > 0.0
+    readings = np.maximum(known.sum(axis=1, keepdims=True), 1)
+    cells = (known @ at > 0.0).sum(axis=1, keepdims=True)
+    straight = (known & (np.abs(residual) < _BEND)).sum(axis=1, keepdims=True) / readings
+    # mean of the derivative of psi, Huber (7.6.10)
+    straight = np.maximum(straight, 1.0 / readings)
+    straight = straight / (1.0 + cells / readings * (1.0 - straight) / straight)
+    bent = np.clip(residual, -_BEND, _BEND)
+    return np.asarray(centre + bent / np.where(known, straight * unit, 1.0))
 
 
-def _scale(output: Array, index: NDArray[np.intp], weight: Array) -> float:
+def _scale(y: Array, weight: Array, places: list[NDArray[np.intp]]) -> Array:
     """Robust standard deviation of a reading of weight 1, from the differences of replicates."""
-    differences = []
-    for cell in range(index.max() + 1):
-        y, variance = output[index == cell], weight[index == cell] ** -2.0
-        i, j = np.triu_indices(y.size, 1)
-        differences.append(np.abs(y[i] - y[j]) / np.sqrt(0.5 * (variance[i] + variance[j])))
-    return _NORMAL_PAIRS * median(np.concatenate(differences))
+    first, second = np.concatenate(
+        [place[np.stack(np.triu_indices(place.size, 1))] for place in places], axis=1
+    )
+    with np.errstate(divide="ignore"):
+        variance = weight**-2.0
+    differences = np.abs(y[:, first] - y[:, second])
+    spread = np.sqrt(0.5 * (variance[:, first] + variance[:, second]))
+    return np.nan_to_num(_NORMAL_PAIRS * _medians(differences / spread))
+
+
+def _medians(values: Array) -> Array:
+    """Median of each row without its NaN, shape (T, 1); NaN where there is nothing else."""
+    ordered = np.sort(values, axis=1)  # NaN come last
+    last = np.maximum((~np.isnan(values)).sum(axis=1, keepdims=True) - 1, 0)
+    middle = np.concatenate([last // 2, (last + 1) // 2], axis=1)
+    return np.asarray(np.take_along_axis(ordered, middle, axis=1).mean(axis=1, keepdims=True))

@@ -1,0 +1,237 @@
+"""Many tables of one design at once: coefficients, residual scatter and standard uncertainties."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from accelcal.errors import InputError
+from accelcal.estimate.estimability import estimability
+from accelcal.estimate.robust import pseudo_values
+from accelcal.estimate.solver import LeastSquares, Solution
+from accelcal.estimate.tables import head_positions
+from accelcal.geometry import accelerations
+from accelcal.model import COEFFICIENTS, design_matrix
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["TableEstimates", "estimate_tables"]
+
+Array = NDArray[np.float64]
+
+_BLOCK = 448
+"""Tables at a time: what belongs to them stays in the cache of one core, and their normal equations
+below the 128 kB from which the C library fetches fresh memory, which takes longer than the work."""
+
+
+class TableEstimates(NamedTuple):
+    """Estimates of T tables.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The p coefficients that are estimated.
+    coefficients : ndarray, shape (T, p)
+        Their values; NaN in a table whose gaps leave too few readings [output unit / g^n].
+    standard_uncertainties : ndarray, shape (T, p)
+        Standard uncertainties by the scatter of the residuals alone; NaN where a table has no more
+        readings than coefficients [output unit / g^n].
+    residual_rms : ndarray, shape (T,)
+        Root of the sum of squared residuals over `dof` [output unit; units of `std` where given];
+        NaN where `dof` is 0.
+    dof : ndarray of int, shape (T,)
+        Readings minus coefficients, not below zero.
+    stands_for : mapping of str to str
+        What a coefficient really tells where the angles do not separate it from one left out.
+    """
+
+    names: tuple[str, ...]
+    coefficients: Array
+    standard_uncertainties: Array
+    residual_rms: Array
+    dof: NDArray[np.int64]
+    stands_for: Mapping[str, str]
+
+    def frame(self) -> pd.DataFrame:
+        """Return a DataFrame of a row a table: ``K0``, ``u(K0)`` ... ``residual_rms``, ``dof``."""
+        import pandas as pd
+
+        values, errors = self.coefficients.T, self.standard_uncertainties.T
+        columns = dict(zip(self.names, values, strict=True))
+        columns |= dict(zip([f"u({name})" for name in self.names], errors, strict=True))
+        return pd.DataFrame({**columns, "residual_rms": self.residual_rms, "dof": self.dof})
+
+
+def estimate_tables(
+    outputs: ArrayLike,
+    angles: ArrayLike,
+    *,
+    mounting: str = "o+",
+    delta0: float = 0.0,
+    std: ArrayLike | None = None,
+    coefficients: Sequence[str] = COEFFICIENTS,
+    robust: bool = False,
+    threads: int = 1,
+) -> TableEstimates:
+    """Estimate the coefficients of many tables of one design, by least squares.
+
+    Parameters
+    ----------
+    outputs : array_like, shape (T, n)
+        Readings, a row a table; NaN where one is missing [output unit].
+    angles : array_like, shape (n,)
+        Head angle of each reading [deg].
+    mounting : str, default "o+"
+        Mounting of all tables, one of `accelcal.geometry.MOUNTINGS`.
+    delta0 : float, default 0
+        Fixture angle [rad].
+    std : array_like, shape (n,) or (T, n), optional
+        Standard uncertainty of each reading, or anything proportional to it [output unit].
+    coefficients : sequence of str, default all six
+        Coefficients to estimate; the others are taken as zero.
+    robust : bool, default False
+        Make the readings safe against outliers by their replicates first.
+    threads : int, default 1
+        Blocks of tables that are worked on at a time.
+
+    Returns
+    -------
+    TableEstimates
+        Coefficients, standard uncertainties and residual scatter of each table.
+
+    Raises
+    ------
+    InputError
+        If a shape does not fit, a reading is infinite or a `std` is not above zero.
+    DesignError
+        If the angles do not determine K1; if `robust` and no position has three readings.
+
+    See Also
+    --------
+    accelcal.fit : One record with all of its errors, which are nested, see Notes.
+
+    Notes
+    -----
+    Equation (1) fitted to the readings of (5), each table by itself, all by the same products with
+    one matrix; tables with gaps or with a `std` of their own by normal equations in an orthonormal
+    basis. A table comes out the same whatever the others are.
+
+    The uncertainties hold what is new in each reading. What all strokes have in common, an error of
+    the head above all, they leave out; `accelcal.fit` has it.
+
+    Examples
+    --------
+    A thousand tables of 9 readings, of which one lacks its last:
+
+    >>> import numpy as np
+    >>> from accelcal.geometry import accelerations, turn_angles
+    >>> from accelcal.model import output
+    >>> truth = output({"K0": 0.004, "K1": 1.3}, accelerations(turn_angles()))
+    >>> y = truth + 5e-6 * np.random.default_rng(1).standard_normal((1000, 9))
+    >>> y[0, 8] = np.nan
+    >>> found = estimate_tables(y, turn_angles())
+    >>> (found.coefficients.mean(axis=0).round(5) + 0.0).tolist()
+    [0.004, 1.3, 0.0, 0.0, 0.0, 0.0]
+    >>> found.dof[:2].tolist()
+    [2, 3]
+    """
+    y, angle = _checked(outputs, angles)
+    spread = np.ones(angle.size) if std is None else _checked_std(std, y)
+    design = design_matrix(accelerations(angle, delta0, mounting), mounting)
+    kept = estimability(design, coefficients)
+    solver = LeastSquares(design[:, kept.columns], spread if spread.ndim == 1 else 1.0)
+    stack = _Stack(solver, y, spread, head_positions(angle) if robust else None)
+    return TableEstimates(kept.kept, *stack.estimates(threads), kept.stands_for)
+
+
+class _Stack(NamedTuple):
+    """Tables of one design, with what is declared of all readings or of each by itself."""
+
+    solver: LeastSquares
+    outputs: Array
+    spread: Array
+    cells: Array | None
+
+    def estimates(self, threads: int) -> tuple[Array, Array, Array, NDArray[np.int64]]:
+        """Coefficients, their uncertainties, residual rms and dof, in the order of the tables."""
+        tables, coefficients = len(self.outputs), self.solver.map.shape[0]
+        found = (
+            np.empty((tables, coefficients)),
+            np.empty((tables, coefficients)),
+            np.empty(tables),
+            np.empty(tables, dtype=np.int64),
+        )
+        if threads == 1:
+            self._fill(found, 0, tables)
+            return found
+        from concurrent.futures import ThreadPoolExecutor
+
+        edges = np.linspace(0, tables, threads + 1).astype(int).tolist()
+        with ThreadPoolExecutor(threads) as pool:  # products of matrices let other threads run
+            list(pool.map(lambda *span: self._fill(found, *span), edges[:-1], edges[1:]))
+        return found
+
+    def _fill(self, found: Sequence[NDArray[Any]], start: int, stop: int) -> None:
+        work = np.empty((2, _BLOCK, self.outputs.shape[1]))
+        for at in range(start, stop, _BLOCK):
+            rows = slice(at, min(at + _BLOCK, stop))
+            for whole, part in zip(found, self._of_block(rows, work), strict=True):
+                whole[rows] = part
+
+    def _of_block(self, rows: slice, work: Array) -> tuple[Array, ...]:
+        y = self.outputs[rows]
+        spread = self.spread[rows] if self.spread.ndim == 2 else self.spread
+        if self.cells is not None:
+            y = pseudo_values(y, self.cells, spread)
+        if self.spread.ndim == 2:
+            return _with_weights(self.solver, y, spread**-2.0, work)
+        with np.errstate(invalid="ignore"):  # what is not finite is looked at below
+            found = self.solver.fit(y, work[:, : len(y)])
+        parts = _with_scatter(found, np.full(*y.shape))
+        gaps = np.isnan(parts[2])
+        if gaps.any():
+            some = _with_weights(self.solver, y[gaps], np.ones(y.shape[1]), work)
+            for whole, part in zip(parts, some, strict=True):
+                whole[gaps] = part
+        return parts
+
+
+def _with_weights(solver: LeastSquares, y: Array, weight: Array, work: Array) -> tuple[Array, ...]:
+    missing = np.isnan(y)
+    if np.isinf(y).any():
+        raise InputError("an output is infinite; a reading that is missing is NaN")
+    readings = y.shape[1] - missing.sum(axis=1)
+    y, weight = (np.where(missing, 0.0, values) for values in (y, weight))
+    return _with_scatter(solver.fit_weighted(y, weight, work[:, : len(y)]), readings)
+
+
+def _with_scatter(found: Solution, readings: NDArray[np.int64]) -> tuple[Array, ...]:
+    """Coefficients, their uncertainties by the residuals, residual rms and dof."""
+    dof = np.maximum(readings - found.coefficients.shape[1], 0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rms = np.where(dof > 0, np.sqrt(found.squares / dof), np.nan)
+    return found.coefficients, rms[:, None] * np.sqrt(found.variances), rms, dof
+
+
+def _checked(outputs: ArrayLike, angles: ArrayLike) -> tuple[Array, Array]:
+    y, angle = (np.asarray(values, dtype=np.float64) for values in (outputs, angles))
+    if y.ndim != 2 or angle.shape != y.shape[1:]:
+        raise InputError(
+            f"outputs of shape {y.shape} with angles of shape {angle.shape}; outputs have a row a"
+            " table and a column for each angle"
+        )
+    return y, angle
+
+
+def _checked_std(std: ArrayLike, y: Array) -> Array:
+    spread = np.asarray(std, dtype=np.float64)
+    if spread.shape not in (y.shape, y.shape[1:]):
+        raise InputError(f"std has shape {spread.shape}; it is {y.shape[1:]} or {y.shape}")
+    known = spread[~np.isnan(y)] if spread.ndim == 2 else spread
+    if not ((known > 0.0) & np.isfinite(known)).all():
+        raise InputError("a std is not above zero; give that of each reading that is there")
+    return spread

@@ -1,0 +1,206 @@
+"""Many tables at once: the same numbers as one by one, with gaps, weights and outliers."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from tumble_oracle import AL15, forward, rows, turn
+
+import accelcal
+from accelcal.errors import DesignError, InputError
+from accelcal.estimate.robust import pseudo_values
+from accelcal.estimate.solver import LeastSquares
+from accelcal.estimate.stacked_tables import estimate_tables
+from accelcal.geometry import accelerations
+from accelcal.model import design_matrix
+
+ANGLES = turn(8, 6)
+SIGMA = 4e-6
+
+
+def readings(tables, seed=1):
+    """Tables of accelerometers that differ, with readings noise."""
+    rng = np.random.default_rng(seed)
+    truth = AL15 * (1.0 + 0.05 * rng.standard_normal((tables, 6)))
+    return truth @ rows(ANGLES).T + SIGMA * rng.standard_normal((tables, ANGLES.size))
+
+
+def with_gaps(y, share=0.05, seed=2):
+    return np.where(np.random.default_rng(seed).random(y.shape) < share, np.nan, y)
+
+
+def assert_same_numbers(one, other, rounding=0.0):
+    within = 1e-12 + rounding / SIGMA
+    assert_allclose(one.coefficients, other.coefficients, rtol=1e-14, atol=rounding)
+    assert_allclose(one.standard_uncertainties, other.standard_uncertainties, rtol=within)
+    assert_allclose(one.residual_rms, other.residual_rms, rtol=within)
+    assert_array_equal(one.dof, other.dof)
+
+
+def joined(parts):
+    fields = zip(*(part[1:5] for part in parts), strict=True)
+    return parts[0]._replace(
+        **dict(zip(parts[0]._fields[1:5], map(np.concatenate, fields), strict=True))
+    )
+
+
+def taken(found, tables):
+    return found._replace(**{f: getattr(found, f)[tables] for f in found._fields[1:5]})
+
+
+# -- a table comes out the same whatever the others are -------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("gaps", "options"),
+    [
+        (0.0, {}),
+        (0.05, {}),
+        (0.002, {}),  # few tables have a gap
+        (0.05, {"robust": True}),
+        (0.05, {"std": np.linspace(1.0, 2.0, ANGLES.size)}),
+    ],
+    ids=["whole", "gaps", "few gaps", "robust", "weights"],
+)
+def test_a_stack_is_the_same_as_its_tables_one_by_one(gaps, options):
+    y = with_gaps(readings(1000), gaps)
+    whole = estimate_tables(y, ANGLES, **options)
+    rounding = 1e-15 if "robust" in options else 0.0  # that of the pseudo-values
+    alone = joined([estimate_tables(row[None], ANGLES, **options) for row in y])
+    assert_same_numbers(whole, alone, rounding)
+    order = np.random.default_rng(3).permutation(len(y))
+    permuted = estimate_tables(y[order], ANGLES, threads=2, **options)
+    assert_same_numbers(permuted, taken(whole, order), rounding)
+
+
+def test_the_one_table_solver_gives_the_numbers_of_the_stack():
+    y = readings(300)
+    solver = LeastSquares(design_matrix(accelerations(ANGLES)))
+    alone = np.array([solver.solve(row) for row in y])
+    assert_allclose(estimate_tables(y, ANGLES).coefficients, alone, rtol=1e-14)
+
+
+# -- oracles ---------------------------------------------------------------------------------------
+
+
+def solved_by_lstsq(y, weight):
+    known = ~np.isnan(y)
+    root = np.sqrt(weight[known])
+    design = rows(ANGLES)[known] * root[:, None]
+    x = np.linalg.lstsq(design, root * y[known], rcond=None)[0]
+    residual = root * y[known] - design @ x
+    variance = residual @ residual / (known.sum() - 6)
+    return x, np.sqrt(variance * np.diag(np.linalg.inv(design.T @ design)))
+
+
+@pytest.mark.parametrize("gaps", [0.0, 0.05, 0.3])
+@pytest.mark.parametrize("weighted", [False, True])
+def test_gaps_and_weights_are_those_of_lstsq(gaps, weighted):
+    y = with_gaps(readings(200), gaps)
+    std = np.random.default_rng(4).uniform(1.0, 30.0, y.shape) if weighted else np.ones(y.shape)
+    found = estimate_tables(y, ANGLES, std=std if weighted else None)
+    for i, (row, spread) in enumerate(zip(y, std, strict=True)):
+        x, u = solved_by_lstsq(row, spread**-2)
+        assert_allclose(found.coefficients[i], x, atol=1e-12)
+        assert_allclose(found.standard_uncertainties[i], u, rtol=1e-8)
+
+
+def test_one_weight_for_all_tables_is_that_weight_in_each():
+    y, std = readings(50), np.linspace(1.0, 3.0, ANGLES.size)
+    common, own = (estimate_tables(y, ANGLES, std=s) for s in (std, np.tile(std, (50, 1))))
+    assert_same_numbers(common, own)
+
+
+def test_the_uncertainties_cover_the_truth():
+    y = forward(AL15, ANGLES) + SIGMA * np.random.default_rng(5).standard_normal(
+        (4000, ANGLES.size)
+    )
+    found = estimate_tables(y, ANGLES)
+    inside = np.abs(found.coefficients - AL15) < 2.0106 * found.standard_uncertainties  # t, 48 dof
+    assert np.all(np.abs(inside.mean(axis=0) - 0.95) < 0.014)  # four standard deviations
+    assert found.residual_rms.mean() == pytest.approx(SIGMA, rel=0.01)
+
+
+def test_an_outlier_is_made_harmless_in_its_table():
+    y = readings(60)
+    spoilt = y.copy()
+    spoilt[7, 20] += 1.0
+    clean, safe = (estimate_tables(values, ANGLES, robust=True) for values in (y, spoilt))
+    change = np.abs(safe.coefficients - clean.coefficients)
+    assert change[7].max() < SIGMA
+    assert np.delete(change, 7, axis=0).max() < 1e-14
+
+
+def test_pseudo_values_of_a_stack_are_those_of_its_tables():
+    y = with_gaps(readings(40), 0.05)
+    y[3, 10] += 1e-3
+    cells = np.mod(ANGLES, 360.0)
+    whole = pseudo_values(y, cells)
+    for row, expected in zip(y, whole, strict=True):
+        known = ~np.isnan(row)
+        assert_allclose(pseudo_values(row[known], cells[known]), expected[known], atol=1e-9 * SIGMA)
+    assert_array_equal(np.isnan(whole), np.isnan(y))
+
+
+# -- what cannot be had ----------------------------------------------------------------------------
+
+
+def test_a_table_with_too_few_readings_is_nan_and_harms_no_other():
+    y = readings(3)
+    few, exact = y.copy(), y.copy()
+    few[1, 5:] = np.nan
+    exact[1, [*range(6, 54)]] = np.nan
+    found = estimate_tables(few, ANGLES)
+    assert np.isnan(found.coefficients[1]).all()
+    assert_same_numbers(
+        joined([estimate_tables(y[[i]], ANGLES) for i in (0, 2)]),
+        taken(found, [0, 2]),
+    )
+    no_rest = estimate_tables(exact, ANGLES)
+    assert no_rest.dof.tolist() == [48, 0, 48]
+    assert np.isfinite(no_rest.coefficients[1]).all()
+    assert np.isnan(no_rest.standard_uncertainties[1]).all()
+
+
+def test_readings_at_too_few_angles_are_nan():
+    y = readings(1)
+    y[0, ~np.isin(np.mod(ANGLES, 360.0), [0.0, 90.0, 180.0, 270.0])] = np.nan
+    assert np.isnan(estimate_tables(y, ANGLES).coefficients).all()
+
+
+def test_four_positions_estimate_what_they_can():
+    angles = turn(4, 6)
+    y = forward(AL15, angles) + SIGMA * np.random.default_rng(6).standard_normal((5, angles.size))
+    found = estimate_tables(y, angles)
+    assert found.names == ("K0", "K1", "K2", "M")
+    assert found.coefficients.shape == (5, 4)
+    assert found.stands_for["K1"] == "K1 + K3"
+
+
+def test_no_tables_are_no_estimates():
+    assert estimate_tables(np.empty((0, ANGLES.size)), ANGLES).coefficients.shape == (0, 6)
+
+
+@pytest.mark.parametrize(
+    ("outputs", "options", "message"),
+    [
+        (np.zeros(54), {}, r"outputs of shape \(54,\) with angles of shape \(54,\); outputs have"),
+        (np.zeros((2, 53)), {}, "a row a table and a column for each angle"),
+        (np.full((2, 54), np.inf), {}, "an output is infinite; a reading that is missing is NaN"),
+        (np.zeros((2, 54)), {"std": np.ones(3)}, r"std has shape \(3,\); it is \(54,\) or"),
+        (np.zeros((2, 54)), {"std": np.zeros(54)}, "a std is not above zero"),
+    ],
+)
+def test_what_does_not_fit_is_refused(outputs, options, message):
+    with pytest.raises(InputError, match=message):
+        estimate_tables(outputs, ANGLES, **options)
+
+
+def test_robust_needs_three_strokes():
+    with pytest.raises(DesignError, match="no position has three"):
+        estimate_tables(np.zeros((2, 8)), turn(8)[:-1], robust=True)
+
+
+def test_frame():
+    frame = accelcal.estimate_tables(readings(4), ANGLES).frame()
+    assert list(frame.columns[[0, 6, 12, 13]]) == ["K0", "u(K0)", "residual_rms", "dof"]
+    assert len(frame) == 4
