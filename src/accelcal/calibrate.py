@@ -18,13 +18,13 @@ from accelcal.estimate.reversal import fixture_angles
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.estimate.uncertainty import Component, Interval, intervals, propagate
 from accelcal.gates.record import record_gates
-from accelcal.gates.table import table_gates
+from accelcal.gates.table import gates_of_tables
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, POWERS
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.calibration import Calibration
 from accelcal.results.mapping import frozen
-from accelcal.results.quantity import Quantity, Residuals
+from accelcal.results.quantity import Gate, Quantity, Residuals
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.at_rest import brought_to_rest
@@ -289,22 +289,27 @@ def _table_names(tables: Sequence[PreparedTable]) -> list[str]:
 def _table_calibrations(
     tables: Sequence[PreparedTable], estimate: JointEstimate, delta0: float
 ) -> Iterator[TableCalibration]:
+    judged = [linear_estimator(table).coefficients(table.record.output) for table in tables]
+    gates = gates_of_tables(tables, judged, estimate.noises, delta0)
     for index, table in enumerate(tables):
-        yield _table_calibration(table, estimate, index, delta0)
+        scale_factor = judged[index][COEFFICIENTS.index("K1")]
+        yield _table_calibration(table, estimate, index, scale_factor, gates[index])
 
 
 def _table_calibration(
-    table: PreparedTable, estimate: JointEstimate, index: int, delta0: float
+    table: PreparedTable,
+    estimate: JointEstimate,
+    index: int,
+    scale_factor: float,
+    gates: tuple[Gate, ...],
 ) -> TableCalibration:
     names = estimate.names[index]
     values = estimate.coefficients[index]
     residual = estimate.residuals[index]
-    noise = estimate.noises[index]
     own = {name: c.part(estimate.part(index)) for name, c in estimate.components.items()}
     covariance = np.sum([part.covariance for part in own.values()], axis=0)
     known = bool(np.isfinite(covariance).all())
     dof = residual.size - len(names)
-    judged = linear_estimator(table).coefficients(table.record.output)
     return TableCalibration(
         run=table.record.run_labels[int(table.record.run[0])],
         mounting=str(table.record.mounting[0]),
@@ -318,9 +323,9 @@ def _table_calibration(
         covariance_matrix=_rows(covariance) if known else (),
         budget=_budget(names, own),
         stands_for=dict(estimate.stands_for[index]),
-        residuals=_residuals(table.record, residual / judged[COEFFICIENTS.index("K1")]),
-        gates=table_gates(table, judged, noise, delta0, len(estimate.noises)),
-        warnings=table_warnings(table, noise),
+        residuals=_residuals(table.record, residual / scale_factor),
+        gates=gates,
+        warnings=table_warnings(table, estimate.noises[index]),
     )
 
 

@@ -139,7 +139,7 @@ def decimal_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
         size = largest * 10.0**digits
         # a hundred steps or more, or all small values would be multiples of a large step
         rows = np.flatnonzero((step == 0.0) & (size >= 100.0) & (size <= 1e12))
-        for part in (slice(_GLANCE), slice(None)):
+        for part in (slice(_GLANCE), slice(None)) if rows.size else ():
             scaled = values[rows, part] * 10.0**digits
             rows = rows[np.abs(scaled - np.round(scaled)).max(axis=1) < 1e-4]
         step[rows] = 10.0**-digits

@@ -113,14 +113,14 @@ def drift(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
 def _courses(stack: TableStack, level: float) -> _Courses:
     """The parts of the trends, each tested beside the others."""
     found = stack.apart
+    rank = stack.output.shape[1] - found.cells.members.size - found.dof
+    each = [_beside_others(found.within, rank, own) for own in _places(stack.trend)]
+    parts = np.broadcast_to(np.stack([part for part, _ in each]), (len(each), len(stack)))
+    told = (parts >= 1.0) & (found.dof >= FEW)
+    explained = np.array([(contracted(basis, stack.output) ** 2).sum(axis=1) for _, basis in each])
     variance = np.maximum(found.squares / np.maximum(found.dof, 1.0), stack.smallest**2)
-    p = np.full((len(Trend._fields), len(stack)), np.nan)
-    for i, own in enumerate(_places(stack.trend)):
-        part, basis = _beside_others(found.within, own)
-        explained = (contracted(basis, stack.output) ** 2).sum(axis=1)
-        told = (part >= 1.0) & (found.dof >= FEW)
-        dof1, dof2 = np.where(told, part, 1.0), np.where(told, found.dof, 1.0)
-        p[i] = np.where(told, f_survival(explained / dof1 / variance, dof1, dof2), np.nan)
+    dof1, dof2 = np.where(told, parts, 1.0), np.where(told, found.dof, 1.0)
+    p = np.where(told, f_survival(explained / dof1 / variance, dof1, dof2), np.nan)
     return _Courses(_moved(stack), p, stack.hours, level)
 
 
@@ -130,12 +130,11 @@ def _places(trend: Trend) -> list[slice]:
     return [slice(*edge) for edge in pairwise(edges)]
 
 
-def _beside_others(within: Array, own: slice) -> tuple[Array, Array]:
+def _beside_others(within: Array, rank: Array, own: slice) -> tuple[Array, Array]:
     """Rank that a part adds to the other columns, (D,), and a basis of what it adds, (D, n, s)."""
     others = np.delete(within, own, axis=2)
-    rank, inverse, _ = rank_and_inverse(others)
-    part = rank_and_inverse(within)[0] - rank
-    columns = within[..., own]
+    of_others, inverse, _ = rank_and_inverse(others)
+    part, columns = rank - of_others, within[..., own]
     added = columns - others @ (inverse @ (others.swapaxes(1, 2) @ columns))
     basis = np.linalg.svd(added, full_matrices=False)[0]
     return part, basis * (np.arange(basis.shape[2]) < part[:, None])[:, None]

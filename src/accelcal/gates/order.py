@@ -110,8 +110,14 @@ class _Groups(NamedTuple):
         return cls(names, members, strokes)
 
     def sums(self, values: Array) -> Array:
-        """Sum over the readings of each group, from shape (T, n, k) to shape (T, groups, k)."""
-        return np.asarray(self.members @ self.strokes.sums(values))
+        """Sum over the readings of each group, from shape (T, n) to shape (groups, T)."""
+        return np.asarray(self.members @ self.strokes.sums(values).T)
+
+    def products(self, values: Array, columns: Array) -> Array:
+        """Sum values times columns over the readings of each group, shape (groups, T, k)."""
+        strokes = np.split(self.strokes.order, self.strokes.start[1:])
+        each = np.stack([values[:, own] @ columns[own] for own in strokes])
+        return np.tensordot(self.members, each, 1)
 
     def readings(self, group: int) -> Mask:
         """Readings of a group, shape (n,)."""
@@ -269,14 +275,12 @@ def _refitted(fit: _Fit, groups: _Groups, basis: Array, residual: Array) -> Arra
     a sum over the readings concerned; refitting leaves squares + q - d (1 + D)^-1 d. So no design
     of a whole table is needed for each group, and D is the same for all tables.
     """
-    q = groups.sums((residual**2 - fit.residual**2)[..., None])[..., 0]
-    d = groups.sums(basis * residual[..., None] - fit.basis * fit.residual[..., None])
-    outer = basis[:, :, None] * basis[:, None] - fit.basis[:, :, None] * fit.basis[:, None]
-    size = basis.shape[1]
-    normal = np.eye(size) + groups.sums(outer.reshape(1, -1, size**2)).reshape(-1, size, size)
+    q = groups.sums(residual**2 - fit.residual**2)
+    d = groups.products(residual, basis) - groups.products(fit.residual, fit.basis)
+    change = groups.products(basis.T, basis) - groups.products(fit.basis.T, fit.basis)
+    normal = np.eye(basis.shape[1]) + change
     inverse = np.linalg.pinv(normal, rcond=1e-9, hermitian=True)
-    d = d.swapaxes(0, 1)
-    return np.asarray(fit.squares[:, None] + q - (d @ inverse * d).sum(axis=2).T)
+    return np.asarray(fit.squares[:, None] + (q - (d @ inverse * d).sum(axis=2)).T)
 
 
 def _squares(stack: TableStack, output: Array, order: _Order, chosen: Mask) -> Array:

@@ -226,15 +226,15 @@ def outlier(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
     free = np.where(size > 1, np.maximum(found.free, _LEAST_FREE), np.inf)
     rest = np.maximum(found.squares[:, None] - deviation**2 / free, stack.smallest[:, None] ** 2)
     each = np.abs(deviation) / np.sqrt(free * rest / np.where(known, dof, 1.0)[:, None])
-    worst = each.argmax(axis=1)[:, None]
-    t = np.take_along_axis(each, worst, axis=1)[:, 0]
+    worst, row = each.argmax(axis=1), np.arange(len(stack))
+    t = each[row, worst]
     p = f_survival(t**2, 1.0, np.where(known, dof, 1.0)) * size.size
-    away = np.take_along_axis(deviation / free, worst, axis=1)[:, 0] / stack.scale
+    away = (deviation / free)[row, worst] / stack.scale
 
     def said(index: int) -> str:
         own = found.cells.cell == found.cells.cell[worst[index]]
         pair = own.sum() == 2
-        alike = np.flatnonzero(own) if pair else worst[index]
+        alike = np.flatnonzero(own) if pair else worst[index : index + 1]
         names = " or ".join(stack.place(index, reading) for reading in alike.tolist())
         others = "stroke" if pair else "strokes"
         size = acceleration(away[index])

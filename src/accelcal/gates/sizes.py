@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -117,7 +119,8 @@ def units(stack: TableStack) -> GateStack:
     count, first = wrong.sum(axis=1), wrong.argmax(axis=1)
     share = cells.sums(wrong.astype(np.float64)) / cells.members
     whole = ((share == 0.0) | (share > 0.5)).all(axis=1)
-    odd = np.take_along_axis(power, first[:, None], axis=1)[:, 0]
+    row = np.arange(len(stack))
+    odd = power[row, first]
     of_strokes = (count == 0) | whole | ((count == 1) & (odd < 0.0))
     ratio = _ratios_of_strokes(stack, cells)
     other = np.abs(np.log(ratio)) > np.log(_OTHER_SIZE)
@@ -132,9 +135,8 @@ def units(stack: TableStack) -> GateStack:
             " same and the opposite angle, another unit or range"
         )
 
-    farthest = np.abs(np.log(ratio)).argmax(axis=1)[:, None]
-    of_stroke = np.take_along_axis(ratio, farthest, axis=1)[:, 0]
-    statistic = np.where(of_strokes, of_stroke, 10.0**odd)
+    farthest = np.abs(np.log(ratio)).argmax(axis=1)
+    statistic = np.where(of_strokes, ratio[row, farthest], 10.0**odd)
     return gate_stack("units", ~of_strokes | other.any(axis=1), said, statistic)
 
 
@@ -160,11 +162,13 @@ def _ratios_of_strokes(stack: TableStack, cells: Cells) -> Array:
     """Amplitude of each stroke over the middle one, (T, S); 1 where its readings are too few."""
     weights = np.zeros((2, stack.output.shape[1]))
     known = np.zeros(cells.key.size, dtype=np.bool_)
+    sine = lru_cache(maxsize=8)(_sine)  # strokes back are at the same angles as each other
     for k in range(cells.key.size):
         own = cells.cell == k
-        known[k] = distinct(stack.table.head[own]).size >= 3
+        angles = tuple(stack.table.head[own].tolist())
+        known[k] = len(set(angles)) >= 3
         if known[k]:
-            weights[:, own] = _sine(stack.table.head[own])
+            weights[:, own] = sine(angles)
     ratio = np.ones((len(stack), cells.key.size))
     if known.any():
         size = np.hypot(*(cells.sums(stack.output * weight)[:, known] for weight in weights))
@@ -173,7 +177,7 @@ def _ratios_of_strokes(stack: TableStack, cells: Cells) -> Array:
     return ratio
 
 
-def _sine(angle: Array) -> Array:
+def _sine(angle: tuple[float, ...]) -> Array:
     """Weights of readings in cosine and sine of a sine through them, shape (2, n)."""
     th = np.radians(angle)
     matrix = np.column_stack([np.ones_like(th), np.cos(th), np.sin(th)])

@@ -67,12 +67,14 @@ def best_swap(output: Array, residual: Array, basis: Array, strokes: Cells, bett
         apart = np.where(some[:, None] == own, np.inf, share).min()
         span = np.ptp(residual[:, own], axis=1) ** 2
         rows = np.flatnonzero(span >= (1.0 - 1.0 / better - _ROUNDING) * squares * max(apart, 0.0))
+        if not rows.size:
+            continue
         for part in np.array_split(rows, 1 + rows.size * share.size // _NUMBERS):
             d = output[part][:, None, own] - output[part][:, some, None]
             pull = residual[part][:, some, None] - residual[part][:, None, own]
             change = (2.0 * d * pull + d**2 * share).reshape(part.size, share.size)
             at = change.argmin(axis=1)
-            left = squares[part] + np.take_along_axis(change, at[:, None], axis=1)[:, 0]
+            left = squares[part] + change[np.arange(part.size), at]
             ahead = left < found.squares[part]
             found.squares[part[ahead]] = left[ahead]
             first, second = np.divmod(at[ahead], own.size)

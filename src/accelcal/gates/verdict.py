@@ -74,11 +74,11 @@ class _Finding(NamedTuple):
     """Sentence of one table: why it was not assessed, or what was found."""
 
     said: Callable[[int], str]
-    missing: Sequence[tuple[ArrayLike, str]]
+    missing: Sequence[tuple[Mask, str]]
 
     def text(self, index: int) -> str:
         for where, reason in self.missing:
-            if np.atleast_1d(where)[index if np.ndim(where) else 0]:
+            if where[index]:
                 return reason or self.said(index)
         return self.said(index)
 
@@ -104,7 +104,7 @@ def gate_stack(
     statistic, p : ndarray, shape (T,)
         See `GateStack`; without `p` where the gate is no test.
     missing : sequence of tuple
-        For which tables the gate could not look (a mask, or one bool for all), and why; the first
+        For which tables the gate could not look (a mask, or a bool for all), and why; the first
         reason counts, and an empty one is told by `said`.
 
     Returns
@@ -121,12 +121,13 @@ def gate_stack(
     (['pass', 'warn'], '30 ug')
     """
     verdict = np.where(bad, _WARN, 0).astype(np.int8)
-    for where, _ in missing:
-        verdict[np.broadcast_to(where, verdict.shape)] = _NOT_ASSESSED
+    masks = [(np.broadcast_to(where, verdict.shape), why) for where, why in missing]
+    for where, _ in masks:
+        verdict[where] = _NOT_ASSESSED
     unknown = verdict == _NOT_ASSESSED
     known_p = np.full(verdict.shape, np.nan) if p is None else np.where(unknown, np.nan, p)
     shown = np.where(unknown, np.nan, statistic)
-    return GateStack(name, verdict, shown, known_p, _Finding(said, missing).text)
+    return GateStack(name, verdict, shown, known_p, _Finding(said, masks).text)
 
 
 def acceleration(value: float) -> str:
