@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from accelcal.archive.failures import attempt
 from accelcal.archive.sources import SourceFile, is_url, read_bytes
+from accelcal.io.ordinary import read_ordinary
 from accelcal.io.tables import read_tables
 from accelcal.record import TumbleRecord
 
@@ -62,8 +63,14 @@ def read_block(
     Found or Failure
         The records of each file in its order, or why it could not be read.
     """
+    contents = [attempt(file.path, read_bytes, file.path) for file in files]
+    whole = [i for i, content in enumerate(contents) if isinstance(content, bytes)]
+    ordinary = read_ordinary([(files[i].path, contents[i]) for i in whole], overrides)  # type: ignore[misc]
+    read = dict(zip(whole, ordinary, strict=True))
     for index, file in enumerate(files):
-        records = attempt(file.path, _read, file.path, overrides)
+        records: tuple[TumbleRecord, ...] | str | None = read.get(index)
+        if records is None:
+            records = attempt(file.path, _read, file.path, overrides)
         if isinstance(records, str):
             yield Failure(index, file.path, records)
         else:
@@ -71,6 +78,7 @@ def read_block(
 
 
 def _read(path: str, overrides: Mapping[str, Any]) -> tuple[TumbleRecord, ...]:
+    """Read a file out of the ordinary by the general reader, which has the words for its faults."""
     if not is_url(path):
         return read_tables(path, overrides=overrides)
     content = io.BytesIO(read_bytes(path))

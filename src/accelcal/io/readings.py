@@ -16,7 +16,15 @@ from accelcal.io.columns import Table
 from accelcal.io.layout import all_of
 from accelcal.io.vocabulary import TIME_UNITS
 
-__all__ = ["Readings", "notes_of_turn", "read_readings"]
+__all__ = [
+    "FEWEST_IN_TURN",
+    "MARKERS",
+    "MAXIMUM_ANGLE",
+    "MAXIMUM_TEMPERATURE",
+    "Readings",
+    "notes_of_turn",
+    "read_readings",
+]
 
 MAXIMUM_TEMPERATURE = 250.0
 """Above it a temperature is taken for a mistake, most often kelvin [degC]."""
@@ -24,10 +32,11 @@ MAXIMUM_TEMPERATURE = 250.0
 MAXIMUM_ANGLE = 36000.0
 """Above it an angle is taken for a mistake: a hundred turns of the head [deg]."""
 
-_MARKERS = (999.0, 9999.0, 99999.0, 999999.0, 999.9, 999.99, 9999.9, 9999.99)
+MARKERS = (999.0, 9999.0, 99999.0, 999999.0, 999.9, 999.99, 9999.9, 9999.99)
 """Sizes of what loggers write for a missing reading."""
 
-_FEWEST_IN_TURN = 5  # positions from 1 to the return, where a turn is to be told from a few
+FEWEST_IN_TURN = 5
+"""Positions from 1 to the return, where a turn is to be told from a few."""
 
 _FAR = 10.0  # times the largest other output, where such a number is no reading
 
@@ -157,7 +166,7 @@ def notes_of_turn(readings: Readings, positions: int) -> list[str]:
     """
     last = int(readings.position.max(initial=0))
     met = np.unique(readings.position)
-    whole = met.size == last >= _FEWEST_IN_TURN and met[0] == 1
+    whole = met.size == last >= FEWEST_IN_TURN and met[0] == 1
     if not whole or last >= positions:
         return []
     return [
@@ -192,7 +201,7 @@ def _at(values: NDArray[Any] | None, index: Ints) -> NDArray[Any] | None:
 
 def _refuse_markers(columns: Iterable[Column], outputs: Floats) -> None:
     """Refuse -9999 and the like, as loggers write for a missing reading, far outside the others."""
-    marker = np.isin(np.abs(outputs), _MARKERS)
+    marker = np.isin(np.abs(outputs), MARKERS)
     size = np.abs(outputs[~marker & ~np.isnan(outputs)]).max(initial=0.0)
     if not marker.any() or size == 0.0:
         return

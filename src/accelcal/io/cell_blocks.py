@@ -1,0 +1,149 @@
+"""Plain cells of many tables at once: by pyarrow where it is installed, else by numpy.
+
+Only text that both read as the general reader does gets this far: numbers without quotes, blanks
+or decimal commas.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["CellBlock", "Unreadable", "has_pyarrow", "parse_cells", "read_engine"]
+
+
+class Unreadable(Exception):  # noqa: N818  (a signal between two functions, no error)
+    """Some cell is not plain."""
+
+
+class CellBlock(NamedTuple):
+    """Columns of many tables, one below the other.
+
+    Attributes
+    ----------
+    numbers : dict of str to ndarray of float
+        Columns of numbers by role.
+    codes : dict of str to ndarray of int
+        Columns of labels by role, as indices into `labels`.
+    labels : dict of str to list of str
+        The labels of each of these columns.
+    """
+
+    numbers: dict[str, NDArray[np.float64]]
+    codes: dict[str, NDArray[np.int64]]
+    labels: dict[str, list[str]]
+
+
+def has_pyarrow() -> bool:
+    """Tell whether pyarrow is installed."""
+    from importlib.util import find_spec
+
+    return find_spec("pyarrow") is not None
+
+
+def read_engine(engine: str | None) -> str:
+    """Engine to parse with: the one that is asked for, else pyarrow where it is installed."""
+    return engine or ("pyarrow" if has_pyarrow() else "numpy")
+
+
+def parse_cells(
+    body: bytes, roles: Sequence[str], labels: Collection[str], engine: str
+) -> CellBlock:
+    r"""Parse rows of plain cells.
+
+    Parameters
+    ----------
+    body : bytes
+        Rows of cells separated by commas, each ended by a line feed, none blank.
+    roles : sequence of str
+        What the columns hold.
+    labels : collection of str
+        Roles whose cells are text.
+    engine : str
+        ``"pyarrow"`` or ``"numpy"``.
+
+    Returns
+    -------
+    CellBlock
+        The columns.
+
+    Raises
+    ------
+    Unreadable
+        If a row has another number of cells, or a cell is no number.
+
+    Examples
+    --------
+    >>> block = parse_cells(b"a,1.5\nb,2\n", ["run", "output"], {"run"}, "numpy")
+    >>> block.numbers["output"].tolist(), block.codes["run"].tolist(), block.labels["run"]
+    ([1.5, 2.0], [0, 1], ['a', 'b'])
+    """
+    parse = _by_pyarrow if engine == "pyarrow" else _by_numpy
+    return parse(body, roles, labels)
+
+
+def _by_pyarrow(body: bytes, roles: Sequence[str], labels: Collection[str]) -> CellBlock:
+    import pyarrow as pa
+    from pyarrow import csv
+
+    text = pa.dictionary(pa.int32(), pa.string())
+    types = {role: text if role in labels else pa.float64() for role in roles}
+    try:
+        table = csv.read_csv(
+            pa.BufferReader(body),
+            csv.ReadOptions(use_threads=False, block_size=len(body) + 1, column_names=list(roles)),
+            csv.ParseOptions(quote_char=False),
+            csv.ConvertOptions(column_types=types, null_values=[], strings_can_be_null=False),
+        )
+    except pa.ArrowInvalid as error:
+        raise Unreadable from error
+    columns = {role: table.column(role).combine_chunks() for role in roles}
+    found = CellBlock({}, {}, {})
+    for role, column in columns.items():
+        if role not in labels:
+            found.numbers[role] = column.to_numpy(zero_copy_only=False)
+            continue
+        found.codes[role] = column.indices.to_numpy(zero_copy_only=False).astype(np.int64)
+        found.labels[role] = column.dictionary.to_pylist()
+    return found
+
+
+def _by_numpy(body: bytes, roles: Sequence[str], labels: Collection[str]) -> CellBlock:
+    width = len(roles)
+    _require_width(body, width)
+    cells = body[:-1].replace(b"\n", b",").split(b",")
+    found = CellBlock({}, {}, {})
+    for index, role in enumerate(roles):
+        column = cells[index::width]
+        if role in labels:
+            place = {cell: number for number, cell in enumerate(dict.fromkeys(column))}
+            found.codes[role] = np.array([place[cell] for cell in column], dtype=np.int64)
+            found.labels[role] = [cell.decode() for cell in place]
+        else:
+            found.numbers[role] = _numbers(column)
+    return found
+
+
+def _require_width(body: bytes, width: int) -> None:
+    characters = np.frombuffer(body, dtype=np.uint8)
+    ends = characters == ord("\n")
+    ended = ends[ends | (characters == ord(","))]
+    if (
+        ended.size % width
+        or not (ended.reshape(-1, width) == (np.arange(width) == width - 1)).all()
+    ):
+        raise Unreadable
+
+
+def _numbers(cells: list[bytes]) -> NDArray[np.float64]:
+    """Numbers of cells; one that comes again, as those of plans do, is read once."""
+    try:
+        known = {cell: float(cell) for cell in set(cells)}
+        if any(b"_" in cell for cell in known):
+            raise Unreadable  # 1_000 is a number of Python's, but of no table
+    except ValueError as error:
+        raise Unreadable from error
+    return np.array([known[cell] for cell in cells], dtype=np.float64)

@@ -1,0 +1,265 @@
+"""Ordinary tables, many at once: the long form with commas, decimal points and nothing missing.
+
+Whatever is ordinary is read here as the general reader (`tables`) reads it, to the last bit.
+Whatever is not, be it wrong or only rare, is left to the general reader, which has the words for
+it. So nothing here refuses a table; the question is only who reads it.
+"""
+
+from __future__ import annotations
+
+import gzip
+import re
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
+from hashlib import sha256
+from typing import Any, NamedTuple
+
+from accelcal.errors import InputError
+from accelcal.io.cell_blocks import CellBlock, Unreadable, parse_cells, read_engine
+from accelcal.io.columns import CONSTANTS
+from accelcal.io.declarations import Declarations, declarations
+from accelcal.io.layout import Layout, read_layout
+from accelcal.io.ordinary_rows import Group, Plain, records_of
+from accelcal.io.text import SourceText
+from accelcal.io.vocabulary import KEYS, TIME_UNITS, UNITS_OF, Heading, canonical_key, has_unit
+from accelcal.record import TumbleRecord
+from accelcal.units import output_unit
+
+__all__ = ["read_ordinary"]
+
+_LABELS = frozenset({"run", "serial", "mounting"})
+_ORDINARY = frozenset(
+    {"temperature", "position", "angle", "stroke", "output", "time", "std", "count"}
+).union(_LABELS)
+_PLAIN = b"0123456789.,-eE\n"
+_LETTERS = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_+/:()"
+_DECLARATION = re.compile(r"^# ([A-Za-z][A-Za-z0-9_]*): ([^\s,;](?:.*[^\s,;])?)$", re.MULTILINE)
+_BOM = b"\xef\xbb\xbf"
+
+
+def read_ordinary(
+    tables: Sequence[tuple[str, bytes]],
+    overrides: Mapping[str, Any],
+    engine: str | None = None,
+) -> list[tuple[TumbleRecord, ...] | None]:
+    r"""Read the ordinary ones among some tables.
+
+    Parameters
+    ----------
+    tables : sequence of tuple
+        Name and content of each file.
+    overrides : mapping of str to object
+        Declarations that win over the header lines, as of `read_tables`.
+    engine : str, optional
+        ``"pyarrow"`` or ``"numpy"``; by default pyarrow where it is installed.
+
+    Returns
+    -------
+    list of tuple of TumbleRecord, or None
+        For each file what `read_tables` returns; None where `read_tables` must read it.
+
+    Examples
+    --------
+    >>> text = b"# unit: mA\ntemperature,position,stroke,output\n20,1,1,1.3\n20,5,1,-1.29\n"
+    >>> read_ordinary([("a.csv", text), ("b.csv", b"temperature;output")], {})
+    [(<TumbleRecord 'a.csv': 2 readings, 1 runs, 2 positions>,), None]
+    """
+    chosen = read_engine(engine)
+    read: list[tuple[TumbleRecord, ...] | None] = [None] * len(tables)
+    heads = _Heads(overrides)
+    by_roles: dict[tuple[str, ...], list[tuple[int, Plain]]] = {}
+    for index, (name, content) in enumerate(tables):
+        plain = heads.plain(name, content)
+        if plain is not None:
+            by_roles.setdefault(plain.roles, []).append((index, plain))
+    for roles, members in by_roles.items():
+        for part, cells in _parsed([plain for _, plain in members], roles, chosen):
+            found = records_of(Group([members[i][1] for i in part], cells))
+            for i, records in zip(part, found, strict=True):
+                read[members[i][0]] = records
+    return read
+
+
+def _parsed(
+    tables: Sequence[Plain], roles: Sequence[str], engine: str
+) -> Iterator[tuple[list[int], CellBlock]]:
+    """Parse tables together, and by halves where one of them does not parse."""
+    waiting = [list(range(len(tables)))]
+    while waiting:
+        part = waiting.pop()
+        body = b"".join([tables[i].body for i in part])
+        try:
+            cells = parse_cells(body, roles, _LABELS, engine)
+        except Unreadable:
+            half = len(part) // 2
+            if half:
+                waiting += [part[half:], part[:half]]
+        else:
+            yield part, cells
+
+
+class _Shared(NamedTuple):
+    """What tables with the same headings and the same numbers in their header lines share."""
+
+    roles: tuple[str, ...]
+    declared: Declarations
+    factor: float  # of the times
+
+
+class _Heads:
+    """Header lines and headings; what comes again is read once."""
+
+    def __init__(self, overrides: Mapping[str, Any]) -> None:
+        self._overrides = overrides
+        self._known: dict[Any, _Shared | None] = {}
+
+    def plain(self, name: str, content: bytes) -> Plain | None:
+        """Take a table apart; None where it is out of the ordinary."""
+        digest = sha256(content).hexdigest()
+        split = _split(content)
+        if split is None:
+            return None
+        head, body = split
+        lines = head.count("\n")
+        declared = _declared(head)
+        if len(declared) != lines - 1:
+            return None
+        heading = head[head.rfind("\n", 0, -1) + 1 :]
+        shared = self._shared(heading, declared)
+        if shared is None or not _is_plain(body, shared.roles):
+            return None
+        fields = _own_fields(declared, shared, self._overrides.get("serial"))
+        if fields is None:
+            return None
+        fields |= {"source": name, "sha256": digest}
+        return Plain(body, body.count(b"\n"), lines + 1, shared.roles, shared.factor, fields)
+
+    def _shared(self, heading: str, declared: Mapping[str, str]) -> _Shared | None:
+        numeric = [item for item in declared.items() if _kind(item[0]) == "number"]
+        key = heading, tuple(numeric)
+        if key not in self._known:
+            self._known[key] = _shared(heading, dict(numeric), self._overrides)
+        return self._known[key]
+
+
+@lru_cache(maxsize=1000)
+def _key(text: str) -> str:
+    """Canonical key, or the key as written."""
+    return canonical_key(text) or text
+
+
+@lru_cache(maxsize=1000)
+def _kind(key: str) -> str:
+    """Kind of what a header line declares: a text of the table's own, a number, metadata."""
+    return "text" if key in ("serial", "date") else "number" if key in KEYS else "metadata"
+
+
+def _declared(head: str) -> dict[str, str]:
+    """Values of the header lines by their keys; fewer than lines where one is odd."""
+    found = {_key(key): value for key, value in _DECLARATION.findall(head)}
+    return {} if "sep" in found else found
+
+
+def _split(content: bytes) -> tuple[str, bytes] | None:
+    """Header lines with the headings, and the rows; None where the bytes are not plain text."""
+    if content.startswith(b"\x1f\x8b"):
+        try:
+            content = gzip.decompress(content)
+        except (OSError, EOFError, zlib.error):
+            return None
+    content = content.removeprefix(_BOM).replace(b"\r\n", b"\n")
+    start = 0
+    while content.startswith(b"#", start):
+        start = content.find(b"\n", start) + 1
+        if not start:
+            return None
+    end = content.find(b"\n", start) + 1
+    body = content[end:]
+    if not end or not body or b"\r" in content or b"\0" in content:
+        return None
+    try:
+        head = content[:end].decode("utf-8")
+    except UnicodeDecodeError:
+        return None
+    return head, body if body.endswith(b"\n") else body + b"\n"
+
+
+def _is_plain(body: bytes, roles: Sequence[str]) -> bool:
+    """Tell whether rows hold nothing but plain cells, none of them blank, as far as bytes tell."""
+    allowed = _PLAIN if _LABELS.isdisjoint(roles) else _PLAIN + _LETTERS
+    return (
+        not body.translate(None, allowed)
+        and not body.startswith(b"\n")
+        and b"\n\n" not in body
+        and body.count(b",") == (len(roles) - 1) * body.count(b"\n")
+    )
+
+
+def _shared(
+    heading: str, numeric: Mapping[str, str], overrides: Mapping[str, Any]
+) -> _Shared | None:
+    """Let the general reader read the headings and numbers of a head."""
+    text = "".join(f"# {key}: {value}\n" for key, value in numeric.items()) + heading + "1\n"
+    try:
+        layout = read_layout(SourceText("", text, "utf-8", compressed=False))
+        roles = _roles(layout.headings) if layout.separator == "," else None
+        if roles is None or not {"runs", *CONSTANTS}.isdisjoint(layout.declared):
+            return None
+        declared = declarations(layout, ".", _one_unit(layout, overrides), overrides)
+    except InputError:
+        return None
+    time = next((h.unit for h in layout.headings if h.role == "time"), None)
+    return _Shared(roles, declared, TIME_UNITS.get((time or "s").casefold(), 1.0))
+
+
+def _roles(headings: Sequence[Heading]) -> tuple[str, ...] | None:
+    """What the columns hold; None where one is not known, or one is missing."""
+    roles = [heading.role or "" for heading in headings]
+    whole = _ORDINARY.issuperset(roles) and len(set(roles)) == len(roles)
+    needed = {"temperature", "stroke", "output"}.issubset(roles)
+    if not (whole and needed) or {"position", "angle"}.isdisjoint(roles):
+        return None
+    return tuple(roles) if all(map(_has_its_unit, headings)) else None
+
+
+def _has_its_unit(heading: Heading) -> bool:
+    if heading.unit is None:
+        return True
+    role = heading.role or ""
+    return has_unit(role, heading.unit) if role in UNITS_OF else role in ("output", "std")
+
+
+def _one_unit(layout: Layout, overrides: Mapping[str, Any]) -> str | None:
+    """The output unit.
+
+    Raises
+    ------
+    InputError
+        If there are several, or one is none.
+    """
+    if overrides.get("unit"):
+        return output_unit(str(overrides["unit"]))
+    header = layout.declared.get("unit")
+    written = [header.value] if header and header.value else []
+    written += [h.unit for h in layout.headings if h.unit and h.role in ("output", "std")]
+    units = set(map(output_unit, written))
+    if len(units) > 1:
+        raise InputError("several units; the general reader tells which")
+    return units.pop() if units else None
+
+
+def _own_fields(
+    declared: Mapping[str, str], shared: _Shared, given: str | None
+) -> dict[str, Any] | None:
+    """Fields of the record but for its readings; None where two serials may be declared."""
+    serial = given or declared.get("serial")
+    if serial is not None and "serial" in shared.roles:
+        return None
+    metadata = {
+        key: shared.declared.metadata["delta0"] if key == "delta0" else value
+        for key, value in declared.items()
+        if key == "delta0" or _kind(key) == "metadata"
+    }
+    own = {"serial": serial, "date": declared.get("date"), "metadata": metadata, "notes": ()}
+    return {**shared.declared.record, **own}

@@ -1,0 +1,269 @@
+"""The reading of ordinary tables: what it takes, the general reader reads equal."""
+
+import gzip
+import io
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import accelcal
+from accelcal.errors import InputError
+from accelcal.io.ordinary import read_ordinary
+from accelcal.io.tables import read_tables
+
+ENGINES = ("pyarrow", "numpy")
+
+HEADER = """\
+# serial: AL-15
+# unit: mA
+# T0: 20
+# head_uncertainty: 1e-5
+# date: 2024-05-31
+# lab: two
+"""
+HEADINGS = "temperature,position,stroke,output,run\n"
+
+
+def rows(runs=("a", "b"), temperatures=(20.0, 60.0), seed=1):
+    rng = np.random.default_rng(seed)
+    for run, temperature in zip(runs, temperatures, strict=True):
+        for stroke in (1, 2):
+            for position in range(1, 10):
+                y = 1.35 * np.cos(np.radians(45.0 * (position - 1))) + 1e-5 * rng.normal()
+                yield temperature, position, stroke, float(y), run
+
+
+def table(header=HEADER, headings=HEADINGS, cells=None):
+    lines = [",".join(map(str, row)) for row in cells or rows()]
+    return header + headings + "\n".join(lines) + "\n"
+
+
+def general(content, overrides=None):
+    source = io.BytesIO(content)
+    source.name = "a.csv"
+    return read_tables(source, overrides=overrides)
+
+
+def assert_same(records, others):
+    assert len(records) == len(others)
+    for one, other in zip(records, others, strict=True):
+        for field in fields(one):
+            a, b = getattr(one, field.name), getattr(other, field.name)
+            assert type(a) is type(b), field.name
+            if isinstance(a, np.ndarray):
+                assert (a.dtype, a.shape) == (b.dtype, b.shape), field.name
+                assert np.array_equal(a, b), field.name
+                assert not a.flags.writeable
+            else:
+                assert a == b, field.name
+
+
+def taken(text, engine, overrides=None):
+    """Whether the reading of ordinary tables takes a table; if so, as the general reader does."""
+    content = text if isinstance(text, bytes) else text.encode()
+    records = read_ordinary([("a.csv", content)], overrides or {}, engine)[0]
+    if records is not None:
+        assert_same(records, general(content, overrides))
+    return records is not None
+
+
+WITHOUT_RUN = "temperature,position,stroke,output\n"
+ORDINARY = {
+    "as written": table(),
+    "CRLF": table().replace("\n", "\r\n"),
+    "byte order mark": "\ufeff" + table(),
+    "no header": table(header=""),
+    "no last line feed": table().rstrip("\n"),
+    "levels in place of runs": table(headings=WITHOUT_RUN, cells=[r[:4] for r in rows()]),
+    "one level": table(headings=WITHOUT_RUN, cells=[r[:4] for r in rows(("a",), (19.6,))]),
+    "other headings": table(headings="T [degC],J,k,Y [mA],run\n"),
+    "angles": table(
+        headings="temperature,angle,stroke,output,run\n",
+        cells=[(t, 45.0 * (j - 1), k, y, r) for t, j, k, y, r in rows()],
+    ),
+    "angles and positions": table(
+        headings="temperature,angle,position,stroke,output,run\n",
+        cells=[(t, 45.01 * (j - 1), j, k, y, r) for t, j, k, y, r in rows()],
+    ),
+    "twelve positions": table(
+        header="# positions: 12\n# unit: V\n",
+        cells=[(20.0, j, k, float(np.cos(j)), "a") for k in (1, 2) for j in range(1, 14)],
+    ),
+    "times, scatter, mountings": table(
+        headings="time [min],temperature,position,stroke,output,std,n,run,mounting\n",
+        cells=[
+            (0.5 * i, t, j, k, y, 1e-6, 10, r, "o" if r == "a" else "P-")
+            for i, (t, j, k, y, r) in enumerate(rows())
+        ],
+    ),
+    "times without runs": table(
+        headings="time,temperature,position,stroke,output\n",
+        cells=[(i, *row[:4]) for i, row in enumerate(rows())],
+    ),
+    "many serials": table(
+        header="# unit: mA\n",
+        headings="serial," + HEADINGS,
+        cells=[(s, *row) for s in ("S1", "S2", "S3") for row in rows(seed=len(s))],
+    ),
+    "known delta0": table(header=HEADER + "# delta0: 0.001\n# g: 9.81\n"),
+    "gzip": gzip.compress(table().encode()),
+}
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("name", ORDINARY)
+def test_ordinary_tables_are_taken(name, engine):
+    assert taken(ORDINARY[name], engine)
+
+
+ODD = {
+    "decimal comma": table().replace(",", ";").replace(".", ","),
+    "semicolons": table().replace(",", ";"),
+    "a gap": table(cells=[(t, j, k, "" if (j, k) == (3, 1) else y, r) for t, j, k, y, r in rows()]),
+    "a word for missing": "\n".join(
+        line.rsplit(",", 2)[0] + ",-,a" if line.startswith("20.0,3,1,") else line
+        for line in table().split("\n")
+    ),
+    "an unknown column": table(
+        headings=HEADINGS.strip() + ",operator\n", cells=[(*r, "me") for r in rows()]
+    ),
+    "wide": "temperature,position,Y1,Y2\n20,1,1.3,1.31\n20,5,-1.29,-1.28\n",
+    "a comment inside": table().replace("60.0,1,1,", "# now hot\n60.0,1,1,", 1),
+    "a blank line inside": table().replace("60.0,1,1,", "\n60.0,1,1,", 1),
+    "quotes": table().replace(",a\n", ',"a"\n'),
+    "ISO 8601 times": table(
+        headings="time,temperature,position,stroke,output\n",
+        cells=[(f"2024-05-31T10:{i:02d}:00", *r[:4]) for i, r in enumerate(rows())],
+    ),
+    "a reading twice": table(cells=[*rows(), list(rows())[-1]]),
+    "declared runs": table(header="# runs: b,a\n"),
+    "a constant": table(header="# mounting: p\n"),
+    "units that differ": table(headings="temperature,position,stroke,output [V],run\n"),
+    "latin-1": table(header="# lab: Z\u00fcrich\n").encode("latin-1"),
+    "UTF-16": table().encode("utf-16"),
+    "a level met again": table(
+        headings=WITHOUT_RUN,
+        cells=[r[:4] for r in rows(("a", "b", "c"), (20.0, 60.0, 20.0))],
+    ),
+    "a serial that comes back": table(
+        header="",
+        headings="serial," + HEADINGS,
+        cells=[(s, *row) for s, row in zip("ABA" * 12, rows(), strict=True)],
+    ),
+    "a short turn": table(cells=[r for r in rows() if r[1] < 8]),
+}
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("name", ODD)
+def test_tables_out_of_the_ordinary_are_left(name, engine):
+    assert not taken(ODD[name], engine)
+
+
+WRONG = {
+    "stroke 0": table().replace("20.0,3,1,", "20.0,3,0,", 1),
+    "position outside": table().replace("20.0,3,1,", "20.0,12,1,", 1),
+    "half a position": table().replace("20.0,3,1,", "20.0,3.5,1,", 1),
+    "a clash": table().replace("20.0,3,1,", "20.0,2,1,", 1),
+    "infinite": table().replace("20.0,3,1,", "1e999,3,1,", 1),
+    "kelvin": table().replace("20.0,", "293.15,"),
+    "a marker": table(
+        cells=[(t, j, k, -9999.0 if (j, k) == (3, 1) else y, r) for t, j, k, y, r in rows()]
+    ),
+    "equal outputs": table(cells=[(t, j, k, 1.5, r) for t, j, k, _, r in rows()]),
+    "underscores": table().replace("20.0,3,1,", "2_0.0,3,1,", 1),
+    "radians": table(
+        headings="temperature,angle,stroke,output,run\n",
+        cells=[(t, 0.785398 * (j - 1), k, y, r) for t, j, k, y, r in rows()],
+    ),
+    "unknown mounting": table(headings=HEADINGS.replace("run", "mounting")),
+    "negative scatter": table(
+        headings="temperature,position,stroke,output,std\n",
+        cells=[(t, j, k, y, -1e-6) for t, j, k, y, _ in rows()],
+    ),
+    "wide levels": table(
+        headings=WITHOUT_RUN,
+        cells=[(20.0 + 0.1 * i, *r[1:4]) for i, r in enumerate(rows())],
+    ),
+    "bad header": table(header="# T0: warm\n"),
+    "truncated": table()[:-9],
+    "two tables": table() + table(),
+    "empty": "",
+    "damaged gzip": gzip.compress(table().encode())[:-20],
+}
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_tables_are_left(name, engine):
+    assert not taken(WRONG[name], engine)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_only_the_odd_ones_among_many_are_left(engine):
+    texts = [*ORDINARY.values(), *ODD.values(), *WRONG.values()]
+    rng = np.random.default_rng(5)
+    order = rng.permutation(len(texts))
+    contents = [t if isinstance(t, bytes) else t.encode() for t in texts]
+    found = read_ordinary([("a.csv", contents[i]) for i in order], {}, engine)
+    for i, records in zip(order, found, strict=True):
+        assert (records is not None) == (i < len(ORDINARY))
+        if records is not None:
+            assert_same(records, general(contents[i]))
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_what_the_caller_declares_wins(engine):
+    given = {
+        "unit": "V",
+        "serial": "B7",
+        "positions": 8,
+        "head_uncertainty": 2e-5,
+        "resolution": None,
+    }
+    assert taken(ORDINARY["as written"], engine, given)
+
+
+def test_a_simulated_record_passes_through():
+    text = io.StringIO()
+    record = accelcal.simulate(seed=4)
+    accelcal.write_table(record, text)
+    assert read_ordinary([("a.csv", text.getvalue().encode())], {})[0] == (record,)
+
+
+PIECES = st.sampled_from(
+    [
+        *("\n", "\r", "\t", ",", ";", "#", "# ", ":", " ", '"', "\u00b0", "\ufeff"),
+        *("0", "1", "9", "20", "-9999", "-", "+", ".", "e", "_", "nan", "inf", "1e999"),
+        *("a", "o-", "run", "T", "# T0: 20\n", "# comment: x\n", "# serial: 5\n", "# a: b \n"),
+        *("# sep: ;\n", "# a:\u00a0b\n", "1,1,1,1,1\n"),
+    ]
+)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@settings(max_examples=150, deadline=None)
+@given(
+    base=st.sampled_from([text for text in ORDINARY.values() if isinstance(text, str)]),
+    edits=st.lists(
+        st.tuples(st.floats(0.0, 1.0), st.integers(0, 12), PIECES), min_size=1, max_size=3
+    ),
+    early=st.booleans(),
+)
+def test_what_is_taken_is_read_equal(engine, base, edits, early):
+    for place, length, piece in edits:
+        span = min(len(base), 200) if early else len(base)
+        at = int(place * span)
+        base = base[:at] + piece + base[at + length :]
+    content = base.encode()
+    records = read_ordinary([("a.csv", content)], {}, engine)[0]
+    try:
+        expected = general(content)
+    except InputError:
+        assert records is None
+        return
+    if records is not None:
+        assert_same(records, expected)
