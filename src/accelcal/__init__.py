@@ -95,23 +95,34 @@ if TYPE_CHECKING:
     from accelcal.io.arrays import read_arrays as read_arrays
     from accelcal.io.discoveries import read_discovery as read_discovery
     from accelcal.io.effects import read_effects as read_effects
+    from accelcal.io.stand import read_stand as read_stand
     from accelcal.io.tables import read_table as read_table
     from accelcal.io.tables import read_tables as read_tables
     from accelcal.io.writer import write_table as write_table
     from accelcal.model import design_matrix as design_matrix
     from accelcal.model import output as output
+    from accelcal.planning.compare import design as design
+    from accelcal.planning.optimum import optimal_design as optimal_design
+    from accelcal.planning.pace import Pace as Pace
     from accelcal.record import Apparatus as Apparatus
     from accelcal.record import TumbleRecord as TumbleRecord
     from accelcal.results.calibration import Calibration as Calibration
+    from accelcal.results.designs import DesignComparison as DesignComparison
+    from accelcal.results.designs import TestDesign as TestDesign
     from accelcal.results.disagreement import Disagreement as Disagreement
     from accelcal.results.discovery import Discovery as Discovery
+    from accelcal.results.optimal_design import OptimalDesign as OptimalDesign
     from accelcal.results.quantity import Quantity as Quantity
     from accelcal.results.stand import StandDiscovery as StandDiscovery
+    from accelcal.results.stand_budget import StandBudget as StandBudget
     from accelcal.simulation import AL15 as AL15
     from accelcal.simulation import Accelerometer as Accelerometer
     from accelcal.simulation import NoiseComponents as NoiseComponents
     from accelcal.simulation import TumblePlan as TumblePlan
     from accelcal.simulation import simulate as simulate
+    from accelcal.stand_uncertainty.budget import stand_budget as stand_budget
+    from accelcal.stand_uncertainty.stand import Stand as Stand
+    from accelcal.stand_uncertainty.stand import StandComponent as StandComponent
 
 __all__ = [
     "AL15",
@@ -122,6 +133,7 @@ __all__ = [
     "BatchCounts",
     "BatchFrames",
     "Calibration",
+    "DesignComparison",
     "DesignError",
     "Disagreement",
     "Discovery",
@@ -130,11 +142,17 @@ __all__ = [
     "InputError",
     "MeasuredAcceleration",
     "NoiseComponents",
+    "OptimalDesign",
+    "Pace",
     "Parameter",
     "Quantity",
+    "Stand",
+    "StandBudget",
+    "StandComponent",
     "StandDiscovery",
     "TableError",
     "TableEstimates",
+    "TestDesign",
     "TumblePlan",
     "TumbleRecord",
     "__version__",
@@ -143,21 +161,25 @@ __all__ = [
     "batch",
     "catalogue",
     "compare",
+    "design",
     "design_matrix",
     "discover",
     "discover_stand",
     "effect",
     "estimate_tables",
     "fit",
+    "optimal_design",
     "output",
     "position_angles",
     "read_arrays",
     "read_discovery",
     "read_effects",
+    "read_stand",
     "read_table",
     "read_tables",
     "register",
     "simulate",
+    "stand_budget",
     "twin",
     "unregister",
     "write_batch",
@@ -165,6 +187,12 @@ __all__ = [
 ]
 
 _HOME = {
+    "TestDesign": "accelcal.results.designs",
+    "OptimalDesign": "accelcal.results.optimal_design",
+    "DesignComparison": "accelcal.results.designs",
+    "Pace": "accelcal.planning.pace",
+    "design": "accelcal.planning.compare",
+    "optimal_design": "accelcal.planning.optimum",
     "AL15": "accelcal.simulation",
     "AccelcalError": "accelcal.errors",
     "AccelcalWarning": "accelcal.errors",
@@ -183,6 +211,9 @@ _HOME = {
     "NoiseComponents": "accelcal.simulation",
     "Parameter": "accelcal.effects.effect",
     "Quantity": "accelcal.results.quantity",
+    "Stand": "accelcal.stand_uncertainty.stand",
+    "StandBudget": "accelcal.results.stand_budget",
+    "StandComponent": "accelcal.stand_uncertainty.stand",
     "StandDiscovery": "accelcal.results.stand",
     "TableError": "accelcal.errors",
     "TableEstimates": "accelcal.estimate.stacked_tables",
@@ -204,10 +235,12 @@ _HOME = {
     "read_discovery": "accelcal.io.discoveries",
     "read_arrays": "accelcal.io.arrays",
     "read_effects": "accelcal.io.effects",
+    "read_stand": "accelcal.io.stand",
     "read_table": "accelcal.io.tables",
     "read_tables": "accelcal.io.tables",
     "register": "accelcal.effects.catalogue",
     "simulate": "accelcal.simulation",
+    "stand_budget": "accelcal.stand_uncertainty.budget",
     "twin": "accelcal.discovery.twin",
     "unregister": "accelcal.effects.catalogue",
     "write_batch": "accelcal.archive.batch",

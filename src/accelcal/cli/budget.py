@@ -17,17 +17,19 @@ from accelcal.cli.options import (
     numbers,
     output_option,
 )
+from accelcal.cli.stand_budget import asked_for_stand, budget_of_stand, stand_options
 
 if TYPE_CHECKING:
     from accelcal.error_budget.random_part import RandomPart
     from accelcal.results.calibration import Calibration
     from accelcal.results.error_budget import ErrorBudget
+    from accelcal.results.stand_budget import StandBudget
 
 __all__ = ["budget"]
 
 
 @click.command()
-@click.argument("calibration", metavar="CAL.json")
+@click.argument("calibration", metavar="CAL.json", required=False)
 @output_option("the budget as JSON", metavar="BUDGET.json")
 @click.option(
     "--acceleration",
@@ -78,12 +80,13 @@ __all__ = ["budget"]
 )
 @click.option("--exact", is_flag=True, help="Take (K1 - K1N)/K1 of (2), not its first order.")
 @click.option("--extrapolate", is_flag=True, help="Allow temperatures outside the calibrated ones.")
+@stand_options
 @click.option("--serial", metavar="TEXT", help="Serial number, where CAL.json holds several.")
 @mounting_option
 @click.option("--plot", "picture", metavar="FILE", help="Draw the budget (png or svg).")
 @format_option("text", "json", "csv")
 def budget(
-    calibration: str,
+    calibration: str | None,
     path: str | None,
     picture: str | None,
     serial: str | None,
@@ -91,25 +94,35 @@ def budget(
     form: str,
     **options: Any,
 ) -> None:
-    """Tell the error of the measured acceleration by (4), with the calibration CAL.json.
+    """Tell the error of the measured acceleration by (4), or what a stand does to coefficients.
 
-    Gives the systematic part and its band, split by component: the bound of (4), which adds the
-    bounds with the paper's factor 0.5 in (3), and the GUM's expanded uncertainty (95 %), which adds
-    variances and counts the uncertainty of the calibration as well. Lists of accelerations,
-    temperatures and times are
-    combined, each with each. The random errors are those given here, else those of STABILITY.json,
-    else those that the calibration knows.
+    With the calibration CAL.json it gives the systematic part and its band, split by component:
+    the bound of (4), which adds the bounds with the paper's factor 0.5 in (3), and the GUM's
+    expanded uncertainty (95 %), which adds variances and counts the uncertainty of the calibration
+    as well. Lists of accelerations, temperatures and times are combined, each with each. The random
+    errors are those given here, else those of STABILITY.json, else those that the calibration
+    knows.
+
+    With --stand STAND.toml it gives the uncertainty of each coefficient by each error of the stand,
+    for the accelerometer of CAL.json, or the AL-15, in the test that the options plan.
 
     \b
     Examples:
       accelcal budget cal.json --acceleration 0,1 --temperature -40,20,80
       accelcal budget cal.json --temperature 80 --time 12h --launch 2e-5 --fluctuation 2e-5
       accelcal budget cal.json --acceleration -1,0,1 --hysteresis 3e-4 --plot budget.png
+      accelcal budget --stand examples/paper-stand.toml --monte-carlo adaptive --seed 1
+      accelcal budget --stand stand.toml cal.json --positions 12 --target K1=20ppm
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
     from accelcal.io.calibrations import read_calibrations
 
-    chosen = read_calibrations(calibration).choose(serial, mounting)
-    found = _budget(chosen, _random(chosen, options), options)
+    of_stand = asked_for_stand(click.get_current_context())
+    chosen = read_calibrations(calibration).choose(serial, mounting) if calibration else None
+    if of_stand:
+        found: ErrorBudget | StandBudget = budget_of_stand(chosen, options)
+    else:
+        assert chosen is not None
+        found = _budget(chosen, _random(chosen, options), options)
     if picture is not None:
         _draw(picture, found)
     if path is not None:
@@ -173,19 +186,21 @@ def _budget(calibration: Calibration, random: RandomPart, options: dict[str, Any
     return found
 
 
-def _draw(path: str, found: ErrorBudget) -> None:
+def _draw(path: str, found: ErrorBudget | StandBudget) -> None:
     from accelcal.cli.deliver import deliver_picture
+    from accelcal.results.stand_budget import StandBudget
 
-    deliver_picture(found.plot.stack, path)
+    draw = found.plot.pareto if isinstance(found, StandBudget) else found.plot.stack
+    deliver_picture(draw, path)
 
 
-def _json(found: ErrorBudget) -> str:
+def _json(found: ErrorBudget | StandBudget) -> str:
     from accelcal.results.json_text import json_text
 
     return json_text(found.to_document())
 
 
-def _shown(found: ErrorBudget, form: str) -> str:
+def _shown(found: ErrorBudget | StandBudget, form: str) -> str:
     if form == "text":
         return str(found)
     if form == "json":

@@ -33,6 +33,7 @@ _SLOPES = {"lam": "g/degC", "beta": "1/degC", "gam": "rad/degC"}
 _LAWFUL = {"K0", "K1", "M"}
 """What a table must have determined to take part in the temperature laws."""
 _SEEN = {"o": "O", "p": "P"}
+_ROUNDING = 1e-13
 _DIFFERENCE = np.array([-1.0, 1.0])
 _SAME_LEVEL = 1.0
 """Temperatures closer than this are one level [degC]."""
@@ -101,6 +102,22 @@ class Estimator:
             Estimates, in the order of `named`.
         """
         return np.stack([rule(known) for _, rule in self._rules], axis=-1)
+
+    def dust(self, scale_factor: float) -> Array:
+        """Sizes below which a change of an estimate is rounding error, shape (q,).
+
+        Parameters
+        ----------
+        scale_factor : float
+            Scale factor, in which the coefficients of the output are counted.
+
+        Returns
+        -------
+        ndarray, shape (q,)
+            Some hundred times the rounding error of a number of 1, or of the scale factor.
+        """
+        of_output = [name.unit.startswith(self.unit) for name in self.named]
+        return _ROUNDING * np.where(of_output, abs(scale_factor), 1.0)
 
     @property
     def named(self) -> tuple[BudgetedCoefficient, ...]:

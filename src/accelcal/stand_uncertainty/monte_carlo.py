@@ -33,11 +33,14 @@ _ENDS = (0.025, 0.975)
 
 
 class Linear(NamedTuple):
-    """The linear budget that is validated: estimates and expanded uncertainties, shape (q,)."""
+    """The linear budget that is validated, shape (q,).
+
+    Estimates, expanded uncertainties, and the sizes below which a difference is rounding error.
+    """
 
     value: Array
     expanded: Array
-    standard: Array
+    dust: Array
 
 
 def monte_carlo(
@@ -87,18 +90,16 @@ def monte_carlo(
     if seed is None:
         seed = int(np.random.default_rng().integers(2**32))
     random = np.random.default_rng(seed)
-    tolerance = numerical_tolerance(linear.standard)
-    sizes = _batch_sizes(trials)
     batches: list[Array] = []
     summaries: list[Array] = []
     stable = False
-    for size in sizes:
+    for size in _batch_sizes(trials):
         batches.append(_batch(components, readings, estimator, random, size))
         summaries.append(_summary(batches[-1]))
-        stable = bool((_scatter(summaries) <= tolerance / _FINER).all())
+        stable = _are_stable(summaries)
         if stable and trials is None:
             break
-    return _result(np.concatenate(batches), summaries, seed, tolerance, linear, stable=stable)
+    return _result(np.concatenate(batches), summaries, seed, linear, stable=stable)
 
 
 def numerical_tolerance(standard: Array) -> Array:
@@ -193,16 +194,21 @@ def _scatter(summaries: Sequence[Array]) -> Array:
     return np.asarray(2.0 * np.std(summaries, axis=0, ddof=1) / np.sqrt(len(summaries)))
 
 
+def _are_stable(summaries: Sequence[Array]) -> bool:
+    tolerance = numerical_tolerance(np.mean(summaries, axis=0)[1])
+    return bool((_scatter(summaries) <= tolerance / _FINER).all())
+
+
 def _result(
     values: Array,
     summaries: Sequence[Array],
     seed: int,
-    tolerance: Array,
     linear: Linear,
     *,
     stable: bool,
 ) -> MonteCarlo:
     mean, standard, low, high = _summary(values)
+    tolerance = numerical_tolerance(standard)
     off = np.maximum(
         np.abs(linear.value - linear.expanded - low), np.abs(linear.value + linear.expanded - high)
     )
@@ -216,5 +222,5 @@ def _result(
         high=high,
         numerical=_scatter(summaries)[2:].max(axis=0),
         tolerance=tolerance,
-        agrees=off <= tolerance + 1e-14 * np.abs(linear.value),  # rounding errors agree
+        agrees=off <= tolerance + linear.dust,
     )

@@ -157,7 +157,7 @@ def _factor(symbol: str, given: str, unit: str, nominal: float) -> float:
     """Size of a target's unit in that of its coefficient."""
     if given == unit:
         return 1.0
-    kind = _KINDS.get(symbol.rstrip("12") if symbol[-1:] in "12" else symbol)
+    kind = _KINDS.get(symbol) or _KINDS.get(symbol[:-1])  # lam1 and lam2 are lam
     if symbol in ("K1", "K1 per m/s^2"):
         sizes = {name: size * nominal for name, size in UNITS["ratio"].items()}
     else:

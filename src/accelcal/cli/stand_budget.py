@@ -1,0 +1,219 @@
+"""accelcal budget --stand: the uncertainty of each coefficient by the errors of the stand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+from click.core import ParameterSource
+
+from accelcal.cli.options import fixture_angle, number, numbers
+from accelcal.errors import InputError
+
+if TYPE_CHECKING:
+    from accelcal.accelerometer import Accelerometer
+    from accelcal.record import TumbleRecord
+    from accelcal.results.calibration import Calibration
+    from accelcal.results.stand_budget import StandBudget
+
+__all__ = ["asked_for_stand", "budget_of_stand", "stand_options"]
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+_PLAN = ("positions", "angles", "strokes", "temperatures", "mountings", "delta0")
+_OWN = {"test", *_PLAN, "monte_carlo", "seed", "targets", "spec"}
+"""Parameters that only a budget of the stand has."""
+_SHARED = {"stand", "calibration", "path", "picture", "serial", "mounting", "form"}
+_ADAPTIVE = "adaptive"
+
+
+def _trials(text: str) -> int | None:
+    """Type of an option: a number of trials, or None for as many as it takes."""
+    if text == _ADAPTIVE:
+        return None
+    value = number(text)
+    if value != int(value) or value < 0:
+        raise click.BadParameter(f"{text!r}; write a whole number, or {_ADAPTIVE}.")
+    return int(value)
+
+
+def _sides(text: str) -> tuple[str, ...]:
+    """Type of an option: mountings separated by commas."""
+    return tuple(item.strip() for item in text.split(","))
+
+
+def _target(text: str) -> tuple[str, str]:
+    """Type of an option: a symbol and its target, as in ``K1=5ppm``."""
+    symbol, _, size = text.partition("=")
+    if not (symbol.strip() and size.strip()):
+        raise click.BadParameter(f"{text!r} is not of the form NAME=SIZE, such as K1=5ppm.")
+    return symbol.strip(), size.strip()
+
+
+_OPTIONS = (
+    click.option(
+        "--stand",
+        metavar="STAND.toml",
+        help="Budget of this stand instead: the uncertainty of each coefficient by its errors.",
+    ),
+    click.option(
+        "--test", metavar="DATA.csv", help="With --stand: the test as it was made in this table."
+    ),
+    click.option(
+        "--positions",
+        type=click.IntRange(1),
+        metavar="N",
+        help="With --stand: positions in a turn [8].",
+    ),
+    click.option(
+        "--angles",
+        type=numbers,
+        metavar="DEG,...",
+        help="With --stand: head angles instead of positions [deg].",
+    ),
+    click.option(
+        "--strokes", type=click.IntRange(1), metavar="N", help="With --stand: strokes in a run [6]."
+    ),
+    click.option(
+        "--temperatures",
+        type=numbers,
+        metavar="DEG,...",
+        help="With --stand: temperatures in their order [20,80,-40 degC].",
+    ),
+    click.option(
+        "--mountings",
+        type=_sides,
+        metavar="SIDE,...",
+        help="With --stand: mountings o+, o-, p+, p- in their order [o+].",
+    ),
+    click.option(
+        "--delta0", type=fixture_angle, metavar="RAD", help="With --stand: fixture angle [0 rad]."
+    ),
+    click.option(
+        "--monte-carlo",
+        type=_trials,
+        default="0",
+        metavar="N",
+        help="With --stand: propagate distributions with so many trials, or `adaptive`.",
+    ),
+    click.option(
+        "--seed",
+        type=click.IntRange(0),
+        metavar="N",
+        help="With --stand: seed of the Monte Carlo trials.",
+    ),
+    click.option(
+        "--target",
+        "targets",
+        type=_target,
+        multiple=True,
+        metavar="NAME=SIZE",
+        help="With --stand: wanted expanded uncertainty, such as K1=5ppm or k0=10ug: what must"
+        " each instrument be? May be given several times.",
+    ),
+    click.option(
+        "--spec",
+        metavar="SPEC.toml",
+        help="With --stand: does it suffice for the limits of this data sheet?",
+    ),
+)
+
+
+def stand_options(function: Function) -> Function:
+    """Options of a budget of the stand."""
+    for option in reversed(_OPTIONS):
+        function = option(function)
+    return function
+
+
+def asked_for_stand(context: click.Context) -> bool:
+    """Tell whether the budget of a stand is asked for; refuse options that do not go with it.
+
+    Parameters
+    ----------
+    context : click.Context
+        Of the command.
+
+    Returns
+    -------
+    bool
+        True with ``--stand``.
+
+    Raises
+    ------
+    InputError
+        If options of the two budgets are mixed, or neither a calibration nor a stand is given.
+    """
+    given = {
+        name
+        for name in context.params
+        if context.get_parameter_source(name) is not ParameterSource.DEFAULT
+    }
+    flags = {item.name: item.opts[0] for item in context.command.params}
+    asked = "stand" in given
+    wrong = given - _SHARED - _OWN if asked else given & _OWN
+    if wrong:
+        flag = min(str(flags[name]) for name in wrong)
+        raise InputError(
+            f"{flag} tells of the error of an acceleration; leave it out with --stand"
+            if asked
+            else f"{flag} tells of a stand; add --stand STAND.toml"
+        )
+    if not asked and "calibration" not in given:
+        raise InputError("neither CAL.json nor --stand STAND.toml; give one of them")
+    return asked
+
+
+def budget_of_stand(calibration: Calibration | None, options: Mapping[str, Any]) -> StandBudget:
+    """Make the budget of a stand as the options ask for it.
+
+    Parameters
+    ----------
+    calibration : Calibration or None
+        The accelerometer; None for the AL-15.
+    options : mapping
+        Values of `stand_options`.
+
+    Returns
+    -------
+    StandBudget
+        The budget.
+    """
+    from accelcal.accelerometer import AL15
+    from accelcal.io.specification import read_specification
+    from accelcal.io.stand import read_stand
+    from accelcal.stand_uncertainty.budget import stand_budget
+    from accelcal.stand_uncertainty.nominal import accelerometer_of
+    from accelcal.stand_uncertainty.readings import StandError
+
+    accelerometer = AL15 if calibration is None else accelerometer_of(calibration)
+    spec = options["spec"]
+    stand = read_stand(options["stand"])
+    specification = None if spec is None else read_specification(spec)
+    try:
+        return stand_budget(
+            stand,
+            _test(accelerometer, options),
+            accelerometer,
+            trials=options["monte_carlo"],
+            seed=options["seed"],
+            targets=dict(options["targets"]) or None,
+            specification=specification,
+        )
+    except StandError as error:
+        raise error.at(options["stand"]) from None
+
+
+def _test(accelerometer: Accelerometer, options: Mapping[str, Any]) -> TumbleRecord:
+    """The test: a table, or one that is planned."""
+    given = {name: options[name] for name in _PLAN if options[name] is not None}
+    if options["test"] is None:
+        from accelcal.simulation import NOISE_FREE, TumblePlan, simulate
+
+        return simulate(accelerometer, TumblePlan(**given, timed=True), NOISE_FREE, seed=0)
+    if given:
+        raise InputError(f"--test and --{min(given)} both tell the test; leave one of them out")
+    from accelcal.io.tables import read_table
+
+    return read_table(options["test"])
