@@ -144,8 +144,12 @@ def open_journal(output: str, settings: Settings, form: str, *, resume: bool) ->
     target = Path(output).resolve()
     _require_writable(target, output)
     folder = target.with_name(f"{target.name}.journal")
-    folder.mkdir(exist_ok=True)
-    with (folder / _LOCK).open("wb") as lock:
+    try:
+        folder.mkdir(exist_ok=True)
+        lock = (folder / _LOCK).open("wb")
+    except OSError as error:
+        raise InputError(f"-o {output} cannot be written: {error.strerror}") from None
+    with lock:
         _lock(lock, output)
         if not resume:
             _refuse_remains(folder, output)

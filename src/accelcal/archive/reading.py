@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import gzip
 import io
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from typing import Any, NamedTuple
 
+from accelcal.archive.columns import ERRORS, LAWS, ROWS
 from accelcal.archive.failures import attempt
 from accelcal.archive.sources import SourceFile, is_url, read_bytes
 from accelcal.io.ordinary import read_ordinary
@@ -13,6 +16,10 @@ from accelcal.io.tables import read_tables
 from accelcal.record import TumbleRecord
 
 __all__ = ["Failure", "Found", "read_block"]
+
+
+_OWN = "{}: results of accelcal batch, not a table of readings; leave the file out"
+_OWN_HEADINGS = tuple(",".join(list(names)[:4]).encode() for names in (ROWS, LAWS, ERRORS))
 
 
 class Found(NamedTuple):
@@ -72,9 +79,20 @@ def read_block(
         if records is None:
             records = attempt(file.path, _read, file.path, overrides)
         if isinstance(records, str):
-            yield Failure(index, file.path, records)
+            own = _is_result(contents[index])
+            yield Failure(index, file.path, _OWN.format(file.path) if own else records)
         else:
             yield from (Found(index, record) for record in records)
+
+
+def _is_result(content: bytes | str) -> bool:
+    """Tell whether the content of a file is a result of another batch; a text tells of none."""
+    if isinstance(content, str):
+        return False
+    if content.startswith(b"\x1f\x8b"):
+        with suppress(OSError, EOFError):
+            content = gzip.GzipFile(fileobj=io.BytesIO(content)).read(100)
+    return content.startswith(_OWN_HEADINGS)
 
 
 def _read(path: str, overrides: Mapping[str, Any]) -> tuple[TumbleRecord, ...]:

@@ -61,7 +61,7 @@ def read_ordinary(
 
     Examples
     --------
-    >>> text = b"# unit: mA\ntemperature,position,stroke,output\n20,1,1,1.3\n20,5,1,-1.29\n"
+    >>> text = b"# unit: mA\ntemperature,position,stroke,output\n20,1,1,1.3\n20,4,1,-0.9\n"
     >>> read_ordinary([("a.csv", text), ("b.csv", b"temperature;output")], {})
     [(<TumbleRecord 'a.csv': 2 readings, 1 runs, 2 positions>,), None]
     """

@@ -1,0 +1,423 @@
+"""Batches: what goes in, what comes out, in which order, and that nothing is lost."""
+
+import gzip
+import io
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import accelcal
+from accelcal.archive import batch as batches
+from accelcal.archive.columns import LAWS, ROWS, gate_column
+from accelcal.archive.sources import find_sources
+from accelcal.errors import InputError
+
+ROOT = Path(__file__).parents[1]
+PLAN = accelcal.TumblePlan(temperatures=(20.0,), strokes=2)
+
+
+def write_archive(folder, count, plan=PLAN):
+    folder.mkdir(parents=True, exist_ok=True)
+    for seed in range(count):
+        accelcal.write_table(
+            accelcal.simulate(seed=seed + 1, plan=plan), folder / f"t{seed:03d}.csv"
+        )
+    return folder
+
+
+@pytest.fixture(scope="module")
+def archive(tmp_path_factory):
+    """Twelve good files in two folders, and one that is none."""
+    folder = tmp_path_factory.mktemp("archive")
+    write_archive(folder / "2024", 6)
+    write_archive(folder / "2023", 6, accelcal.TumblePlan())
+    (folder / "2024" / "t002x.csv").write_text("temperature,position\n20,1\n")
+    (folder / "2024" / "readme.md").write_text("not a table")
+    return folder
+
+
+@pytest.fixture
+def small_blocks(monkeypatch):
+    monkeypatch.setattr(batches, "LEAST_FILES", 2)
+
+
+def content(path):
+    """Bytes of all results of a batch."""
+    stem = path.name.split(".")[0]
+    return {p.name: p.read_bytes() for p in path.parent.glob(f"{stem}.*") if p.is_file()}
+
+
+# -- rows ------------------------------------------------------------------------------------------
+
+
+def test_rows_are_those_of_fit(archive):
+    found = accelcal.batch([archive / "2023"])
+    assert list(found.tables) == list(ROWS)
+    assert list(found.laws) == list(LAWS)
+    rows = iter(found.tables.to_dict("records"))
+    for path in sorted((archive / "2023").glob("*.csv")):
+        calibration = accelcal.fit(accelcal.read_table(path))
+        for table in calibration.tables:
+            row = next(rows)
+            assert (row["source"], row["run"], row["mounting"]) == (str(path), table.run, "o+")
+            for name, quantity in (*table.coefficients.items(), *table.error_model.items()):
+                assert row[name] == quantity.value
+                assert row[f"{name}_standard_uncertainty"] == quantity.standard_uncertainty
+                assert row[f"{name}_expanded_uncertainty"] == quantity.expanded_uncertainty
+                assert row[f"{name}_dof"] == quantity.dof
+            for gate in (*table.gates, *calibration.gates):
+                assert row[gate_column(gate.name)] == gate.verdict
+            assert (row["readings"], row["dof"]) == (table.readings, table.dof)
+            assert row["residual_rms"] == table.residual_rms
+            assert row["warnings"] == " | ".join((*table.warnings, *calibration.warnings))
+            assert row["software"] == calibration.software
+    assert next(rows, None) is None
+
+
+def test_laws_are_those_of_fit(archive):
+    laws = accelcal.batch([archive / "2023" / "t000.csv"]).laws
+    model = accelcal.fit(accelcal.read_table(archive / "2023" / "t000.csv")).temperature_model
+    expected = [(term, q.value, q.standard_uncertainty, q.unit) for term, q in model.quantities()]
+    columns = laws[["term", "value", "standard_uncertainty", "unit"]]
+    assert list(columns.itertuples(index=False, name=None)) == expected
+
+
+def test_hysteresis_is_among_the_laws(tmp_path):
+    plan = accelcal.TumblePlan(temperatures=(20.0, 60.0, 20.0, -20.0, 20.0))
+    write_archive(tmp_path, 1, plan)
+    assert "hysteresis" in set(accelcal.batch(tmp_path).laws["term"])
+
+
+def test_frames_know_their_units(archive):
+    found = accelcal.batch(archive / "2024" / "t000.csv")
+    assert found.tables.attrs["units"]["k0"] == "g"
+    assert found.tables.attrs["units"]["K2_standard_uncertainty"] == "output_unit/g^2"
+    assert found.laws.attrs["units"]["value"] == "unit"
+
+
+def test_columns_are_explained():
+    text = (ROOT / "docs" / "archives.md").read_text("utf-8")
+    for name in (*ROWS, *LAWS):
+        base = name.removesuffix("_dof").removesuffix("_standard_uncertainty")
+        base = base.removesuffix("_expanded_uncertainty")
+        assert f"`{base}`" in text, name
+
+
+def test_a_data_sheet_is_judged(archive):
+    from accelcal.io.specification import read_specification
+
+    sheet = read_specification(ROOT / "examples" / "al15.toml")
+    rows = accelcal.batch(archive / "2023", specification=sheet).tables
+    assert set(rows["verdict"]) <= {"pass", "fail", "undecided", "not tested"}
+
+
+# -- what goes in ----------------------------------------------------------------------------------
+
+
+def test_folders_files_and_globs(archive, monkeypatch):
+    monkeypatch.chdir(archive)
+    of_folder = [source.path for source in find_sources(["."])]
+    assert of_folder == sorted(of_folder)
+    assert len(of_folder) == 13
+    of_glob = [source.path for source in find_sources(["20*/t00[01].csv"])]
+    assert of_glob == ["2023/t000.csv", "2023/t001.csv", "2024/t000.csv", "2024/t001.csv"]
+    both = find_sources(["2024/t001.csv", "2024"])
+    assert [source.path for source in both][:2] == ["2024/t001.csv", "2024/t000.csv"]
+    assert len(both) == 7
+
+
+def test_compressed_and_other_forms(tmp_path):
+    record = accelcal.simulate(seed=1, plan=PLAN)
+    accelcal.write_table(record, tmp_path / "a.csv.gz")
+    text = io.StringIO()
+    accelcal.write_table(record, text)
+    (tmp_path / "b.txt").write_text(text.getvalue().replace(",", "\t").replace(".", ","))
+    (tmp_path / ".hidden.csv").write_text("no table")
+    found = accelcal.batch(tmp_path)
+    assert found.errors.empty
+    assert found.tables["K1"].nunique() == 1
+    assert len(found.tables) == 2
+
+
+def test_urls_are_read_by_fsspec(archive):
+    fsspec = pytest.importorskip("fsspec")
+    store = fsspec.filesystem("memory")
+    for path in (archive / "2024").glob("*.csv"):
+        store.pipe_file(f"/lab/2024/{path.name}", path.read_bytes())
+    here, there = accelcal.batch(archive / "2024"), accelcal.batch("memory://lab/2024")
+    assert there.tables["source"][0] == "memory:///lab/2024/t000.csv"
+    ours = ["source", "line"]
+    pd.testing.assert_frame_equal(here.tables.drop(columns=ours), there.tables.drop(columns=ours))
+    assert there.errors["message"][0].startswith("memory:///lab/2024/t002x.csv:1: no column for")
+    assert len(accelcal.batch("memory://lab/2024/t00[01].csv").tables) == 2
+    with pytest.raises(InputError, match="no such file or folder"):
+        accelcal.batch("memory://lab/2020")
+
+
+def test_an_error_is_the_line_of_fit(archive, run_cli):
+    bad = str(archive / "2024" / "t002x.csv")
+    errors = accelcal.batch(archive / "2024").errors
+    assert list(errors["source"]) == [bad]
+    assert run_cli("fit", bad).stderr.strip() == errors["message"][0]
+
+
+def test_one_serial_that_cannot_be_fitted_costs_no_other(tmp_path):
+    lines = ["serial,temperature,angle,stroke,output"]
+    lines += [f"A,20,{45 * j},1,{np.cos(j)}" for j in range(8)]
+    lines += ["B,20,90,1,0.1", "B,20,90,2,0.2"]
+    (tmp_path / "a.csv").write_text("\n".join(lines) + "\n")
+    found = accelcal.batch(tmp_path)
+    assert list(found.tables["serial"]) == ["A"]
+    assert found.errors["message"][0].startswith(f"{tmp_path}/a.csv:10: ")
+
+
+# -- what comes out --------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def run_cli():
+    def run(*arguments, **options):
+        command = [sys.executable, "-m", "accelcal", *map(str, arguments)]
+        return subprocess.run(command, capture_output=True, text=True, check=False, **options)
+
+    return run
+
+
+def test_the_command(archive, run_cli, tmp_path):
+    done = run_cli("batch", archive, "-o", tmp_path / "r.csv")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == f"12 calibrations from 13 files; 1 errors, see {tmp_path}/r.errors.csv\n"
+    names = {"r.csv", "r.laws.csv", "r.errors.csv"}
+    assert {path.name for path in tmp_path.iterdir()} == names
+    assert run_cli("batch", archive / "2023", "-o", tmp_path / "s.csv").returncode == 0
+    assert pd.read_csv(tmp_path / "s.errors.csv").empty
+
+
+@pytest.mark.parametrize("name", ["r.csv", "r.csv.gz", "r.parquet"])
+@pytest.mark.usefixtures("small_blocks")
+def test_forms_hold_the_same(archive, tmp_path, name):
+    if name.endswith("parquet"):
+        pytest.importorskip("pyarrow")
+    accelcal.write_batch(archive, tmp_path / name)
+    read = pd.read_parquet if name.endswith("parquet") else pd.read_csv
+    for part, frame in zip(("", ".laws"), accelcal.batch(archive), strict=False):
+        written = read(tmp_path / name.replace("r.", f"r{part}."))
+        for column in frame:
+            if pd.api.types.is_numeric_dtype(frame[column]):
+                assert np.array_equal(
+                    written[column].to_numpy(float), frame[column].to_numpy(float), equal_nan=True
+                )
+            else:
+                texts = [f[column].astype(object).fillna("").tolist() for f in (written, frame)]
+                assert list(map(str, texts[0])) == list(map(str, texts[1]))
+
+
+@pytest.mark.parametrize("name", ["r.csv", "r.csv.gz", "r.parquet"])
+@pytest.mark.usefixtures("small_blocks")
+def test_jobs_change_no_byte(archive, tmp_path, name):
+    if name.endswith("parquet"):
+        pytest.importorskip("pyarrow")
+    for jobs in (1, 3):
+        (tmp_path / str(jobs)).mkdir()
+        accelcal.write_batch(archive, tmp_path / str(jobs) / name, jobs=jobs)
+    assert content(tmp_path / "1" / name) == content(tmp_path / "3" / name)
+
+
+def test_results_are_not_read_again(tmp_path, run_cli):
+    write_archive(tmp_path / "a", 3)
+    for _ in range(2):
+        assert run_cli("batch", "a", "-o", "a/r.csv", cwd=tmp_path).returncode == 0
+    assert len(pd.read_csv(tmp_path / "a" / "r.csv")) == 3
+    done = run_cli("batch", "a", "-o", "other.csv", cwd=tmp_path)
+    assert done.returncode == 1
+    told = pd.read_csv(tmp_path / "other.errors.csv")["message"]
+    assert told.str.contains("results of accelcal batch, not a table of readings").all()
+
+
+def test_no_bar_in_a_pipe(archive, run_cli, tmp_path):
+    done = run_cli("batch", archive / "2023", "-o", tmp_path / "r.csv")
+    assert done.stderr == "6 calibrations from 6 files\n"
+
+
+# -- first use -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["nofolder", "-o", "x.csv"], "error: nofolder: no such file or folder; give files,"),
+        (["empty", "-o", "x.csv"], "error: empty: no table in it; batch takes *.csv, *.csv.gz,"),
+        (["none*.csv", "-o", "x.csv"], "error: none*.csv: no table in it; batch takes"),
+        (["-", "-o", "x.csv"], "error: - is standard input, which accelcal fit reads; batch"),
+        (["a", "-o", "x.xlsx"], "error: -o x.xlsx: the name ends in none of .csv, .csv.gz, .par"),
+        (["a", "-o", "no/x.csv"], "error: -o no/x.csv: its folder does not exist; create it or"),
+        (["a/t000.csv", "-o", "a/t000.csv"], "error: -o a/t000.csv is a file to be read; name"),
+        (["a", "-o", "x.csv", "--coefficients", "K9"], "error: "),
+        (["a", "-o", "x.csv", "--head-uncertainty", "-1"], "error: head_uncertainty is -1.0; it"),
+        (["a", "-o", "x.csv", "--unit", "furlong"], "error: unit 'furlong' is no output unit; it"),
+        (["bad", "-o", "x.csv"], "error: none of 1 file can be used, see x.errors.csv; first: bad"),
+    ],
+)
+def test_wrong_use_is_one_line(tmp_path, run_cli, arguments, said):
+    write_archive(tmp_path / "a", 1)
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "bad").mkdir()
+    (tmp_path / "bad" / "a.csv").write_text("nothing")
+    done = run_cli("batch", *arguments, cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith(said)
+    assert done.stderr.count("\n") == 1
+    assert not (tmp_path / "x.csv.journal").exists()
+
+
+def test_a_bug_on_one_file_ends_no_batch(archive, monkeypatch):
+    from accelcal.archive import settings
+
+    def fit(*_, **__):
+        raise IndexError("index 3 is out of bounds")
+
+    monkeypatch.setattr(settings.Settings, "try_out", lambda _: None)
+    monkeypatch.setattr(settings, "fit", fit)
+    found = accelcal.batch(archive / "2024" / "t000.csv")
+    assert "a bug in accelcal (IndexError: index 3 is out of bounds)" in found.errors["message"][0]
+
+
+# -- interruptions ---------------------------------------------------------------------------------
+
+
+def in_a_fork(function):
+    """Call a function in a copy of this process; return its process id."""
+    process = os.fork()
+    if process:
+        return process
+    try:
+        function()
+    finally:
+        os._exit(0)
+
+
+def ended(process):
+    return os.waitpid(process, os.WNOHANG)[0] == process
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+@pytest.mark.parametrize("name", ["r.csv", "r.parquet"])
+@pytest.mark.usefixtures("small_blocks")
+def test_a_hundred_kills_lose_nothing(tmp_path, name):
+    if name.endswith("parquet"):
+        pytest.importorskip("pyarrow")
+    folder = write_archive(tmp_path / "a", 10)
+    (folder / "t0035.csv").write_text("temperature,position\n")
+    (tmp_path / "calm").mkdir()
+    began = time.perf_counter()
+    accelcal.write_batch(folder, tmp_path / "calm" / name)
+    life = time.perf_counter() - began
+    chance = random.Random(7)
+    kills = finished = 0
+    while kills < 50:
+        process = in_a_fork(lambda: accelcal.write_batch(folder, tmp_path / name, resume=True))
+        time.sleep(chance.uniform(0.0, 0.8 * life))
+        if ended(process):
+            finished += 1
+            assert content(tmp_path / name) == content(tmp_path / "calm" / name)
+            for path in tmp_path.glob("r.*"):
+                path.unlink()
+            continue
+        os.kill(process, signal.SIGKILL)
+        os.waitpid(process, 0)
+        kills += 1
+    accelcal.write_batch(folder, tmp_path / name, resume=True)
+    assert content(tmp_path / name) == content(tmp_path / "calm" / name)
+    assert {path.name for path in tmp_path.iterdir()} == {"a", "calm", *content(tmp_path / name)}
+    assert finished < kills
+
+
+def interrupt(folder, output, kind=signal.SIGKILL, *arguments):
+    """Start a batch and end it after its first block; return what it said."""
+    command = [sys.executable, "-m", "accelcal", "batch", folder, "-o", output, *arguments]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    journal = output.with_name(output.name + ".journal")
+    while not any(journal.glob("*.block")):
+        assert process.poll() is None, process.stderr.read()
+        time.sleep(0.005)
+    process.send_signal(kind)
+    return process.communicate()[1], process.returncode
+
+
+@pytest.fixture(scope="module")
+def long_archive(tmp_path_factory):
+    return write_archive(tmp_path_factory.mktemp("long"), 120)
+
+
+def test_an_interrupted_batch_is_not_taken_for_a_new_one(long_archive, tmp_path, run_cli):
+    interrupt(long_archive, tmp_path / "r.csv", signal.SIGKILL, "--jobs", "1")
+    refused = run_cli("batch", long_archive, "-o", tmp_path / "r.csv")
+    assert refused.returncode == 2
+    assert "an interrupted batch left its finished part in r.csv.journal; add" in refused.stderr
+    assert run_cli("batch", long_archive, "-o", tmp_path / "r.csv", "--resume").returncode == 0
+    accelcal.write_batch(long_archive, tmp_path / "s.csv")
+    assert (tmp_path / "r.csv").read_bytes() == (tmp_path / "s.csv").read_bytes()
+
+
+def test_ctrl_c_says_how_to_go_on(long_archive, tmp_path):
+    said, code = interrupt(long_archive, tmp_path / "r.csv", signal.SIGINT, "--jobs", "2")
+    assert code == 130
+    assert said.strip() == (
+        f"interrupted; what is finished is kept beside {tmp_path}/r.csv: go on with --resume"
+    )
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_resume_takes_nothing_of_other_files_or_options(tmp_path):
+    folder, output = write_archive(tmp_path / "a", 6), tmp_path / "r.csv"
+
+    def stop_at(count):
+        def progress(done, _):
+            if done >= count:
+                raise KeyboardInterrupt
+
+        return progress
+
+    def begin(**options):
+        with pytest.raises(KeyboardInterrupt):
+            accelcal.write_batch(folder, output, resume=True, progress=stop_at(4), **options)
+
+    begin()
+    accelcal.write_table(accelcal.simulate(seed=99, plan=PLAN), folder / "t001.csv")
+    accelcal.write_batch(folder, output, resume=True)
+    assert (pd.read_csv(output)["K1"] == accelcal.batch(folder).tables["K1"]).all()
+    begin(robust=True)
+    accelcal.write_batch(folder, output, resume=True)
+    assert not pd.read_csv(output)["robust"].any()
+
+
+def test_two_at_once_are_refused(tmp_path, long_archive, run_cli):
+    output = tmp_path / "r.csv"
+    command = [sys.executable, "-m", "accelcal", "batch", long_archive, "-o", output]
+    process = subprocess.Popen([*map(str, command), "--jobs", "1"], stderr=subprocess.DEVNULL)
+    while not (tmp_path / "r.csv.journal" / "lock").exists():
+        time.sleep(0.005)
+    time.sleep(0.05)
+    process.send_signal(signal.SIGSTOP)
+    done = run_cli("batch", long_archive, "-o", output, "--resume")
+    process.kill()
+    process.wait()
+    assert done.returncode == 2
+    assert "another accelcal batch is writing it" in done.stderr
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_gzip_is_one_stream(archive, tmp_path):
+    accelcal.write_batch(archive, tmp_path / "r.csv.gz")
+    accelcal.write_batch(archive, tmp_path / "s.csv")
+    assert gzip.decompress((tmp_path / "r.csv.gz").read_bytes()) == (
+        (tmp_path / "s.csv").read_bytes()
+    )
