@@ -14,6 +14,7 @@ from accelcal.discovery.factors import blocks
 from accelcal.discovery.family import agrees, family_of, judge
 from accelcal.discovery.noise import orthonormal
 from accelcal.effects.catalogue import catalogue, effect
+from accelcal.effects.effect import Effect, Parameter
 from accelcal.results.discovery import Discovery
 from accelcal.simulation import BilinearLaw, NoiseComponents, TumblePlan
 
@@ -372,3 +373,22 @@ def test_twin_reproduces_the_record(discovery):
         for name, quantity in item.parameters.items():
             apart = quantity.value - original.parameters[name].value
             assert abs(apart) < 5.0 * quantity.standard_uncertainty
+
+
+def test_a_drift_that_bends_is_not_called_a_straight_one():
+    bent = Effect(
+        id="bent-drift",
+        name="drift that slows down",
+        physics="The bias goes with the square root of time.",
+        formula="r sqrt t",
+        parameters=(Parameter("rate", "g/h^0.5", "rate"),),
+        term=lambda c, rate: rate * np.sqrt(c.time / 3600.0),
+    )
+    plan = accelcal.TumblePlan(temperatures=(20.0, 50.0, 80.0, 0.0, -40.0))
+    plan = TumblePlan(temperatures=LOOP, timed=True)
+    record = accelcal.simulate(plan=plan, effects=[bent.of(4e-5)], seed=3)
+    found = accelcal.discover(record)
+    assert found.effects == ()
+    assert found.unexplained.structure.startswith("along the time")
+    straight = accelcal.simulate(plan=plan, effects=[effect("bias-drift").of(2e-5)], seed=3)
+    assert [each.id for each in accelcal.discover(straight).effects] == ["bias-drift"]

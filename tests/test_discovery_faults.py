@@ -113,6 +113,19 @@ def test_heavy_tails_make_an_outlier_likelier():
     assert chance_of(6.0 * heavy.std(), heavy, 100.0, 0.0) > 1e-4
 
 
+def test_an_outlier_that_heavy_tails_would_explain_is_kept_and_told(clean):
+    def change(output):
+        output += 1e-5 * np.random.default_rng(3).standard_t(4, output.size)
+        output[60] += 1.3e-4
+
+    found, mended = faults(changed(clean, change), 20.0)
+    assert not found
+    assert len(mended) == len(clean)
+    (note,) = [note for note in mended.notes if "heavy" in note]
+    assert note.startswith("run 2, stroke 1 at 270 deg")
+    assert "standard deviations off its replicates" in note
+
+
 def test_readings_alike_to_the_last_digit_do_not_make_the_next_digit_an_outlier(clean):
     coarse = changed(clean, lambda output: np.round(output, 3, out=output))
     assert "outlier" not in named(faults(coarse, 20.0)[0])

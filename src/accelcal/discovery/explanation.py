@@ -22,6 +22,9 @@ _ROUNDS = 3
 CONTRADICTION = 0.3
 """Part of the false-alarm rate at which noise may contradict the true explanation."""
 
+BENT = 0.01
+"""Chance that noise bends a straight law, below which it is taken for another one."""
+
 
 class Explanation(NamedTuple):
     """Some effects, fitted together.
@@ -37,7 +40,8 @@ class Explanation(NamedTuple):
     p_values : tuple of float
         For each one, the chance that noise makes it look as needed beside the others.
     passes : bool
-        Whether all are needed and nothing disagrees with what they leave.
+        Whether all are needed, as straight as they claim, and nothing disagrees with what they
+        leave.
     """
 
     instances: tuple[Instance, ...]
@@ -137,8 +141,24 @@ def explanation(
         squares=_squares(directions, seen),
         p_values=p_values,
         passes=max(p_values) < alpha
-        and agrees(family, seen, orthonormal(directions), CONTRADICTION * alpha),
+        and agrees(family, seen, orthonormal(directions), CONTRADICTION * alpha)
+        and not any(_is_bent(family, seen, c, item, orthonormal(directions)) for item in instances),
     )
+
+
+def _is_bent(family: Family, seen: Array, c: Conditions, item: Instance, taken: Array) -> bool:
+    """Whether the readings bend the law of an effect that has none but a straight one."""
+    if item.effect.bend is None:
+        return False
+    column = family.space.see(item.effect.bend(c))
+    unit = without(column, taken)
+    length = float(np.sqrt(unit @ unit))
+    if length <= NEW * float(np.sqrt(column @ column)):
+        return False
+    left = without(seen, taken)
+    variance = float(family.space.pure_error(left)) / family.space.dof
+    ratio = float(unit @ left / length) ** 2 / variance
+    return float(chance(np.array(ratio), family.space.dof)) < BENT
 
 
 def _refined(family: Family, seen: Array, c: Conditions, place: int, others: Array) -> Instance:

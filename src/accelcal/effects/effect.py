@@ -108,6 +108,9 @@ class Effect:
         What it looks like in the residuals.
     to_tell_apart : str
         The measurement that separates it from what looks alike.
+    bend : callable, optional
+        ``bend(conditions)`` -> shape (n,): what bends the law of the term [g]. Where the readings
+        need it beside the term, the law is another one, and the name is not given.
 
     Examples
     --------
@@ -133,6 +136,7 @@ class Effect:
     acts_on: ActsOn = "output"
     signature: str = "Residuals that follow the formula."
     to_tell_apart: str = "readings where their formulas differ"
+    bend: Callable[[Conditions], Array] | None = None
 
     def __reduce__(self) -> tuple[Callable[..., Effect], tuple[object, ...]]:
         """Pickle an entry that every process has by its id, as its term may be a lambda."""

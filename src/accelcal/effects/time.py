@@ -87,6 +87,7 @@ EFFECTS = (
         acts_on="output",
         parameters=(Parameter("rate", "g/h", "change of the bias with time"),),
         term=lambda c, rate: rate * c.time / HOUR,
+        bend=lambda c: (c.time / HOUR) ** 2,
     ),
     Effect(
         id="scale-factor-drift",
@@ -99,6 +100,7 @@ EFFECTS = (
         acts_on="output",
         parameters=(Parameter("rate", "1/h", "relative change of the scale factor with time"),),
         term=lambda c, rate: rate * c.time / HOUR * c.indicated,
+        bend=lambda c: (c.time / HOUR) ** 2 * c.indicated,
     ),
     Effect(
         id="warm-up",

@@ -74,11 +74,12 @@ def single_readings(
     tuple of Fault
         Exchanges, then outliers.
     TumbleRecord
-        The record with exchanged readings exchanged back and outliers set aside.
+        The record with exchanged readings exchanged back and outliers set aside. Its notes name
+        readings that are kept though only heavy tails of the noise explain them.
     """
     readings = record.output / nominal
     views = views_of(readings, c, record.mounting, weight)
-    steps, after = suspects(views, readings, weight, c, least, alpha)
+    steps, after, doubtful = suspects(views, readings, weight, c, least, alpha)
     found = [_exchange(record, c, step) for step in steps if len(step.readings) == 2]
     for pair in [list(step.readings) for step in steps if len(step.readings) == 2]:
         record = _exchanged(record, pair)
@@ -90,7 +91,8 @@ def single_readings(
     chances = [step.p_value for step in steps if len(step.readings) == 1]
     for reading, error, chance in zip(wrong, errors, chances, strict=True):
         found.append(_outlier(record, c, reading, error, chance))
-    return tuple(found), record.select(kept)
+    notes = [_doubt(record, step) for step in doubtful]
+    return tuple(found), replace(record.select(kept), notes=(*record.notes, *notes))
 
 
 def _exchanged(record: TumbleRecord, pair: list[int]) -> TumbleRecord:
@@ -126,6 +128,15 @@ def _errors(
 def _where(record: TumbleRecord, reading: int) -> str:
     label = record.run_labels[record.run[reading]]
     return f"{f'run {label}, ' if len(record.run_labels) > 1 else ''}{place(record, reading)}"
+
+
+def _doubt(record: TumbleRecord, step: Suspect) -> str:
+    return (
+        f"{_where(record, step.readings[0])} is {step.deviation:.1f} standard deviations off its"
+        f" replicates: an outlier if the noise is normal (p = {step.if_normal:.2g}), but with"
+        f" tails as heavy as the other readings allow it may be none (p = {step.p_value:.2g}); it"
+        " is kept: look it up, or repeat it"
+    )
 
 
 def _outlier(

@@ -22,7 +22,7 @@ from accelcal.discovery.faults.pure_error import (
 )
 from accelcal.effects.conditions import Conditions
 from accelcal.grouping import grouped
-from accelcal.probability import f_survival
+from accelcal.probability import f_survival, student_survival
 
 __all__ = ["Suspect", "Views", "suspects", "views_of"]
 
@@ -77,11 +77,17 @@ class Suspect(NamedTuple):
         Chance of it over all readings or pairs.
     column : ndarray, shape (n,)
         What was taken out, or for an exchange the change of the readings [g].
+    deviation : float
+        How far an outlier is off, in standard deviations of the others.
+    if_normal : float
+        Chance of it over all readings if the noise had no heavy tails.
     """
 
     readings: tuple[int, ...]
     p_value: float
     column: Array
+    deviation: float = 0.0
+    if_normal: float = 1.0
 
 
 def views_of(readings: Array, c: Conditions, mounting: NDArray[np.str_], weight: Array) -> Views:
@@ -110,7 +116,7 @@ def views_of(readings: Array, c: Conditions, mounting: NDArray[np.str_], weight:
 
 def suspects(
     views: Views, readings: Array, weight: Array, c: Conditions, least: float, alpha: float
-) -> tuple[list[Suspect], Views]:
+) -> tuple[list[Suspect], Views, list[Suspect]]:
     """Search outliers and exchanged readings.
 
     Parameters
@@ -134,6 +140,8 @@ def suspects(
         In the order found.
     Views
         The views with all of them taken out.
+    list of Suspect
+        Readings that only noise with heavy tails explains: they are outliers or it is such.
     """
     pairs, current = _pairs(c), readings.copy()
     steps, after = [], [views]
@@ -154,7 +162,8 @@ def suspects(
         if not any(_named(step, alpha) for step in steps[-_IN_VAIN:]) and len(steps) >= _IN_VAIN:
             break
     last = max((k + 1 for k, step in enumerate(steps) if _named(step, alpha)), default=0)
-    return steps[:last], after[last]
+    doubtful = [step for step in steps[last:] if step.if_normal < alpha]
+    return steps[:last], after[last], doubtful
 
 
 def _named(step: Suspect, alpha: float) -> bool:
@@ -227,18 +236,24 @@ def _outlier(views: Views, weight: Array, c: Conditions, least: float) -> Suspec
     gains = views.smooth.gains(rivals)
     if gains.max() > 1.0001 * views.smooth.gains(unit[:, None])[0]:
         return Suspect((), 1.0, rivals[:, int(np.argmax(gains))])
-    return Suspect((worst,), _chance(views, worst, least), unit)
+    return _judged(views, Suspect((worst,), 1.0, unit), least)
 
 
-def _chance(views: Views, worst: int, least: float) -> float:
-    """Chance of an outlier over all readings; the replicates of the same run must agree."""
+def _judged(views: Views, found: Suspect, least: float) -> Suspect:
+    """Give an outlier its chance over all readings; the replicates of the same run must agree."""
+    (worst,) = found.readings
     view, own = views.moving, float(views.moving.scaled[worst])
     noise = np.sqrt(max((view.squares - own**2) / (view.dof - 1.0), least**2))
     if abs(own) < _CONFIRMED * noise:
-        return 1.0
+        return found
     view, own = views.pooled, float(views.pooled.scaled[worst])
-    others = _others(view, worst)
-    return min(1.0, _TRIES * others.size * chance_of(own, others, view.dof - 1.0, least))
+    others, dof = _others(view, worst), view.dof - 1.0
+    deviation = abs(own) / max(float(np.sqrt((others**2).mean())), least)
+    return found._replace(
+        p_value=min(1.0, _TRIES * others.size * chance_of(own, others, dof, least)),
+        deviation=deviation,
+        if_normal=min(1.0, 2.0 * others.size * student_survival(deviation, max(dof, 1.0))),
+    )
 
 
 def _others(view: PureError, worst: int) -> Array:
