@@ -262,7 +262,7 @@ def f_survival(ratio: Number, dof1: Number, dof2: Number) -> Number:
     0.025025
     >>> import numpy as np
     >>> f_survival(np.array([1.0, 4.0]), 2, 46).round(6).tolist()
-    [0.375714, 0.025025]
+    [0.375735, 0.025025]
     """
     if isinstance(ratio, np.ndarray):
         return _f_survivals(*np.broadcast_arrays(ratio, dof1, dof2))
