@@ -134,9 +134,9 @@ def _looks(tables: Sequence[Table]) -> dict[str, dict[str, str]]:
 
 
 def _name_points(ax: Axes, points: Sequence[Document], *, last: bool) -> None:
-    if len(points) > _LABELLED:
-        if last:
-            ax.set_xlabel("point, counted from 0 in the order of the table")
-        return
-    labels = [place(point).replace(", ", "\n").replace("degC", "°C") for point in points]
-    ax.set_xticks(range(len(points)), labels if last else [""] * len(points), fontsize=SMALL)
+    ax.tick_params(labelbottom=last)
+    if len(points) <= _LABELLED:
+        labels = [place(point).replace(", ", "\n").replace("degC", "°C") for point in points]
+        ax.set_xticks(range(len(points)), labels, fontsize=SMALL)
+    elif last:
+        ax.set_xlabel("point, counted from 0 in the order of the table")

@@ -106,13 +106,14 @@ class CalibrationPlot:
         Parameters
         ----------
         axes : array-like of Axes, optional
-            Three axes to draw into.
+            Six axes to draw into; three where there are no laws.
 
         Returns
         -------
-        ndarray of Axes, shape (3,)
-            Points of the runs and bands of the laws with 95 % intervals; arrows lead from run to
-            run, which shows the loop of hysteresis.
+        ndarray of Axes, shape (6,)
+            Laws with 95 % bands and runs with 95 % intervals; below, the runs less the law, where
+            arrows lead from run to run if a level is met again: the loop of hysteresis. Shape (3,),
+            the runs alone, where there are no laws.
         """
         from accelcal.plot.temperature import temperature
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from accelcal.plot.residuals import tables_of
-from accelcal.plot.scale import readable, written
-from accelcal.plot.style import SMALL, canvas, canvases, palette, styled
+from accelcal.plot.scale import readable
+from accelcal.plot.style import SMALL, canvas, canvases, entitled, palette, styled
 from accelcal.report.numbers import matching_digits, significant
 
 if TYPE_CHECKING:
@@ -30,8 +30,10 @@ _SHOWN = (  # name, symbol, coefficient of (1) whose budget it has
     ("misalignment", "delta", "M"),
     ("cross-coupling", "delta_ip", "M_ip"),
 )
-_SYMBOLS = {"delta": "δ", "delta_ip": "δ_ip"}
+_SYMBOLS = {"K1": "$K_1$", "k0": "$k_0$", "k2": "$k_2$", "k3": "$k_3$"}
+_SYMBOLS |= {"delta": r"$\delta$", "delta_ip": r"$\delta_{ip}$"}
 _MOST_NAMED = 8
+_SEEN = 0.2  # percent; less is no bar that anyone sees
 
 
 @styled
@@ -41,7 +43,7 @@ def coefficients(calibration: Calibration, axes: Any) -> Any:
     names = _run_names(calibration.tables)
     for ax, (name, symbol, _) in zip(panels, _SHOWN, strict=True):
         _draw_runs(ax, [_quantity(table, symbol) for table in calibration.tables], names)
-        ax.set_title(f"{name.capitalize()} {_SYMBOLS.get(symbol, symbol)}")
+        ax.set_title(f"{name.capitalize()} {_SYMBOLS[symbol]}")
     return panels
 
 
@@ -130,19 +132,16 @@ def budget(calibration: Calibration, ax: Axes | None, *, run: str | None) -> Axe
     ax = canvas(ax, (7.2, 3.4))
     ax.grid(visible=False, axis="y")
     _stack(ax, [table.budget[row[2]] for row in shown])
-    ax.set_yticks(range(len(shown)), [f"{n} {_SYMBOLS.get(s, s)}" for n, s, _ in shown])
+    ax.set_yticks(range(len(shown)), [f"{name} {_SYMBOLS[symbol]}" for name, symbol, _ in shown])
     ax.invert_yaxis()
     for place, (_, symbol, _) in enumerate(shown):
-        told = f"u = {_uncertainty(_quantity(table, symbol))}"
+        told = f"u = {_uncertainty(table, symbol)}"
         ax.text(101.5, place, told, va="center", fontsize=SMALL)
     ax.set(xlim=(0.0, 100.0), xlabel="share of the variance [%]")
-    ax.set_title(f"Where the uncertainty comes from, run {table.run}", pad=24)
     if not shown:
         ax.set(yticks=[], xticks=[])
         ax.text(0.5, 0.5, "no uncertainty is known", ha="center", transform=ax.transAxes)
-    elif ax.get_legend_handles_labels()[0]:
-        ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=5, borderaxespad=0.2)
-    return ax
+    return entitled(ax, f"Where the uncertainty comes from, run {table.run}", columns=4)
 
 
 def _nearest(tables: Sequence[TableCalibration], reference: float | None) -> TableCalibration:
@@ -163,17 +162,21 @@ def _stack(ax: Axes, parts: Sequence[Any]) -> None:
     sources += sorted({name for part in parts for name in part} - set(_SOURCES))
     for number, source in enumerate(sources):
         share = 100.0 * np.array([part.get(source, 0.0) ** 2 for part in parts]) / totals
+        if share.max() < _SEEN:
+            continue
         colour = palette().series[number % len(palette().series)]
         name = _SOURCES.get(source, source)
         ax.barh(range(len(parts)), share, 0.62, start, color=colour, label=name)
         start = start + share
 
 
-def _uncertainty(quantity: Quantity) -> str:
-    size = quantity.standard_uncertainty
+def _uncertainty(table: TableCalibration, symbol: str) -> str:
+    """Standard uncertainty of a coefficient, that of the scale factor over it."""
+    quantity = _quantity(table, symbol)
+    size, unit = quantity.standard_uncertainty, quantity.unit
     if size is None:
         return "unknown"
-    factor, unit = readable(quantity.unit, size)
-    if factor == 1.0 and size < 1e-3:
-        return f"{size:.1e} {written(quantity.unit)}"
+    if symbol == "K1":
+        size, unit = size / abs(quantity.value or 1.0), "1"
+    factor, unit = readable(unit, size)
     return f"{significant(factor * size, 2)} {unit}"

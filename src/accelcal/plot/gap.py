@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from accelcal.plot.scale import readable
-from accelcal.plot.style import SMALL, canvas, palette, styled
+from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,9 +47,7 @@ def gap(discovery: Discovery, ax: Axes | None) -> Axes:
         xlim=(-0.5, len(steps) - 0.5),
         ylim=(0.0, 1.18 * factor * max(known)),
     )
-    ax.set_title("Gap between model and readings", pad=24)
-    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.2)
-    return ax
+    return entitled(ax, "Gap between model and readings")
 
 
 def _descent(
@@ -98,10 +96,8 @@ def where(found: Sequence[Share], alpha: float, ax: Axes | None) -> Axes:
     ax.set_yticks(range(len(shares)), [_in_words(share.factor) for share in shares])
     ax.invert_yaxis()
     ax.set(xlabel="share of the disagreement [%]", xlim=(0.0, 1.25 * most or 1.0))
-    ax.set_title("Where model and readings disagree")
-    if shares:
-        ax.legend(loc="lower right")
-    return ax
+    ax.set_xticks([tick for tick in ax.get_xticks() if tick <= 100.0])
+    return entitled(ax, "Where model and readings disagree")
 
 
 def _in_words(factor: str) -> str:
@@ -134,6 +130,4 @@ def changes(discovery: Discovery, ax: Axes | None) -> Axes:
     ax.set_yticks(range(len(shown)), [change.coefficient for change in shown])
     ax.set_ylim(len(shown) - 0.4, -0.6)
     ax.set(xlabel="change, over the 95 % half width without the effects [1]")
-    ax.set_title("What the effects change in the coefficients", pad=24)
-    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2)
-    return ax
+    return entitled(ax, "What the effects change in the coefficients")

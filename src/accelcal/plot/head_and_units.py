@@ -8,7 +8,7 @@ import numpy as np
 
 from accelcal.errors import InputError
 from accelcal.plot.scale import readable
-from accelcal.plot.style import canvas, palette, styled
+from accelcal.plot.style import canvas, entitled, palette, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -61,9 +61,7 @@ def sizes(stand: StandDiscovery, effect: str | None, ax: Axes | None) -> Axes:
     every = max(1, -(-len(known) // _MOST_NAMED))
     ax.set_xticks(list(places)[::every], list(known)[::every], rotation=35, ha="right")
     ax.set(xlabel="unit", ylabel=f"size [{unit}]")
-    ax.set_title(f"{item.name[0].upper()}{item.name[1:]}: {item.verdict}", pad=24)
-    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2)
-    return ax
+    return entitled(ax, f"{item.name[0].upper()}{item.name[1:]}: {item.verdict}")
 
 
 def _effect(stand: StandDiscovery, effect: str | None) -> StandEffect:

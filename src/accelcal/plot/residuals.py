@@ -11,7 +11,7 @@ from accelcal.discovery.compare import residuals_of
 from accelcal.errors import InputError
 from accelcal.plot.by_angle import Readings
 from accelcal.plot.scale import readable
-from accelcal.plot.style import SMALL, canvas, palette, styled
+from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -67,8 +67,7 @@ def residuals(calibration: Calibration, ax: Axes | None, *, run: str | None) -> 
     """Draw `CalibrationPlot.residuals`."""
     tables = tables_of(calibration, run)
     ax = draw_by_angle(canvas(ax), _readings(tables), "residual")
-    ax.set_title(_title("Residuals by head angle", tables, run))
-    return ax
+    return entitled(ax, _title("Residuals by head angle", tables, run))
 
 
 @styled
@@ -77,8 +76,7 @@ def simulation_residuals(calibration: Calibration, record: TumbleRecord, ax: Axe
     values = residuals_of(calibration, record)
     readings = Readings(np.asarray(record.angle), np.asarray(record.stroke), values)
     ax = draw_by_angle(canvas(ax), readings, "reading − simulation")
-    ax.set_title(f"Disagreement by head angle, {len(record)} readings")
-    return ax
+    return entitled(ax, f"Reading − simulation, {len(record)} readings")
 
 
 def draw_by_angle(ax: Axes, readings: Readings, what: str) -> Axes:
@@ -107,17 +105,18 @@ def draw_by_angle(ax: Axes, readings: Readings, what: str) -> Axes:
         ax.scatter(part.angle + shift, factor * part.value, s=9, alpha=faint, lw=0, **marked)
         angles, means, half = part.means()
         error = np.where(np.isfinite(half), factor * half, 0.0)
-        ax.errorbar(angles + shift, factor * means, error, ls="", label=f"{name}, mean", **marked)
+        ax.errorbar(
+            angles + shift,
+            factor * means,
+            error,
+            ls="",
+            label=f"{name}, mean and 95 % interval",
+            **marked,
+        )
     _name_angles(ax, readings.angle)
     ax.set(xlabel="head angle [°]", ylabel=f"{what} [{unit}]")
-    _legend_above(ax)
+    ax.margins(y=0.08)
     return ax
-
-
-def _legend_above(ax: Axes) -> None:
-    """Put the legend where no reading is: above, at the right, beside the title."""
-    ax.margins(y=0.12)
-    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)
 
 
 def _name_angles(ax: Axes, angles: Any) -> None:
@@ -169,7 +168,7 @@ def residual_map(calibration: Calibration, ax: Axes | None) -> Axes:
     bar.ax.tick_params(labelsize=SMALL, colors=colours.ink)
     _name_rows(ax, angles)
     _name_runs(ax, tables, widths)
-    ax.set_title("Residuals by head angle and stroke", pad=22 if len(tables) > 1 else None)
+    ax.set_title("Residuals by head angle and stroke", pad=8.0)
     return ax
 
 
@@ -193,9 +192,9 @@ def _name_rows(ax: Axes, angles: Sequence[float]) -> None:
 
 
 def _name_runs(ax: Axes, tables: Sequence[TableCalibration], widths: Sequence[int]) -> None:
-    """Strokes below where there is room, and the runs above, with a line between them."""
+    """Strokes below and lines between runs where there is room, and the runs above."""
     ends = np.cumsum([0, *widths])
-    for end in ends[1:-1]:
+    for end in ends[1:-1] if len(tables) <= _MOST_NAMED else ():
         ax.axvline(end, color=palette().ink, lw=0.8)
     many = len(tables) > 1
     room = sum(widths) <= 2 * _MOST_NAMED
@@ -215,8 +214,9 @@ def _name_runs(ax: Axes, tables: Sequence[TableCalibration], widths: Sequence[in
 
 def _level(table: TableCalibration) -> str:
     run = table.run if len(table.run) <= 8 else f"{table.run[:7]}…"
-    level = "" if table.temperature_degC is None else f"\n{table.temperature_degC:.0f} °C"
-    return f"{run}{level}"
+    if table.temperature_degC is None:
+        return run
+    return f"{run}\n{table.temperature_degC:.0f} °C".replace("-", "−")
 
 
 # -- round the turn --------------------------------------------------------------------------------
@@ -232,18 +232,18 @@ def tumble(calibration: Calibration, ax: Axes | None, *, run: str | None) -> Axe
     ax.set_theta_zero_location("N")  # type: ignore[attr-defined]
     ax.set_theta_direction(-1)  # type: ignore[attr-defined]
     turn = np.radians(np.linspace(0.0, 360.0, 181))
-    ax.plot(turn, np.zeros(turn.size), color=colours.ink, lw=1.1)
+    ax.plot(turn, np.zeros(turn.size), color=colours.ink, lw=1.1, label="zero")
     for number, name, part in readings.directions():
         colour, marker = colours.series[number], _MARKERS[number]
         angles, means, half = (np.asarray(x) for x in _closed(part).means())
         th, middle = np.radians(angles), factor * means
         wide = factor * np.nan_to_num(half)
         ax.fill_between(th, middle - wide, middle + wide, color=colour, alpha=0.18, lw=0)
-        ax.plot(th, middle, color=colour, marker=marker, ms=4, label=f"{name}, mean")
+        ax.plot(th, middle, color=colour, marker=marker, ms=4, label=name)
     largest = factor * float(np.abs(readings.value).max(initial=0.0)) or 1.0
     _rings(ax, largest, unit)
-    ax.set_title(_title("Residuals round the turn", tables, run))
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.06), ncols=2)
+    ax.set_title(_title("Residuals round the turn", tables, run), pad=16.0)
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=3)
     return ax
 
 
@@ -263,10 +263,10 @@ def _rings(ax: Axes, largest: float, unit: str) -> None:
     from matplotlib.ticker import MaxNLocator
 
     ax.set_ylim(-2.2 * largest, 1.1 * largest)
-    rings = [r for r in MaxNLocator(4).tick_values(-largest, largest) if abs(r) <= 1.1 * largest]
-    ax.set_yticks(rings, [f"{ring:+g}" if ring else f"0 {unit}" for ring in rings], fontsize=SMALL)
-    ax.set_rlabel_position(112.5)  # type: ignore[attr-defined]
+    tried = MaxNLocator(4).tick_values(-largest, largest)
+    rings = [ring for ring in tried if 0.0 < abs(ring) <= 1.1 * largest]
+    names = [f"{ring:+g} {unit}".replace("-", "−") for ring in rings]
+    ax.set_yticks(rings, names, fontsize=SMALL, ha="center")
+    ax.set_rlabel_position(22.5)  # type: ignore[attr-defined]
     ax.set_xticks(np.radians(np.arange(0.0, 360.0, 45.0)))
     ax.spines["polar"].set_visible(False)
-    for label in ax.get_yticklabels():
-        label.set_bbox({"facecolor": palette().paper, "edgecolor": "none", "alpha": 0.75, "pad": 0})

@@ -10,6 +10,9 @@ import numpy as np
 __all__ = ["Scale", "readable", "written"]
 
 _PREFIXES = ((1e6, "µ", 2e-3), (1e3, "m", 2.0))
+_SMALL = 0.1
+_DOWN = {"": ("m", "µ", "n"), "m": ("µ", "n", "p"), "u": ("n", "p", "f"), "k": ("", "m", "µ")}
+_ELECTRICAL = re.compile(r"(u|m|k)?(V|A|Hz)(?![a-z])")
 _PREFIXED = re.compile(r"(g|rad)(?![a-z])")
 _SIGNS = (("degC", "°C"), ("^2", "²"), ("^3", "³"), ("*", "·"))
 
@@ -42,7 +45,8 @@ def readable(unit: str, *values: Any) -> Scale:
     Returns
     -------
     Scale
-        Micro, milli or none before g and rad; ppm or percent in place of 1; else the unit itself.
+        Micro, milli or none before g and rad, a smaller prefix before V and A where numbers are
+        small; ppm or percent in place of 1; else the unit itself.
 
     Examples
     --------
@@ -55,12 +59,22 @@ Scale(factor=1.0, unit='mA'))
     if unit == "1" or unit.startswith("1/"):
         factor, name = (1e6, "ppm") if largest < 1e-2 else (1e2, "%")
         return Scale(factor, written(name + unit[1:]))
+    if electrical := _ELECTRICAL.match(unit):
+        return _smaller(electrical[1] or "", unit[electrical.start(2) :], largest)
     if not _PREFIXED.match(unit):
         return Scale(1.0, written(unit))
     for factor, prefix, below in _PREFIXES:
         if largest < below:
             return Scale(factor, prefix + written(unit))
     return Scale(1.0, written(unit))
+
+
+def _smaller(prefix: str, rest: str, largest: float) -> Scale:
+    """A smaller prefix before V, A or Hz, until the largest number is above 0.1."""
+    factor, names = 1.0, [prefix, *_DOWN[prefix]]
+    while names[1:] and 0.0 < factor * largest < _SMALL:
+        factor, names = 1e3 * factor, names[1:]
+    return Scale(factor, written(names[0] + rest))
 
 
 def written(unit: str) -> str:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from accelcal.discovery.action import Action, action
 from accelcal.plot.by_angle import Readings
 from accelcal.plot.scale import readable
-from accelcal.plot.style import canvas, palette, styled
+from accelcal.plot.style import canvas, entitled, palette, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,9 +56,7 @@ def signature(
     ax.set(xlabel=along.label, ylabel=f"reading − model without it [{unit}]")
     if along.label.startswith("head"):
         ax.set_xticks(np.arange(0.0, 361.0, 45.0))
-    ax.set_title(found.name[0].upper() + found.name[1:], pad=24)
-    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, borderaxespad=0.2)
-    return ax
+    return entitled(ax, found.name[0].upper() + found.name[1:], columns=4)
 
 
 def _along(found: Action) -> _Along:

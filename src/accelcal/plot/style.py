@@ -30,6 +30,7 @@ __all__ = [
     "canvas",
     "canvases",
     "dressed",
+    "entitled",
     "form_of",
     "palette",
     "picture",
@@ -259,6 +260,32 @@ def dressed(ax: Axes) -> Axes:
     ax.tick_params(colors=colours.ink, labelsize=SMALL, color=colours.muted)
     ax.set_axisbelow(True)
     ax.grid(visible=True, color=colours.grid, lw=0.6)
+    return ax
+
+
+def entitled(ax: Axes, title: str, columns: int = 3) -> Axes:
+    """Give axes a title, and between it and the data a legend of what has a label.
+
+    Parameters
+    ----------
+    ax : Axes
+        The axes.
+    title : str
+        The title.
+    columns : int, default 3
+        Columns of the legend, which hides no data there.
+
+    Returns
+    -------
+    Axes
+        The same.
+    """
+    labelled = len(ax.get_legend_handles_labels()[0])
+    rows = -(-labelled // columns)
+    ax.set_title(title, pad=8.0 + 16.0 * rows)
+    if labelled:
+        place = {"bbox_to_anchor": (-0.01, 1.0), "borderaxespad": 0.2}
+        ax.legend(loc="lower left", ncols=columns, **place)
     return ax
 
 

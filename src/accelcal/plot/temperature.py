@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.effects.conditions import LEVEL_CHANGE
 from accelcal.plot.scale import readable
-from accelcal.plot.style import canvases, palette, styled
+from accelcal.plot.style import canvases, entitled, palette, styled
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
@@ -27,9 +28,10 @@ _PARTS = ("at_T0", "above", "below")
 
 
 class _Panel(NamedTuple):
-    """One law: its name, label and unit, and how a run tells it."""
+    """One law: its name, title, label and unit, and how a run tells it."""
 
     name: str
+    title: str
     label: str
     unit: str
     of: Callable[[TableCalibration], Quantity]
@@ -47,16 +49,20 @@ class _Points(NamedTuple):
 def temperature(calibration: Calibration, axes: Any) -> Any:
     """Draw `CalibrationPlot.temperature`."""
     tables = _tables(calibration)
-    panels = canvases(axes, 1, 3, (10.5, 3.6))
     reference = _reference(calibration, tables)
     kinds = (
-        _Panel("k0", "bias k0", "g", lambda table: table.error_model["k0"]),
-        _Panel("K1", "scale factor K1", "1", lambda table: _relative(table, reference)),
-        _Panel("delta", "misalignment", "rad", calibration.misalignment),
+        _Panel("k0", "Bias $k_0$", "$k_0$", "g", lambda table: table.error_model["k0"]),
+        _Panel("K1", "Scale factor $K_1$", "change", "1", lambda t: _relative(t, reference)),
+        _Panel("delta", r"Misalignment $\delta$", r"$\delta$", "rad", calibration.misalignment),
     )
-    for ax, kind in zip(panels, kinds, strict=True):
-        _draw(ax, kind, _points(tables, kind.of), calibration)
-    panels[0].legend(*_once(panels), loc="best")
+    rows = 2 if calibration.temperature_model else 1
+    panels = canvases(axes, rows, 3, (10.5, 2.2 + 2.0 * rows))
+    for number, kind in enumerate(kinds):
+        points = _points(tables, kind.of)
+        _draw(panels[number], kind, points, calibration)
+        entitled(panels[number], kind.title, columns=2)
+        if rows == 2:
+            _draw_difference(panels[number + 3], kind, points, calibration)
     return panels
 
 
@@ -102,34 +108,59 @@ def _points(
 
 
 def _draw(ax: Axes, kind: _Panel, points: _Points, calibration: Calibration) -> None:
-    low, high = _span(points)
-    at = np.unique(np.concatenate([np.linspace(low, high, 61), _inside(calibration, low, high)]))
+    """Draw the law and the runs."""
+    at = _temperatures(calibration, points)
     law = _law(calibration, kind.name, at)
     factor, unit = readable(kind.unit, points.value, points.half_width, *(law or ()))
-    colours = palette()
     if law is not None:
-        middle, half = (factor * part for part in law)
-        ax.fill_between(at, middle - half, middle + half, color=colours.series[0], alpha=0.18, lw=0)
-        ax.plot(at, middle, color=colours.series[0], label="law, 95 % band")
-    _arrows(ax, points, factor)
-    ax.errorbar(
-        points.temperature,
-        factor * points.value,
-        factor * np.nan_to_num(points.half_width),
-        ls="",
-        marker="o",
-        color=colours.series[1],
-        label="run, 95 % interval",
-    )
+        _draw_law(ax, at, factor * law[0], factor * law[1], "law, 95 % band")
+    _draw_runs(ax, points, factor, "run, 95 %")
     if not points.value.size:
         ax.text(0.5, 0.5, "not determined", ha="center", transform=ax.transAxes)
-    change = ", change" if kind.name == "K1" else ""
-    ax.set(xlabel="temperature [°C]", ylabel=f"{kind.label}{change} [{unit}]")
-    ax.set_title(kind.label.capitalize() if kind.name == "delta" else _capital(kind.label))
+    ax.set(xlabel="temperature [°C]", ylabel=f"{kind.label} [{unit}]")
 
 
-def _capital(text: str) -> str:
-    return text[0].upper() + text[1:]
+def _draw_difference(ax: Axes, kind: _Panel, points: _Points, calibration: Calibration) -> None:
+    """Draw the runs less the law, where the loop of hysteresis is seen."""
+    at = _temperatures(calibration, points)
+    law, own = (_law(calibration, kind.name, place) for place in (at, points.temperature))
+    ax.set(xlabel="temperature [°C]")
+    if law is None or own is None:
+        ax.set(xticks=[], yticks=[], xlabel="")
+        ax.text(0.5, 0.5, "no law determined", ha="center", transform=ax.transAxes)
+        return
+    apart = points._replace(value=points.value - own[0])
+    factor, unit = readable(kind.unit, apart.value, points.half_width, law[1])
+    _draw_law(ax, at, 0.0 * law[0], factor * law[1], None)
+    if _meets_a_level_twice(points.temperature):
+        _arrows(ax, apart, factor)
+    _draw_runs(ax, apart, factor, None)
+    ax.set_ylabel(f"run − law [{unit}]")
+
+
+def _draw_law(ax: Axes, at: Array, middle: Array, half: Array, label: str | None) -> None:
+    colour = palette().series[0]
+    ax.fill_between(at, middle - half, middle + half, color=colour, alpha=0.18, lw=0)
+    ax.plot(at, middle, color=colour, label=label)
+
+
+def _draw_runs(ax: Axes, points: _Points, factor: float, label: str | None) -> None:
+    half = factor * np.nan_to_num(points.half_width)
+    drawn: Any = {"ls": "", "marker": "o", "color": palette().series[1], "label": label}
+    ax.errorbar(points.temperature, factor * points.value, half, **drawn)
+
+
+def _temperatures(calibration: Calibration, points: _Points) -> Array:
+    """Where a law is drawn: all along, and at T0, where it has its break."""
+    low, high = _span(points)
+    reference = calibration.T0_degC
+    broken = [] if reference is None else [np.clip(reference, low, high)]
+    return np.unique(np.concatenate([np.linspace(low, high, 61), broken]))
+
+
+def _meets_a_level_twice(temperature: Array) -> bool:
+    """Whether the runs come back to a level, so that the way there can be told apart."""
+    return bool((np.diff(np.sort(temperature)) < LEVEL_CHANGE).any())
 
 
 def _span(points: _Points) -> tuple[float, float]:
@@ -138,12 +169,6 @@ def _span(points: _Points) -> tuple[float, float]:
     low, high = float(points.temperature.min()), float(points.temperature.max())
     wide = 0.04 * (high - low) or 1.0
     return low - wide, high + wide
-
-
-def _inside(calibration: Calibration, low: float, high: float) -> Array:
-    """T0, where a law has its break."""
-    reference = calibration.T0_degC
-    return np.array([] if reference is None else [np.clip(reference, low, high)])
 
 
 def _law(calibration: Calibration, name: str, at: Array) -> tuple[Array, Array] | None:
@@ -192,7 +217,7 @@ def _half_width(
 def _arrows(ax: Axes, points: _Points, factor: float) -> None:
     """Lead from run to run, so that heating and cooling can be told apart."""
     x, y = points.temperature, factor * points.value
-    if x.size < 3 or x.size > _MOST_ARROWS:
+    if x.size > _MOST_ARROWS:
         return
     for i in range(x.size - 1):
         ax.annotate(
@@ -208,12 +233,3 @@ def _arrows(ax: Axes, points: _Points, factor: float) -> None:
                 "shrinkB": 3,
             },
         )
-
-
-def _once(panels: Sequence[Axes]) -> tuple[list[Any], list[str]]:
-    """Handles and labels of all panels, each label once."""
-    found: dict[str, Any] = {}
-    for ax in panels:
-        for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
-            found.setdefault(label, handle)
-    return list(found.values()), list(found)

@@ -1,0 +1,435 @@
+"""Pictures: what is drawn, that it is legible, in both themes, whatever is missing."""
+
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import accelcal
+from accelcal.errors import InputError
+
+pytest.importorskip("matplotlib")
+
+from accelcal.error_budget.budget import budget as budget_of
+from accelcal.io.stability_record import read_stability
+from accelcal.plot.scale import readable
+from accelcal.plot.style import DARK, LIGHT, SMALL, canvas, picture, theme
+from accelcal.results.findings import Change, Share
+from accelcal.results.quantity import Quantity
+from accelcal.results.stand import HeadPosition, StandDiscovery, StandEffect
+from accelcal.stability.analysis import analyse
+
+BACKLASH = accelcal.effect("backlash").of(5e-5)
+METHODS = ("residuals", "residual_map", "tumble", "temperature", "budget", "coefficients")
+
+
+def axes_of(drawn):
+    return list(np.ravel(np.asarray(drawn, dtype=object)))
+
+
+def bare(calibration):
+    """The same without any uncertainty and without three coefficients."""
+
+    def table(old):
+        nothing = Quantity(None, None, "g/g^2")
+        unknown = {
+            name: replace(q, standard_uncertainty=None, expanded_uncertainty=None)
+            for name, q in old.error_model.items()
+        }
+        model = unknown | dict.fromkeys(("k2", "k3", "delta_ip"), nothing)
+        return replace(old, error_model=model, budget={})
+
+    tables = tuple(map(table, calibration.tables))
+    return replace(calibration, tables=tables, temperature_model=None)
+
+
+@pytest.fixture(scope="module")
+def several():
+    return accelcal.fit(accelcal.simulate(seed=1))
+
+
+@pytest.fixture(scope="module")
+def loop():
+    plan = accelcal.TumblePlan(temperatures=(20.0, 60.0, 80.0, 60.0, 20.0, -40.0, 20.0))
+    return accelcal.fit(accelcal.simulate(plan=plan, seed=3))
+
+
+@pytest.fixture(scope="module")
+def sixty():
+    plan = accelcal.TumblePlan(
+        temperatures=tuple(np.resize([20.0, 50.0, 80.0, 50.0], 60)), strokes=2
+    )
+    return accelcal.fit(accelcal.simulate(plan=plan, seed=4))
+
+
+@pytest.fixture(scope="module")
+def single():
+    return accelcal.fit(accelcal.simulate(plan=accelcal.TumblePlan(temperatures=(20.0,)), seed=5))
+
+
+@pytest.fixture(scope="module")
+def found():
+    record = accelcal.simulate(effects=[BACKLASH], seed=1)
+    return accelcal.discover(record), record
+
+
+@pytest.fixture(scope="module")
+def stability():
+    record = read_stability("examples/stability.csv")
+    return analyse(record), record
+
+
+@pytest.fixture(scope="module")
+def stand(found):
+    def size(value):
+        return Quantity(value, 2e-6, "rad", 4e-6)
+
+    units = tuple(f"AL-{number}" for number in range(30))
+    effect = StandEffect(
+        id="backlash",
+        name="backlash of the head",
+        verdict="stand",
+        parameters={"half_width": size(5e-5)},
+        p_value=1e-9,
+        p_one_value=0.5,
+        spread=0.1,
+        sizes={unit: size(5e-5 + 1e-6 * number) for number, unit in enumerate(units)},
+        found_in=(),
+        indistinguishable=(),
+    )
+    head = tuple(HeadPosition(45.0 * k, size(1e-5 * np.sin(k))) for k in range(9))
+    return StandDiscovery(units, (effect,), head, {}, found[0])
+
+
+# -- legibility ------------------------------------------------------------------------------------
+
+
+def shown_texts(figure):
+    """Visible texts of a drawn figure with their boxes."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.text import Annotation, Text
+
+    agg = FigureCanvasAgg(figure)
+    agg.draw()
+    renderer = agg.get_renderer()
+    drawn = {
+        text
+        for ax in figure.axes
+        for axis in (ax.xaxis, ax.yaxis)
+        for tick in axis._update_ticks()  # ticks outside of the view stay behind as texts
+        for text in (tick.label1, tick.label2)
+    }
+    every = [t for ax in figure.axes for a in (ax.xaxis, ax.yaxis) for t in a.majorTicks]
+    ticks = {text for tick in every for text in (tick.label1, tick.label2)}
+    for text in figure.findobj(Text):
+        told = text.get_text().strip() and text.get_visible() and not isinstance(text, Annotation)
+        if told and (text in drawn or text not in ticks):
+            yield text, text.get_window_extent(renderer)
+
+
+def assert_legible(drawn):
+    figure = axes_of(drawn)[0].figure
+    texts = list(shown_texts(figure))
+    assert min(text.get_fontsize() for text, _ in texts) >= SMALL
+    width, height = figure.bbox.width, figure.bbox.height
+    for text, box in texts:
+        inside = min(box.x0, box.y0, width - box.x1, height - box.y1) > -1.0
+        assert inside, f"{text.get_text()!r} is cut off"
+    for i, (one, box) in enumerate(texts):
+        for other, its in texts[i + 1 :]:
+            across = min(box.x1, its.x1) - max(box.x0, its.x0)
+            down = min(box.y1, its.y1) - max(box.y0, its.y0)
+            assert min(across, down) < 1.0, f"{one.get_text()!r} over {other.get_text()!r}"
+
+
+def assert_labelled(drawn):
+    """Every axis of numbers has a label with its unit, or names what stands along it."""
+    for ax in axes_of(drawn):
+        if ax.name == "polar":
+            continue
+        for axis in (ax.xaxis, ax.yaxis):
+            label = axis.get_label_text()
+            told = [text.get_text() for text in axis.get_ticklabels()]
+            named = not any(told) or any(text and not text[-1].isdigit() for text in told)
+            words = ("run", "unit", "stroke", "point", "reading", "calibration", "date")
+            assert (
+                "[" in label or label.startswith(words) or named or not len(axis.get_ticklocs())
+            ), label
+
+
+@pytest.mark.parametrize(
+    ("which", "name"),
+    [("several", name) for name in METHODS]
+    + [("sixty", name) for name in ("residuals", "residual_map", "temperature", "coefficients")]
+    + [("single", name) for name in ("residual_map", "temperature", "coefficients")]
+    + [("loop", "temperature")],
+)
+def test_calibrations_are_legible(request, which, name):
+    calibration = request.getfixturevalue(which)
+    drawn = getattr(calibration.plot, name)()
+    assert_legible(drawn)
+    assert_labelled(drawn)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_calibrations_without_uncertainty_draw(several, name):
+    assert_legible(getattr(bare(several).plot, name)())
+
+
+@pytest.mark.parametrize("name", ["gap", "where", "changes"])
+def test_discoveries_are_legible(found, name):
+    drawn = getattr(found[0].plot, name)()
+    assert_legible(drawn)
+    assert_labelled(drawn)
+
+
+def test_comparisons_are_legible(several):
+    record = accelcal.simulate(effects=[BACKLASH], seed=2)
+    compared = accelcal.compare(several, record)
+    for drawn in (
+        compared.plot.where(),
+        compared.plot.runs(),
+        compared.plot.residuals(several, record),
+    ):
+        assert_legible(drawn)
+        assert_labelled(drawn)
+
+
+def test_stability_is_legible(stability):
+    result, record = stability
+    for drawn in (result.plot.allan(), result.plot.record(record)):
+        assert_legible(drawn)
+        assert_labelled(drawn)
+
+
+def test_stands_are_legible(stand):
+    for drawn in (stand.plot.head(), stand.plot.sizes()):
+        assert_legible(drawn)
+        assert_labelled(drawn)
+
+
+@pytest.mark.parametrize("points", [[0.0], [-1.0, 0.0, 1.0], np.linspace(-1, 1, 41)])
+def test_budgets_are_legible(several, points):
+    drawn = budget_of(several, points).plot.stack()
+    assert_legible(drawn)
+    assert_labelled(drawn)
+
+
+# -- what is drawn ---------------------------------------------------------------------------------
+
+
+def test_the_map_has_every_residual(several):
+    ax = several.plot.residual_map()
+    cells = ax.collections[0].get_array()
+    for number, table in enumerate(several.tables):
+        residuals = table.residuals
+        place = list(zip(residuals.angle_deg, residuals.stroke, strict=True)).index((90.0, 2))
+        assert cells[2, 6 * number + 1] == pytest.approx(1e6 * residuals.value[place])
+
+
+def test_a_missing_reading_is_a_hole_in_the_map(several):
+    table = several.tables[0]
+    kept = {name: getattr(table.residuals, name)[1:] for name in ("angle_deg", "stroke", "value")}
+    holed = replace(several, tables=(replace(table, residuals=replace(table.residuals, **kept)),))
+    cells = np.ma.filled(holed.plot.residual_map().collections[0].get_array(), np.nan)
+    assert np.isnan(cells).sum() == 1
+
+
+def test_residual_means_are_means(several):
+    ax = several.plot.residuals(run="2")
+    residuals = next(table.residuals for table in several.tables if table.run == "2")
+    values = [
+        1e6 * value
+        for angle, stroke, value in zip(
+            residuals.angle_deg, residuals.stroke, residuals.value, strict=True
+        )
+        if angle == 180.0 and stroke % 2 == 1
+    ]
+    drawn = ax.containers[0][0]
+    mean = drawn.get_ydata()[np.argmin(np.abs(drawn.get_xdata() - 180.0))]
+    assert mean == pytest.approx(np.mean(values))
+
+
+def test_law_and_band_are_those_of_the_calibration(loop):
+    panels = loop.plot.temperature()
+    line = panels[0].lines[0]
+    law = loop.temperature_model.k0
+    at_T0 = np.interp(loop.T0_degC, line.get_xdata(), line.get_ydata())
+    assert at_T0 == pytest.approx(1e3 * law.at_T0.value, rel=1e-9)
+    at_80 = np.interp(80.0, line.get_xdata(), line.get_ydata())
+    assert at_80 == pytest.approx(1e3 * (law.at_T0.value + 60.0 * law.above.value), rel=1e-9)
+    band = panels[3].collections[0].get_paths()[0].vertices
+    near = band[np.abs(band[:, 0] - loop.T0_degC) < 1e-9]
+    assert np.abs(near[:, 1]).max() == pytest.approx(1e6 * law.at_T0.expanded_uncertainty, rel=1e-3)
+
+
+def test_arrows_show_a_loop_where_a_level_is_met_again(loop, several):
+    assert len(loop.plot.temperature()[3].texts) == 6
+    assert len(several.plot.temperature()[3].texts) == 0
+
+
+def test_the_budget_adds_up(several):
+    ax = several.plot.budget()
+    ends = {}
+    for bar in ax.patches:
+        row = round(bar.get_y(), 6)
+        ends[row] = ends.get(row, 0.0) + bar.get_width()
+    assert list(ends.values()) == pytest.approx([100.0] * 6, abs=0.5)
+
+
+def test_the_gap_closes_step_by_step(found):
+    fitted = found[0].plot.gap().lines[0].get_ydata()
+    assert fitted == pytest.approx([1e6 * found[0].before.rms, 1e6 * found[0].effects[0].gap_after])
+
+
+def test_the_signature_lies_on_its_residuals(found):
+    from accelcal.discovery.action import action
+
+    discovery, record = found
+    seen = action(discovery, record)
+    left = seen.residual - seen.change
+    assert np.std(left) == pytest.approx(discovery.after.rms, rel=0.05)
+    ax = discovery.plot.signature(record)
+    assert_legible(ax)
+    assert ax.get_xlabel() == "head angle [°]"
+    assert ax.get_title("left") == "Backlash of the head"
+
+
+def test_a_signature_in_time_is_drawn_in_time():
+    effect = accelcal.effect("warm-up").of(2e-4, tau=1800)
+    record = accelcal.simulate(effects=[effect], seed=1)
+    discovery = accelcal.discover(record)
+    assert discovery.effects
+    ax = discovery.plot.signature(record)
+    assert "head angle" not in ax.get_xlabel()
+    assert_legible(ax)
+
+
+def test_where_tells_noise_from_factors():
+    from accelcal.plot.gap import where
+
+    ax = where((Share("position", 0.5, 1e-9), Share("time", 0.01, 0.7)), 0.01, None)
+    colours = {bar.get_facecolor()[:3] for bar in ax.patches}
+    assert len(colours) == 2
+    assert [text.get_text() for text in ax.texts] == ["p < 0.001", "p = 0.7"]
+
+
+def test_changes_are_in_half_widths(found):
+    discovery = replace(
+        found[0],
+        coefficients=(
+            Change("K2", Quantity(1e-4, 1e-6, "g/g^2", 2e-6), Quantity(1.1e-4, 1e-6, "g", 2e-6)),
+        ),
+    )
+    assert discovery.plot.changes().containers[0][0].get_xdata() == pytest.approx([5.0])
+
+
+# -- errors ----------------------------------------------------------------------------------------
+
+
+def test_unknown_runs_effects_axes_and_themes_are_told(several, found):
+    discovery, record = found
+    with pytest.raises(InputError, match=r"no run 'x' in the calibration; it has 1, 2, 3"):
+        several.plot.residuals(run="x")
+    with pytest.raises(InputError, match=r"'drift' was not found; the discovery has backlash"):
+        discovery.plot.signature(record, "drift")
+    with pytest.raises(InputError, match="no effect was found"):
+        replace(discovery, effects=()).plot.signature(record)
+    with pytest.raises(InputError, match="projection='polar'"):
+        several.plot.tumble(canvas(None))
+    with pytest.raises(InputError, match="1 axes given; this picture fills 6"):
+        several.plot.coefficients([canvas(None)])
+    with pytest.raises(InputError, match="'blue'; it is light or dark"), theme("blue"):
+        pass
+
+
+def test_without_matplotlib_a_line_tells_how_to_install_it(several, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    with pytest.raises(InputError, match=r"install it with: pip install 'accelcal\[plot\]'$"):
+        several.plot.residuals()
+
+
+# -- style -----------------------------------------------------------------------------------------
+
+
+def luminance(colour):
+    parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def contrast(one, other):
+    low, high = sorted((luminance(one), luminance(other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+@pytest.mark.parametrize("colours", [LIGHT, DARK], ids=lambda colours: colours.name)
+def test_text_and_first_colours_stand_out(colours):
+    assert contrast(colours.ink, colours.paper) > 7.0
+    assert contrast(colours.muted, colours.paper) > 4.5
+    assert min(contrast(colour, colours.paper) for colour in colours.series[:3]) > 3.0
+
+
+def test_themes_draw_in_their_colours(several):
+    with theme("dark", transparent=True):
+        dark = picture(several.plot.residuals(), "svg").decode()
+    light = picture(several.plot.residuals(), "svg").decode()
+    assert DARK.series[0] in dark
+    assert LIGHT.series[0] not in dark
+    assert LIGHT.series[0] in light
+    assert f"fill: {DARK.paper}" not in dark
+    assert DARK.ink in dark
+
+
+@pytest.mark.parametrize("form", ["svg", "pdf", "png"])
+def test_the_same_picture_has_the_same_bytes(several, form):
+    assert picture(several.plot.tumble(), form) == picture(several.plot.tumble(), form)
+
+
+def test_axes_given_are_drawn_into(several):
+    ax = canvas(None)
+    assert several.plot.residuals(ax) is ax
+
+
+def test_drawing_loads_no_pyplot():
+    code = (
+        "import sys, accelcal; c = accelcal.fit(accelcal.simulate(seed=1)); c.plot.residuals();"
+        " print('matplotlib.pyplot' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
+
+
+def test_pyplot_shows_what_is_drawn_where_it_is_in_use():
+    code = (
+        "import matplotlib; matplotlib.use('Agg'); import matplotlib.pyplot as plt, accelcal;"
+        "c = accelcal.fit(accelcal.simulate(seed=1)); ax = c.plot.residuals();"
+        "print(plt.gcf() is ax.figure)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "True"
+
+
+@pytest.mark.parametrize(
+    ("unit", "largest", "expected"),
+    [
+        ("g", 3e-5, (1e6, "µg")),
+        ("g", 3e-3, (1e3, "mg")),
+        ("g", 3.0, (1.0, "g")),
+        ("g/g^2", 1e-4, (1e6, "µg/g²")),
+        ("rad", 1e-3, (1e6, "µrad")),
+        ("1", 1e-5, (1e6, "ppm")),
+        ("1", 0.02, (1e2, "%")),
+        ("1/degC", 1e-5, (1e6, "ppm/°C")),
+        ("mA", 7.0, (1.0, "mA")),
+        ("mA", 2e-5, (1e6, "nA")),
+        ("mV/g", 0.002, (1e3, "µV/g")),
+        ("counts", 1e-9, (1.0, "counts")),
+        ("g", float("nan"), (1e6, "µg")),
+    ],
+)
+def test_units_of_engineers(unit, largest, expected):
+    factor, name = readable(unit, largest)
+    assert (factor, name) == (pytest.approx(expected[0]), expected[1])
