@@ -41,6 +41,14 @@ def test_stability_coverage():
     assert len(re.findall(r"^.{24}(?: +[01]\.\d{3}){3}$", printed, re.MULTILINE)) == 10
 
 
+def test_stand_budget():
+    printed = run("stand_budget.py", "--smoke")
+    ratios = re.search(r"^closed-form +(.*)$", printed, re.MULTILINE)[1].split()
+    assert len(ratios) == 10
+    # of 40 tests the spread is known to 11 %, and off by five times that once in a million
+    assert all(0.45 < float(ratio) < 1.55 for ratio in ratios)
+
+
 def test_gates():
     printed = run("gates.py", "--smoke", "--jobs", "1")
     clean = re.findall(r"^    (\w[\w ]*\w) +([\d.]+)$", printed, re.MULTILINE)

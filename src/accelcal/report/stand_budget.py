@@ -16,7 +16,8 @@ __all__ = ["shares", "shown_unit", "stand_budget_text"]
 Document = Mapping[str, Any]
 
 _WIDTH = 100
-_NAMED = 3  # components of a coefficient that are named
+_NAMED = 3  # components of a coefficient that are named; beside Monte Carlo one less
+_MANY = 9999.0  # degrees of freedom that are shown as infinite
 _WHOLE = 0.01  # residuals below this part of an effect show nothing of it
 _IN_PART = 0.1  # of the largest coefficient in g; smaller ones are not named
 _SMALL_UNITS = {
@@ -153,9 +154,10 @@ def _change(own: Document) -> bool:
 def _row(document: Document, place: int) -> list[str]:
     own = document["coefficients"][place]
     unit, factor = shown_unit(own)
-    dof = "inf" if own["dof"] is None else f"{own['dof']:.0f}"
+    dof = "inf" if own["dof"] is None or own["dof"] > _MANY else f"{own['dof']:.0f}"
     u, U = (significant(factor * own[f"{kind}_uncertainty"], 3) for kind in _BOTH)
-    largest = [item for item in shares(document, place)[:_NAMED] if item[1] >= 0.005]
+    named = _NAMED - (own["monte_carlo"] is not None)
+    largest = [item for item in shares(document, place)[:named] if item[1] >= 0.005]
     told = ", ".join(f"{name} {100 * share:.0f}" for name, share in largest)
     without = own["expanded_uncertainty"] * math.sqrt(max(1.0 - sum(s for _, s in largest[:1]), 0))
     trial = own["monte_carlo"]
@@ -233,7 +235,7 @@ def _elsewhere(document: Document, part: Document) -> str:
     found = [
         (abs(change) / own["standard_uncertainty"], own, change)
         for own, change in zip(document["coefficients"], part["contributions"], strict=True)
-        if own["standard_uncertainty"] > 0.0
+        if own["standard_uncertainty"] > 0.0 and not own["where"]
     ]
     most = max((ratio for ratio, _, _ in found), default=0.0)
     named = []
@@ -287,7 +289,8 @@ def _instruments(document: Document) -> Iterator[str]:
     yield from (f"  {line}" for line in aligned(rows, right=range(2, 6)))
     yield from _wrapped(
         "alone: largest with all others as they are, 0 where not even a perfect one would do;"
-        " equal shares and all alike: two allocations that keep all targets within reach."
+        " equal shares and all alike: two allocations that keep all targets within reach. A half"
+        " width goes with its standard uncertainty."
     )
 
 
@@ -300,9 +303,9 @@ def _size(value: float | None, factor: float) -> str:
 def _data_sheet(document: Document) -> Iterator[str]:
     yield "Limits of the data sheet against U of this test; suffices: 4 to 1 or better"
     rows: list[Sequence[str]] = [("", "of", "unit", "limit", "U", "ratio", "")]
-    for limit in document["data_sheet"]:
+    limits = document["data_sheet"]
+    for limit in limits:
         U, ratio = limit["expanded_uncertainty"], limit["ratio"]
-        note = f"; {limit['note']}" if limit["note"] else ""
         rows.append(
             (
                 limit["name"],
@@ -311,10 +314,13 @@ def _data_sheet(document: Document) -> Iterator[str]:
                 f"{limit['limit']:g}",
                 "" if U is None else significant(U, 3),
                 "" if ratio is None else significant(ratio, 2),
-                f"{limit['verdict']}{note}",
+                limit["verdict"],
             )
         )
     yield from (f"  {line}" for line in aligned(rows, right=(3, 4, 5)))
+    for note in dict.fromkeys(limit["note"] for limit in limits if limit["note"]):
+        named = ", ".join(limit["name"] for limit in limits if limit["note"] == note)
+        yield from _wrapped(f"  {named}: {note}")
 
 
 def _wrapped(text: str) -> Iterator[str]:
