@@ -8,12 +8,13 @@ be seen is taken out of the coefficients (best linear prediction).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.noise import ReadingNoise
+from accelcal.estimate.grid import Grid
+from accelcal.estimate.noise import NoiseStack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.grouping import distinct
 
@@ -41,15 +42,18 @@ _CAUTION = 6.0
 class LackOfFit(NamedTuple):
     """What the means of the positions say against the model, in units of the reading noise.
 
+    All arrays but `positions` begin with an axis of the records where they are of a stack. There a
+    contrast that tells nothing has the strength 0, in one record it is left out.
+
     Attributes
     ----------
     positions : ndarray, shape (J,)
         Head positions of all tables [deg].
-    contrasts : ndarray, shape (q,)
+    contrasts : ndarray, shape (..., q)
         Independent contrasts, each of variance 1 + (u * strength)^2 under a head error u.
-    strengths : ndarray, shape (q,)
+    strengths : ndarray, shape (..., q)
         How much a head error of 1 rad shows in each contrast [1/rad].
-    directions : ndarray, shape (J, q)
+    directions : ndarray, shape (..., J, q)
         Pattern over the head positions that each contrast sees.
     """
 
@@ -58,34 +62,47 @@ class LackOfFit(NamedTuple):
     strengths: Array
     directions: Array
 
-    def in_units_of(self, noise: float) -> LackOfFit:
+    def in_units_of(self, noise: Array) -> LackOfFit:
         """Return the same contrasts where the reading noise is `noise` times what it was."""
-        return self._replace(contrasts=self.contrasts / noise, strengths=self.strengths / noise)
+        size = noise[..., None]
+        return self._replace(contrasts=self.contrasts / size, strengths=self.strengths / size)
+
+    def one(self, record: int) -> LackOfFit:
+        """Return the contrasts of one record."""
+        shown = self.strengths[record] > 0.0
+        return LackOfFit(
+            self.positions,
+            self.contrasts[record, shown],
+            self.strengths[record, shown],
+            self.directions[record][:, shown],
+        )
 
 
 class HeadError(NamedTuple):
     """Standard uncertainty of a head position and the errors seen.
 
+    All but `source` and `positions` begin with an axis of the records where they are of a stack.
+
     Attributes
     ----------
-    uncertainty : float
+    uncertainty : float or ndarray
         Standard uncertainty of one position [rad].
-    dof : float
+    dof : float or ndarray
         Its degrees of freedom; infinite where declared.
     source : str
         ``"declared"``, ``"estimated"`` or ``"none"``.
     positions : ndarray, shape (J,)
         Head positions [deg].
-    predicted : ndarray, shape (J,)
+    predicted : ndarray, shape (..., J)
         Error of each position as far as the lack of fit shows it [rad].
-    unseen : ndarray, shape (J, J)
+    unseen : ndarray, shape (..., J, J)
         Matrix that leaves of the true errors what the prediction misses.
-    from_noise : ndarray, shape (J, q)
+    from_noise : ndarray, shape (..., J, q)
         Matrix that brings the reading noise, as unit contrasts, into the prediction [rad].
     """
 
-    uncertainty: float
-    dof: float
+    uncertainty: Any
+    dof: Any
     source: str
     positions: Array
     predicted: Array
@@ -96,8 +113,21 @@ class HeadError(NamedTuple):
         """Return the same head error with nothing of it taken out of the readings."""
         return self._replace(
             predicted=np.zeros_like(self.predicted),
-            unseen=np.eye(self.positions.size),
+            unseen=np.zeros_like(self.unseen) + np.eye(self.positions.size),
             from_noise=np.zeros_like(self.from_noise),
+        )
+
+    def one(self, record: int) -> HeadError:
+        """Return the head error of one record."""
+        seen = self.source != "estimated" or self.dof[record] > 0.0
+        return HeadError(
+            float(self.uncertainty[record]),
+            float(self.dof[record]) if seen else np.inf,
+            self.source if seen else "none",
+            self.positions,
+            self.predicted[record],
+            self.unseen[record],
+            self.from_noise[record],
         )
 
 
@@ -118,52 +148,90 @@ def sensitivity(table: PreparedTable, coefficients: Array, positions: Array) -> 
     ndarray, shape (n, J)
         dY/dth in the column of the reading's position, zero elsewhere [output unit / rad].
     """
-    acting = np.zeros((table.head.size, positions.size))
-    column = np.searchsorted(positions, table.head)
-    acting[np.arange(table.head.size), column] = table.angular @ coefficients
-    return acting
+    return np.asarray((table.angular @ coefficients)[:, None] * (table.head[:, None] == positions))
 
 
 def lack_of_fit(
     tables: Sequence[PreparedTable],
     outputs: Sequence[Array],
-    noises: Sequence[ReadingNoise],
+    noises: Sequence[NoiseStack],
     coefficients: Sequence[Array],
 ) -> LackOfFit:
     """Contrasts of the position means that no coefficient can absorb.
 
     Parameters
     ----------
-    tables, outputs, noises
-        The tables, their readings and their noise.
-    coefficients : sequence of ndarray, shape (6,)
+    tables : sequence of PreparedTable
+        The tables of any record of a stack.
+    outputs : sequence of ndarray, shape (R, n)
+        Their readings in all records [output unit].
+    noises : sequence of NoiseStack
+        Their noise.
+    coefficients : sequence of ndarray, shape (R, 6)
         Least-squares coefficients of each table.
 
     Returns
     -------
     LackOfFit
         Contrasts, none where the noise is unknown or the angles leave no residual.
+
+    Notes
+    -----
+    Readings at one position have one mean in common, and only means can show a head error, so each
+    table is reduced to those of its positions, and these to what is orthogonal to its model.
     """
     positions = distinct(np.concatenate([table.head for table in tables]))
-    if any(np.isnan(noise.factor) for noise in noises):
-        nothing = np.zeros(0)
-        return LackOfFit(positions, nothing, nothing, np.zeros((positions.size, 0)))
-    seen, readings, whole = [], [], 0.0
+    seen, readings, whole = [], [], np.zeros(len(outputs[0]))
     for table, y, noise, k in zip(tables, outputs, noises, coefficients, strict=True):
-        spread = noise.factor * table.scatter
-        basis = table.least_squares.basis
-        acting = sensitivity(table, k, positions) / spread[:, None]
-        seen.append(acting - basis @ (basis.T @ acting))
-        whole = max(whole, float(np.abs(acting).max()))
+        means = _PositionMeans.of(table, positions)
+        rate = k @ means.rate.T / noise.factor[:, None]
+        seen.append(means.free[None] * rate[:, None, :])
+        whole = np.maximum(whole, (np.abs(rate) * means.largest).max(axis=1))
         # taking the fit off first keeps the digits: the contrasts ignore it anyway
-        readings.append((y - table.design @ k) / spread)
-    left, strengths, right = np.linalg.svd(np.concatenate(seen), full_matrices=False)
-    shown = strengths > _LEAST_SHOWN * whole
+        left = (y - k @ table.design.T) / (noise.factor[:, None] * table.scatter)
+        readings.append(left @ means.weights.T)
+    return _contrasts(positions, np.concatenate(seen, axis=1), np.concatenate(readings, 1), whole)
+
+
+class _PositionMeans(NamedTuple):
+    """What the means of the positions of a table can tell beside its coefficients.
+
+    `weights`, shape (f, n), takes the f free contrasts of the readings in units of their scatter;
+    `free`, shape (f, J), is how an error that acts alike on all positions shows in them; `rate`,
+    shape (J, 6), is the derivative of the design by the angle at each position [1/rad] and
+    `largest`, shape (J,), the inverse scatter of its surest reading.
+    """
+
+    weights: Array
+    free: Array
+    rate: Array
+    largest: Array
+
+    @classmethod
+    def of(cls, table: PreparedTable, positions: Array) -> _PositionMeans:
+        at = (positions[:, None] == table.head) / table.scatter
+        norms = np.sqrt((at * at).sum(axis=1))
+        mean = at[norms > 0.0] / norms[norms > 0.0, None]
+        basis = np.linalg.qr(mean @ table.least_squares.basis, mode="complete")[0]
+        left = basis[:, len(table.estimability.kept) :].T
+        free = np.zeros((len(left), positions.size))
+        free[:, norms > 0.0] = left * norms[norms > 0.0]
+        first = np.argmax(at > 0.0, axis=1)
+        return cls(left @ mean, free, table.angular[first], at.max(axis=1))
+
+
+def _contrasts(positions: Array, seen: Array, readings: Array, whole: Array) -> LackOfFit:
+    records, rows, columns = seen.shape
+    if rows == 0 or np.isnan(whole).any():  # the noise is unknown in all records, or in none
+        nothing = np.zeros((records, 0))
+        return LackOfFit(positions, nothing, nothing, np.zeros((records, columns, 0)))
+    left, strengths, right = np.linalg.svd(seen, full_matrices=False)
+    shown = strengths > _LEAST_SHOWN * whole[:, None]
     return LackOfFit(
         positions=positions,
-        contrasts=left[:, shown].T @ np.concatenate(readings),
-        strengths=strengths[shown],
-        directions=right[shown].T,
+        contrasts=np.where(shown, (readings[:, None, :] @ left)[:, 0], 0.0),
+        strengths=np.where(shown, strengths, 0.0),
+        directions=np.swapaxes(right, 1, 2),
     )
 
 
@@ -172,20 +240,20 @@ def head_error(
     declared: float | None,
     *,
     separable: bool = True,
-    told_apart: float | None = None,
+    told_apart: Array | None = None,
 ) -> HeadError:
     """Size of the head error, declared or estimated, and the errors as far as they are seen.
 
     Parameters
     ----------
     found : LackOfFit
-        Contrasts of the position means.
+        Contrasts of the position means, of one record or of a stack.
     declared : float or None
         Declared standard uncertainty of a head position [rad]; None to estimate it.
     separable : bool, default True
         Whether the reading noise is known apart from the lack of fit; otherwise the head error is
         not estimated, as it is in the noise already.
-    told_apart : float, optional
+    told_apart : ndarray, optional
         Estimate that came together with that of the noise [rad].
 
     Returns
@@ -198,38 +266,52 @@ def head_error(
     Estimated, the degrees of freedom are the number of contrasts that tell of the head: two on 8
     positions.
     """
+    like = np.zeros(found.contrasts.shape[:-1])
     if declared is not None:
-        return _predict(found, declared, np.inf, "declared")
-    if not separable or found.contrasts.size == 0:
-        return _predict(found, 0.0, np.inf, "none")
-    telling = found.strengths > _LEAST_STRENGTH * found.strengths.max()
+        return _predict(found, like + declared, like + np.inf, "declared")
+    if not separable or not found.strengths.any():
+        return _predict(found, like, like + np.inf, "none")
+    telling = found.strengths > _LEAST_STRENGTH * found.strengths.max(axis=-1, keepdims=True)
     if told_apart is None:
-        told_apart = _most_likely(found.contrasts[telling], found.strengths[telling])
-    return _predict(found, told_apart, float(telling.sum()), "estimated")
+        told_apart = _most_likely(found.contrasts, found.strengths, telling)
+    return _predict(found, told_apart, telling.sum(axis=-1) + like, "estimated")
 
 
-def _most_likely(contrasts: Array, strengths: Array) -> float:
+def _most_likely(contrasts: Array, strengths: Array, telling: NDArray[np.bool_]) -> Array:
     """Uncertainty that makes the contrasts most likely, on a grid of 0.5 % steps [rad]."""
-    unit = 1.0 / float(strengths.max())
-    top = 2.0 + float(np.abs(contrasts / strengths).max()) / unit
-    grid = np.concatenate([[0.0], np.geomspace(0.01, 2.0 * top, int(np.log(200 * top) / 0.005))])
-    share = contrasts.size / (contrasts.size + _CAUTION)
-    variance = share + (unit * grid[:, None] * strengths) ** 2
-    likelihood = -(np.log(variance) + contrasts**2 / variance).sum(axis=1)
-    return unit * float(grid[np.argmax(likelihood)])
+    strongest = strengths.max(axis=-1, keepdims=True)
+    unit = 1.0 / np.where(strongest > 0.0, strongest, 1.0)
+    shape, squares = np.where(telling, unit * strengths, 0.0) ** 2, contrasts**2
+    ratio = np.where(telling, squares, 0.0) / np.where(telling, shape, 1.0)
+    top = 2.0 + np.sqrt(ratio.max(axis=-1, keepdims=True))
+    number = telling.sum(axis=-1, keepdims=True)
+    share = number / (number + _CAUTION)
+
+    def misfit(size: Array) -> Array:
+        variance = share[..., None, :] + size[..., None] ** 2 * shape[..., None, :]
+        terms = np.log(variance) + squares[..., None, :] / variance
+        return np.asarray(np.where(telling[..., None, :], terms, 0.0).sum(axis=-1))
+
+    points = np.floor(np.log(200.0 * top) / 0.005)
+    grid = Grid(np.log(0.01), np.log(200.0 * top) / (points - 1.0), points)
+    best, least = grid.least(misfit)
+    nothing = misfit(np.zeros_like(best))
+    return np.asarray((unit * np.where(least < nothing, best, 0.0))[..., 0])
 
 
-def _predict(found: LackOfFit, uncertainty: float, dof: float, source: str) -> HeadError:
-    shown = (uncertainty * found.strengths) ** 2
-    gain = uncertainty**2 * found.strengths / (1.0 + shown)
+def _predict(found: LackOfFit, uncertainty: Array, dof: Array, source: str) -> HeadError:
+    size = uncertainty[..., None]
+    shown = (size * found.strengths) ** 2
+    gain = size**2 * found.strengths / (1.0 + shown)
     directions = found.directions
+    from_noise = directions * gain[..., None, :]
+    seen = (from_noise * found.strengths[..., None, :]) @ np.swapaxes(directions, -1, -2)
     return HeadError(
         uncertainty=uncertainty,
         dof=dof,
         source=source,
         positions=found.positions,
-        predicted=directions @ (gain * found.contrasts),
-        unseen=np.eye(found.positions.size)
-        - (directions * (gain * found.strengths)) @ directions.T,
-        from_noise=directions * gain,
+        predicted=(directions @ (gain * found.contrasts)[..., None])[..., 0],
+        unseen=np.eye(found.positions.size) - seen,
+        from_noise=from_noise,
     )

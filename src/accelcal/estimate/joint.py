@@ -1,6 +1,8 @@
 """All tables of one record estimated together: coefficients, and the components of their errors.
 
 Tables share the head, so their coefficients are correlated; each table keeps its own coefficients.
+Records of one plan, with the same angles, strokes, mountings and declarations, are estimated
+together: what follows from the plan is worked out once, and all else has an axis of the records.
 """
 
 from __future__ import annotations
@@ -9,21 +11,20 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from accelcal.estimate.head import HeadError, LackOfFit, head_error, lack_of_fit, sensitivity
+from accelcal.estimate.error_components import Errors, ErrorsOfReadings
+from accelcal.estimate.head import HeadError, LackOfFit, head_error, lack_of_fit
 from accelcal.estimate.launch import RunShift, reached_by, run_shift
-from accelcal.estimate.linear import METHODS, LinearEstimator, linear_estimator
-from accelcal.estimate.noise import ReadingNoise, reading_noise
-from accelcal.estimate.rounding import rounding
+from accelcal.estimate.linear import METHODS, linear_estimator
+from accelcal.estimate.noise import NoiseStack, ReadingNoise, noise_of_stack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.estimate.unrepeated import told_apart
-from accelcal.grouping import decimal_step, distinct, grouped
 from accelcal.model import COEFFICIENTS
 from accelcal.record import Apparatus
 
-__all__ = ["JointEstimate", "estimate_jointly"]
+__all__ = ["JointEstimate", "JointStack", "estimate_jointly", "estimate_stack"]
 
 Array = NDArray[np.float64]
 
@@ -80,14 +81,59 @@ class JointEstimate(NamedTuple):
         return slice(start, start + len(self.names[table]))
 
 
-class _Errors(NamedTuple):
-    """What the least-squares fit says about the errors of the readings."""
+class JointStack(NamedTuple):
+    """The same for R records of one plan; element by element it is `JointEstimate`.
 
-    coefficients: list[Array]
-    noises: list[ReadingNoise]
-    lack_of_fit: LackOfFit
+    Attributes
+    ----------
+    outputs, coefficients, residuals : tuple of ndarray
+        As of `JointEstimate`, of each table, with a leading axis of length R.
+    names, stands_for : tuple
+        As of `JointEstimate`.
+    noises : tuple of NoiseStack
+        Reading noise of each table.
+    head : HeadError
+        Head errors, with a leading axis of length R.
+    lack_of_fit : LackOfFit
+        Contrasts, with a leading axis of length R.
+    bias_shift, scale_factor_shift : RunShift
+        Shifts, with a leading axis of length R.
+    components, alike : mapping of str to Component
+        Components with a leading axis of length R.
+    """
+
+    outputs: tuple[Array, ...]
+    names: tuple[tuple[str, ...], ...]
+    stands_for: tuple[Mapping[str, str], ...]
+    coefficients: tuple[Array, ...]
+    residuals: tuple[Array, ...]
+    noises: tuple[NoiseStack, ...]
     head: HeadError
-    acting: list[Array]
+    lack_of_fit: LackOfFit
+    bias_shift: RunShift
+    scale_factor_shift: RunShift
+    components: Mapping[str, Component]
+    alike: Mapping[str, Component]
+
+    def __len__(self) -> int:
+        return len(self.outputs[0])
+
+    def one(self, record: int) -> JointEstimate:
+        """Return the estimate of one record."""
+        return JointEstimate(
+            outputs=tuple(y[record] for y in self.outputs),
+            names=self.names,
+            stands_for=self.stands_for,
+            coefficients=tuple(k[record] for k in self.coefficients),
+            residuals=tuple(r[record] for r in self.residuals),
+            noises=tuple(noise.one(record) for noise in self.noises),
+            head=self.head.one(record),
+            lack_of_fit=self.lack_of_fit.one(record),
+            bias_shift=self.bias_shift.one(record),
+            scale_factor_shift=self.scale_factor_shift.one(record),
+            components={name: part.of(record) for name, part in self.components.items()},
+            alike={name: part.of(record) for name, part in self.alike.items()},
+        )
 
 
 def estimate_jointly(
@@ -116,7 +162,54 @@ def estimate_jointly(
     Returns
     -------
     JointEstimate
-        Coefficients, residuals and error components.
+        Coefficients, residuals and error components: `estimate_stack` of one record.
+
+    Raises
+    ------
+    InputError
+        If the method is unknown.
+    DesignError
+        If a closed form meets a table that is not an 8-position test.
+    """
+    outputs = [table.record.output[None] for table in tables]
+    levels = np.array([[table.record.mean_temperature for table in tables]])
+    stack = estimate_stack(
+        tables, outputs, levels, apparatus, method=method, robust=robust, delta0=delta0
+    )
+    return stack.one(0)
+
+
+def estimate_stack(
+    tables: Sequence[PreparedTable],
+    outputs: Sequence[Array],
+    levels: Array,
+    apparatus: Apparatus,
+    *,
+    method: str = METHODS[0],
+    robust: bool = False,
+    delta0: float = 0.0,
+) -> JointStack:
+    """Estimate the coefficients of all tables of R records of one plan.
+
+    Parameters
+    ----------
+    tables : sequence of PreparedTable
+        The tables of any of the records: their angles and their declared scatter count, which all
+        records have alike.
+    outputs : sequence of ndarray, shape (R, n)
+        Readings of each table in all records [output unit].
+    levels : ndarray, shape (R, tables)
+        Mean temperature of each table, NaN where unknown [degC]; in all records the same runs
+        share a level, and were reached alike.
+    apparatus : Apparatus
+        What is declared of the stand.
+    method, robust, delta0
+        As in `estimate_jointly`.
+
+    Returns
+    -------
+    JointStack
+        Coefficients, residuals and error components of all records.
 
     Raises
     ------
@@ -131,174 +224,104 @@ def estimate_jointly(
     then takes what the lack of fit shows of the head's errors out of the readings, which makes it
     generalised least squares; the closed forms take the readings as they are.
     """
-    outputs = [_readings(table, robust) for table in tables]
     estimators = [linear_estimator(table, method, delta0) for table in tables]
-    errors = _judge_errors(tables, outputs, apparatus, predict=method == METHODS[0])
+    readings = [_readings(table, y, robust) for table, y in zip(tables, outputs, strict=True)]
+    errors = Errors.of(
+        estimators, _judge(tables, readings, apparatus, predict=method == METHODS[0])
+    )
     coefficients = [
         # two terms, because taking the small one off the readings would round them
-        estimator.coefficients(y) - estimator.expand(estimator.map @ acting @ errors.head.predicted)
-        for estimator, y, acting in zip(estimators, outputs, errors.acting, strict=True)
+        estimator.coefficients(y) - estimator.expand(small)
+        for estimator, y, small in zip(estimators, readings, errors.predicted(), strict=True)
     ]
-    reading = _reading_component(estimators, errors)
-    bias, scale_factor = _run_shifts(estimators, errors, reading, apparatus)
-    return JointEstimate(
-        outputs=tuple(outputs),
+    reading = errors.reading()
+    bias, scale_factor = _run_shifts(errors, reading, levels, apparatus)
+    return JointStack(
+        outputs=tuple(readings),
         names=tuple(estimator.names for estimator in estimators),
         stands_for=tuple(estimator.stands_for for estimator in estimators),
         coefficients=tuple(coefficients),
         residuals=tuple(
-            t.record.output - t.design @ k for t, k in zip(tables, coefficients, strict=True)
+            y - k @ t.design.T for t, y, k in zip(tables, outputs, coefficients, strict=True)
         ),
-        noises=tuple(errors.noises),
-        head=errors.head,
-        lack_of_fit=errors.lack_of_fit,
+        noises=tuple(errors.judged.noises),
+        head=errors.judged.head,
+        lack_of_fit=errors.judged.lack_of_fit,
         bias_shift=bias,
         scale_factor_shift=scale_factor,
         components={
             "reading": reading,
-            "head": _head_component(estimators, errors),
-            "launch": _shift_component(estimators, errors, "K0", bias),
-            "launch_sf": _shift_component(estimators, errors, "K1", scale_factor),
-            "resolution": _resolution_component(estimators, errors, apparatus.resolution),
+            "head": errors.head(),
+            "launch": errors.shift("K0", bias),
+            "launch_sf": errors.shift("K1", scale_factor),
+            "resolution": errors.resolution(outputs, apparatus.resolution),
         },
         alike={
-            "launch": _shift_component(estimators, errors, "K0", bias.alike()),
-            "launch_sf": _shift_component(estimators, errors, "K1", scale_factor.alike()),
+            "launch": errors.shift("K0", bias.alike()),
+            "launch_sf": errors.shift("K1", scale_factor.alike()),
         },
     )
 
 
-def _readings(table: PreparedTable, robust: bool) -> Array:
+def _readings(table: PreparedTable, output: Array, robust: bool) -> Array:
     if not robust:
-        return table.record.output
+        return output
     from accelcal.estimate.robust import pseudo_values
 
-    return pseudo_values(table.record.output, table.head, table.scatter)
+    return pseudo_values(output, table.head, table.scatter)
 
 
-def _judge_errors(
-    tables: Sequence[PreparedTable], outputs: list[Array], apparatus: Apparatus, *, predict: bool
-) -> _Errors:
+def _judge(
+    tables: Sequence[PreparedTable],
+    readings: Sequence[Array],
+    apparatus: Apparatus,
+    *,
+    predict: bool,
+) -> ErrorsOfReadings:
     coefficients = [
-        linear_estimator(table).coefficients(y) for table, y in zip(tables, outputs, strict=True)
+        linear_estimator(table).coefficients(y) for table, y in zip(tables, readings, strict=True)
     ]
-    noises = reading_noise(tables, outputs)
-    found = lack_of_fit(tables, outputs, noises, coefficients)
+    noises = noise_of_stack(tables, readings)
+    found = lack_of_fit(tables, readings, noises, coefficients)
     declared = apparatus.head_uncertainty
-    if found.contrasts.size and all(noise.source == "residuals" for noise in noises):
-        told = told_apart(found, noises[0].dof, declared)
-        noises = [
-            noise._replace(factor=told.noise * noise.factor, dof=told.noise_dof) for noise in noises
-        ]
+    # noise that is not declared is known in the same way in all records
+    sources = {source for noise in noises for source in noise.source[:1].tolist()}
+    if found.strengths.any() and sources == {"residuals"}:
+        told = told_apart(found, float(noises[0].dof[0]), declared)
+        noises = [n._replace(factor=told.noise * n.factor, dof=told.noise_dof) for n in noises]
         found = found.in_units_of(told.noise)
         head = head_error(found, declared, told_apart=told.head)
     else:
-        separable = all(noise.source not in ("residuals", "none") for noise in noises)
-        head = head_error(found, declared, separable=separable)
-    return _Errors(
-        coefficients=coefficients,
-        noises=noises,
-        lack_of_fit=found,
-        head=head if predict else head.without_prediction(),
-        acting=[
-            sensitivity(table, k, found.positions)
-            for table, k in zip(tables, coefficients, strict=True)
-        ],
+        head = head_error(found, declared, separable=not sources & {"residuals", "none"})
+    return ErrorsOfReadings(
+        coefficients, noises, found, head if predict else head.without_prediction()
     )
-
-
-def _influence(estimators: Sequence[LinearEstimator], errors: _Errors) -> Array:
-    """Matrix that brings the head's errors into all coefficients, shape (sum of p, J)."""
-    return np.concatenate(
-        [e.map @ acting for e, acting in zip(estimators, errors.acting, strict=True)]
-    )
-
-
-def _reading_component(estimators: Sequence[LinearEstimator], errors: _Errors) -> Component:
-    spreads = [
-        e.map * (noise.factor * e.table.scatter)
-        for e, noise in zip(estimators, errors.noises, strict=True)
-    ]
-    through_head = _influence(estimators, errors) @ errors.head.from_noise
-    return Component(
-        _block_diagonal([spread @ spread.T for spread in spreads]) + through_head @ through_head.T,
-        _per_coefficient(estimators, [noise.dof for noise in errors.noises]),
-    )
-
-
-def _head_component(estimators: Sequence[LinearEstimator], errors: _Errors) -> Component:
-    missed = errors.head.uncertainty * _influence(estimators, errors) @ errors.head.unseen
-    return Component(missed @ missed.T, np.full(missed.shape[0], errors.head.dof))
-
-
-def _shift_component(
-    estimators: Sequence[LinearEstimator], errors: _Errors, name: str, shift: RunShift
-) -> Component:
-    """Shift of one coefficient from run to run, common to the mountings of a run."""
-    runs, index, _ = grouped(np.array([e.table.record.run[0] for e in estimators]))
-    by_run = np.concatenate(
-        [
-            k[_SCALE_FACTOR] * np.outer(e.unit(name), shift.of_run * (np.arange(runs.size) == i))
-            for e, k, i in zip(estimators, errors.coefficients, index, strict=True)
-        ]
-    )
-    return Component(by_run @ by_run.T, _per_coefficient(estimators, shift.dof_of_run[index]))
-
-
-def _resolution_component(
-    estimators: Sequence[LinearEstimator], errors: _Errors, step: float | None
-) -> Component:
-    """Rounding errors that the reading noise does not hold."""
-    blocks = []
-    for estimator, noise in zip(estimators, errors.noises, strict=True):
-        table = estimator.table
-        q = decimal_step(table.record.output) if step is None else step
-        size = float(noise.factor * table.scatter.min())
-        left = rounding(size, q, seen=noise.source != "declared")
-        same_position = distinct(table.head)[:, None] == table.head
-        common = left.common * estimator.map @ same_position.T
-        own = left.own * estimator.map
-        blocks.append(common @ common.T + own @ own.T)
-    return Component(_block_diagonal(blocks), np.full(sum(b.shape[0] for b in blocks), np.inf))
 
 
 def _run_shifts(
-    estimators: Sequence[LinearEstimator],
-    errors: _Errors,
-    reading: Component,
-    apparatus: Apparatus,
+    errors: Errors, reading: Component, levels: Array, apparatus: Apparatus
 ) -> tuple[RunShift, RunShift]:
     """Shifts of bias [g] and scale factor (relative) from run to run, a table a run."""
+    estimators = errors.estimators
     runs = [int(e.table.record.run[0]) for e in estimators]
     tables = [runs.index(run) for run in sorted(set(runs))]
-    levels = [estimators[i].table.record.mean_temperature for i in tables]
-    k = np.array(errors.coefficients)[tables]
-    scale_factor = k[:, _SCALE_FACTOR].mean()
+    at = levels[:, tables]
+    k = np.stack([errors.judged.coefficients[i] for i in tables], axis=1)
+    scale_factor = k[:, :, _SCALE_FACTOR].mean(axis=1, keepdims=True)
     starts = np.cumsum([0, *(len(e.names) for e in estimators)])
+    variance = reading.variances / scale_factor**2
 
     def of(name: str) -> Array:
         """Variance by the reading noise, NaN where the coefficient is not estimated."""
-        variance = np.diagonal(reading.covariance) / scale_factor**2
+        unknown = np.full(len(variance), np.nan)
         names = [(starts[i], estimators[i].names) for i in tables]
-        return np.array([variance[s + n.index(name)] if name in n else np.nan for s, n in names])
+        own = [variance[:, s + n.index(name)] if name in n else unknown for s, n in names]
+        return np.stack(own, axis=1)
 
-    bias = k[:, _BIAS] / k[:, _SCALE_FACTOR]
+    bias = k[:, :, _BIAS] / k[:, :, _SCALE_FACTOR]
+    relative = k[:, :, _SCALE_FACTOR] / scale_factor
+    reached = reached_by(at[0])
     return (
-        run_shift(apparatus.launch_uncertainty, bias, of("K0"), levels, reached_by(levels)),
-        run_shift(
-            apparatus.launch_sf_uncertainty, k[:, _SCALE_FACTOR] / scale_factor, of("K1"), levels
-        ),
+        run_shift(apparatus.launch_uncertainty, bias, of("K0"), at, reached),
+        run_shift(apparatus.launch_sf_uncertainty, relative, of("K1"), at),
     )
-
-
-def _per_coefficient(estimators: Sequence[LinearEstimator], values: ArrayLike) -> Array:
-    """Repeat a value of each table for each of its coefficients."""
-    return np.repeat(np.asarray(values, dtype=np.float64), [len(e.names) for e in estimators])
-
-
-def _block_diagonal(blocks: Sequence[Array]) -> Array:
-    edges = np.cumsum([0, *(block.shape[0] for block in blocks)])
-    whole = np.zeros((edges[-1], edges[-1]))
-    for start, stop, block in zip(edges[:-1], edges[1:], blocks, strict=True):
-        whole[start:stop, start:stop] = block
-    return whole

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["SAME_LEVEL", "RunShift", "reached_by", "run_shift", "same_levels"]
 
@@ -24,30 +24,32 @@ _OTHERS_SHARE = 0.5
 
 
 class RunShift(NamedTuple):
-    """Standard uncertainty of a quantity from run to run.
+    """Standard uncertainty of a quantity from run to run, in one record or in each of a stack.
 
     Attributes
     ----------
-    uncertainty : float
+    uncertainty : float or ndarray
         Standard uncertainty [g for the bias, relative for the scale factor].
     dof : float
         Degrees of freedom; infinite where declared.
     source : str
         ``"declared"``, ``"estimated"`` or ``"none"``.
-    of_run, dof_of_run : ndarray, shape (runs,)
+    of_run : ndarray, shape (..., runs)
         The same for the shift of each run. Estimated, it comes from the other runs, so that the
         shift of a run and its uncertainty are independent, as Student's factor asks.
-    scatter : float
+    dof_of_run : ndarray, shape (runs,)
+        Its degrees of freedom.
+    scatter : float or ndarray
         The same as `uncertainty` with all that other errors add to it: for estimates that are
         surer than those of single tables, and would lean on a shift that came out too small.
     """
 
-    uncertainty: float
+    uncertainty: Any
     dof: float
     source: str
     of_run: Array
     dof_of_run: Array
-    scatter: float
+    scatter: Any
 
     def alike(self) -> RunShift:
         """Return the shift with the same uncertainty in all runs, from all repeats.
@@ -55,8 +57,19 @@ class RunShift(NamedTuple):
         For what all runs tell together: a law through levels met several times goes through their
         means, which are independent of the scatter about them.
         """
-        runs = np.ones_like(self.of_run)
-        return self._replace(of_run=self.uncertainty * runs, dof_of_run=self.dof * runs)
+        size = np.asarray(self.uncertainty)[..., None]
+        return self._replace(
+            of_run=size + np.zeros_like(self.of_run),
+            dof_of_run=self.dof * np.ones_like(self.dof_of_run),
+        )
+
+    def one(self, record: int) -> RunShift:
+        """Return the shift in one record."""
+        return self._replace(
+            uncertainty=float(self.uncertainty[record]),
+            of_run=self.of_run[record],
+            scatter=float(self.scatter[record]),
+        )
 
 
 def reached_by(levels: Sequence[float]) -> Array | None:
@@ -96,7 +109,7 @@ def run_shift(
     declared: float | None,
     values: Array,
     variances: Array,
-    levels: Sequence[float],
+    levels: ArrayLike,
     reached: Array | None = None,
 ) -> RunShift:
     """Take the declared shift, or estimate it from runs at the same temperature.
@@ -105,12 +118,13 @@ def run_shift(
     ----------
     declared : float or None
         Declared standard uncertainty.
-    values : ndarray, shape (runs,)
+    values : ndarray, shape (..., runs)
         The quantity in each run.
-    variances : ndarray, shape (runs,)
+    variances : ndarray, shape (..., runs)
         Variance that errors new in each run (reading noise) give to it; NaN where unknown.
-    levels : sequence of float
-        Temperature of each run [degC]; NaN where unknown.
+    levels : array_like, shape (..., runs)
+        Temperature of each run [degC]; NaN where unknown. In all records of a stack the same runs
+        share a level, see `same_levels`.
     reached : ndarray, shape (runs,), optional
         See `reached_by`: what goes with it, alike at all levels, is hysteresis and no shift; a
         run of which nobody knows how its level was reached tells nothing.
@@ -129,59 +143,73 @@ def run_shift(
     --------
     >>> import numpy as np
     >>> shift = run_shift(None, np.array([1.0, 2.0, 3.0]), np.zeros(3), [20.0, 20.1, 19.9])
-    >>> shift.uncertainty, shift.dof, shift.dof_of_run.tolist()
+    >>> float(shift.uncertainty), shift.dof, shift.dof_of_run.tolist()
     (1.0, 2.0, [1.0, 1.0, 1.0])
     """
-    runs = np.arange(values.size)
     if declared is not None:
-        return _same_in_all(runs, declared, "declared")
+        return _same_in_all(values, declared, "declared")
     temperature = np.asarray(levels, dtype=np.float64)
     values = _without_trend(values, temperature)
-    sides = np.zeros(runs.size) if reached is None else reached
-    temperature = np.where(np.isnan(sides), np.nan, temperature)
-    size, dof, scatter = _scatter(values, variances, temperature, sides)
-    if dof == 0.0:
-        return _same_in_all(runs, 0.0, "none")
-    without = [np.where(runs == r, np.nan, temperature) for r in runs]
+    runs = values.shape[-1]
+    pattern = temperature.reshape(-1, runs)[0]
+    sides = np.zeros(runs) if reached is None else reached
+    pattern = np.where(np.isnan(sides), np.nan, pattern)
+    whole = _scatter(values, variances, pattern, sides)
+    if whole.dof == 0.0:
+        return _same_in_all(values, 0.0, "none")
+    without = [np.where(np.arange(runs) == r, np.nan, pattern) for r in range(runs)]
     others = [_scatter(values, variances, rest, sides) for rest in without]
-    own = np.array([other if other[1] > 0.0 else (size, dof, scatter) for other in others])
-    return RunShift(size, dof, "estimated", own[:, 0], own[:, 1], scatter)
+    own = [other if other.dof > 0.0 else whole for other in others]
+    of_run = np.stack([found.size for found in own], axis=-1)
+    dof_of_run = np.array([found.dof for found in own])
+    return RunShift(whole.size, whole.dof, "estimated", of_run, dof_of_run, whole.as_it_was)
 
 
 def _without_trend(values: Array, temperature: Array) -> Array:
     """Take off what temperature does to runs that miss their level by a fraction of a degree."""
-    known = np.isfinite(temperature)
-    if not known.any() or np.ptp(temperature[known]) < _TELLING_RANGE:
-        return values
-    slope = np.polynomial.polynomial.polyfit(temperature[known], values[known], 1)[1]
+    known = np.isfinite(temperature) + np.zeros(values.shape, dtype=bool)
+    number = np.maximum(known.sum(axis=-1, keepdims=True), 1)
+    t, y = (np.where(known, x, 0.0) for x in (temperature, values))
+    t, y = (np.where(known, x - x.sum(axis=-1, keepdims=True) / number, 0.0) for x in (t, y))
+    wide = np.ptp(t, axis=-1, keepdims=True) >= _TELLING_RANGE
+    squares = np.where(wide, (t * t).sum(axis=-1, keepdims=True), np.inf)
+    slope = (t * y).sum(axis=-1, keepdims=True) / squares
     return np.asarray(values - slope * np.where(known, temperature, 0.0))
 
 
-def _same_in_all(runs: NDArray[np.intp], uncertainty: float, source: str) -> RunShift:
-    infinite = np.full(runs.size, np.inf)
-    same = np.full(runs.size, uncertainty)
-    return RunShift(uncertainty, np.inf, source, same, infinite, uncertainty)
+def _same_in_all(values: Array, uncertainty: float, source: str) -> RunShift:
+    same = np.full(values.shape, uncertainty)
+    infinite = np.full(values.shape[-1:], np.inf)
+    return RunShift(same[..., 0], np.inf, source, same, infinite, same[..., 0])
 
 
-def _scatter(
-    values: Array, variances: Array, temperature: Array, reached: Array
-) -> tuple[float, float, float]:
-    """Standard deviation from run to run at one level, its degrees of freedom, and as it was."""
+class _Scatter(NamedTuple):
+    """Standard deviation from run to run at one level, its dof, and with the other errors in it."""
+
+    size: Array
+    dof: float
+    as_it_was: Array
+
+
+def _scatter(values: Array, variances: Array, temperature: Array, reached: Array) -> _Scatter:
     levels = [level for level in same_levels(temperature) if level.size > 1]
+    nothing = np.zeros(values.shape[:-1])
+    if not levels:
+        return _Scatter(nothing, 0.0, nothing)
     repeats = float(sum(level.size - 1 for level in levels))
-    others = sum(float(variances[level].mean()) * (level.size - 1) for level in levels)
+    others = sum(variances[..., level].mean(axis=-1) * (level.size - 1) for level in levels)
     shift, side = (
-        np.concatenate([[0.0], *(x[level] - x[level].mean() for level in levels)])
+        np.concatenate([x[..., i] - x[..., i].mean(axis=-1, keepdims=True) for i in levels], -1)
         for x in (values, reached)
     )
     dof = repeats - bool(side.any())
-    if dof <= 0.0 or np.isnan(others + shift.sum()):
-        return 0.0, 0.0, 0.0
+    if dof <= 0.0 or np.isnan(others + shift.sum(axis=-1)).any():
+        return _Scatter(nothing, 0.0, nothing)
     if side.any():
-        shift = shift - side * (side @ shift) / (side @ side)
-    whole = float(shift @ shift) / dof
+        shift = shift - side * (shift @ side)[..., None] / (side @ side)
+    whole = (shift * shift).sum(axis=-1) / dof
     variance = whole - _OTHERS_SHARE * others / repeats
-    return max(variance, 0.0) ** 0.5, dof, whole**0.5
+    return _Scatter(np.sqrt(np.maximum(variance, 0.0)), dof, np.sqrt(whole))
 
 
 def same_levels(temperature: Array) -> list[NDArray[np.intp]]:

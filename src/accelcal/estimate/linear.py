@@ -32,7 +32,7 @@ class LinearEstimator(NamedTuple):
     map : ndarray, shape (p, n)
         The estimator.
     solve : callable
-        The same as a function of n readings, with less rounding error.
+        The same as a function of readings, shape (..., n), with less rounding error.
     stands_for : mapping of str to str
         What an estimate really tells, where it is not the coefficient alone.
     """
@@ -48,20 +48,20 @@ class LinearEstimator(NamedTuple):
 
         Parameters
         ----------
-        output : ndarray, shape (n,)
+        output : ndarray, shape (..., n)
             Readings [output unit].
 
         Returns
         -------
-        ndarray, shape (6,)
+        ndarray, shape (..., 6)
             Coefficients, zero where not estimated [output unit / g^n].
         """
         return self.expand(self.solve(output))
 
     def expand(self, values: Array) -> Array:
-        """Put the p values of the estimated coefficients among all six, the others zero."""
-        full = np.zeros(len(COEFFICIENTS))
-        full[[COEFFICIENTS.index(name) for name in self.names]] = values
+        """Put the values of the p estimated coefficients among all six, the others zero."""
+        full = np.zeros((*values.shape[:-1], len(COEFFICIENTS)))
+        full[..., [COEFFICIENTS.index(name) for name in self.names]] = values
         return full
 
     def unit(self, name: str) -> Array:
@@ -112,4 +112,4 @@ def linear_estimator(
     given = [bool(np.isfinite(row).all()) for row in matrix]
     names = tuple(name for name, has in zip(COEFFICIENTS, given, strict=True) if has)
     rows = matrix[given]
-    return LinearEstimator(table, names, rows, rows.__matmul__, closed_form_meaning(method))
+    return LinearEstimator(table, names, rows, lambda y: y @ rows.T, closed_form_meaning(method))

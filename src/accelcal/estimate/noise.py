@@ -13,7 +13,7 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.grouping import grouped
 from accelcal.probability import f_survival
 
-__all__ = ["FEW", "ReadingNoise", "reading_noise"]
+__all__ = ["FEW", "NoiseStack", "ReadingNoise", "noise_of_stack", "reading_noise"]
 
 Array = NDArray[np.float64]
 
@@ -46,37 +46,91 @@ class ReadingNoise(NamedTuple):
     excess: float | None = None
 
 
-class _Scatter(NamedTuple):
-    """A sum of squares in units of the declared scatter, with its degrees of freedom."""
+class NoiseStack(NamedTuple):
+    """Reading noise of one table of each of R records.
 
-    squares: float
+    Attributes
+    ----------
+    factor, dof : ndarray, shape (R,)
+        As of `ReadingNoise`.
+    source : ndarray of str, shape (R,)
+        As of `ReadingNoise`.
+    excess : ndarray, shape (R,)
+        As of `ReadingNoise`; NaN where there is none.
+    """
+
+    factor: Array
+    dof: Array
+    source: NDArray[np.str_]
+    excess: Array
+
+    @classmethod
+    def of(cls, factor: Array, dof: float, source: str) -> NoiseStack:
+        """Noise that is known in the same way in all records."""
+        like = np.zeros_like(factor)
+        return cls(factor, like + dof, np.full(factor.shape, source), like + np.nan)
+
+    def one(self, record: int) -> ReadingNoise:
+        """Return the noise of one record."""
+        excess = float(self.excess[record])
+        return ReadingNoise(
+            float(self.factor[record]),
+            float(self.dof[record]),
+            str(self.source[record]),
+            None if np.isnan(excess) else excess,
+        )
+
+
+class _Scatter(NamedTuple):
+    """Sums of squares in units of the declared scatter, shape (R,), with their dof."""
+
+    squares: Array
     dof: float
 
     @property
-    def variance(self) -> float:
+    def variance(self) -> Array:
         return self.squares / self.dof
 
     @classmethod
-    def pooled(cls, scatters: Iterable[_Scatter]) -> _Scatter:
-        squares, dof = 0.0, 0.0
+    def pooled(cls, scatters: Iterable[_Scatter], like: Array) -> _Scatter:
+        squares, dof = np.zeros_like(like), 0.0
         for scatter in scatters:
             squares, dof = squares + scatter.squares, dof + scatter.dof
         return cls(squares, dof)
 
 
 def reading_noise(tables: Sequence[PreparedTable], outputs: Sequence[Array]) -> list[ReadingNoise]:
-    """Estimate the reading noise of each table from what its replicates allow.
+    """Estimate the reading noise of each table of one record.
 
     Parameters
     ----------
     tables : sequence of PreparedTable
         The tables of one record.
-    outputs : sequence of ndarray
+    outputs : sequence of ndarray, shape (n,)
         Readings of each table (pseudo-values where the fit is robust) [output unit].
 
     Returns
     -------
     list of ReadingNoise
+        One a table, see `noise_of_stack`.
+    """
+    return [noise.one(0) for noise in noise_of_stack(tables, [y[None] for y in outputs])]
+
+
+def noise_of_stack(tables: Sequence[PreparedTable], outputs: Sequence[Array]) -> list[NoiseStack]:
+    """Estimate the reading noise of each table from what its replicates allow.
+
+    Parameters
+    ----------
+    tables : sequence of PreparedTable
+        The tables of one record, or of any of a stack.
+    outputs : sequence of ndarray, shape (R, n)
+        Readings of each table in all records (pseudo-values where the fit is robust)
+        [output unit].
+
+    Returns
+    -------
+    list of NoiseStack
         One a table.
 
     Notes
@@ -88,8 +142,9 @@ def reading_noise(tables: Sequence[PreparedTable], outputs: Sequence[Array]) -> 
     """
     pure = [_pure_error(table, y) for table, y in zip(tables, outputs, strict=True)]
     bare = [table.scatter_dof is None for table in tables]
-    pooled = _Scatter.pooled(compress(pure, bare))
-    residual = _Scatter.pooled(compress(map(_residual_scatter, tables, outputs), bare))
+    like = outputs[0][:, 0]
+    pooled = _Scatter.pooled(compress(pure, bare), like)
+    residual = _Scatter.pooled(compress(map(_residual_scatter, tables, outputs), bare), like)
     return [
         _choose(table, y, own, pooled, residual)
         for table, y, own in zip(tables, outputs, pure, strict=True)
@@ -98,7 +153,7 @@ def reading_noise(tables: Sequence[PreparedTable], outputs: Sequence[Array]) -> 
 
 def _choose(
     table: PreparedTable, y: Array, own: _Scatter, pooled: _Scatter, residual: _Scatter
-) -> ReadingNoise:
+) -> NoiseStack:
     if table.scatter_dof is not None:
         return _declared(own, table.scatter_dof)
     for scatter, source in (
@@ -108,29 +163,34 @@ def _choose(
     ):
         if scatter.dof >= FEW or (source == "residuals" and scatter.dof >= 1):
             # readings that are all alike to the last digit still have a rounding error
-            floor = 4.0 * np.finfo(float).eps * float(np.abs(y).max())
-            return ReadingNoise(max(scatter.variance**0.5, floor), scatter.dof, source)
-    return ReadingNoise(np.nan, 0.0, "none")
+            floor = 4.0 * np.finfo(float).eps * np.abs(y).max(axis=1)
+            return NoiseStack.of(np.maximum(np.sqrt(scatter.variance), floor), scatter.dof, source)
+    return NoiseStack.of(np.full(len(y), np.nan), 0.0, "none")
 
 
-def _declared(own: _Scatter, declared_dof: float) -> ReadingNoise:
+def _declared(own: _Scatter, declared_dof: float) -> NoiseStack:
     """Declared scatter, unless the replicates contradict it."""
-    if own.dof >= FEW and f_survival(own.variance, own.dof, declared_dof) < _SIGNIFICANT:
-        factor = own.variance**0.5
-        return ReadingNoise(factor, own.dof, "replicates", excess=factor)
-    return ReadingNoise(1.0, declared_dof, "declared")
+    found = NoiseStack.of(np.ones_like(own.squares), declared_dof, "declared")
+    if own.dof < FEW:
+        return found
+    excess = f_survival(own.variance, own.dof, declared_dof) < _SIGNIFICANT
+    factor = np.sqrt(own.variance)
+    return NoiseStack(
+        np.where(excess, factor, found.factor),
+        np.where(excess, own.dof, found.dof),
+        np.where(excess, "replicates", found.source),
+        np.where(excess, factor, np.nan),
+    )
 
 
 def _pure_error(table: PreparedTable, y: Array) -> _Scatter:
-    _, cell, _ = grouped(table.head)
-    weight = table.scatter**-2
-    total = np.bincount(cell, weight)
-    mean = np.bincount(cell, weight * y) / total
-    squares = float((weight * (y - mean[cell]) ** 2).sum())
-    return _Scatter(squares, y.size - total.size)
+    _, cell, members = grouped(table.head)
+    at = np.equal(cell[:, None], np.arange(members.size)) * table.scatter[:, None] ** -2.0
+    mean = y @ (at / at.sum(axis=0))
+    apart = (y - mean[:, cell]) / table.scatter
+    return _Scatter(np.einsum("rn,rn->r", apart, apart), float(cell.size - members.size))
 
 
 def _residual_scatter(table: PreparedTable, y: Array) -> _Scatter:
-    residual = y - table.kept_design @ table.least_squares.solve(y)
-    squares = float(((residual / table.scatter) ** 2).sum())
-    return _Scatter(squares, y.size - len(table.estimability.kept))
+    squares = table.least_squares.fit(y).squares
+    return _Scatter(squares, float(y.shape[1] - len(table.estimability.kept)))

@@ -12,10 +12,11 @@ a rounded value, from which the mean rounding error under normal noise follows a
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["Rounding", "rounding"]
 
@@ -30,26 +31,26 @@ class Rounding(NamedTuple):
 
     Attributes
     ----------
-    common : float
+    common : ndarray
         Part that is the same in all readings at one position [output unit].
-    own : float
+    own : ndarray
         Part that is new in each reading [output unit].
     """
 
-    common: float
-    own: float
+    common: Array
+    own: Array
 
 
-def rounding(noise: float, step: float, *, seen: bool) -> Rounding:
+def rounding(noise: ArrayLike, step: ArrayLike, *, seen: ArrayLike) -> Rounding:
     """Split the rounding error of a reading.
 
     Parameters
     ----------
-    noise : float
+    noise : array_like
         Standard deviation of a reading; NaN where unknown [output unit].
-    step : float
+    step : array_like
         Step of the readings, 0 for none [output unit].
-    seen : bool
+    seen : array_like of bool
         Whether `noise` is the scatter of rounded readings, and not that before the rounding. The
         residuals of one stroke count as such: where they come out small beside the step, they are
         no more to be trusted than the scatter of strokes.
@@ -57,7 +58,7 @@ def rounding(noise: float, step: float, *, seen: bool) -> Rounding:
     Returns
     -------
     Rounding
-        Both parts.
+        Both parts, in the common shape of the arguments.
 
     Notes
     -----
@@ -71,22 +72,24 @@ def rounding(noise: float, step: float, *, seen: bool) -> Rounding:
 
     Examples
     --------
-    >>> rounding(0.0, 1.0, seen=True).common ** 2 * 12
+    >>> float(rounding(0.0, 1.0, seen=True).common ** 2 * 12)
     1.0
-    >>> round(rounding(1.0, 1.0, seen=False).own ** 2 * 12, 9)
+    >>> round(float(rounding(1.0, 1.0, seen=False).own ** 2 * 12), 9)
     1.0
     """
-    if step == 0.0:
-        return Rounding(0.0, 0.0)
-    common = _common_variance(_NOISES)
-    given = 0.0 if np.isnan(noise) else noise / step
-    scatter = np.sqrt(_NOISES**2 + _WHOLE - common) if seen else _NOISES
-    shared = float(np.interp(given, scatter, common))
-    return Rounding(step * shared**0.5, 0.0 if seen else step * (_WHOLE - shared) ** 0.5)
+    size, given = np.asarray(step, dtype=np.float64), np.asarray(noise, dtype=np.float64)
+    given = np.where(np.isnan(given), 0.0, given) / np.where(size > 0.0, size, 1.0)
+    common = _common_variance()
+    scatter = np.sqrt(_NOISES**2 + _WHOLE - common)
+    shared = np.where(seen, np.interp(given, scatter, common), np.interp(given, _NOISES, common))
+    own = np.where(seen, 0.0, np.sqrt(np.maximum(_WHOLE - shared, 0.0)))
+    return Rounding(size * np.sqrt(shared), size * own)
 
 
-def _common_variance(noise: Array) -> Array:
+@cache
+def _common_variance() -> Array:
+    """Variance of the mean rounding error at `_NOISES`."""
     k = np.arange(1.0, 200.0)[:, None]
-    series = np.exp(-((2.0 * np.pi * k * noise) ** 2)) / (2.0 * (np.pi * k) ** 2)
+    series = np.exp(-((2.0 * np.pi * k * _NOISES) ** 2)) / (2.0 * (np.pi * k) ** 2)
     # the tail of the series matters at noise 0 only, where the sum is known
-    return np.where(noise > 0.0, series.sum(axis=0), _WHOLE)
+    return np.where(_NOISES > 0.0, series.sum(axis=0), _WHOLE)

@@ -16,8 +16,8 @@ give Student's interval.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -25,24 +25,33 @@ from numpy.typing import NDArray
 
 from accelcal.probability import student_quantile
 
-__all__ = ["LEVEL", "Component", "Interval", "intervals", "propagate"]
+__all__ = [
+    "LEVEL",
+    "Component",
+    "Interval",
+    "Intervals",
+    "interval_stack",
+    "intervals",
+    "propagate",
+]
 
 Array = NDArray[np.float64]
 
 LEVEL = 0.95
 """Probability of the intervals that accelcal prints."""
 
+_TERMS = 25  # of the polynomial for Student's factor
 _ENDLESS = 1e6  # from here on Student's factor is the normal one to 1e-6
 
 
 class Component(NamedTuple):
-    """One source of error in a set of estimates.
+    """One source of error in a set of estimates, or in those of each record of a stack.
 
     Attributes
     ----------
-    covariance : ndarray, shape (p, p)
+    covariance : ndarray, shape (..., p, p)
         Covariance that the source gives to the estimates; NaN where its size is unknown.
-    dof : ndarray, shape (p,)
+    dof : ndarray, shape (..., p)
         Degrees of freedom of its variance in each estimate; infinite where declared.
     """
 
@@ -51,7 +60,16 @@ class Component(NamedTuple):
 
     def part(self, indices: slice) -> Component:
         """Return the component of some of the estimates."""
-        return Component(self.covariance[indices, indices], self.dof[indices])
+        return Component(self.covariance[..., indices, indices], self.dof[..., indices])
+
+    def of(self, record: int) -> Component:
+        """Return the component of one record of a stack."""
+        return Component(self.covariance[record], self.dof[record])
+
+    @property
+    def variances(self) -> Array:
+        """Variance of each estimate, shape (..., p)."""
+        return np.asarray(np.einsum("...pp->...p", self.covariance))
 
 
 class Interval(NamedTuple):
@@ -76,6 +94,21 @@ class Interval(NamedTuple):
     dof: float | None
 
 
+class Intervals(NamedTuple):
+    """Uncertainties of many estimates, as `Interval` has them; NaN where nothing tells.
+
+    Attributes
+    ----------
+    standard, expanded, factor, dof : ndarray, shape (..., p)
+        See `Interval`.
+    """
+
+    standard: Array
+    expanded: Array
+    factor: Array
+    dof: Array
+
+
 def propagate(components: Mapping[str, Component], jacobian: Array) -> dict[str, Component]:
     """Carry components over to quantities derived from the estimates.
 
@@ -83,7 +116,7 @@ def propagate(components: Mapping[str, Component], jacobian: Array) -> dict[str,
     ----------
     components : mapping of str to Component
         Components of p estimates.
-    jacobian : ndarray, shape (m, p)
+    jacobian : ndarray, shape (..., m, p)
         Derivatives of the m derived quantities.
 
     Returns
@@ -92,13 +125,50 @@ def propagate(components: Mapping[str, Component], jacobian: Array) -> dict[str,
         Components of the derived quantities; each takes the fewest degrees of freedom of the
         estimates that it depends on.
     """
+    depends = jacobian != 0.0
     return {
         name: Component(
-            jacobian @ part.covariance @ jacobian.T,
-            np.where(jacobian != 0.0, part.dof, np.inf).min(axis=1),
+            jacobian @ part.covariance @ np.swapaxes(jacobian, -1, -2),
+            np.where(depends, part.dof[..., None, :], np.inf).min(axis=-1),
         )
         for name, part in components.items()
     }
+
+
+def interval_stack(components: Mapping[str, Component], level: float = LEVEL) -> Intervals:
+    """Combine components to the uncertainties of the estimates of many records.
+
+    Parameters
+    ----------
+    components : mapping of str to Component
+        Components of p estimates.
+    level : float, default 0.95
+        Probability of the interval.
+
+    Returns
+    -------
+    Intervals
+        Uncertainties, shape (..., p).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> noise = Component(np.full((3, 1, 1), 4.0), np.full((3, 1), 10.0))
+    >>> interval_stack({"reading": noise}).factor.round(3).ravel().tolist()
+    [2.228, 2.228, 2.228]
+    """
+    variances = np.stack([part.variances for part in components.values()])
+    freedom = np.stack([part.dof for part in components.values()])
+    variance = variances.sum(axis=0)
+    exact = variance <= 0.0
+    share = np.where(variances > 0.0, variances, 0.0) / np.where(exact, 1.0, variance)
+    inverse = (share / np.where(variances > 0.0, freedom, 1.0)).sum(axis=0)
+    inverse = np.where(inverse > 1.0 / _ENDLESS, inverse, 0.0 * inverse)
+    factor = _coverage_factors(level)(inverse)
+    standard = np.sqrt(np.where(exact, 0.0, variance))
+    with np.errstate(divide="ignore"):
+        dof = 1.0 / inverse
+    return Intervals(standard, factor * standard, factor, dof)
 
 
 def intervals(components: Mapping[str, Component], level: float = LEVEL) -> list[Interval]:
@@ -123,21 +193,42 @@ def intervals(components: Mapping[str, Component], level: float = LEVEL) -> list
     >>> round(intervals({"reading": noise})[0].factor, 3)
     2.228
     """
-    parts = list(components.values())
-    size = parts[0].dof.size
-    return [
-        _interval([(float(p.covariance[i, i]), float(p.dof[i])) for p in parts], level)
-        for i in range(size)
-    ]
+    columns = (field.tolist() for field in interval_stack(components, level))
+    unknown = Interval(None, None, None, None)
+    rows = map(Interval, *columns)
+    return [row if row.dof == row.dof else unknown for row in rows]  # NaN is not itself
 
 
-def _interval(parts: list[tuple[float, float]], level: float) -> Interval:
-    variance = sum(v for v, _ in parts)
-    if math.isnan(variance):
-        return Interval(None, None, None, None)
-    if variance <= 0.0:
-        return Interval(0.0, 0.0, student_quantile(level, math.inf), math.inf)
-    inverse = sum(v / variance / dof for v, dof in parts if v > 0.0)
-    dof = 1.0 / inverse if inverse > 1.0 / _ENDLESS else math.inf
-    factor = student_quantile(level, dof)
-    return Interval(math.sqrt(variance), factor * math.sqrt(variance), factor, dof)
+@lru_cache(maxsize=8)
+def _coverage_factors(level: float) -> Callable[[Array], Array]:
+    """Student's factor as a function of arrays of inverse degrees of freedom.
+
+    Its logarithm is a smooth function of them: a polynomial holds it to 2e-14 from one degree of
+    freedom to infinitely many.
+    """
+
+    def exact(inverse: Array) -> Array:
+        dof = [1.0 / x if x > 1.0 / _ENDLESS else np.inf for x in inverse.ravel().tolist()]
+        return np.array([student_quantile(level, d) for d in dof]).reshape(inverse.shape)
+
+    points = np.pi * (np.arange(_TERMS) + 0.5) / _TERMS
+    values = np.log(exact(0.5 * (np.cos(points) + 1.0)))
+    terms = 2.0 / _TERMS * np.cos(np.outer(np.arange(_TERMS), points)) @ values
+    terms[0] /= 2.0
+
+    def factors(inverse: Array) -> Array:
+        found = np.exp(_chebyshev_sum(terms.tolist(), 2.0 * inverse - 1.0))
+        few = inverse > 1.0  # less than one degree of freedom
+        if few.any():
+            found[few] = exact(inverse[few])
+        return found
+
+    return factors
+
+
+def _chebyshev_sum(terms: Sequence[float], x: Array) -> Array:
+    """Sum of Chebyshev polynomials (Clenshaw); `numpy.polynomial` takes long to import."""
+    one, two = np.zeros_like(x), np.zeros_like(x)
+    for term in terms[:0:-1]:
+        one, two = 2.0 * x * one - two + term, one
+    return x * one - two + terms[0]

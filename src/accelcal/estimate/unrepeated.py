@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.estimate.grid import Grid
 from accelcal.estimate.head import LackOfFit
 
 __all__ = ["ToldApart", "told_apart"]
@@ -24,23 +25,25 @@ Array = NDArray[np.float64]
 # third all hold it in 93.4 to 96.8 %, from 8 to 36 positions and whatever the head error.
 _HEAD_SHARE = 1.0 / 3.0
 
+_POINTS = 2000
+
 
 class ToldApart(NamedTuple):
-    """What of the residuals is noise and what is the head.
+    """What of the residuals is noise and what is the head, in each record of a stack.
 
     Attributes
     ----------
-    noise : float
+    noise : ndarray, shape (R,)
         Standard deviation of the noise over that of the residuals.
-    noise_dof : float
+    noise_dof : ndarray, shape (R,)
         Its degrees of freedom.
-    head : float
+    head : ndarray, shape (R,)
         Standard uncertainty of a head position [rad].
     """
 
-    noise: float
-    noise_dof: float
-    head: float
+    noise: Array
+    noise_dof: Array
+    head: Array
 
 
 def told_apart(found: LackOfFit, dof: float, declared: float | None) -> ToldApart:
@@ -49,7 +52,7 @@ def told_apart(found: LackOfFit, dof: float, declared: float | None) -> ToldApar
     Parameters
     ----------
     found : LackOfFit
-        Contrasts in units of the residuals, one or more of them.
+        Contrasts in units of the residuals, of a stack of records.
     dof : float
         Degrees of freedom of the residuals.
     declared : float or None
@@ -67,33 +70,55 @@ def told_apart(found: LackOfFit, dof: float, declared: float | None) -> ToldApar
     less than one, all residuals pass for noise.
     """
     squares = found.contrasts**2
-    rest = max(dof - float(squares.sum()), 0.0)  # residuals in which the head does not show
+    rest = np.maximum(dof - squares.sum(axis=1), 0.0)  # residuals in which the head does not show
     if declared is None:
         return _both(found.strengths, squares, rest, dof)
     return _noise_beside(declared, found.strengths, squares, rest, dof)
 
 
-def _both(strengths: Array, squares: Array, rest: float, dof: float) -> ToldApart:
-    strongest = float(strengths.max())
+def _both(strengths: Array, squares: Array, rest: Array, dof: float) -> ToldApart:
+    strongest = strengths.max(axis=1, keepdims=True)
     shape = (strengths / strongest) ** 2
-    ratio = np.concatenate([[0.0], np.geomspace(1e-3, 1e8, 2000)])
-    variance = 1.0 + ratio[:, None] * shape
-    noise = (rest + (squares / variance).sum(axis=1)) / dof
-    best = int(np.argmin(dof * np.log(noise) + np.log(variance).sum(axis=1)))
-    cautious = (rest + (squares / (1.0 + _HEAD_SHARE * ratio[best] * shape)).sum()) / dof
-    return ToldApart(cautious**0.5, dof, float(ratio[best] * noise[best]) ** 0.5 / strongest)
+
+    def noise(ratio: Array) -> Array:
+        variance = 1.0 + ratio[..., None] * shape[:, None]
+        return np.asarray((rest[:, None] + (squares[:, None] / variance).sum(axis=-1)) / dof)
+
+    def misfit(ratio: Array) -> Array:
+        spread = np.log(1.0 + ratio[..., None] * shape[:, None]).sum(axis=-1)
+        return np.asarray(dof * np.log(noise(ratio)) + spread)
+
+    best, least = _between(1e-3, 1e8).least(misfit)
+    best = np.where(least < misfit(np.zeros_like(best)), best, 0.0)
+    cautious = noise(_HEAD_SHARE * best)[:, 0]
+    head = np.sqrt(best * noise(best)) / strongest
+    return ToldApart(np.sqrt(cautious), np.full(cautious.shape, dof), head[:, 0])
 
 
 def _noise_beside(
-    head: float, strengths: Array, squares: Array, rest: float, dof: float
+    head: float, strengths: Array, squares: Array, rest: Array, dof: float
 ) -> ToldApart:
     shown = (head * strengths) ** 2
-    rest_dof = dof - squares.size
-    noise = np.append(np.geomspace(1e-8, dof, 2000), 1.0)  # 1 is exact without a head error
-    variance = noise[:, None] + shown
-    misfit = (np.log(variance) + squares / variance).sum(axis=1)
-    best = int(np.argmin(misfit + rest_dof * np.log(noise) + rest / noise))
-    noise_dof = rest_dof + float(((noise[best] / variance[best]) ** 2).sum())
-    if noise_dof < 1.0:
-        return ToldApart(1.0, dof, head)
-    return ToldApart(float(noise[best]) ** 0.5, noise_dof, head)
+    rest_dof = dof - (strengths > 0.0).sum(axis=1)
+
+    def misfit(noise: Array) -> Array:
+        variance = noise[..., None] + shown[:, None]
+        terms = np.log(variance) + squares[:, None] / variance
+        of_contrasts = np.where(strengths[:, None] > 0.0, terms, 0.0).sum(axis=-1)
+        return np.asarray(of_contrasts + rest_dof[:, None] * np.log(noise) + rest[:, None] / noise)
+
+    best, least = _between(1e-8, dof).least(misfit)
+    one = np.ones_like(best)  # exact without a head error
+    best = np.where(misfit(one) < least, one, best)
+    information = np.where(strengths > 0.0, (best / (best + shown)) ** 2, 0.0)
+    noise_dof = rest_dof + information.sum(axis=1)
+    little = noise_dof < 1.0
+    return ToldApart(
+        np.where(little, 1.0, np.sqrt(best[:, 0])),
+        np.where(little, dof, noise_dof),
+        np.full(little.shape, head),
+    )
+
+
+def _between(first: float, last: float) -> Grid:
+    return Grid(np.log(first), np.log(last / first) / (_POINTS - 1), _POINTS)

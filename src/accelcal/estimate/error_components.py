@@ -1,0 +1,153 @@
+"""Components of the errors of all coefficients of all tables, in a stack of records."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import accumulate
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from accelcal.estimate.head import HeadError, LackOfFit
+from accelcal.estimate.launch import RunShift
+from accelcal.estimate.linear import LinearEstimator
+from accelcal.estimate.noise import NoiseStack
+from accelcal.estimate.rounding import rounding
+from accelcal.estimate.uncertainty import Component
+from accelcal.grouping import decimal_steps, distinct, grouped
+from accelcal.model import COEFFICIENTS
+
+__all__ = ["Errors", "ErrorsOfReadings"]
+
+Array = NDArray[np.float64]
+
+_SCALE_FACTOR = COEFFICIENTS.index("K1")
+
+
+class ErrorsOfReadings(NamedTuple):
+    """What the least-squares fit says about the errors of the readings of R records.
+
+    Attributes
+    ----------
+    coefficients : list of ndarray, shape (R, 6)
+        Least-squares coefficients of each table.
+    noises : list of NoiseStack
+        Reading noise of each table.
+    lack_of_fit : LackOfFit
+        What the means of the positions show.
+    head : HeadError
+        Errors of the head.
+    """
+
+    coefficients: list[Array]
+    noises: list[NoiseStack]
+    lack_of_fit: LackOfFit
+    head: HeadError
+
+
+class Errors(NamedTuple):
+    """How the errors of the readings come through the estimators to P coefficients of all tables.
+
+    Attributes
+    ----------
+    estimators : sequence of LinearEstimator
+        One a table; all records have them alike.
+    judged : ErrorsOfReadings
+        The errors of the readings.
+    influence : ndarray, shape (R, P, J)
+        What the errors of the J head positions do to the coefficients [output unit / rad].
+    """
+
+    estimators: Sequence[LinearEstimator]
+    judged: ErrorsOfReadings
+    influence: Array
+
+    @classmethod
+    def of(cls, estimators: Sequence[LinearEstimator], judged: ErrorsOfReadings) -> Errors:
+        """Work out the influence of the head."""
+        positions = judged.head.positions
+        parts = [
+            _influence(e, k, positions)
+            for e, k in zip(estimators, judged.coefficients, strict=True)
+        ]
+        return cls(estimators, judged, np.concatenate(parts, axis=1))
+
+    def predicted(self) -> list[Array]:
+        """What the head errors that are seen do to the coefficients of each table, shape (R, p)."""
+        whole = (self.influence @ self.judged.head.predicted[..., None])[..., 0]
+        return np.split(whole, self._edges()[1:-1], axis=1)
+
+    def reading(self) -> Component:
+        """Errors by the noise of the readings, directly and through the prediction."""
+        blocks = []
+        for e, noise in zip(self.estimators, self.judged.noises, strict=True):
+            spread = e.map * e.table.scatter
+            blocks.append(noise.factor[:, None, None] ** 2 * (spread @ spread.T))
+        through_head = self.influence @ self.judged.head.from_noise
+        return Component(
+            self._block_diagonal(blocks) + _square(through_head),
+            self._per_coefficient([noise.dof for noise in self.judged.noises]),
+        )
+
+    def head(self) -> Component:
+        """Errors by what the prediction misses of the head's errors."""
+        head = self.judged.head
+        missed = head.uncertainty[:, None, None] * self.influence @ head.unseen
+        return Component(_square(missed), np.repeat(head.dof[:, None], missed.shape[1], axis=1))
+
+    def shift(self, name: str, shift: RunShift) -> Component:
+        """Errors by the shift of one coefficient from run to run, common to a run's mountings."""
+        runs, index, _ = grouped(np.array([e.table.record.run[0] for e in self.estimators]))
+        by_run = np.concatenate(
+            [
+                (k[:, _SCALE_FACTOR, None, None] * e.unit(name)[:, None])
+                * (shift.of_run * (np.arange(runs.size) == i))[:, None, :]
+                for e, k, i in zip(self.estimators, self.judged.coefficients, index, strict=True)
+            ],
+            axis=1,
+        )
+        like = np.zeros(len(by_run))
+        dof = self._per_coefficient([like + shift.dof_of_run[i] for i in index])
+        return Component(_square(by_run), dof)
+
+    def resolution(self, outputs: Sequence[Array], step: float | None) -> Component:
+        """Rounding errors that the reading noise does not hold."""
+        blocks = []
+        for e, noise, y in zip(self.estimators, self.judged.noises, outputs, strict=True):
+            q = decimal_steps(y) if step is None else step
+            size = noise.factor * e.table.scatter.min()
+            left = rounding(size, q, seen=noise.source != "declared")
+            common = e.map @ np.equal(distinct(e.table.head), e.table.head[:, None])
+            blocks.append(
+                left.common[:, None, None] ** 2 * (common @ common.T)
+                + left.own[:, None, None] ** 2 * (e.map @ e.map.T)
+            )
+        whole = self._block_diagonal(blocks)
+        return Component(whole, np.full(whole.shape[:2], np.inf))
+
+    def _edges(self) -> list[int]:
+        return [0, *accumulate(len(e.names) for e in self.estimators)]
+
+    def _per_coefficient(self, values: Sequence[ArrayLike]) -> Array:
+        """Repeat a value of each table, shape (R,), for each of its coefficients."""
+        return np.repeat(np.stack(values, axis=1), [len(e.names) for e in self.estimators], axis=1)
+
+    def _block_diagonal(self, blocks: Sequence[Array]) -> Array:
+        edges = self._edges()
+        whole = np.zeros((len(blocks[0]), edges[-1], edges[-1]))
+        for start, stop, block in zip(edges[:-1], edges[1:], blocks, strict=True):
+            whole[:, start:stop, start:stop] = block
+        return whole
+
+
+def _influence(estimator: LinearEstimator, coefficients: Array, positions: Array) -> Array:
+    """What errors of the positions do to the coefficients of one table, shape (R, p, J)."""
+    table = estimator.table
+    at = np.equal(table.head[:, None], positions)
+    by_coefficient = np.einsum("pn,nj,nc->cpj", estimator.map, at, table.angular, optimize=True)
+    return np.tensordot(coefficients, by_coefficient, axes=1)
+
+
+def _square(matrix: Array) -> Array:
+    return np.asarray(matrix @ np.swapaxes(matrix, -1, -2))
