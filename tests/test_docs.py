@@ -1,0 +1,71 @@
+"""The pages keep their word: outputs are those of the commands, links lead somewhere."""
+
+import re
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PAGES = sorted((ROOT / "docs").glob("*.md"))
+
+
+def module(path):
+    spec = spec_from_file_location(path.stem, path)
+    loaded = module_from_spec(spec)
+    spec.loader.exec_module(loaded)
+    return loaded
+
+
+real_output = module(ROOT / "docs" / "real_output.py")
+
+SHOWING = [page for page in PAGES if "<!-- run" in page.read_text("utf-8")]
+
+
+def test_some_pages_show_output():
+    assert {"start.md", "commands.md"} <= {page.name for page in SHOWING}
+
+
+@pytest.mark.parametrize("page", SHOWING, ids=lambda page: page.name)
+def test_output_is_that_of_the_commands(page):
+    text = page.read_text("utf-8")
+    assert list(real_output.differences(text, real_output.regenerated(text))) == []
+
+
+def test_another_output_is_seen():
+    page = "<!-- run -->\n```console\n$ accelcal --version\naccelcal, version none\n```\n"
+    assert list(real_output.differences(page, real_output.regenerated(page)))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "same"),
+    [
+        ("K1 1.34601 mA/g", "K1 1.34602 mA/g", True),
+        ("K1 1.34601 mA/g", "K1 1.34651 mA/g", False),
+        ("54 readings", "55 readings", False),
+        ("p = 1e-15", "p = 3e-15", True),
+        ("p = 0.3", "p = 0.9", False),
+        ("gates passed", "gates failed", False),
+        ("a  b", "a b", True),
+    ],
+)
+def test_numbers_may_differ_in_their_last_digit(old, new, same):
+    assert real_output.alike(old, new) is same
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_of_pages_lead_somewhere(page):
+    text = re.sub(r"```.*?```", "", page.read_text("utf-8"), flags=re.DOTALL)
+    for target in re.findall(r"\]\((?!https?:)([^)\s]+)\)", text):
+        name, _, place = target.partition("#")
+        other = (page.parent / name) if name else page
+        assert other.exists(), target
+        assert not place or place in anchors(other), target
+
+
+def anchors(page):
+    """What headings are called, as MyST and GitHub make it."""
+    text = re.sub(r"```.*?```", "", page.read_text("utf-8"), flags=re.DOTALL)
+    for heading in re.findall(r"^#+ (.*)$", text, re.MULTILINE):
+        plain = re.sub(r"[`*]|\]\([^)]*\)|\[", "", heading).lower()
+        yield re.sub(r"[^\w\- ]", "", plain).replace(" ", "-")
