@@ -280,11 +280,12 @@ def _blank(accelerometer: Accelerometer, plan: TumblePlan) -> TumbleRecord:
     run = np.repeat(np.arange(len(visits)), in_run.size)
     place = np.tile(in_run, len(visits))
     waited = run * plan.seconds_between_runs
+    stroke = np.repeat(np.arange(plan.strokes), angles.size) + _repeats(angles, plan.strokes)
     return TumbleRecord(
         output=np.zeros(run.size),
         angle=angles[place],
         temperature=np.array([level for _, level in visits], dtype=np.float64)[run],
-        stroke=np.tile(np.repeat(np.arange(plan.strokes), angles.size), len(visits)) + 1,
+        stroke=np.tile(stroke, len(visits)) + 1,
         run=run,
         run_labels=tuple(str(index + 1) for index in range(len(visits))),
         mounting=np.array([side for side, _ in visits])[run],
@@ -297,6 +298,18 @@ def _blank(accelerometer: Accelerometer, plan: TumblePlan) -> TumbleRecord:
         apparatus=Apparatus(local_gravity=plan.local_gravity),
         source="<simulated>",
     )
+
+
+def _repeats(angles: Array, strokes: int) -> NDArray[np.int64]:
+    """What to add to the stroke of each reading of a run.
+
+    A table tells readings apart by stroke and angle. So a second reading at a stop counts as one of
+    a later stroke in the same sense of rotation.
+    """
+    sides = (angles.tolist(), angles[::-1].tolist())
+    earlier = [side[:place].count(angle) for side in sides for place, angle in enumerate(side)]
+    later = np.tile(np.array(earlier), (strokes + 1) // 2)[: strokes * angles.size]
+    return later * (strokes + strokes % 2)
 
 
 def _rounded(output: Array, step: float) -> Array:

@@ -20,7 +20,9 @@ COMMANDS = (
     "export",
     "stability",
     "budget",
+    "design",
     "batch",
+    "history",
 )
 """Commands in the order of the help; NAME is the function NAME of the module accelcal.cli.NAME."""
 

@@ -1,0 +1,267 @@
+"""accelcal design: tests compared before anyone books the stand, and the best one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from accelcal.cli.deliver import deliver, deliver_picture
+from accelcal.cli.options import (
+    apparatus_options,
+    effects_option,
+    format_option,
+    number,
+    numbers,
+    output_option,
+)
+from accelcal.errors import InputError
+
+if TYPE_CHECKING:
+    from accelcal.planning.pace import Pace
+    from accelcal.simulation import NoiseComponents
+
+__all__ = ["design"]
+
+
+def whole_numbers(text: str) -> tuple[int, ...]:
+    """Type of an option: whole numbers above zero separated by commas, as in ``6,8,12``."""
+    found = tuple(number(item) for item in text.split(","))
+    if any(value < 1.0 or value != int(value) for value in found):
+        raise click.BadParameter(f"{text!r}: write whole numbers above zero, as 6,8,12.")
+    return tuple(map(int, found))
+
+
+def sides(text: str) -> tuple[str, ...]:
+    """Type of an option: words separated by commas, as in ``o+,o-``."""
+    return tuple(item.strip() for item in text.split(","))
+
+
+def target(text: str) -> tuple[str, float]:
+    """Type of an option: a coefficient and the uncertainty asked of it, as in ``K1=5ppm``."""
+    from accelcal.planning.targets import target_value
+
+    name, _, value = text.partition("=")
+    try:
+        return name.strip(), target_value(value)
+    except InputError as error:
+        raise click.BadParameter(f"{error}.") from None
+
+
+@click.command()
+@output_option("the document (JSON)", metavar="DESIGN.json")
+@click.option(
+    "--positions",
+    type=whole_numbers,
+    metavar="N,...",
+    help="Equally spaced positions in a turn [4,6,8,12,16,24,36; none beside --angles].",
+)
+@click.option(
+    "--angles",
+    type=numbers,
+    multiple=True,
+    metavar="DEG,...",
+    help="Head angles of a stroke of one's own; may be given several times.",
+)
+@click.option("--strokes", type=whole_numbers, metavar="N,...", help="Strokes in a run [2,6].")
+@click.option(
+    "--cycles", type=whole_numbers, metavar="N,...", help="The same in cycles, forward and back."
+)
+@click.option(
+    "--temperatures",
+    type=numbers,
+    multiple=True,
+    metavar="DEG,...",
+    help="Levels in their order [-40,20,80 degC]; may be given several times.",
+)
+@click.option(
+    "--mountings",
+    type=sides,
+    multiple=True,
+    metavar="SIDE,...",
+    help="Mountings o+, o-, p+ or p- in their order [o+]; may be given several times.",
+)
+@click.option("--reading-time", type=number, metavar="S", help="Time of a reading [60 s].")
+@click.option("--turn-time", type=number, metavar="S", help="Time of a turn of the head [30 s].")
+@click.option("--soak-time", type=number, metavar="H", help="Time to reach a level [2 h].")
+@click.option("--mount-time", type=number, metavar="H", help="Time of a mounting [1 h].")
+@click.option("--noise", type=number, metavar="G", help="Noise of a reading [5e-6 g].")
+@apparatus_options
+@click.option(
+    "--temperature-uncertainty",
+    type=number,
+    metavar="DEG",
+    help="Standard uncertainty of the temperature of a run [0 degC].",
+)
+@click.option(
+    "--resolution", type=number, default=0.0, metavar="G", help="Step of the readings [0 g]."
+)
+@click.option(
+    "--undeclared", is_flag=True, help="The errors of the stand will not be declared to the fit."
+)
+@click.option("--hours", type=number, metavar="H", help="The most time; strokes fill it [h].")
+@click.option(
+    "--target",
+    "targets",
+    type=target,
+    multiple=True,
+    metavar="NAME=U",
+    help="Standard uncertainty asked for, as K1=5ppm; may be given several times.",
+)
+@click.option(
+    "--optimal",
+    metavar="WHAT",
+    help="Find the best angles in --hours: D, A, or for one coefficient as K1.",
+)
+@click.option(
+    "--spacing",
+    type=number,
+    metavar="DEG",
+    help="Least distance of two positions of --optimal [15 deg].",
+)
+@click.option(
+    "--seed", type=click.IntRange(0), default=0, metavar="N", help="Seed of --optimal [0]."
+)
+@click.option("--sheet", metavar="PLAN.csv", help="Write the sheet of the test for the laboratory.")
+@click.option("--no-effects", is_flag=True, help="Leave the effects of the catalogue out.")
+@effects_option
+@click.option(
+    "--plot", "picture", metavar="FILE", help="Draw uncertainty by hours (png, svg or pdf)."
+)
+@format_option("text", "json", "csv")
+def design(
+    path: str | None, form: str, picture: str | None, sheet: str | None, **options: Any
+) -> None:
+    """Compare tests before anyone books the stand, or find the best angles.
+
+    Every choice of positions is combined with every number of strokes, list of temperatures and
+    list of mountings. For each test: expected standard uncertainty of every coefficient and
+    temperature slope, hours, what cannot be told apart, and which effects would show.
+
+    \b
+    Examples:
+      accelcal design
+      accelcal design --positions 6,8,12,24 --hours 12 --target K1=9ppm --plot design.png
+      accelcal design --positions 8 --strokes 6 --mountings o+ --mountings o+,o-
+      accelcal design --optimal D --hours 12 --sheet plan.csv
+    """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
+    if picture is not None:
+        from accelcal.plot.style import form_of
+
+        form_of(picture)  # refuses another ending before the work is done
+    given = _arguments(options)
+    found = _optimum(options, given) if options["optimal"] else _comparison(given)
+    if sheet is not None:
+        _write_sheet(found, given, sheet)
+    if picture is not None:
+        _draw(picture, found)
+    if path is not None:
+        deliver(found.to_json(), path)
+    if path != "-":
+        deliver(_shown(found, form))
+
+
+def _arguments(options: dict[str, Any]) -> dict[str, Any]:
+    """Keywords that `accelcal.design` and `accelcal.optimal_design` share."""
+    strokes = options["strokes"] or tuple(2 * n for n in options["cycles"] or ())
+    if options["strokes"] and options["cycles"]:
+        raise InputError("--strokes and --cycles say the same; give one of them")
+    given = {
+        "noise": _noise(options),
+        "pace": _pace(options),
+        "strokes": strokes,
+        "resolution": options["resolution"],
+        "hours": options["hours"],
+        "targets": _targets(options["targets"]),
+        "declared": not options["undeclared"],
+        "effects": not options["no_effects"],
+    }
+    named = ("positions", "angles", "temperatures", "mountings")
+    given |= {name: options[name] for name in named if options[name]}
+    if options["angles"] and not options["positions"]:
+        given["positions"] = ()
+    return given
+
+
+def _targets(pairs: tuple[tuple[str, float], ...]) -> dict[str, float]:
+    if len(dict(pairs)) < len(pairs):
+        raise InputError("a coefficient has two targets; give one")
+    return dict(pairs)
+
+
+def _noise(options: dict[str, Any]) -> NoiseComponents:
+    from accelcal.simulation import NoiseComponents
+
+    fields = {"reading": "noise"} | {
+        name: f"{name}_uncertainty" for name in ("head", "launch", "launch_sf", "temperature")
+    }
+    given = {field: options[option] for field, option in fields.items()}
+    return NoiseComponents(**{field: size for field, size in given.items() if size is not None})
+
+
+def _pace(options: dict[str, Any]) -> Pace:
+    from accelcal.planning.pace import Pace
+
+    given = {name: options[f"{name}_time"] for name in ("reading", "turn", "soak", "mount")}
+    return Pace(**{name: value for name, value in given.items() if value is not None})
+
+
+def _comparison(given: dict[str, Any]) -> Any:
+    from accelcal.planning.compare import design as compare
+
+    return compare(**given)
+
+
+def _optimum(options: dict[str, Any], given: dict[str, Any]) -> Any:
+    from accelcal.planning.optimum import optimal_design
+
+    for name in ("positions", "angles"):
+        if options[name]:
+            raise InputError(f"--{name} beside --optimal, which finds the angles; leave one out")
+    for name in ("strokes", "temperatures", "mountings"):
+        if len(given.get(name, ())) > 1:
+            raise InputError(
+                f"--optimal is for one choice of {name}; give --{name} once, one choice"
+            )
+        if given.get(name):
+            given[name] = given[name][0]
+    if options["hours"] is None:
+        raise InputError("--optimal needs --hours, the time that the test may take")
+    if options["spacing"] is not None:
+        given["spacing"] = options["spacing"]
+    chosen = {name: value for name, value in given.items() if name != "strokes" or value}
+    return optimal_design(options["optimal"], seed=options["seed"], **chosen)
+
+
+def _write_sheet(found: Any, given: dict[str, Any], path: str) -> None:
+    from accelcal.planning.sheet import sheet
+
+    if len(found.designs) != 1 and not hasattr(found, "best"):
+        raise InputError(
+            f"--sheet is for one test, and these are {len(found.designs)}; give one choice of"
+            " positions and strokes, or --optimal"
+        )
+    chosen = found.best if hasattr(found, "best") else found.designs[0]
+    deliver(sheet(chosen, given["noise"] if given["declared"] else None), path)
+
+
+def _draw(path: str, found: Any) -> None:
+    from accelcal.plot.designs import designs_by_hours
+
+    deliver_picture(lambda: designs_by_hours(found), path)
+
+
+def _shown(found: Any, form: str) -> str:
+    if form == "text":
+        return str(found)
+    if form == "json":
+        return str(found.to_json())
+    import csv
+    import io
+
+    rows = found.rows()
+    text = io.StringIO()
+    writer = csv.DictWriter(text, rows[0], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()

@@ -1,0 +1,239 @@
+"""Tests compared before anyone books the stand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
+from itertools import product
+from typing import Any
+
+from accelcal.accelerometer import AL15, Accelerometer
+from accelcal.errors import InputError
+from accelcal.planning.pace import Pace, hours_of, per_run, readings_of, stops_of, strokes_within
+from accelcal.planning.prediction import SLOPES, forecasts, lost_coefficients
+from accelcal.planning.targets import checked_targets, refuse_impossible
+from accelcal.planning.visibility import visibility
+from accelcal.results.designs import DesignComparison, TestDesign, Visibility
+from accelcal.simulation import NoiseComponents, TumblePlan
+from accelcal.version import __version__
+
+__all__ = ["PACE", "POSITIONS", "STAND", "STROKES", "TEMPERATURES"]
+__all__ += ["blank_plan", "design", "design_of", "stand_of"]
+
+POSITIONS = (4, 6, 8, 12, 16, 24, 36)
+"""Positions in a turn that are compared."""
+
+STROKES = (2, 6)
+"""Strokes in a run that are compared: one cycle, and the three of the paper."""
+
+TEMPERATURES = (-40.0, 20.0, 80.0)
+STAND = NoiseComponents()
+PACE = Pace()
+_NO_SLOPES = (
+    "the levels tell no slopes, so a fit of this test cannot state the error by temperature; it is"
+    " foreseen here by the slopes of the nominal accelerometer"
+)
+_MOST = 500
+_MOST_READINGS = 50_000
+
+
+def design(
+    *,
+    positions: Sequence[int] = POSITIONS,
+    angles: Sequence[Sequence[float]] = (),
+    strokes: Sequence[int] = (),
+    temperatures: Sequence[Sequence[float]] = (TEMPERATURES,),
+    mountings: Sequence[Sequence[str]] = (("o+",),),
+    noise: NoiseComponents = STAND,
+    resolution: float = 0.0,
+    pace: Pace = PACE,
+    hours: float | None = None,
+    targets: Mapping[str, float] | None = None,
+    declared: bool = True,
+    effects: bool = True,
+    accelerometer: Accelerometer = AL15,
+) -> DesignComparison:
+    """Compare tests before anyone books the stand.
+
+    Every choice of positions is combined with every number of strokes, every list of temperatures
+    and every list of mountings.
+
+    Parameters
+    ----------
+    positions : sequence of int
+        Numbers of equally spaced positions in a turn.
+    angles : sequence of sequence of float
+        Further choices: head angles of a forward stroke [deg].
+    strokes : sequence of int
+        Strokes in a run. By default 2 and 6, or with `hours` as many whole cycles as fit.
+    temperatures : sequence of sequence of float
+        Choices of levels [degC].
+    mountings : sequence of sequence of str
+        Choices of mountings.
+    noise : NoiseComponents
+        Standard uncertainties of readings and stand.
+    resolution : float, default 0
+        Step of the readings [g].
+    pace : Pace
+        Time that each action takes.
+    hours : float, optional
+        The most time [h]; longer tests are left out.
+    targets : mapping of str to float, optional
+        Standard uncertainties asked for, as ``{"K1": 5e-6}``.
+    declared : bool, default True
+        Whether the errors of the stand will be declared to the fit, or estimated by it.
+    effects : bool, default True
+        Whether to tell which effects of the catalogue a test would show.
+    accelerometer : Accelerometer, default `AL15`
+        What is tested; its coefficients hardly matter.
+
+    Returns
+    -------
+    DesignComparison
+        The tests, in the order of the choices.
+
+    Raises
+    ------
+    InputError
+        If a choice breaks a rule, no test fits into the hours, or a target is below the floor of
+        all tests.
+    DesignError
+        If a test does not determine the scale factor.
+
+    Examples
+    --------
+    >>> found = design(positions=[8], strokes=[6], effects=False)
+    >>> round(found.designs[0].forecast("K2").standard_uncertainty * 1e6, 1)
+    3.6
+    """
+    asked = checked_targets(targets or {})
+    blank = blank_plan(pace, resolution, accelerometer)
+    stops: list[dict[str, Any]] = [{"positions": n} for n in positions]
+    stops += [{"angles": tuple(each)} for each in angles]
+    choices = [
+        replace(blank, temperatures=tuple(levels), mountings=tuple(sides), **where)
+        for levels, sides, where in product(temperatures, mountings, stops)
+    ]
+    found = tuple(
+        design_of(plan, noise, pace, accelerometer, declared=declared, effects=effects)
+        for plan in _fitting(choices, strokes, pace, hours)
+    )
+    refuse_impossible(found, asked)
+    return DesignComparison(
+        designs=found,
+        stand=stand_of(noise, resolution),
+        declared=declared,
+        pace=asdict(pace),
+        targets=asked,
+        software=f"accelcal {__version__}",
+    )
+
+
+def stand_of(noise: NoiseComponents, resolution: float) -> dict[str, float]:
+    """Sizes of all sources of error of a stand, the step of the readings [g] among them."""
+    return {**asdict(noise), "resolution": resolution}
+
+
+def blank_plan(pace: Pace, resolution: float, accelerometer: Accelerometer) -> TumblePlan:
+    """Make the plan of a test with its pace, and with a step of the readings [g]."""
+    return TumblePlan(
+        resolution=resolution * accelerometer.scale_factor.at_reference,
+        seconds_per_reading=pace.reading + pace.turn,
+        seconds_between_runs=3600.0 * pace.soak,
+        timed=True,
+    )
+
+
+def _fitting(
+    choices: Sequence[TumblePlan], strokes: Sequence[int], pace: Pace, hours: float | None
+) -> list[TumblePlan]:
+    """All tests that fit into the hours."""
+    if not choices:
+        raise InputError("no test to compare; give positions or angles, temperatures and mountings")
+    found = []
+    for choice in choices:
+        for number in strokes or _usual_strokes(choice, pace, hours):
+            plan = replace(choice, strokes=number)
+            if hours is None or hours_of(plan, pace) <= hours * (1.0 + 1e-9):
+                found.append(plan)
+                _refuse_too_many(len(found), readings_of(plan))
+    if not found:
+        per_run(choices[0], pace, hours or 0.0)  # tells where soaks alone take too long
+        raise InputError(
+            f"no test of these fits into {hours:g} h; allow more hours, or fewer positions,"
+            " strokes, levels or mountings"
+        )
+    return found
+
+
+def _usual_strokes(plan: TumblePlan, pace: Pace, hours: float | None) -> Sequence[int]:
+    if hours is None:
+        return STROKES
+    most = strokes_within(plan, pace, hours)
+    return (most,) if most else ()
+
+
+def _refuse_too_many(tests: int, readings: int) -> None:
+    if tests > _MOST:
+        raise InputError(f"more than {_MOST} tests to compare; give fewer choices")
+    if readings > _MOST_READINGS:
+        raise InputError(
+            f"a test of {readings} readings; at most {_MOST_READINGS} are foreseen, so give fewer"
+            " strokes, positions or hours"
+        )
+
+
+def design_of(
+    plan: TumblePlan,
+    noise: NoiseComponents,
+    pace: Pace,
+    accelerometer: Accelerometer = AL15,
+    *,
+    declared: bool = True,
+    effects: bool = False,
+) -> TestDesign:
+    """Foresee one test.
+
+    Parameters
+    ----------
+    plan : TumblePlan
+        The test.
+    noise : NoiseComponents
+        Standard uncertainties of readings and stand.
+    pace : Pace
+        Times.
+    accelerometer : Accelerometer, default `AL15`
+        What is tested.
+    declared : bool, default True
+        Whether the errors of the stand will be declared.
+    effects : bool, default False
+        Whether to tell which effects it would show.
+
+    Returns
+    -------
+    TestDesign
+        The test with its forecasts.
+    """
+    shown: tuple[Visibility, ...] = ()
+    notes: tuple[str, ...] = ()
+    if effects:
+        try:
+            shown = visibility(plan, noise, accelerometer, declared=declared)
+        except InputError as error:
+            notes = (f"no effect can be searched for: {error}",)
+    told = forecasts(plan, noise, accelerometer, declared=declared)
+    if noise.temperature > 0.0 and not any(f.name in SLOPES for f in told):
+        notes = (*notes, _NO_SLOPES)
+    return TestDesign(
+        positions=plan.positions if plan.angles is None else None,
+        angles=tuple(stops_of(plan).tolist()),
+        strokes=plan.strokes,
+        temperatures=plan.temperatures,
+        mountings=plan.mountings,
+        readings=readings_of(plan),
+        hours=hours_of(plan, pace),
+        forecasts=told,
+        lost=lost_coefficients(plan),
+        effects=shown,
+        notes=notes,
+    )

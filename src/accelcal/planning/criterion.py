@@ -1,0 +1,235 @@
+"""How good a choice of angles is: the covariance that the fit will have, by angle and repetition.
+
+A reading at an angle has noise of its own, and the error of the head at this angle, which all
+readings there share in all strokes and levels. So a second reading at one angle is worth less than
+one at another angle, but saves a turn. With w the variance of a position's mean, the coefficients
+of one of R tables on one head have the covariance
+
+    C = (X' W^-1 X)^-1 + (1 - 1/R) s^2 (X' N X)^-1 + shifts,
+
+W of the means over all R tables (noise and head), N the readings in a table: what the tables have
+in common is weighted by noise and head, what differs between them by the noise alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.accelerometer import Accelerometer
+from accelcal.errors import InputError
+from accelcal.geometry import Acceleration, accelerations
+from accelcal.model import COEFFICIENTS, design_matrix
+from accelcal.simulation import NoiseComponents
+
+__all__ = ["CRITERIA", "Angles", "Criterion", "covariances", "criterion_of", "losses", "seen_from"]
+
+Array = NDArray[np.float64]
+
+CRITERIA = ("D", "A", *COEFFICIENTS)
+"""What a choice of angles may be best for."""
+
+_ENDLESS = 1e60
+
+
+class Angles(NamedTuple):
+    """Angles of a head with what a reading at each of them is worth.
+
+    Attributes
+    ----------
+    degrees : ndarray, shape (a,)
+        Head angles [deg].
+    rows : ndarray, shape (a, 6)
+        Rows of the design matrix.
+    head : ndarray, shape (a,)
+        Variance of the head error in a reading [g^2].
+    noise : float
+        Variance of the noise of a reading, over the strokes [g^2].
+    tables : int
+        Tables that share the head.
+    shifts : ndarray, shape (6,)
+        Variances that come whatever the angles are: launch and temperature.
+    """
+
+    degrees: Array
+    rows: Array
+    head: Array
+    noise: float
+    tables: int
+    shifts: Array
+
+
+class Criterion(NamedTuple):
+    """What is to be small.
+
+    Attributes
+    ----------
+    name : str
+        One of `CRITERIA`.
+    weights : ndarray, shape (6,)
+        Weights of the variances, for A and a single coefficient.
+    """
+
+    name: str
+    weights: Array
+
+
+def criterion_of(name: str, scales: Mapping[str, float]) -> Criterion:
+    """Make a criterion.
+
+    Parameters
+    ----------
+    name : str
+        One of `CRITERIA`.
+    scales : mapping of str to float
+        For A, the uncertainty of each coefficient that counts as one; the others do not count.
+
+    Returns
+    -------
+    Criterion
+        The criterion.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown, or A has nothing to weigh.
+    """
+    if name not in CRITERIA:
+        raise InputError(f"criterion {name!r} is unknown; choose from {', '.join(CRITERIA)}")
+    if name == "A" and not set(scales) & set(COEFFICIENTS):
+        raise InputError(f"A needs a target for one or more of {', '.join(COEFFICIENTS)}")
+    if name in COEFFICIENTS:
+        scales = {name: 1.0}
+    sizes = np.array([scales.get(k, np.inf) for k in COEFFICIENTS])
+    return Criterion(name, sizes**-2 / np.isfinite(sizes).sum())
+
+
+def seen_from(
+    degrees: Array,
+    noise: NoiseComponents,
+    accelerometer: Accelerometer,
+    *,
+    strokes: int,
+    tables: int,
+    shifts: Array,
+    mounting: str = "o+",
+    resolution: float = 0.0,
+) -> Angles:
+    """Work out what a reading at each angle is worth.
+
+    Parameters
+    ----------
+    degrees : ndarray, shape (a,)
+        Head angles [deg].
+    noise : NoiseComponents
+        Errors of readings and head.
+    accelerometer : Accelerometer
+        What is tested.
+    strokes, tables : int
+        Strokes in a run, and tables that share the head.
+    shifts : ndarray, shape (6,)
+        Variances of the coefficients by launch and temperature.
+    mounting : str
+        One of `accelcal.geometry.MOUNTINGS`.
+    resolution : float, default 0
+        Step of the readings, counted as noise [g].
+
+    Returns
+    -------
+    Angles
+        The angles.
+    """
+    here, turned = (accelerations(degrees + by, 0.0, mounting) for by in (0.0, 90.0))
+    step = 1e-30  # complex: the derivative is exact
+    aside = Acceleration(*(a + 1j * step * rate for a, rate in zip(here, turned, strict=True)))
+    slope = (design_matrix(aside, mounting) @ _nominal(accelerometer)).imag / step
+    variance = max(noise.reading, 1e-12) ** 2 + resolution**2 / 12.0
+    return Angles(
+        degrees=degrees,
+        rows=design_matrix(here, mounting),
+        head=np.asarray((noise.head * slope) ** 2),
+        noise=variance / strokes,
+        tables=tables,
+        shifts=shifts,
+    )
+
+
+def _nominal(accelerometer: Accelerometer) -> Array:
+    """Coefficients over K1, in the order of `COEFFICIENTS`."""
+    values = {
+        "K0": accelerometer.bias.at_reference,
+        "K1": 1.0,
+        "K2": accelerometer.k2,
+        "K3": accelerometer.k3,
+        "M": accelerometer.misalignment.at_reference,
+        "M_ip": accelerometer.cross_coupling,
+    }
+    return np.array([values[name] for name in COEFFICIENTS])
+
+
+def covariances(angles: Angles, counts: Array) -> Array:
+    """Covariance of the coefficients over K1 for some choices of repetitions.
+
+    Parameters
+    ----------
+    angles : Angles
+        The angles.
+    counts : ndarray, shape (..., a)
+        Readings at each angle in a stroke.
+
+    Returns
+    -------
+    ndarray, shape (..., 6, 6)
+        Covariances; infinite where the coefficients are not determined.
+    """
+    taken = counts > 0
+    per_mean = angles.noise / (np.where(taken, counts, 1) * angles.tables)
+    common = np.where(taken, 1.0 / (angles.head + per_mean), 0.0)
+    whole = _inverses(_information(angles.rows, common))
+    if angles.tables > 1:
+        share = 1.0 - 1.0 / angles.tables
+        whole = whole + share * _inverses(_information(angles.rows, counts / angles.noise))
+    return np.asarray(whole + np.diag(angles.shifts))
+
+
+def _information(rows: Array, weights: Array) -> Array:
+    pairs = (rows[:, :, None] * rows[:, None, :]).reshape(rows.shape[0], -1)
+    size = rows.shape[1]
+    return (np.asarray(weights) @ pairs).reshape(*weights.shape[:-1], size, size)
+
+
+def _inverses(information: Array) -> Array:
+    """Inverses of matrices, infinite for those that have none."""
+    scale = np.sqrt(np.einsum("...ii->...i", information))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    scaled = information / (scale[..., :, None] * scale[..., None, :])
+    good = np.linalg.det(scaled) > 1e-12
+    safe = np.where(good[..., None, None], scaled, np.eye(scaled.shape[-1]))
+    found = np.linalg.inv(safe) / (scale[..., :, None] * scale[..., None, :])
+    return np.asarray(np.where(good[..., None, None], found, _ENDLESS * np.eye(scaled.shape[-1])))
+
+
+def losses(criterion: Criterion, covariance: Array) -> Array:
+    """What is to be small, as a standard uncertainty.
+
+    Parameters
+    ----------
+    criterion : Criterion
+        The criterion.
+    covariance : ndarray, shape (..., 6, 6)
+        Covariances of the coefficients.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        For D the sixth root of the root of the determinant, for A the root mean square of the
+        uncertainties over their scales, else the uncertainty of the coefficient.
+    """
+    if criterion.name == "D":
+        sign, logarithm = np.linalg.slogdet(covariance)
+        return np.asarray(np.where(sign > 0, np.exp(logarithm / (2 * len(COEFFICIENTS))), np.inf))
+    variances = np.einsum("...ii->...i", covariance)
+    return np.asarray(np.sqrt(variances @ criterion.weights))

@@ -1,0 +1,220 @@
+"""The best angles and repetitions for a time, by exchanges (Fedorov) and a polish.
+
+References
+----------
+V. V. Fedorov, Theory of Optimal Experiments, Academic Press 1972, chapter 3.
+A. C. Atkinson, A. N. Donev, R. D. Tobias, Optimum Experimental Designs, with SAS, Oxford 2007,
+chapter 12: exchange algorithms from several random starts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.planning.criterion import Angles, Criterion, covariances, losses
+
+__all__ = ["Budget", "exchange", "polish"]
+
+Array = NDArray[np.float64]
+Counts = NDArray[np.int64]
+
+_GAIN = 1e-9
+_PASSES = 60
+_CHUNKS = 40
+"""The time of a stroke is first dealt out in about as many parts."""
+
+_STEPS = (4.0, 2.0, 1.0, 0.5)
+
+
+class Budget(NamedTuple):
+    """What a stroke may cost.
+
+    Attributes
+    ----------
+    reading, turn : float
+        Time of a reading, and of a turn to another angle [s].
+    stroke : float
+        Time of a stroke, with a turn to each of its angles [s].
+    spacing : float
+        Least distance of two angles [deg].
+    """
+
+    reading: float
+    turn: float
+    stroke: float
+    spacing: float
+
+    def left(self, counts: Counts) -> float:
+        """Time that is left of a stroke [s]."""
+        used = self.reading * counts.sum() + self.turn * np.count_nonzero(counts)
+        return float(self.stroke - used) + 1e-9 * self.stroke
+
+    def free(self, degrees: Array, counts: Counts) -> NDArray[np.bool_]:
+        """Angles that are taken already, or far enough from those that are."""
+        taken = degrees[counts > 0]
+        distance = np.abs((degrees[:, None] - taken + 180.0) % 360.0 - 180.0)
+        near = (distance < self.spacing - 1e-6).any(axis=1)
+        return np.asarray(~near | (counts > 0))
+
+
+def exchange(
+    angles: Angles, criterion: Criterion, budget: Budget, start: Counts
+) -> tuple[Counts, float]:
+    """Improve a choice of repetitions until no exchange makes it better.
+
+    Parameters
+    ----------
+    angles : Angles
+        Candidate angles.
+    criterion : Criterion
+        What is to be small.
+    budget : Budget
+        What a stroke may cost.
+    start : ndarray of int, shape (a,)
+        Where to start, within the budget.
+
+    Returns
+    -------
+    counts : ndarray of int, shape (a,)
+        Readings at each angle in a stroke.
+    loss : float
+        What it comes to.
+
+    Notes
+    -----
+    An exchange takes a reading, or all readings at an angle, and deals out the time that is free
+    then: each time where it buys most for its cost.
+    """
+
+    def loss_of(counts: Array) -> Array:
+        return losses(criterion, covariances(angles, counts))
+
+    chunk = max(1, round(budget.stroke / budget.reading / _CHUNKS))
+    best = _filled(start, angles, budget, loss_of, chunk)
+    for size in sorted({chunk, 1}, reverse=True):
+        for _ in range(_PASSES):
+            better = _pass(best, angles, budget, loss_of, size)
+            if better is None:
+                break
+            best = better
+    return best, float(loss_of(best.astype(float)))
+
+
+def _pass(
+    counts: Counts,
+    angles: Angles,
+    budget: Budget,
+    loss_of: Callable[[Array], Array],
+    chunk: int,
+) -> Counts | None:
+    """The first better choice among all exchanges of a pass; None where there is none."""
+    now, best = float(loss_of(counts.astype(float))), None
+    for i in np.flatnonzero(counts).tolist():
+        for amount in {min(chunk, int(counts[i])), int(counts[i])}:
+            without = counts.copy()
+            without[i] -= amount
+            tried = _filled(without, angles, budget, loss_of, chunk)
+            loss = float(loss_of(tried.astype(float)))
+            if loss < now * (1.0 - _GAIN):
+                now, best, counts = loss, tried, tried
+                break
+        if best is not None and not counts[i]:
+            continue
+    return best
+
+
+def _filled(
+    counts: Counts,
+    angles: Angles,
+    budget: Budget,
+    loss_of: Callable[[Array], Array],
+    chunk: int,
+) -> Counts:
+    """Deal out the time that is left, each time where it buys most for its cost."""
+    counts = counts.copy()
+    while True:
+        added = _addition(counts, angles, budget, loss_of, chunk)
+        if added is None and chunk > 1:
+            added = _addition(counts, angles, budget, loss_of, 1)
+        if added is None:
+            return counts
+        counts[added[0]] += added[1]
+
+
+def _addition(
+    counts: Counts,
+    angles: Angles,
+    budget: Budget,
+    loss_of: Callable[[Array], Array],
+    amount: int,
+) -> tuple[int, int] | None:
+    cost = amount * budget.reading + budget.turn * (counts == 0)
+    fits = (cost <= budget.left(counts)) & budget.free(angles.degrees, counts)
+    places = np.flatnonzero(fits)
+    if not places.size:
+        return None
+    tried = np.repeat(counts[None].astype(float), places.size, axis=0)
+    tried[np.arange(places.size), places] += amount
+    now = float(loss_of(counts.astype(float)))
+    gain = np.log(now) - np.log(loss_of(tried))
+    best = int(np.argmax(np.round(gain / cost[places] * budget.stroke, 12)))
+    return int(places[best]), amount
+
+
+def polish(
+    degrees: Array,
+    counts: Counts,
+    criterion: Criterion,
+    budget: Budget,
+    seen: Callable[[Array], Angles],
+) -> tuple[Array, float]:
+    """Move the angles off their grid, one by one, as long as it helps.
+
+    Parameters
+    ----------
+    degrees : ndarray, shape (m,)
+        Angles of the stops [deg].
+    counts : ndarray of int, shape (m,)
+        Readings at each of them.
+    criterion : Criterion
+        What is to be small.
+    budget : Budget
+        For the least distance.
+    seen : callable
+        Makes `Angles` of degrees.
+
+    Returns
+    -------
+    degrees : ndarray, shape (m,)
+        Angles, in steps of half a degree off the grid.
+    loss : float
+        What it comes to.
+    """
+
+    def loss_of(tried: Array) -> float:
+        return float(losses(criterion, covariances(seen(tried), counts.astype(float))))
+
+    best, now = degrees.copy(), loss_of(degrees)
+    for step in _STEPS:
+        for _ in range(_PASSES):
+            before = now
+            for i in range(best.size):
+                for move in (-step, step):
+                    tried = best.copy()
+                    tried[i] = (tried[i] + move) % 360.0
+                    if _apart(tried, i, budget.spacing) and (loss := loss_of(tried)) < now * (
+                        1 - _GAIN
+                    ):
+                        best, now = tried, loss
+            if now > before * (1.0 - 1e-6):
+                break
+    return best, now
+
+
+def _apart(degrees: Array, i: int, spacing: float) -> bool:
+    distance = np.abs((np.delete(degrees, i) - degrees[i] + 180.0) % 360.0 - 180.0)
+    return bool((distance >= spacing - 1e-6).all())

@@ -1,0 +1,292 @@
+"""The best angles and repetitions for some hours, beside the equally spaced tests."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.accelerometer import AL15, Accelerometer
+from accelcal.errors import InputError
+from accelcal.geometry import turn_angles
+from accelcal.model import COEFFICIENTS
+from accelcal.planning.compare import (
+    PACE,
+    STAND,
+    TEMPERATURES,
+    blank_plan,
+    design_of,
+    stand_of,
+)
+from accelcal.planning.criterion import (
+    Angles,
+    Criterion,
+    covariances,
+    criterion_of,
+    losses,
+    seen_from,
+)
+from accelcal.planning.exchange import Budget, exchange, polish
+from accelcal.planning.pace import Pace, per_run, stops_of, strokes_within
+from accelcal.planning.prediction import forecasts
+from accelcal.planning.targets import checked_targets, refuse_impossible
+from accelcal.results.designs import DesignComparison
+from accelcal.results.optimal_design import OptimalDesign
+from accelcal.simulation import NoiseComponents, TumblePlan
+from accelcal.version import __version__
+
+__all__ = ["SPACING", "optimal_design"]
+
+Array = NDArray[np.float64]
+
+SPACING = 15.0
+"""Least distance of two positions [deg]."""
+
+_GRID = 5.0
+_STARTS = 10
+_FEWEST = len(COEFFICIENTS)
+_MOST_READINGS = 5000
+
+
+class _Question(NamedTuple):
+    """What is asked for, with all that the angles do not change."""
+
+    plan: TumblePlan
+    noise: NoiseComponents
+    pace: Pace
+    hours: float
+    accelerometer: Accelerometer
+    criterion: Criterion
+    shifts: Array
+    spacing: float
+
+    def seen(self, degrees: Array, strokes: int) -> Angles:
+        """What a reading at each angle is worth, in a test of some strokes."""
+        nominal = self.accelerometer.scale_factor.at_reference
+        return seen_from(
+            degrees,
+            self.noise,
+            self.accelerometer,
+            strokes=strokes,
+            tables=len(self.plan.temperatures) * len(self.plan.mountings),
+            shifts=self.shifts,
+            mounting=self.plan.mountings[0],
+            resolution=self.plan.resolution / nominal,
+        )
+
+    def loss(self, plan: TumblePlan) -> float:
+        """What a test comes to."""
+        degrees, counts = np.unique(np.mod(stops_of(plan), 360.0), return_counts=True)
+        found = covariances(self.seen(degrees, plan.strokes), counts.astype(float))
+        return float(losses(self.criterion, found))
+
+    @property
+    def budget(self) -> Budget:
+        """What a stroke of the plan may cost: its first turn is that of the stroke before it."""
+        run = per_run(self.plan, self.pace, self.hours)
+        stroke = (run - self.pace.turn) / self.plan.strokes + self.pace.turn
+        return Budget(self.pace.reading, self.pace.turn, stroke, self.spacing)
+
+
+def optimal_design(
+    criterion: str,
+    *,
+    hours: float,
+    strokes: int = 2,
+    temperatures: Sequence[float] = TEMPERATURES,
+    mountings: Sequence[str] = ("o+",),
+    noise: NoiseComponents = STAND,
+    resolution: float = 0.0,
+    pace: Pace = PACE,
+    targets: Mapping[str, float] | None = None,
+    spacing: float = SPACING,
+    seed: int = 0,
+    declared: bool = True,
+    effects: bool = False,
+    accelerometer: Accelerometer = AL15,
+) -> OptimalDesign:
+    """Find the best angles and repetitions for some hours.
+
+    Parameters
+    ----------
+    criterion : str
+        ``"D"`` for all coefficients at once (determinant of their covariance), ``"A"`` for the mean
+        of their variances over the squares of the targets, or the name of a coefficient.
+    hours : float
+        Time of the whole test [h].
+    strokes : int, default 2
+        Strokes in a run. More time goes into readings at a stop, which cost no turn.
+    temperatures, mountings, noise, resolution, pace, declared, effects, accelerometer
+        As of `accelcal.design`, one choice each.
+    targets : mapping of str to float, optional
+        Standard uncertainties asked for; for A also what counts as one. By default those of 8
+        positions.
+    spacing : float, default 15
+        Least distance of two positions [deg]. Head errors count as independent from position to
+        position, which those of near positions are not.
+    seed : int, default 0
+        Of the starts of the search; the same seed gives the same angles.
+
+    Returns
+    -------
+    OptimalDesign
+        The test, beside equally spaced ones of the same hours.
+
+    Raises
+    ------
+    InputError
+        If an argument breaks a rule, the hours are too few, or a target is below the floor.
+
+    Notes
+    -----
+    Exchanges on a grid of 5 deg from several starts, then each angle moves by itself. What is
+    minimised is the covariance that `accelcal.fit` will state, head errors and launches included.
+
+    Examples
+    --------
+    >>> found = optimal_design("K2", hours=8.5)
+    >>> found.gain("8 positions") > 1.1
+    True
+    """
+    asked = checked_targets(targets or {})
+    if not 1.0 <= spacing <= 60.0:
+        raise InputError(f"spacing is {spacing:g}; it is from 1 to 60 deg")
+    plan = replace(
+        blank_plan(pace, resolution, accelerometer),
+        strokes=strokes,
+        temperatures=tuple(temperatures),
+        mountings=tuple(mountings),
+    )
+    question = _question(criterion, plan, noise, pace, hours, accelerometer, asked, spacing)
+    _check_time(question)
+    plans = {"optimal": _best(question, seed), **dict(_rivals(question))}
+    designs = tuple(
+        design_of(each, noise, pace, accelerometer, declared=declared, effects=effects)
+        for each in plans.values()
+    )
+    refuse_impossible(designs, asked)
+    comparison = DesignComparison(
+        designs=designs,
+        stand=stand_of(noise, resolution),
+        declared=declared,
+        pace=asdict(pace),
+        targets=asked,
+        software=f"accelcal {__version__}",
+    )
+    found = {name: question.loss(each) for name, each in plans.items()}
+    return OptimalDesign(criterion, comparison, found, spacing, seed)
+
+
+def _question(
+    criterion: str,
+    plan: TumblePlan,
+    noise: NoiseComponents,
+    pace: Pace,
+    hours: float,
+    accelerometer: Accelerometer,
+    asked: Mapping[str, float],
+    spacing: float,
+) -> _Question:
+    """Take sizes and shifts, which do not depend on the angles, from a test of 8 positions."""
+    usual = {f.name: f for f in reversed(forecasts(plan, noise, accelerometer))}
+    sizes = {name: f.standard_uncertainty for name, f in usual.items()}
+    own = [usual[name].budget for name in COEFFICIENTS]
+    return _Question(
+        plan=plan,
+        noise=noise,
+        pace=pace,
+        hours=hours,
+        accelerometer=accelerometer,
+        criterion=criterion_of(criterion, asked or sizes),
+        shifts=np.array([sum(part.get(s, 0.0) ** 2 for s in _SHIFTS) for part in own]),
+        spacing=spacing,
+    )
+
+
+_SHIFTS = ("launch", "launch_sf", "temperature")
+
+
+def _check_time(question: _Question) -> None:
+    budget = question.budget
+    needed = _FEWEST * (budget.reading + budget.turn)
+    if budget.stroke < needed:
+        raise InputError(
+            f"{question.hours:g} h leave {max(budget.stroke, 0.0):.0f} s for a stroke, and the"
+            f" {_FEWEST} positions that six coefficients need take {needed:g} s; allow more hours,"
+            " or fewer strokes, levels or mountings"
+        )
+    if budget.stroke / budget.reading > _MOST_READINGS:
+        raise InputError(
+            f"{question.hours:g} h are time for more than {_MOST_READINGS} readings in a stroke;"
+            " give fewer hours or more strokes"
+        )
+
+
+def _best(question: _Question, seed: int) -> TumblePlan:
+    """The best test of all starts of the search, and of those from equal angles off its grid."""
+    strokes, budget = question.plan.strokes, question.budget
+    grid = np.arange(0.0, 360.0, _GRID)
+    starts = [(grid, start) for start in _starts(question, grid, np.random.default_rng(seed))]
+    for plan in _repeated(question):
+        own, counts = np.unique(stops_of(plan), return_counts=True)
+        starts.append((own, counts))
+    ends: list[tuple[float, int, Array, NDArray[np.int64]]] = []
+    for degrees, start in starts:
+        found, _ = exchange(question.seen(degrees, strokes), question.criterion, budget, start)
+        counts = found[found > 0]
+        seen = partial(question.seen, strokes=strokes)
+        angles, loss = polish(degrees[found > 0], counts, question.criterion, budget, seen)
+        ends.append((round(float(np.log(loss)), 9), len(ends), angles, counts))
+    _, _, angles, counts = min(ends, key=lambda end: end[:2])
+    order = np.argsort(angles)
+    stops = np.repeat(angles[order], counts[order])
+    return replace(question.plan, angles=tuple(stops.tolist()))
+
+
+def _starts(
+    question: _Question, grid: Array, rng: np.random.Generator
+) -> Iterator[NDArray[np.int64]]:
+    """Choices within the budget: nearly equal angles, of various numbers, turned at random."""
+    budget = question.budget
+    most = int(budget.stroke / (budget.reading + budget.turn) + 1e-9)
+    most = min(most, int(360.0 / max(question.spacing, _GRID)))
+    for stops in np.unique(np.linspace(min(_FEWEST, most), most, _STARTS).round().astype(int)):
+        counts = np.zeros(grid.size, dtype=np.int64)
+        for degrees in np.arange(stops) * 360.0 / stops + rng.uniform(0.0, 360.0):
+            free = np.flatnonzero(budget.free(grid, counts) & (counts == 0))
+            if free.size:
+                distance = np.abs((grid[free] - degrees + 180.0) % 360.0 - 180.0)
+                counts[free[int(distance.argmin())]] = 1
+        yield counts
+
+
+def _rivals(question: _Question) -> Iterator[tuple[str, TumblePlan]]:
+    """Equally spaced tests of the same hours."""
+    most = int(360.0 / question.spacing + 1e-9)
+    filled = [
+        replace(question.plan, positions=n, strokes=s)
+        for n in range(_FEWEST, most + 1)
+        if (s := strokes_within(replace(question.plan, positions=n), question.pace, question.hours))
+    ]
+    eight = [plan for plan in filled if plan.positions == 8]
+    if eight:
+        yield "8 positions", eight[0]
+    if filled:
+        yield "equally spaced", min(filled, key=question.loss)
+    repeated = list(_repeated(question))
+    if repeated:
+        yield "equally spaced, repeated at its stops", min(repeated, key=question.loss)
+
+
+def _repeated(question: _Question) -> Iterator[TumblePlan]:
+    """Equal angles without the return, as many readings at each stop as fit."""
+    budget = question.budget
+    for positions in range(_FEWEST, int(360.0 / question.spacing + 1e-9) + 1):
+        times = int((budget.stroke / positions - budget.turn) / budget.reading + 1e-9)
+        if times:
+            stops = np.repeat(turn_angles(positions)[:-1], times)
+            yield replace(question.plan, angles=tuple(stops.tolist()))

@@ -1,0 +1,158 @@
+"""How long a tumble test takes: readings, turns of the head, soaks and mountings."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.accelerometer import checked
+from accelcal.effects.conditions import SECONDS_PER_READING
+from accelcal.errors import InputError
+from accelcal.geometry import turn_angles
+from accelcal.simulation import TumblePlan
+
+__all__ = ["Pace", "hours_of", "per_run", "readings_of", "stops_of", "strokes_within"]
+
+Array = NDArray[np.float64]
+
+_HOUR = 3600.0
+_MOST_STROKES = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """Time that each action of a test takes.
+
+    Attributes
+    ----------
+    reading : float
+        A reading, with the time to settle before it [s].
+    turn : float
+        Turning the head to another position [s].
+    soak : float
+        Reaching a level of temperature and soaking there, once in each run [h].
+    mount : float
+        Mounting the unit, once in each mounting [h].
+
+    Raises
+    ------
+    InputError
+        If one is negative or not finite, or a reading takes no time.
+
+    Notes
+    -----
+    The paper tells no times. The defaults are **set by us**.
+    """
+
+    reading: float = SECONDS_PER_READING
+    turn: float = 30.0
+    soak: float = 2.0
+    mount: float = 1.0
+
+    def __post_init__(self) -> None:
+        checked(0.0, **{f"time of a {name}": value for name, value in asdict(self).items()})
+        checked(1e-3, **{"time of a reading": self.reading})
+
+
+def stops_of(plan: TumblePlan) -> Array:
+    """Head angles of a forward stroke in their order, repeats and the return included [deg]."""
+    return turn_angles(plan.positions) if plan.angles is None else np.array(plan.angles)
+
+
+def readings_of(plan: TumblePlan) -> int:
+    """Readings of a whole test."""
+    return stops_of(plan).size * plan.strokes * len(plan.temperatures) * len(plan.mountings)
+
+
+def hours_of(plan: TumblePlan, pace: Pace) -> float:
+    """Time of a whole test.
+
+    Parameters
+    ----------
+    plan : TumblePlan
+        The test.
+    pace : Pace
+        Its times.
+
+    Returns
+    -------
+    float
+        Time [h].
+
+    Notes
+    -----
+    A stroke begins where the last one ended, so the head does not turn between strokes, nor between
+    two readings at one angle.
+
+    Examples
+    --------
+    >>> hours_of(TumblePlan(), Pace(reading=60.0, turn=30.0, soak=2.0, mount=1.0))
+    10.925
+    """
+    stops = stops_of(plan)
+    turns = 1 + plan.strokes * np.count_nonzero(np.diff(stops))
+    run = (plan.strokes * stops.size * pace.reading + turns * pace.turn) / _HOUR
+    runs = len(plan.temperatures) * len(plan.mountings)
+    return float(runs * (run + pace.soak) + len(plan.mountings) * pace.mount)
+
+
+def per_run(plan: TumblePlan, pace: Pace, hours: float) -> float:
+    """Time that is left for the readings of each run.
+
+    Parameters
+    ----------
+    plan : TumblePlan
+        Levels and mountings.
+    pace : Pace
+        Times.
+    hours : float
+        Time of the whole test [h].
+
+    Returns
+    -------
+    float
+        Time [s].
+
+    Raises
+    ------
+    InputError
+        If soaks and mountings leave nothing.
+    """
+    runs, mountings = len(plan.temperatures) * len(plan.mountings), len(plan.mountings)
+    waiting = runs * pace.soak + mountings * pace.mount
+    if not waiting < hours < np.inf:
+        raise InputError(
+            f"{hours:g} h for a test with {runs} soaks and {mountings} mountings, which alone take"
+            f" {waiting:g} h; allow more hours, or fewer levels and mountings"
+        )
+    return (hours - waiting) / runs * _HOUR
+
+
+def strokes_within(plan: TumblePlan, pace: Pace, hours: float) -> int:
+    """Find the most strokes, in whole cycles, that some hours allow.
+
+    Parameters
+    ----------
+    plan : TumblePlan
+        The test; its own strokes do not count.
+    pace : Pace
+        Times.
+    hours : float
+        Time of the whole test [h].
+
+    Returns
+    -------
+    int
+        Even number of strokes, 0 where not one cycle fits.
+
+    Examples
+    --------
+    >>> strokes_within(TumblePlan(), Pace(reading=60.0, turn=30.0, soak=2.0, mount=1.0), 10.925)
+    6
+    """
+    per_run(plan, pace, hours)  # refuses hours that leave nothing
+    cycle, two = (hours_of(replace(plan, strokes=n), pace) for n in (2, 4))
+    cycles = 1 + int((hours - cycle) / (two - cycle) + 1e-9) if hours >= cycle else 0
+    return 2 * min(cycles, _MOST_STROKES)

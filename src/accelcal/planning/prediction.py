@@ -1,0 +1,326 @@
+"""What a test will tell: the uncertainties that `accelcal.fit` gives to readings yet to be taken.
+
+The readings are simulated without errors and the errors declared, so that there is no second
+opinion on uncertainty: what is foreseen is what the fit itself says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.accelerometer import Accelerometer
+from accelcal.calibrate import fit
+from accelcal.estimate.estimability import estimability
+from accelcal.geometry import accelerations
+from accelcal.model import ERROR_TERMS, POWERS, design_matrix
+from accelcal.planning.pace import stops_of
+from accelcal.probability import student_quantile
+from accelcal.record import TumbleRecord
+from accelcal.results.calibration import Calibration
+from accelcal.results.designs import Forecast
+from accelcal.results.table import TableCalibration
+from accelcal.results.temperature import TemperatureModel
+from accelcal.simulation import NOISE_FREE, NoiseComponents, TumblePlan, simulate
+
+__all__ = ["SLOPES", "figures", "forecasts", "lost_coefficients"]
+
+SLOPES = {
+    "lam1": ("k0", "above", "g/degC"),
+    "lam2": ("k0", "below", "g/degC"),
+    "beta1": ("K1", "above", "1/degC"),
+    "beta2": ("K1", "below", "1/degC"),
+    "gam1": ("delta", "above", "rad/degC"),
+    "gam2": ("delta", "below", "rad/degC"),
+}
+"""Name of a slope -> law, side and unit."""
+
+_UNITS = {"K1": "1", "M": "rad"} | {name: f"g/g^{n}" for name, n in POWERS.items() if n > 1}
+_NO_NOISE = 1e-12  # g: stands for none, as a reading without any cannot be declared
+_STEP = 1e-3
+_QUIET = 0.1  # of the noise is left of a hundred times the strokes
+_SOURCES = ("reading", "head", "launch", "launch_sf", "temperature")
+_LEVEL = 0.95
+
+
+class Figure(NamedTuple):
+    """One figure that a calibration tells.
+
+    Attributes
+    ----------
+    value, variance : float
+        The figure and the square of its standard uncertainty.
+    unit : str
+        Unit of the figure.
+    stands_for : str or None
+        What it really is, where it absorbs something.
+    """
+
+    value: float
+    variance: float
+    unit: str
+    stands_for: str | None = None
+
+
+Key = tuple[str, str]  # name and mounting
+
+
+def forecasts(
+    plan: TumblePlan, noise: NoiseComponents, accelerometer: Accelerometer, *, declared: bool = True
+) -> tuple[Forecast, ...]:
+    """Foresee the uncertainty of everything that a test tells.
+
+    Parameters
+    ----------
+    plan : TumblePlan
+        The test.
+    noise : NoiseComponents
+        Errors of readings and stand.
+    accelerometer : Accelerometer
+        What is tested; its coefficients hardly matter.
+    declared : bool, default True
+        Whether the errors of the stand will be declared to the fit. The reading noise it takes from
+        the replicates either way.
+
+    Returns
+    -------
+    tuple of Forecast
+        Coefficients (over K1), terms of the error model, temperature slopes and fixture angles.
+
+    Raises
+    ------
+    DesignError
+        If the test does not determine the scale factor.
+
+    Notes
+    -----
+    Where the weights of the fit are the best ones, a variance is stationary in them; so its growth
+    with the variance of one source of error is the share of this source.
+    """
+    whole = _variances(plan, noise, accelerometer)
+    bare = replace(plan, resolution=0.0)
+    base = _variances(bare, noise, accelerometer) if plan.resolution else whole
+    shares: dict[str, dict[Key, float]] = {}
+    for source in _SOURCES:
+        size = getattr(noise, source)
+        if size > 0.0:
+            more = replace(noise, **{source: size * (1.0 + _STEP) ** 0.5})
+            grown = _variances(bare, more, accelerometer)
+            shares[source] = {key: max(grown[key] - base[key], 0.0) / _STEP for key in base}
+    if noise.temperature > 0.0 and not _with_slopes(whole):
+        shares["temperature"] = _by_temperature(plan, noise, accelerometer)
+    shares["resolution"] = {key: max(whole[key] - base[key], 0.0) for key in whole}
+    quiet = _variances(bare, replace(noise, reading=_QUIET * noise.reading), accelerometer)
+    dof = _degrees_of_freedom(plan, noise, accelerometer, declared=declared)
+    unseen = shares["temperature"] if "temperature" in shares and not _with_slopes(whole) else {}
+    return tuple(
+        _forecast(
+            key,
+            found._replace(variance=found.variance + unseen.get(key, 0.0)),
+            {s: part[key] for s, part in shares.items()},
+            quiet[key] + unseen.get(key, 0.0),
+            dof,
+        )
+        for key, found in _foreseen(plan, noise, accelerometer).items()
+    )
+
+
+def _with_slopes(keys: Iterable[Key]) -> bool:
+    """Whether the levels tell the slopes, without which the fit states no error by temperature."""
+    return any(name in SLOPES for name, _ in keys)
+
+
+def _by_temperature(
+    plan: TumblePlan, noise: NoiseComponents, accelerometer: Accelerometer
+) -> dict[Key, float]:
+    """What the error of the temperature does to figures of one level, by their slopes there."""
+    above, below = (
+        _foreseen(
+            replace(plan, temperatures=tuple(t + by for t in plan.temperatures)),
+            noise,
+            accelerometer,
+        )
+        for by in (0.5, -0.5)
+    )
+    nominal = {("K1", side): above["K1", side].value for side in plan.mountings}
+    return {
+        key: (noise.temperature * (above[key].value - below[key].value) / nominal.get(key, 1.0))
+        ** 2
+        for key in above
+    }
+
+
+def _forecast(
+    key: Key,
+    found: Figure,
+    shares: Mapping[str, float],
+    floor: float,
+    dof: Mapping[str, float | None],
+) -> Forecast:
+    scale = found.variance / sum(shares.values()) if found.variance > 0.0 else 0.0
+    parts = {source: scale * share for source, share in shares.items() if share > 0.0}
+    effective = _effective(parts, dof)
+    expanded = None
+    if effective is not None:
+        expanded = student_quantile(_LEVEL, effective) * found.variance**0.5
+    return Forecast(
+        name=key[0],
+        mounting=key[1],
+        unit=found.unit,
+        standard_uncertainty=found.variance**0.5,
+        expanded_uncertainty=expanded,
+        dof=None if effective is None or np.isinf(effective) else effective,
+        floor=floor**0.5,
+        budget={source: part**0.5 for source, part in parts.items()},
+        stands_for=found.stands_for,
+    )
+
+
+def _effective(parts: Mapping[str, float], dof: Mapping[str, float | None]) -> float | None:
+    """Effective degrees of freedom as the fit counts them; None where nothing tells a source."""
+    whole, inverse = sum(parts.values()), 0.0
+    for source, part in parts.items():
+        own = dof.get(source, np.inf)
+        if own is None:
+            if part > 1e-4 * whole:
+                return None
+            continue
+        inverse += part / whole / own
+    return 1.0 / inverse if inverse > 1e-6 else np.inf
+
+
+def _variances(
+    plan: TumblePlan, noise: NoiseComponents, accelerometer: Accelerometer
+) -> dict[Key, float]:
+    return {key: f.variance for key, f in _foreseen(plan, noise, accelerometer).items()}
+
+
+def _foreseen(
+    plan: TumblePlan, noise: NoiseComponents, accelerometer: Accelerometer
+) -> dict[Key, Figure]:
+    return figures(fit(_error_free(plan, noise, accelerometer), delta0=plan.delta0))
+
+
+def _error_free(
+    plan: TumblePlan, noise: NoiseComponents, accelerometer: Accelerometer
+) -> TumbleRecord:
+    """Readings without errors that declare those they might have."""
+    exact = replace(plan, resolution=0.0)
+    record = simulate(accelerometer, exact, NOISE_FREE, seed=0, declare=False)
+    one = accelerometer.scale_factor.at_reference * max(noise.reading, _NO_NOISE)
+    return replace(record, std=np.full(len(record), one)).with_apparatus(
+        resolution=plan.resolution,
+        **{f"{source}_uncertainty": getattr(noise, source) for source in _SOURCES[1:]},
+    )
+
+
+def figures(calibration: Calibration) -> dict[Key, Figure]:
+    """Everything that a calibration tells, over the scale factor.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        A calibration.
+
+    Returns
+    -------
+    dict
+        Name and mounting -> figure. Coefficients and terms of the error model are those of the
+        first table nearest to T0 in each mounting.
+
+    Examples
+    --------
+    >>> from accelcal.simulation import simulate
+    >>> round(figures(fit(simulate(seed=1)))["K2", "o+"].value, 4)
+    0.0001
+    """
+    found: dict[Key, Figure] = {}
+    for table in _nearest_tables(calibration):
+        found |= _of_table(table)
+    for laws in (calibration.temperature_model, calibration.second_axis_model):
+        found |= dict(_of_laws(laws, "other axis" if found.keys() & _slopes("") else ""))
+    for angle in calibration.fixture_angle:
+        variance = (angle.angle.standard_uncertainty or 0.0) ** 2
+        found["delta0", angle.axis] = Figure(angle.angle.value or 0.0, variance, "rad")
+    return found
+
+
+def _slopes(mounting: str) -> set[Key]:
+    return {(name, mounting) for name in SLOPES}
+
+
+def _nearest_tables(calibration: Calibration) -> Iterator[TableCalibration]:
+    reference, seen = calibration.T0_degC or 0.0, set()
+    for table in sorted(
+        calibration.tables, key=lambda t: round(abs((t.temperature_degC or 0.0) - reference), 6)
+    ):
+        if table.mounting not in seen:
+            seen.add(table.mounting)
+            yield table
+
+
+def _of_table(table: TableCalibration) -> dict[Key, Figure]:
+    scale_factor = table.coefficients["K1"].value or 1.0
+    found: dict[Key, Figure] = {}
+    for name, quantity in table.coefficients.items():
+        if quantity.value is not None:
+            variance = ((quantity.standard_uncertainty or 0.0) / scale_factor) ** 2
+            meaning = table.stands_for.get(name)
+            value = quantity.value / scale_factor if name != "K1" else quantity.value
+            found[name, table.mounting] = Figure(value, variance, _UNITS.get(name, "g"), meaning)
+    for name, error in ERROR_TERMS.items():
+        quantity = table.error_model[error]
+        if quantity.value is not None:
+            variance = (quantity.standard_uncertainty or 0.0) ** 2
+            meaning = table.stands_for.get(name)
+            found[error, table.mounting] = Figure(quantity.value, variance, quantity.unit, meaning)
+    return found
+
+
+def _of_laws(laws: TemperatureModel | None, mounting: str) -> Iterator[tuple[Key, Figure]]:
+    for name, (law, side, unit) in SLOPES.items():
+        slope = None if laws is None else getattr(getattr(laws, law), side)
+        if slope is not None and slope.value is not None:
+            yield (
+                (name, mounting),
+                Figure(slope.value, (slope.standard_uncertainty or 0.0) ** 2, unit),
+            )
+
+
+def _degrees_of_freedom(
+    plan: TumblePlan, noise: NoiseComponents, accelerometer: Accelerometer, *, declared: bool
+) -> dict[str, float | None]:
+    """Degrees of freedom of each source: what the fit finds in one simulated table."""
+    loud = replace(noise, reading=max(noise.reading, _NO_NOISE))
+    record = simulate(accelerometer, plan, loud, seed=0, declare=declared)
+    found: dict[str, float | None] = {} if declared else {"temperature": None}
+    for source in fit(record, delta0=plan.delta0).error_sources:
+        endless = np.inf if source.source in ("declared", "estimated") else None
+        found.setdefault(source.name, endless if source.dof is None else source.dof)
+    return found
+
+
+def lost_coefficients(plan: TumblePlan) -> tuple[str, ...]:
+    """Say which coefficients a test cannot tell apart, and what the others stand for.
+
+    Parameters
+    ----------
+    plan : TumblePlan
+        The test.
+
+    Returns
+    -------
+    tuple of str
+        A sentence for each lost coefficient.
+
+    Examples
+    --------
+    >>> lost_coefficients(TumblePlan(positions=4))[0]
+    'K3 cannot be told apart from K1 at these angles: K1 stands for K1 + K3'
+    """
+    mounting = plan.mountings[0]
+    stops = accelerations(stops_of(plan), plan.delta0, mounting)
+    return estimability(design_matrix(stops, mounting)).sentences()

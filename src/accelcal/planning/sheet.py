@@ -1,0 +1,68 @@
+"""The sheet of a test for the laboratory: what to read in which order, to be filled in."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator
+
+from accelcal.results.designs import TestDesign
+from accelcal.simulation import NOISE_FREE, NoiseComponents, TumblePlan, simulate
+
+__all__ = ["COLUMNS", "sheet"]
+
+COLUMNS = ("order", "mounting", "run", "temperature", "stroke", "direction", "angle", "output")
+"""Columns of a sheet; the last one is empty."""
+
+_DECLARED = ("head", "launch", "launch_sf", "temperature")
+
+
+def sheet(design: TestDesign, noise: NoiseComponents | None = None) -> str:
+    """Write the sheet of a test.
+
+    Parameters
+    ----------
+    design : TestDesign
+        The test.
+    noise : NoiseComponents, optional
+        Errors of the stand, to be declared in header lines; by default none.
+
+    Returns
+    -------
+    str
+        CSV with a row for each reading in the order of measuring. With the outputs filled in, it is
+        a table that `accelcal.read_table` reads. A second reading at a stop has the number of a
+        later stroke in the same direction, as a table has one reading an angle and stroke.
+    """
+    text = io.StringIO()
+    text.write(
+        f"# plan: {design.readings} readings in {design.hours:.2f} h; fill in the column output\n"
+    )
+    for source in _DECLARED:
+        size = 0.0 if noise is None else getattr(noise, source)
+        if size:
+            text.write(f"# {source}_uncertainty: {size!r}\n")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerows((number, *row, "") for number, row in enumerate(_rows(design), 1))
+    return text.getvalue()
+
+
+def _rows(design: TestDesign) -> Iterator[tuple[str, str, str, int, str, str]]:
+    plan = TumblePlan(
+        angles=design.angles,
+        strokes=design.strokes,
+        temperatures=design.temperatures,
+        mountings=design.mountings,
+    )
+    form = simulate(plan=plan, noise=NOISE_FREE, seed=0, declare=False)
+    for side, run, level, stroke, angle in zip(
+        form.mounting.tolist(),
+        form.run.tolist(),
+        form.temperature.tolist(),
+        form.stroke.tolist(),
+        form.angle.tolist(),
+        strict=True,
+    ):
+        direction = "forward" if stroke % 2 else "back"
+        yield side, form.run_labels[run], f"{level:g}", stroke, direction, repr(angle)

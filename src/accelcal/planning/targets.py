@@ -1,0 +1,124 @@
+"""Uncertainties asked for, and whether a stand can have them at all."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+
+from accelcal.errors import InputError
+from accelcal.model import COEFFICIENTS, ERROR_TERMS
+from accelcal.planning.prediction import SLOPES
+from accelcal.results.designs import Forecast, TestDesign
+
+__all__ = ["NAMES", "checked_targets", "refuse_impossible", "target_value"]
+
+NAMES = (*COEFFICIENTS, *ERROR_TERMS.values(), *SLOPES, "delta0")
+"""Everything of which an uncertainty can be asked for."""
+
+_SCALES = {"": 1.0, "g": 1.0, "rad": 1.0, "ppm": 1e-6, "ug": 1e-6, "urad": 1e-6, "mg": 1e-3}
+_SCALES |= {"mrad": 1e-3, "arcsec": math.radians(1.0 / 3600.0)}
+_OF_REPEATS = ("launch", "launch_sf", "temperature")
+
+
+def target_value(text: str) -> float:
+    """Read an uncertainty with its unit.
+
+    Parameters
+    ----------
+    text : str
+        As ``"5ppm"``, ``"2ug"``, ``"2e-6"``, ``"0.1ug/degC"``.
+
+    Returns
+    -------
+    float
+        The uncertainty in g, rad or parts of one, per power of g or per degree.
+
+    Raises
+    ------
+    InputError
+        If it is no positive number with such a unit.
+
+    Examples
+    --------
+    >>> target_value("5ppm"), target_value("2 ug/g^2"), target_value("1e-7")
+    (5e-06, 2e-06, 1e-07)
+    """
+    match = re.fullmatch(
+        r"\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([a-zµ]*)(?:/(?:g\^?[23]?|degC))?\s*", text
+    )
+    unit = match[2].replace("µ", "u") if match else ""
+    try:
+        value = float(match[1]) * _SCALES[unit] if match else math.nan
+    except (ValueError, KeyError):
+        value = math.nan
+    if not 0.0 < value < math.inf:
+        raise InputError(
+            f"target {text!r} is no uncertainty; write a number above zero with g, mg, ug, ppm,"
+            " rad, mrad, urad, arcsec or none, as in K1=5ppm"
+        )
+    return value
+
+
+def checked_targets(targets: Mapping[str, float]) -> dict[str, float]:
+    """Check names and sizes of the uncertainties asked for.
+
+    Parameters
+    ----------
+    targets : mapping of str to float
+        Name -> standard uncertainty.
+
+    Returns
+    -------
+    dict of str to float
+        The same.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown or a size is not a positive number.
+    """
+    for name, value in targets.items():
+        if name not in NAMES:
+            raise InputError(f"coefficient {name!r} is unknown; choose from {', '.join(NAMES)}")
+        if not 0.0 < value < math.inf:
+            raise InputError(f"target {name}={value:g}; an uncertainty is a number above zero")
+    return dict(targets)
+
+
+def refuse_impossible(designs: Sequence[TestDesign], targets: Mapping[str, float]) -> None:
+    """Refuse targets that no number of strokes reaches in any of some tests.
+
+    Parameters
+    ----------
+    designs : sequence of TestDesign
+        The tests.
+    targets : mapping of str to float
+        Name -> standard uncertainty.
+
+    Raises
+    ------
+    InputError
+        If a target is below the floors of all tests, or none of them tells its coefficient.
+    """
+    for name, limit in targets.items():
+        told = [f for d in designs if (f := d.forecast(name)) is not None and not f.stands_for]
+        if not told:
+            raise InputError(
+                f"{name} cannot be told by any of these tests; add positions, temperatures or"
+                " mountings"
+            )
+        best = min(told, key=lambda f: f.floor)
+        if best.floor > limit:
+            raise InputError(_impossible(name, limit, best))
+
+
+def _impossible(name: str, limit: float, best: Forecast) -> str:
+    parts = {s: size for s, size in best.budget.items() if s not in ("reading", "resolution")}
+    source = max(parts, key=parts.__getitem__)
+    remedy = "repeat runs or better" if source in _OF_REPEATS else "add positions or better"
+    return (
+        f"target {name}={limit:.3g} cannot be reached with this stand: its floor, without reading"
+        f" noise, is {best.floor:.3g}, of which {source} makes {parts[source]:.3g};"
+        f" {remedy} {source}"
+    )

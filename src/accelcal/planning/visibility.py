@@ -1,0 +1,75 @@
+"""Which effects of the catalogue a test would show, by the audit of the discovery."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from accelcal.accelerometer import Accelerometer
+from accelcal.discovery.candidates import candidates, searched_among
+from accelcal.discovery.factors import blocks
+from accelcal.discovery.family import family_of
+from accelcal.discovery.noise import ReadingNoise
+from accelcal.discovery.prospects.audit import Audit, audit, designed
+from accelcal.effects.catalogue import catalogue
+from accelcal.results.designs import Visibility
+from accelcal.simulation import NOISE_FREE, NoiseComponents, TumblePlan, simulate
+
+__all__ = ["visibility"]
+
+
+def visibility(
+    plan: TumblePlan, noise: NoiseComponents, accelerometer: Accelerometer, *, declared: bool = True
+) -> tuple[Visibility, ...]:
+    """Tell for each effect of the catalogue whether a test would show it, and from what size.
+
+    Parameters
+    ----------
+    plan : TumblePlan
+        The test.
+    noise : NoiseComponents
+        Errors of readings and stand.
+    accelerometer : Accelerometer
+        What is tested.
+    declared : bool, default True
+        Whether the errors of the stand will be declared.
+
+    Returns
+    -------
+    tuple of Visibility
+        First the effects that coefficients absorb, then those that can be seen.
+
+    Raises
+    ------
+    InputError
+        If the test has too few replicates for anything to be discovered.
+
+    Examples
+    --------
+    >>> from accelcal.simulation import AL15
+    >>> found = visibility(TumblePlan(), NoiseComponents(), AL15)
+    >>> {item.id: item.absorbed_by for item in found}["odd-quadratic"]
+    ('K1', 'K3')
+    """
+    record = simulate(accelerometer, plan, NOISE_FREE, seed=0, declare=False)
+    if declared:
+        sources = ("head", "launch", "launch_sf", "temperature")
+        sizes = {f"{source}_uncertainty": getattr(noise, source) for source in sources}
+        record = record.with_apparatus(**sizes)
+    reference = accelerometer.reference_temperature
+    sigma = ReadingNoise(max(noise.reading, 1e-12), rho=0.0, dof=0, tails=np.inf)
+    comparison = designed(record, reference, sigma, plan.delta0)
+    c, space = comparison.model.conditions, comparison.space
+    found = candidates(searched_among(catalogue()), space, c)
+    return tuple(
+        _told(audit(comparison, family_of(space, found, blocks(space, c), comparison.roots)))
+    )
+
+
+def _told(found: Audit) -> Iterator[Visibility]:
+    for item in found.undetectable:
+        yield Visibility(item.id, item.absorbed_by, None)
+    alike = {item.id: item.exact for item in found.aliases}
+    for size in found.smallest:
+        yield Visibility(size.id, None, size.typical, size.unit, alike.get(size.id, ()))

@@ -1,0 +1,159 @@
+"""Uncertainty against hours of the tests that are compared, with the Pareto front marked."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from accelcal.plot.style import canvases, palette, styled
+from accelcal.report.discovery import SCALES
+from accelcal.results.designs import DesignComparison, TestDesign
+from accelcal.results.optimal_design import OptimalDesign
+
+__all__ = ["designs_by_hours"]
+
+_MEANINGS = {
+    "K0": "bias",
+    "K1": "scale factor",
+    "K2": "second order",
+    "K3": "third order",
+    "M": "misalignment",
+    "M_ip": "cross-coupling",
+    "lam1": "bias by temperature",
+    "beta1": "scale factor by temperature",
+    "gam1": "misalignment by temperature",
+}
+_WIDE = 6.0
+_ACROSS = 3
+_LABELLED = 40  # tests; of more, only those on the front are named
+_KINDS = 8
+
+
+@styled
+def designs_by_hours(found: DesignComparison | OptimalDesign, axes: Any = None) -> Any:
+    """Draw the uncertainty of each coefficient against the hours of each test.
+
+    Parameters
+    ----------
+    found : DesignComparison or OptimalDesign
+        The tests.
+    axes : array-like of Axes, optional
+        As many axes as coefficients are drawn.
+
+    Returns
+    -------
+    ndarray of Axes
+        A point is a test, its number that of the positions, its colour that of the strokes; the
+        line joins the tests that no quicker one equals.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> found = accelcal.design(positions=[8], strokes=[2], temperatures=[(20.0,)], effects=False)
+    >>> len(designs_by_hours(found))
+    6
+    """
+    comparison = found.comparison if isinstance(found, OptimalDesign) else found
+    names = [name for name in _MEANINGS if name in comparison.names()]
+    colours = _colours(comparison)
+    if axes is None:
+        axes = _own(len(names), colours, comparison)
+    panels = canvases(axes, len(names), 1, (0.0, 0.0))
+    for ax, name in zip(panels, names, strict=True):
+        _draw(ax, comparison, name, colours)
+    return panels
+
+
+def _own(count: int, colours: dict[str, Any], found: DesignComparison) -> Any:
+    """Make a figure of its own, with a legend below."""
+    down = -(-count // _ACROSS)
+    axes = canvases(None, down, _ACROSS, (12.0, 3.1 * down + 0.9))
+    for spare in axes[count:]:
+        spare.remove()
+    figure = axes[0].figure
+    figure.suptitle(
+        "Expected standard uncertainty u by hours of testing; numbers are those of the positions"
+    )
+    figure.legend(handles=_legend(colours, found), loc="outside lower center", ncols=4)
+    return axes[:count]
+
+
+def _draw(ax: Any, found: DesignComparison, name: str, colours: dict[str, Any]) -> None:
+    """Fill one panel: a point for each test, and the line of the front."""
+    front = found.front(name)
+    unit, factor = "", 1.0
+    for place, design in enumerate(found.designs):
+        forecast = design.forecast(name)
+        if forecast is None:
+            continue
+        factor, unit = SCALES[forecast.unit]
+        x, y = design.hours, factor * forecast.standard_uncertainty
+        colour = colours[_kind(design)]
+        inside = "none" if forecast.stands_for else colour
+        ax.plot(x, y, "o", ms=5.5, mfc=inside, mec=colour, zorder=3)
+        if place in front or len(found.designs) <= _LABELLED:
+            ax.annotate(_number(design), (x, y), (4, 4), textcoords="offset points", fontsize=8)
+    on_front = [(found.designs[i].hours, found.designs[i].forecast(name)) for i in front]
+    line = [(x, factor * f.standard_uncertainty) for x, f in on_front if f is not None]
+    ax.plot(*np.reshape(line, (-1, 2)).T, "-", color=palette().muted, lw=2.0, alpha=0.6, zorder=1)
+    if name in found.targets:
+        _target(ax, factor * found.targets[name])
+    ax.set(title=f"{name}, {_MEANINGS[name]}", xlabel="hours", ylabel=f"u [{unit}]")
+    _scales(ax)
+
+
+def _target(ax: Any, limit: float) -> None:
+    ax.axhline(limit, color=palette().ink, ls="--", lw=1.0)
+    ax.annotate(
+        "target",
+        (1.0, limit),
+        (-4, 3),
+        ha="right",
+        xycoords=("axes fraction", "data"),
+        textcoords="offset points",
+        fontsize=8,
+    )
+
+
+def _scales(ax: Any) -> None:
+    """Make axes logarithmic where the values span so much; else ticks are easier to read."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    ax.margins(0.1)
+    for axis, which in ((ax.xaxis, "x"), (ax.yaxis, "y")):
+        low, high = sorted(axis.get_data_interval())
+        if low > 0.0 and high / low > _WIDE:
+            ax.set(**{f"{which}scale": "log"})
+            axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.3g}"))
+            axis.set_minor_formatter(NullFormatter())
+
+
+def _kind(design: TestDesign) -> str:
+    """What the colour tells."""
+    levels = ", ".join(f"{t:g}" for t in design.temperatures)
+    return f"{design.strokes} strokes at {levels} degC, {' '.join(design.mountings)}"
+
+
+def _number(design: TestDesign) -> str:
+    return str(design.positions or f"{len(set(design.angles))} angles")
+
+
+def _colours(found: DesignComparison) -> dict[str, Any]:
+    kinds = dict.fromkeys(_kind(design) for design in found.designs)
+    series = palette().series
+    return {kind: series[i % len(series)] for i, kind in enumerate(kinds)}
+
+
+def _legend(colours: dict[str, Any], found: DesignComparison) -> list[Any]:
+    from matplotlib.lines import Line2D
+
+    shown = list(colours.items())[:_KINDS]
+    kinds = [Line2D([], [], marker="o", ls="", color=c, label=kind) for kind, c in shown]
+    muted = palette().muted
+    front = Line2D([], [], color=muted, lw=2.0, label="Pareto front: no quicker test is as good")
+    if not any(f.stands_for for design in found.designs for f in design.forecasts):
+        return [*kinds, front]
+    hollow = Line2D([], [], marker="o", ls="", mfc="none", color=muted, label="of a sum, see text")
+    return [*kinds, front, hollow]

@@ -1,0 +1,270 @@
+"""Tests compared before they are made, as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+from accelcal.report.columns import aligned
+from accelcal.report.discovery import SCALES
+from accelcal.report.numbers import significant
+from accelcal.results.designs import DesignComparison, Forecast, TestDesign, Visibility
+
+__all__ = ["comparison_text", "scaled", "stand_line"]
+
+COEFFICIENTS = ("K0", "K1", "K2", "K3", "M", "M_ip")
+_SLOPES = ("lam1", "lam2", "beta1", "beta2", "gam1", "gam2", "delta0")
+_LETTERS = {
+    "reading": "r",
+    "head": "h",
+    "launch": "l",
+    "launch_sf": "s",
+    "temperature": "t",
+    "resolution": "q",
+}
+_UNITS = {"launch": "g", "reading": "g", "resolution": "g", "head": "rad", "launch_sf": "1"}
+_LARGE_FACTOR = 2.2
+_ABREAST = 7
+_NAMED = 3
+_SYMBOLS = {
+    "K0 above T0": "lam1",
+    "K0 below T0": "lam2",
+    "K1 above T0": "beta1",
+    "K1 below T0": "beta2",
+    "M above T0": "gam1",
+    "M below T0": "gam2",
+}
+_NEARLY = 1.1
+
+
+def comparison_text(found: DesignComparison) -> str:
+    """Write a comparison of tests for a person.
+
+    Parameters
+    ----------
+    found : DesignComparison
+        The comparison.
+
+    Returns
+    -------
+    str
+        Tables of uncertainties and effects, and which test to book.
+    """
+    return "\n".join(_lines(found)) + "\n"
+
+
+def _lines(found: DesignComparison) -> Iterator[str]:
+    yield "Standard uncertainty that each test would give: positions x strokes"
+    yield stand_line(found.stand, declared=found.declared)
+    yield (
+        f"a reading {found.pace['reading']:g} s, a turn {found.pace['turn']:g} s, a soak"
+        f" {found.pace['soak']:g} h, a mounting {found.pace['mount']:g} h"
+    )
+    told = set(found.names())
+    for names in (COEFFICIENTS, _SLOPES):
+        chosen = [name for name in names if name in told]
+        if chosen:
+            yield ""
+            yield from _table(found, chosen)
+    yield from _legend(found)
+    if not found.declared or _large_factors(found):
+        yield ""
+        yield "Expanded uncertainty U (95 %), by the degrees of freedom that the test would have"
+        yield from _table(found, [n for n in COEFFICIENTS if n in told], expanded=True)
+    yield ""
+    yield from _booking(found)
+    yield from _lost(found.designs)
+    yield from _effects(found.designs)
+    others = dict.fromkeys(n for d in found.designs for n in d.notes if "no effect" not in n)
+    if others:
+        yield ""
+    yield from (f"note: {note}" for note in others)
+
+
+def stand_line(stand: Mapping[str, float], *, declared: bool = True) -> str:
+    """Write the errors of a stand in one line."""
+    parts = [
+        f"{name} {scaled(size, _UNITS.get(name, 'degC'))}" for name, size in stand.items() if size
+    ]
+    how = "" if declared else "; none of it declared to the fit"
+    return f"stand (standard uncertainties): {', '.join(parts) or 'no errors'}{how}"
+
+
+def scaled(size: float, unit: str) -> str:
+    """Write a size in the unit in which a person reads it."""
+    factor, shown = SCALES.get(unit, (1.0, unit))
+    return f"{significant(size * factor, 3)} {shown}"
+
+
+def _table(
+    found: DesignComparison, names: Sequence[str], *, expanded: bool = False
+) -> Iterator[str]:
+    units = {f.name: f.unit for d in found.designs for f in d.forecasts}
+    several = len({(d.temperatures, d.mountings) for d in found.designs}) > 1
+    place = ["temperatures", "mountings"] if several else []
+    head = ["test", *place, "readings", "hours"]
+    fronts = {name: found.front(name) for name in names}
+    rows = [[*head, *(f"{name} [{SCALES[units[name]][1]}]" for name in names)]]
+    for i, design in enumerate(found.designs):
+        where = [" ".join(f"{t:g}" for t in design.temperatures), " ".join(design.mountings)]
+        cells = [_cell(design.forecast(n), i in fronts[n], expanded=expanded) for n in names]
+        rows.append(
+            [
+                design.label,
+                *(where if several else []),
+                str(design.readings),
+                f"{design.hours:.1f}",
+                *cells,
+            ]
+        )
+    yield from aligned(rows, right=set(range(1 + len(place), len(rows[0]))))
+
+
+def _cell(forecast: Forecast | None, on_front: bool, *, expanded: bool) -> str:
+    """A number with a letter for its main source, * on the front, ~ where it is of a sum."""
+    if forecast is None:
+        return "-   "
+    value = forecast.expanded_uncertainty if expanded else forecast.standard_uncertainty
+    if value is None:
+        return "?   "
+    sum_of = "~" if forecast.stands_for else " "
+    letter = _LETTERS.get(forecast.mostly_from, " ")
+    number = significant(value * SCALES[forecast.unit][0], 3)
+    return f"{number} {letter}{'*' if on_front else ' '}{sum_of}"
+
+
+def _legend(found: DesignComparison) -> Iterator[str]:
+    used = {f.mostly_from for d in found.designs for f in d.forecasts}
+    letters = ", ".join(f"{_LETTERS[s]} {s}" for s in _LETTERS if s in used)
+    yield f"mostly from: {letters}; * no quicker test is as good; ~ of a sum, see below; - not told"
+    sets = {(d.temperatures, d.mountings) for d in found.designs}
+    if len(sets) == 1:
+        levels, sides = next(iter(sets))
+        yield f"at {', '.join(f'{t:g}' for t in levels)} degC, mounting {', '.join(sides)}"
+
+
+def _large_factors(found: DesignComparison) -> bool:
+    shown = (f for d in found.designs for f in d.forecasts if f.name in COEFFICIENTS)
+    return any(
+        f.expanded_uncertainty is None
+        or f.expanded_uncertainty > _LARGE_FACTOR * f.standard_uncertainty
+        for f in shown
+    )
+
+
+def _booking(found: DesignComparison) -> Iterator[str]:
+    """Which test to book: by targets, else where more time buys little."""
+    if found.targets:
+        wanted = ", ".join(f"{name} {limit:g}" for name, limit in found.targets.items())
+        good = found.meeting()
+        if good:
+            best = found.designs[good[0]]
+            yield f"Book {_described(best)}: the quickest of these that meets {wanted}"
+        else:
+            yield f"None of these meets {wanted}; more strokes would, as no floor is above it"
+        yield ""
+    yield "What more time buys: the best of these, and the quickest within 10 % of it"
+    rows = []
+    for name in (n for n in (*COEFFICIENTS, *_SLOPES) if n in found.names()):
+        front = [found.designs[i] for i in found.front(name)]
+        if front:
+            rows.append(_worth(name, front))
+    yield from (f"  {line}" for line in aligned(rows, right={1}))
+
+
+def _worth(name: str, front: Sequence[TestDesign]) -> list[str]:
+    sizes = [_forecast(design, name) for design in front]
+    best = sizes[-1].standard_uncertainty
+    near = next(i for i, f in enumerate(sizes) if f.standard_uncertainty <= _NEARLY * best)
+    size = scaled(sizes[near].standard_uncertainty, sizes[near].unit)
+    quick = f"{_described(front[near])} gives {size}"
+    return [
+        name,
+        scaled(best, sizes[-1].unit),
+        f"by {_described(front[-1])}",
+        quick if near + 1 < len(front) else "",
+        f"floor {scaled(sizes[-1].floor, sizes[-1].unit)}",
+    ]
+
+
+def _forecast(design: TestDesign, name: str) -> Forecast:
+    found = design.forecast(name)
+    assert found is not None
+    return found
+
+
+def _described(design: TestDesign) -> str:
+    return f"{design.label} ({design.hours:.1f} h)"
+
+
+def _lost(designs: Sequence[TestDesign]) -> Iterator[str]:
+    by_stops = {d.label.split(" x ")[0]: d.lost for d in designs if d.lost}
+    if by_stops:
+        yield ""
+        yield "What cannot be told apart"
+    for stops, lost in by_stops.items():
+        yield f"  {stops} positions:" if stops.isdigit() else f"  {stops}:"
+        yield from (f"    {sentence}" for sentence in lost)
+
+
+def _effects(designs: Sequence[TestDesign]) -> Iterator[str]:
+    blind = [d for d in designs if any("no effect" in note for note in d.notes)]
+    shown = [d for d in designs if d.effects]
+    hidden = _hidden_everywhere(shown)
+    if hidden:
+        yield ""
+        yield "Effects of the catalogue that none of these tests shows, and what takes them up"
+        yield from (f"  {name}: {taken}" for name, taken in hidden.items())
+    for start in range(0, len(shown), _ABREAST):
+        yield ""
+        yield (
+            "Other effects: the size that is found nine times in ten (= another effect looks the"
+            " same), or what takes it up"
+        )
+        yield from _effect_table(shown[start : start + _ABREAST], set(hidden))
+    if blind:
+        yield ""
+        yield (
+            f"{', '.join(d.label for d in blind)}: no effect can be searched for, for want of"
+            " replicates; two cycles or more show effects"
+        )
+
+
+def _hidden_everywhere(designs: Sequence[TestDesign]) -> dict[str, str]:
+    """Effects that no test shows, with what most tests have in their place."""
+    ids = dict.fromkeys(item.id for d in designs for item in d.effects)
+    found = {}
+    for name in ids:
+        own = [item for d in designs for item in d.effects if item.id == name]
+        if all(item.smallest is None for item in own):
+            taken = [_taken_up(item) for item in own]
+            found[name] = max(taken, key=taken.count)
+    return found
+
+
+def _effect_table(designs: Sequence[TestDesign], hidden: set[str]) -> Iterator[str]:
+    ids = dict.fromkeys(item.id for d in designs for item in d.effects if item.id not in hidden)
+    rows = [["", *(d.label for d in designs), ""]]
+    for name in ids:
+        own = [_of(d.effects, name) for d in designs]
+        unit = next((v.unit for v in own if v is not None and v.unit), "")
+        factor, shown = SCALES.get(unit, (1e6, f"1e-6 {unit}") if unit else (1.0, ""))
+        rows.append([name, *(_seen(v, factor) for v in own), shown])
+    yield from (f"  {line}" for line in aligned(rows, right=set(range(1, len(designs) + 1))))
+
+
+def _of(effects: Iterable[Visibility], name: str) -> Visibility | None:
+    return next((item for item in effects if item.id == name), None)
+
+
+def _seen(item: Visibility | None, factor: float) -> str:
+    if item is None:
+        return ""
+    if item.smallest is None:
+        return f"{_taken_up(item)}  "
+    return f"{significant(item.smallest * factor, 2)} {'=' if item.aliases else ' '}"
+
+
+def _taken_up(item: Visibility) -> str:
+    """Names of the coefficients that take an effect up, slopes by their symbols."""
+    names = [_SYMBOLS.get(name, name) for name in item.absorbed_by or ()]
+    return f"{len(names)} of them" if len(names) > _NAMED else " ".join(names) or "nothing"

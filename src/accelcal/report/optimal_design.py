@@ -1,0 +1,107 @@
+"""The best angles for a test, as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from accelcal.model import COEFFICIENTS
+from accelcal.report.columns import aligned
+from accelcal.report.designs import scaled, stand_line
+from accelcal.results.optimal_design import OptimalDesign
+
+__all__ = ["optimal_text"]
+
+_SAME = 1.005
+_PER_LINE = 10
+
+
+def optimal_text(found: OptimalDesign) -> str:
+    """Write the best test for a person.
+
+    Parameters
+    ----------
+    found : OptimalDesign
+        The test and its rivals.
+
+    Returns
+    -------
+    str
+        Angles, uncertainties beside equally spaced tests, and the gain.
+    """
+    return "\n".join(_lines(found)) + "\n"
+
+
+def _lines(found: OptimalDesign) -> Iterator[str]:
+    best = found.best
+    what = {"D": "all coefficients at once (D)", "A": "all coefficients by their targets (A)"}
+    yield f"Best angles for {what.get(found.criterion, found.criterion)}"
+    yield stand_line(found.comparison.stand, declared=found.comparison.declared)
+    levels = ", ".join(f"{t:g}" for t in best.temperatures)
+    yield (
+        f"{len(found.stops())} positions, {best.strokes} strokes at {levels} degC, mounting"
+        f" {', '.join(best.mountings)}: {best.readings} readings, {best.hours:.1f} h"
+    )
+    yield ""
+    yield "Head angle [deg], and x readings at the stop where more than one"
+    stops = [f"{angle:g}" + (f" x{n}" if n > 1 else "") for angle, n in found.stops()]
+    for start in range(0, len(stops), _PER_LINE):
+        yield "  " + "  ".join(stop.rjust(9) for stop in stops[start : start + _PER_LINE])
+    yield ""
+    yield "Standard uncertainty beside equally spaced tests of the same hours"
+    yield from _table(found)
+    yield ""
+    yield from _gains(found)
+    yield from _targets(found)
+    yield (
+        f"Positions are {found.spacing:g} deg apart or more. Head errors count as independent from"
+        " position to position;"
+    )
+    yield "a harmonic of the head is not, and no choice of angles averages it."
+    yield ""
+    yield f"accelcal simulate {_options(found)} -o test.csv"
+
+
+def _table(found: OptimalDesign) -> Iterator[str]:
+    head = ["test", "positions x strokes", "readings", "hours", *COEFFICIENTS]
+    rows = [head]
+    for name, design in zip(found.losses, found.designs, strict=True):
+        sizes = [design.forecast(each) for each in COEFFICIENTS]
+        cells = [scaled(f.standard_uncertainty, f.unit) if f else "-" for f in sizes]
+        rows.append([name, design.label, str(design.readings), f"{design.hours:.1f}", *cells])
+    yield from (f"  {line}" for line in aligned(rows, right=set(range(2, len(head)))))
+
+
+def _gains(found: OptimalDesign) -> Iterator[str]:
+    what = {"D": "on the whole (D)", "A": "on the whole (A)"}.get(found.criterion)
+    for name in list(found.losses)[1:]:
+        gain = found.gain(name)
+        if gain < 1.0 / _SAME:
+            told = f"is {100.0 * (1.0 / gain - 1.0):.1f} % more certain; book that one"
+        elif gain < _SAME:
+            told = "is as good; book that one, which is simpler"
+        else:
+            told = f"is {100.0 * (gain - 1.0):.1f} % less certain"
+        yield f"{name}: {told} {what or 'in ' + found.criterion}"
+
+
+def _targets(found: OptimalDesign) -> Iterator[str]:
+    for name, limit in found.comparison.targets.items():
+        forecast = found.best.forecast(name)
+        if forecast is None:
+            continue
+        size = forecast.standard_uncertainty
+        met = "is met" if size <= limit else "is not met in these hours"
+        yield (
+            f"target {name} {scaled(limit, forecast.unit)}: {met},"
+            f" {scaled(size, forecast.unit)}, mostly from {forecast.mostly_from}"
+        )
+
+
+def _options(found: OptimalDesign) -> str:
+    best = found.best
+    angles = ",".join(f"{angle:g}" for angle in best.angles)
+    levels = ",".join(f"{t:g}" for t in best.temperatures)
+    return (
+        f"--angles {angles} --strokes {best.strokes} --temperatures {levels}"
+        f" --mounting {','.join(best.mountings)}"
+    )

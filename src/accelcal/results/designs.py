@@ -1,0 +1,275 @@
+"""Tests compared before they are made: what each would tell, and in what time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["SCHEMA", "DesignComparison", "Forecast", "TestDesign", "Visibility"]
+
+SCHEMA = "accelcal/design/1"
+
+
+@dataclass(frozen=True, slots=True)
+class Forecast:
+    """What a test will tell of one coefficient.
+
+    Attributes
+    ----------
+    name : str
+        As ``"K1"``, ``"k0"``, ``"lam1"`` or ``"delta0"``; coefficients are over the scale factor.
+    mounting : str
+        The mounting of its table; empty for a temperature slope.
+    unit : str
+        Unit of the uncertainties.
+    standard_uncertainty : float
+        Expected standard uncertainty.
+    expanded_uncertainty, dof : float or None
+        Expected expanded uncertainty (95 %) with its degrees of freedom; None where nothing would
+        tell one of the errors, and where the degrees of freedom are endless.
+    floor : float
+        Standard uncertainty that a hundred times the strokes would leave, without rounding.
+    budget : mapping of str to float
+        Part of each source of error in the standard uncertainty; the squares add up.
+    stands_for : str or None
+        What the estimate really is, where it absorbs a coefficient that cannot be told.
+    """
+
+    name: str
+    mounting: str
+    unit: str
+    standard_uncertainty: float
+    expanded_uncertainty: float | None
+    dof: float | None
+    floor: float
+    budget: Mapping[str, float]
+    stands_for: str | None = None
+
+    @property
+    def mostly_from(self) -> str:
+        """The source of error with the largest part; empty without any error."""
+        return max(self.budget, key=self.budget.__getitem__, default="")
+
+
+@dataclass(frozen=True, slots=True)
+class Visibility:
+    """Whether a test would show an effect of the catalogue.
+
+    Attributes
+    ----------
+    id : str
+        Id of the effect.
+    absorbed_by : tuple of str or None
+        Coefficients that take it up without a residual; None where the test shows it.
+    smallest : float or None
+        Size from which it is found nine times in ten; None where it is absorbed.
+    unit : str
+        Unit of this size.
+    aliases : tuple of str
+        Other effects that this test shows as the same.
+    """
+
+    id: str
+    absorbed_by: tuple[str, ...] | None
+    smallest: float | None
+    unit: str = ""
+    aliases: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class TestDesign:
+    """A test that could be made.
+
+    Attributes
+    ----------
+    positions : int or None
+        Number of positions in a turn; None where the angles were given.
+    angles : tuple of float
+        Head angles of a forward stroke [deg].
+    strokes, temperatures, mountings
+        As of `accelcal.TumblePlan`.
+    readings : int
+        Number of readings.
+    hours : float
+        Time that it takes [h].
+    forecasts : tuple of Forecast
+        What it will tell.
+    lost : tuple of str
+        Which coefficients it cannot tell apart, a sentence each.
+    effects : tuple of Visibility
+        Which effects it would show; empty where that was not asked for or cannot be told.
+    notes : tuple of str
+        What else is to be known.
+    """
+
+    __test__ = False  # for pytest this would be a class of tests
+
+    positions: int | None
+    angles: tuple[float, ...]
+    strokes: int
+    temperatures: tuple[float, ...]
+    mountings: tuple[str, ...]
+    readings: int
+    hours: float
+    forecasts: tuple[Forecast, ...]
+    lost: tuple[str, ...] = ()
+    effects: tuple[Visibility, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def forecast(self, name: str, mounting: str | None = None) -> Forecast | None:
+        """Forecast of one coefficient, by default in the first mounting that has it."""
+        own = (f for f in self.forecasts if f.name == name and mounting in (None, f.mounting))
+        return next(own, None)
+
+    @property
+    def label(self) -> str:
+        """The test in a few characters, as ``"8 x 6"``: positions and strokes."""
+        stops = self.positions or f"{len(set(self.angles))} angles"
+        return f"{stops} x {self.strokes}"
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the test as it stands in the JSON document."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, slots=True)
+class DesignComparison:
+    """Tests compared before they are made.
+
+    Attributes
+    ----------
+    designs : tuple of TestDesign
+        The tests.
+    stand : mapping of str to float
+        Standard uncertainty of each source of error.
+    declared : bool
+        Whether the errors of the stand will be declared to the fit.
+    pace : mapping of str to float
+        Time of a reading and of a turn [s], of a soak and of a mounting [h].
+    targets : mapping of str to float
+        Standard uncertainties asked for.
+    software : str
+        Version of accelcal.
+
+    Notes
+    -----
+    `str` gives a table, `to_json` a document, `rows` and `to_frame` a row for each coefficient of
+    each test.
+    """
+
+    designs: tuple[TestDesign, ...]
+    stand: Mapping[str, float]
+    declared: bool
+    pace: Mapping[str, float]
+    targets: Mapping[str, float]
+    software: str
+
+    def front(self, name: str) -> tuple[int, ...]:
+        """Tests that no other one beats in both hours and uncertainty of a coefficient.
+
+        Parameters
+        ----------
+        name : str
+            The coefficient.
+
+        Returns
+        -------
+        tuple of int
+            Places among `designs`, the quickest first.
+        """
+        found: list[int] = []
+        best = float("inf")
+        for place in sorted(range(len(self.designs)), key=lambda i: self._cost(i, name)):
+            u = self._cost(place, name)[1]
+            if u < best * (1.0 - 1e-9):
+                found.append(place)
+                best = u
+        return tuple(found)
+
+    def _cost(self, place: int, name: str) -> tuple[float, float]:
+        forecast = self.designs[place].forecast(name)
+        told = forecast is not None and forecast.stands_for is None
+        u = forecast.standard_uncertainty if forecast is not None and told else float("inf")
+        return self.designs[place].hours, u
+
+    def meeting(self) -> tuple[int, ...]:
+        """Places of the tests that meet all targets, the quickest first."""
+        good = [
+            place
+            for place in range(len(self.designs))
+            if all(self._cost(place, name)[1] <= limit for name, limit in self.targets.items())
+        ]
+        return tuple(sorted(good, key=lambda place: self.designs[place].hours))
+
+    def names(self) -> tuple[str, ...]:
+        """Names of all that some test tells, in the order of telling."""
+        return tuple(dict.fromkeys(f.name for d in self.designs for f in d.forecasts))
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the comparison as a JSON document."""
+        return {
+            "schema": SCHEMA,
+            "stand": dict(self.stand),
+            "declared": self.declared,
+            "pace": dict(self.pace),
+            "targets": dict(self.targets),
+            "designs": [design.to_document() for design in self.designs],
+            "pareto_front": {name: list(self.front(name)) for name in self.names()},
+            "meeting_targets": list(self.meeting()) if self.targets else None,
+            "software": self.software,
+        }
+
+    def to_json(self) -> str:
+        """Return the document as text."""
+        from accelcal.results.json_text import json_text
+
+        return json_text(self.to_document())
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return a row for each coefficient of each test."""
+        return [row for part in self.rows_by_design() for row in part]
+
+    def rows_by_design(self) -> list[list[dict[str, Any]]]:
+        """Return the rows of each test."""
+        fronts = {name: self.front(name) for name in self.names()}
+        return [list(_rows(design, i, fronts)) for i, design in enumerate(self.designs)]
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return `rows` as a DataFrame."""
+        import pandas as pd
+
+        return pd.DataFrame(self.rows())
+
+    def __str__(self) -> str:
+        """Write the comparison as a table."""
+        from accelcal.report.designs import comparison_text
+
+        return comparison_text(self)
+
+
+def _rows(
+    design: TestDesign, place: int, fronts: Mapping[str, Sequence[int]]
+) -> Iterator[dict[str, Any]]:
+    for f in design.forecasts:
+        yield {
+            "positions": design.positions,
+            "strokes": design.strokes,
+            "temperatures": " ".join(f"{t:g}" for t in design.temperatures),
+            "mountings": " ".join(design.mountings),
+            "readings": design.readings,
+            "hours": design.hours,
+            "name": f.name,
+            "mounting": f.mounting,
+            "unit": f.unit,
+            "standard_uncertainty": f.standard_uncertainty,
+            "expanded_uncertainty": f.expanded_uncertainty,
+            "dof": f.dof,
+            "floor": f.floor,
+            "mostly_from": f.mostly_from,
+            "stands_for": f.stands_for,
+            "pareto": place in fronts[f.name],
+        }

@@ -1,0 +1,107 @@
+"""The best angles for a test, beside equally spaced tests of the same hours."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from accelcal.results.designs import DesignComparison, TestDesign
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["SCHEMA", "OptimalDesign"]
+
+SCHEMA = "accelcal/optimal-design/1"
+
+
+@dataclass(frozen=True, slots=True)
+class OptimalDesign:
+    """The best test for some hours.
+
+    Attributes
+    ----------
+    criterion : str
+        ``"D"``, ``"A"`` or a coefficient.
+    comparison : DesignComparison
+        The best test, then equally spaced ones.
+    losses : mapping of str to float
+        Name of each of them -> what was minimised, in proportion to standard uncertainties.
+    spacing : float
+        Least distance of two positions [deg].
+    seed : int
+        Of the search.
+    """
+
+    criterion: str
+    comparison: DesignComparison
+    losses: Mapping[str, float]
+    spacing: float
+    seed: int
+
+    @property
+    def designs(self) -> tuple[TestDesign, ...]:
+        """The best test, then its rivals, in the order of `losses`."""
+        return self.comparison.designs
+
+    @property
+    def best(self) -> TestDesign:
+        """The best test."""
+        return self.designs[0]
+
+    def stops(self) -> tuple[tuple[float, int], ...]:
+        """Angles of the best test [deg], and readings at each of them in a stroke."""
+        angles = self.best.angles
+        return tuple((angle, angles.count(angle)) for angle in dict.fromkeys(angles))
+
+    def gain(self, rival: str) -> float:
+        """Standard uncertainty of a rival over that of the best test, by the criterion.
+
+        Parameters
+        ----------
+        rival : str
+            A name among `losses`.
+
+        Returns
+        -------
+        float
+            1.1 where the rival is 10 % less certain.
+        """
+        return self.losses[rival] / self.losses["optimal"]
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the design as a JSON document."""
+        return {
+            "schema": SCHEMA,
+            "criterion": self.criterion,
+            "spacing_deg": self.spacing,
+            "seed": self.seed,
+            "stops": [{"angle_deg": a, "readings": n} for a, n in self.stops()],
+            "losses": dict(self.losses),
+            "gains": {name: self.gain(name) for name in list(self.losses)[1:]},
+            "comparison": self.comparison.to_document(),
+        }
+
+    def to_json(self) -> str:
+        """Return the document as text."""
+        from accelcal.results.json_text import json_text
+
+        return json_text(self.to_document())
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return a row for each coefficient of each test."""
+        parts = zip(self.losses, self.comparison.rows_by_design(), strict=True)
+        return [{"test": name, **row} for name, part in parts for row in part]
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return `rows` as a DataFrame."""
+        import pandas as pd
+
+        return pd.DataFrame(self.rows())
+
+    def __str__(self) -> str:
+        """Write the design for a person."""
+        from accelcal.report.optimal_design import optimal_text
+
+        return optimal_text(self)

@@ -1,0 +1,99 @@
+"""The command: its forms, its picture, its sheet, and what it refuses."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from accelcal.cli.main import main
+
+QUICK = ["design", "--positions", "8", "--strokes", "2", "--no-effects"]
+
+
+def ran(capsys, *arguments):
+    code = main([*map(str, arguments)])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def test_text_json_and_csv(capsys):
+    code, text, err = ran(capsys, *QUICK)
+    assert (code, err) == (0, "")
+    assert "8 x 2" in text
+    document = json.loads(ran(capsys, *QUICK, "--format", "json")[1])
+    assert document["designs"][0]["strokes"] == 2
+    lines = ran(capsys, *QUICK, "--format", "csv")[1].splitlines()
+    assert lines[0].startswith("positions,strokes,temperatures")
+
+
+def test_document_and_sheet_are_written(capsys, tmp_path):
+    document, plan = tmp_path / "d.json", tmp_path / "plan.csv"
+    code, _, _ = ran(capsys, *QUICK, "-o", document, "--sheet", plan)
+    assert code == 0
+    assert json.loads(document.read_text("utf-8"))["pace"]["soak"] == 2.0
+    text = plan.read_text("utf-8")
+    assert text.startswith("# plan: 54 readings")
+    assert "# head_uncertainty: 6.7e-06" in text
+
+
+def test_undeclared_errors_are_not_in_the_sheet(capsys, tmp_path):
+    plan = tmp_path / "plan.csv"
+    ran(capsys, *QUICK, "--undeclared", "--sheet", plan)
+    assert "uncertainty" not in plan.read_text("utf-8")
+
+
+@pytest.mark.parametrize("form", ["png", "svg", "pdf"])
+def test_picture(capsys, tmp_path, form):
+    pytest.importorskip("matplotlib")
+    path = tmp_path / f"d.{form}"
+    code, _, err = ran(capsys, *QUICK, "--target", "K1=12ppm", "--plot", path)
+    assert (code, err) == (0, "")
+    assert path.stat().st_size > 10_000
+
+
+def test_options_reach_the_stand_and_the_pace(capsys):
+    stand = ["--noise", "1e-5", "--head-uncertainty", "2e-5", "--launch-uncertainty", "0"]
+    pace = ["--reading-time", "10", "--turn-time", "20", "--soak-time", "1", "--mount-time", "0"]
+    document = json.loads(ran(capsys, *QUICK, *stand, *pace, "--format", "json")[1])
+    assert document["stand"]["reading"] == 1e-5
+    assert document["stand"]["launch"] == 0.0
+    assert document["pace"] == {"reading": 10.0, "turn": 20.0, "soak": 1.0, "mount": 0.0}
+
+
+def test_optimal(capsys, tmp_path):
+    plan = tmp_path / "plan.csv"
+    code, text, err = ran(capsys, "design", "--optimal", "K1", "--hours", "8", "--sheet", plan)
+    assert (code, err) == (0, "")
+    assert text.startswith("Best angles for K1")
+    assert "not found" not in text
+    assert plan.read_text("utf-8").count("\n") > 30
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ([*QUICK, "--target", "K9=1ppm"], "coefficient 'K9' is unknown"),
+        ([*QUICK, "--target", "K1=4ppm"], "cannot be reached with this stand"),
+        ([*QUICK, "--target", "K1=5 furlongs"], "is no uncertainty"),
+        ([*QUICK, "--target", "K1=9ppm", "--target", "K1=8ppm"], "has two targets"),
+        ([*QUICK, "--reading-time", "-3"], "time of a reading is -3"),
+        ([*QUICK, "--noise", "-1"], "reading is -1"),
+        ([*QUICK, "--cycles", "2"], "give one of them"),
+        ([*QUICK, "--hours", "3"], "which alone take 7 h"),
+        (["design", "--positions", "7.5"], "write whole numbers above zero"),
+        (["design", "--optimal", "D"], "--optimal needs --hours"),
+        (["design", "--optimal", "D", "--hours", "9", "--positions", "8"], "leave one out"),
+        (["design", "--optimal", "D", "--hours", "9", "--strokes", "2,4"], "one choice"),
+        (["design", "--optimal", "Q", "--hours", "9"], "criterion 'Q' is unknown"),
+        (["design", "--no-effects", "--sheet", "x.csv"], "--sheet is for one test"),
+        ([*QUICK, "--plot", "x.gif"], "name a file that ends in .png, .svg, .pdf"),
+    ],
+)
+def test_bad_input_is_one_line(capsys, arguments, told, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = ran(capsys, *arguments)
+    assert code == 2
+    assert out == ""
+    assert told in err
+    assert "Traceback" not in err
+    assert list(Path().iterdir()) == []

@@ -1,0 +1,232 @@
+"""The best angles: against all choices of small cases, against equal spacing, and as a sheet."""
+
+import csv
+import io
+from itertools import combinations_with_replacement
+
+import numpy as np
+import pytest
+
+import accelcal
+from accelcal.errors import InputError
+from accelcal.model import COEFFICIENTS
+from accelcal.planning.compare import design_of
+from accelcal.planning.criterion import covariances, criterion_of, losses, seen_from
+from accelcal.planning.exchange import Budget, exchange, polish
+from accelcal.planning.pace import Pace
+from accelcal.planning.prediction import forecasts
+from accelcal.planning.sheet import COLUMNS, sheet
+from accelcal.simulation import AL15, NoiseComponents, TumblePlan, simulate
+
+STAND = NoiseComponents()
+SHIFTS = np.array([STAND.launch**2, STAND.launch_sf**2, 0.0, 0.0, 0.0, 0.0])
+SCALES = {"K0": 7e-6, "K1": 9e-6, "K2": 4e-6, "K3": 8e-6, "M": 3e-6, "M_ip": 5e-6}
+
+
+def angles_of(degrees, noise=STAND, strokes=2, tables=1):
+    return seen_from(
+        np.asarray(degrees, dtype=float), noise, AL15, strokes=strokes, tables=tables, shifts=SHIFTS
+    )
+
+
+# -- one covariance --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "plan",
+    [
+        TumblePlan(),
+        TumblePlan(positions=12, strokes=2, temperatures=(20.0,)),
+        TumblePlan(angles=(0, 0, 0, 50, 90, 100, 100, 180, 200, 270, 300), temperatures=(20.0,)),
+        TumblePlan(positions=16, strokes=2, mountings=("o+", "p+", "o-")),
+    ],
+)
+def test_the_criterion_is_the_covariance_of_the_fit(plan):
+    stops = np.array(plan.angles or np.arange(plan.positions + 1) * 360.0 / plan.positions)
+    degrees, counts = np.unique(stops % 360.0, return_counts=True)
+    tables = len(plan.temperatures) * len(plan.mountings)
+    found = covariances(
+        angles_of(degrees, strokes=plan.strokes, tables=tables), counts.astype(float)
+    )
+    foreseen = {f.name: f.standard_uncertainty for f in reversed(forecasts(plan, STAND, AL15))}
+    mine = dict(zip(COEFFICIENTS, np.sqrt(np.diagonal(found)), strict=True))
+    assert mine == pytest.approx({k: foreseen[k] for k in COEFFICIENTS}, rel=1e-3)
+
+
+def test_a_second_reading_at_an_angle_is_worth_less_than_another_angle():
+    head = NoiseComponents(1e-6, 2e-5, 0.0, 0.0, 0.0)
+    eight = np.arange(8) * 45.0
+    twice = covariances(angles_of(eight, head), np.full(8, 2.0))
+    sixteen = covariances(angles_of(np.arange(16) * 22.5, head), np.ones(16))
+    assert sixteen[2, 2] < 0.6 * twice[2, 2]
+
+
+# -- against brute force ---------------------------------------------------------------------------
+
+
+def best_of_all(angles, criterion, readings):
+    """Smallest loss of all ways to deal readings out to the angles."""
+    places = np.array(list(combinations_with_replacement(range(angles.degrees.size), readings)))
+    counts = np.zeros((len(places), angles.degrees.size))
+    np.add.at(counts, (np.arange(len(places))[:, None], places), 1.0)
+    return float(losses(criterion, covariances(angles, counts)).min())
+
+
+@pytest.mark.parametrize("name", ["D", "A", "K1", "M_ip"])
+@pytest.mark.parametrize(
+    ("noise", "readings"), [(STAND, 8), (NoiseComponents(5e-5, 1e-6, 1e-6, 1e-6), 9)]
+)
+def test_exchanges_find_the_best_of_all_choices(name, noise, readings):
+    angles = angles_of(np.arange(9) * 40.0, noise)
+    criterion = criterion_of(name, SCALES)
+    budget = Budget(reading=60.0, turn=0.0, stroke=60.0 * readings, spacing=10.0)
+    found = []
+    for seed in range(4):
+        start = np.zeros(9, dtype=np.int64)
+        start[np.random.default_rng(seed).permutation(9)[:6]] = 1
+        counts, loss = exchange(angles, criterion, budget, start)
+        assert counts.sum() == readings
+        found.append(loss)
+    assert min(found) == pytest.approx(best_of_all(angles, criterion, readings), rel=1e-9)
+
+
+def test_turns_make_repetitions_worth_while():
+    angles = angles_of(np.arange(24) * 15.0, NoiseComponents(5e-5, 1e-6, 0.0, 0.0))
+    start = np.zeros(24, dtype=np.int64)
+    start[[0, 3, 6, 9, 12, 15, 18]] = 1
+    positions = {}
+    for turn in (0.0, 600.0):
+        budget = Budget(60.0, turn, 60.0 * 24 + turn * 8, 15.0)
+        counts, _ = exchange(angles, criterion_of("D", SCALES), budget, start)
+        assert budget.left(counts) >= 0.0
+        positions[turn] = np.count_nonzero(counts), counts.sum()
+    assert positions[600.0][0] <= positions[0.0][0]
+    assert positions[600.0][1] > positions[600.0][0]
+
+
+def test_polish_keeps_the_distance_and_does_not_lose():
+    degrees = np.arange(8) * 45.0 + 3.0
+    criterion = criterion_of("K3", SCALES)
+    counts = np.ones(8, dtype=np.int64)
+    before = float(losses(criterion, covariances(angles_of(degrees), counts.astype(float))))
+    budget = Budget(60.0, 30.0, 1e4, 20.0)
+    moved, loss = polish(degrees, counts, criterion, budget, angles_of)
+    assert loss < before
+    assert np.diff(np.sort(moved)).min() >= 20.0 - 1e-6
+
+
+# -- the whole -------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def for_k2():
+    return accelcal.optimal_design("K2", hours=8.5)
+
+
+def test_the_best_angles_are_never_worse_than_equal_ones_repeated(for_k2):
+    assert for_k2.gain("equally spaced, repeated at its stops") >= 1.0 - 1e-9
+    assert for_k2.gain("8 positions") > 1.2
+
+
+def test_they_keep_hours_and_distance(for_k2):
+    assert for_k2.best.hours <= 8.5
+    stops = np.array([angle for angle, _ in for_k2.stops()])
+    gaps = np.diff(np.append(np.sort(stops), stops.min() + 360.0))
+    assert gaps.min() >= for_k2.spacing - 1e-6
+
+
+def test_the_gain_is_that_of_the_predictions(for_k2):
+    best, eight = (d.forecast("K2").standard_uncertainty for d in for_k2.designs[:2])
+    assert eight / best == pytest.approx(for_k2.gain("8 positions"), rel=1e-3)
+
+
+def test_the_same_seed_gives_the_same_angles(for_k2):
+    assert accelcal.optimal_design("K2", hours=8.5).stops() == for_k2.stops()
+
+
+def test_head_limited_hours_gain_little_by_angles():
+    head = NoiseComponents(1e-6, 2e-5, 1e-6, 1e-6)
+    found = accelcal.optimal_design("D", hours=12.0, noise=head)
+    assert 1.0 <= found.gain("equally spaced, repeated at its stops") < 1.05
+
+
+def test_text_tells_the_gain_and_how_to_simulate(for_k2):
+    text = str(for_k2)
+    assert "less certain in K2" in text
+    assert "accelcal simulate --angles" in text
+    assert for_k2.to_document()["gains"]["8 positions"] == for_k2.gain("8 positions")
+    assert {row["test"] for row in for_k2.rows()} == set(for_k2.losses)
+    assert len(for_k2.to_frame()) == len(for_k2.rows())
+
+
+@pytest.mark.parametrize(
+    ("criterion", "options", "told"),
+    [
+        ("E", {"hours": 12.0}, "criterion 'E' is unknown; choose from D, A, K0"),
+        ("D", {"hours": 7.0}, "which alone take 7 h"),
+        ("D", {"hours": 7.3}, "positions that six coefficients need"),
+        ("D", {"hours": 1e6}, "give fewer hours or more strokes"),
+        ("D", {"hours": 12.0, "spacing": 90.0}, "spacing is 90; it is from 1 to 60 deg"),
+        ("A", {"hours": 9.0, "targets": {"lam1": 1e-7}}, "A needs a target for one or more of K0"),
+        ("A", {"hours": 9.0, "targets": {"K1": 1e-6}}, "cannot be reached with this stand"),
+    ],
+)
+def test_bad_questions_have_one_clear_line(criterion, options, told):
+    with pytest.raises(InputError) as error:
+        accelcal.optimal_design(criterion, **options)
+    assert told in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+# -- the sheet -------------------------------------------------------------------------------------
+
+
+def filled(text, record):
+    """The sheet with the outputs of a record in its last column."""
+    comments = [line for line in text.splitlines() if line.startswith("#")]
+    rows = list(csv.reader(line for line in text.splitlines() if not line.startswith("#")))
+    assert len(rows) == len(record) + 1
+    for row, y in zip(rows[1:], record.output, strict=True):
+        row[-1] = repr(float(y))
+    return "\n".join([*comments, *(",".join(row) for row in rows)]) + "\n"
+
+
+def test_a_sheet_filled_in_is_a_table(for_k2):
+    best = for_k2.best
+    plan = TumblePlan(angles=best.angles, strokes=best.strokes, temperatures=best.temperatures)
+    record = simulate(plan=plan, seed=1)
+    read = accelcal.read_table(io.StringIO(filled(sheet(best, STAND), record)))
+    for name in ("output", "angle", "temperature", "stroke", "run", "mounting"):
+        np.testing.assert_array_equal(getattr(read, name), getattr(record, name))
+    assert read.apparatus.head_uncertainty == STAND.head
+    assert set(for_k2.best.angles) == set(read.angle.tolist())
+    own = accelcal.fit(read).tables[1].coefficients["K2"]
+    foreseen = best.forecast("K2").standard_uncertainty * 1.35
+    assert own.standard_uncertainty == pytest.approx(foreseen, rel=0.2)
+
+
+def test_a_sheet_tells_the_order_and_the_way():
+    found = design_of(TumblePlan(positions=6, strokes=2, temperatures=(20.0,)), STAND, Pace())
+    rows = list(csv.reader(sheet(found).splitlines()[1:]))
+    assert tuple(rows[0]) == COLUMNS
+    assert [row[0] for row in rows[1:]] == [str(n) for n in range(1, 15)]
+    assert [row[5] for row in rows[1:]] == ["forward"] * 7 + ["back"] * 7
+    assert [float(row[6]) for row in rows[1:8]] == [0.0, 60.0, 120.0, 180.0, 240.0, 300.0, 360.0]
+    assert [float(row[6]) for row in rows[8:]] == [360.0, 300.0, 240.0, 180.0, 120.0, 60.0, 0.0]
+
+
+def test_the_example_plan_is_what_the_command_writes():
+    from pathlib import Path
+
+    example = Path(__file__).parents[1] / "examples" / "design_plan.csv"
+    rows = [line for line in example.read_text("utf-8").splitlines() if not line.startswith("#")]
+    assert rows[0] == ",".join(COLUMNS)
+    assert all(row.endswith(",") for row in rows[1:])
+
+
+def test_simulated_repetitions_can_be_read(tmp_path):
+    plan = TumblePlan(angles=(0.0, 0.0, 0.0, 90.0, 180.0, 270.0, 270.0), strokes=2)
+    record = simulate(plan=plan, seed=1)
+    assert record.stroke[:14].tolist() == [1, 3, 5, 1, 1, 1, 3, 2, 4, 2, 2, 2, 4, 6]
+    accelcal.write_table(record, tmp_path / "t.csv")
+    assert accelcal.read_table(tmp_path / "t.csv") == record
