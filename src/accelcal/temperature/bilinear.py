@@ -3,24 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.uncertainty import Component, Interval, intervals, propagate
+from accelcal.estimate.uncertainty import (
+    Component,
+    Interval,
+    Intervals,
+    interval_stack,
+    propagate,
+)
 from accelcal.results.quantity import Quantity
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
 
 __all__ = [
     "LEAST_RISE",
+    "LawStack",
     "bilinear_design",
+    "interval_of",
     "local_slopes",
     "measured_sides",
+    "misfit",
     "named_model",
     "quantity",
+    "stacked_laws",
 ]
 
 Array = NDArray[np.float64]
+
+_LAWS = ("k0", "K1", "delta")
 
 LEAST_RISE = 5.0
 """Levels closer to T0 than this tell no slope [degC]."""
@@ -54,14 +67,14 @@ def bilinear_design(rise: Array, sides: Sequence[str]) -> Array:
 
     Parameters
     ----------
-    rise : ndarray, shape (n,)
+    rise : ndarray, shape (..., n)
         T - T0 [degC].
     sides : sequence of str
         See `measured_sides`.
 
     Returns
     -------
-    ndarray, shape (n, 1 + len(sides))
+    ndarray, shape (..., n, 1 + len(sides))
         Design matrix.
 
     Examples
@@ -71,7 +84,7 @@ def bilinear_design(rise: Array, sides: Sequence[str]) -> Array:
     [[1.0, 0.0, -60.0], [1.0, 0.0, 0.0], [1.0, 60.0, 0.0]]
     """
     parts = {"above": np.maximum(rise, 0.0), "below": np.minimum(rise, 0.0)}
-    return np.column_stack([np.ones_like(rise), *(parts[side] for side in sides)])
+    return np.stack([np.ones_like(rise), *(parts[side] for side in sides)], axis=-1)
 
 
 def local_slopes(rise: Array, sides: Sequence[str]) -> Array:
@@ -79,14 +92,14 @@ def local_slopes(rise: Array, sides: Sequence[str]) -> Array:
 
     Parameters
     ----------
-    rise : ndarray, shape (n,)
+    rise : ndarray, shape (..., n)
         T - T0 [degC]; at T0 the mean of both slopes counts.
     sides : sequence of str
         See `measured_sides`.
 
     Returns
     -------
-    ndarray, shape (n, 1 + len(sides))
+    ndarray, shape (..., n, 1 + len(sides))
         The slope at each temperature is this matrix times the parameters of the law.
     """
     near = np.abs(rise) < LEAST_RISE
@@ -94,7 +107,102 @@ def local_slopes(rise: Array, sides: Sequence[str]) -> Array:
         "above": np.where(near, 0.5, rise > 0.0),
         "below": np.where(near, 0.5, rise < 0.0),
     }
-    return np.column_stack([np.zeros_like(rise), *(parts[side] for side in sides)])
+    return np.stack([np.zeros_like(rise), *(parts[side] for side in sides)], axis=-1)
+
+
+class LawStack(NamedTuple):
+    """Laws of k0, K1 and delta of R records in which the same sides of T0 were measured.
+
+    Attributes
+    ----------
+    sides : tuple of str
+        See `measured_sides`.
+    values : ndarray, shape (R, 3 p)
+        Value at T0 and slopes of k0 [g], of K1 [output unit / g] and of delta [rad]; the slopes of
+        K1 are relative.
+    intervals : Intervals
+        Their uncertainties.
+    covariance : ndarray, shape (R, 3 p + others, 3 p + others)
+        Covariance of them and of what follows no law.
+    others : tuple of str
+        Names of what follows no law.
+    """
+
+    sides: tuple[str, ...]
+    values: Array
+    intervals: Intervals
+    covariance: Array
+    others: tuple[str, ...]
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the values, as in ``"k0 above"``."""
+        return [f"{law} {part}" for law in _LAWS for part in ("at_T0", *self.sides)]
+
+    def model(
+        self,
+        index: int,
+        unit: str | None,
+        *,
+        hysteresis: Quantity | None,
+        warnings: tuple[str, ...],
+    ) -> TemperatureModel:
+        """Give the laws of one record their names and units."""
+        output = f"{unit or 'output unit'}/g"
+        units = (("g", "g/degC"), (output, "1/degC"), ("rad", "rad/degC"))
+        found = [interval_of(self.intervals, (index, i)) for i in range(self.values.shape[1])]
+        values, count = self.values[index], 1 + len(self.sides)
+        parts = (slice(i * count, (i + 1) * count) for i in range(len(_LAWS)))
+        k0, K1, delta = (
+            _law(values[own], found[own], self.sides, of_law)
+            for own, of_law in zip(parts, units, strict=True)
+        )
+        covariance = self.covariance[index]
+        known = bool(np.isfinite(covariance).all())
+        return TemperatureModel(
+            k0,
+            K1,
+            delta,
+            hysteresis,
+            warnings,
+            covariance_names=(*self.names, *self.others) if known else (),
+            covariance_matrix=tuple(map(tuple, covariance.tolist())) if known else (),
+        )
+
+
+def stacked_laws(
+    values: Array, components: Mapping[str, Component], sides: Sequence[str], others: Sequence[str]
+) -> LawStack:
+    """Make the slopes of K1 relative and combine the uncertainties.
+
+    Parameters
+    ----------
+    values : ndarray, shape (R, 3 p)
+        Value at T0 and slopes of k0, of K1 and of delta; the slopes of K1 are absolute.
+    components : mapping of str to Component
+        Components of their errors and, behind them, of those of `others`.
+    sides : sequence of str
+        See `measured_sides`.
+    others : sequence of str
+        Names of what follows no law, but is correlated with the laws.
+
+    Returns
+    -------
+    LawStack
+        The laws.
+    """
+    count = 1 + len(sides)
+    shown = propagate(components, _relative_slopes(values, count, len(others)))
+    relative = values.copy()
+    relative[:, count + 1 : 2 * count] /= values[:, count : count + 1]
+    size = values.shape[1]
+    return LawStack(
+        sides=tuple(sides),
+        values=relative,
+        intervals=Intervals(*(part[:, :size] for part in interval_stack(shown))),
+        covariance=np.sum([part.covariance for part in shown.values()], axis=0),
+        others=tuple(others),
+    )
 
 
 def named_model(
@@ -107,7 +215,7 @@ def named_model(
     warnings: tuple[str, ...],
     others: tuple[str, ...] = (),
 ) -> TemperatureModel:
-    """Name the parameters of the three laws and give them their uncertainties.
+    """Name the parameters of the three laws of one record and give them their uncertainties.
 
     Parameters
     ----------
@@ -131,38 +239,47 @@ def named_model(
     TemperatureModel
         Laws of k0, K1 and delta, with their covariance; the slopes of K1 are relative.
     """
-    count = 1 + len(sides)
-    shown_components = propagate(components, _relative_slopes(values, count, len(others)))
-    found = intervals(shown_components)[: values.size]
-    shown = values.copy()
-    shown[count + 1 : 2 * count] /= values[count]
-    output = f"{unit or 'output unit'}/g"
-    k0, K1, delta = (
-        _law(shown[i * count : (i + 1) * count], found[i * count : (i + 1) * count], sides, units)
-        for i, units in enumerate((("g", "g/degC"), (output, "1/degC"), ("rad", "rad/degC")))
-    )
-    covariance = np.asarray(sum(part.covariance for part in shown_components.values()))
-    known = bool(np.isfinite(covariance).all())
-    names = [f"{law} {part}" for law in ("k0", "K1", "delta") for part in ("at_T0", *sides)]
-    return TemperatureModel(
-        k0,
-        K1,
-        delta,
-        hysteresis,
-        warnings,
-        covariance_names=(*names, *others) if known else (),
-        covariance_matrix=tuple(map(tuple, covariance.tolist())) if known else (),
-    )
+    alone = {name: Component(c.covariance[None], c.dof[None]) for name, c in components.items()}
+    laws = stacked_laws(values[None], alone, sides, others)
+    return laws.model(0, unit, hysteresis=hysteresis, warnings=warnings)
 
 
 def _relative_slopes(values: Array, count: int, others: int) -> Array:
     """Derivative of the laws' parameters when the slopes of K1 are divided by K1 at T0."""
-    jacobian = np.eye(values.size + others)
-    at_reference = values[count]
+    size = values.shape[1] + others
+    jacobian = np.tile(np.eye(size), (len(values), 1, 1))
+    at_reference = values[:, count]
     for row in range(count + 1, 2 * count):
-        jacobian[row, row] = 1.0 / at_reference
-        jacobian[row, count] = -values[row] / at_reference**2
+        jacobian[:, row, row] = 1.0 / at_reference
+        jacobian[:, row, count] = -values[:, row] / at_reference**2
     return jacobian
+
+
+def interval_of(stack: Intervals, place: tuple[int, ...]) -> Interval:
+    """Take one interval out of many; of None where nothing tells it."""
+    row = [float(part[place]) for part in stack]
+    return Interval(*(value if value == value else None for value in row))  # NaN is not itself
+
+
+def misfit(left: Array, covariance: Array) -> Array:
+    """Sum of squares of what is left, in its covariance.
+
+    Parameters
+    ----------
+    left : ndarray, shape (R, n)
+        What is left.
+    covariance : ndarray, shape (R, n, n)
+        Its covariance, which may be singular.
+
+    Returns
+    -------
+    ndarray, shape (R,)
+        Chi-squared; NaN where the covariance is unknown.
+    """
+    known = np.asarray(np.isfinite(covariance).all(axis=(1, 2)))
+    inverse = np.linalg.pinv(np.where(known[:, None, None], covariance, 0.0), hermitian=True)
+    squares = (left[:, None] @ inverse @ left[..., None])[:, 0, 0]
+    return np.where(known, squares, np.nan)
 
 
 def _law(

@@ -307,7 +307,7 @@ def _sources(problem: _Problem, state: _State, point: Point) -> dict[str, _Sourc
     uncertain, dof = run_temperature_uncertainty(
         tables, problem.temperature_uncertainty, _unfelt_share(state)
     )
-    half_widths = state.parameters[state.parameters.size - problem.loop.temperature.size :]
+    half_widths = state.parameters[state.parameters.size - problem.loop.paired.shape[1] :]
     return {
         "reading": _Source(np.concatenate(spread), dof_of_noise),
         "head": _Source(estimate.head.uncertainty * np.concatenate(head), estimate.head.dof),

@@ -9,32 +9,40 @@ to launch is new at each and does not.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.joint import JointEstimate
-from accelcal.estimate.solver import LeastSquares
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, propagate
-from accelcal.model import COEFFICIENTS, ERROR_TERMS
 from accelcal.probability import f_survival
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
 from accelcal.temperature.bilinear import (
     LEAST_RISE,
+    LawStack,
     bilinear_design,
     local_slopes,
     measured_sides,
-    named_model,
+    misfit,
+    stacked_laws,
 )
-from accelcal.temperature.hysteresis import Branches, branches, confounded, mean_hysteresis
+from accelcal.temperature.hysteresis import (
+    Branches,
+    Hysteresis,
+    branches_of,
+    confounded,
+    mean_hysteresis,
+)
+from accelcal.temperature.levels import Levels, LevelStack, alike, levels_of, stack_of_one
 from accelcal.temperature.run_temperatures import run_temperature_uncertainty
 
-__all__ = ["laws_from_tables", "tables_of_one_mounting"]
+__all__ = ["LawsOfRecords", "laws_from_tables", "laws_of_records", "tables_of_one_mounting"]
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Places = NDArray[np.intp]
 
 _NOT_MEASURED = {
     "above": "no level more than 5 degC above T0: the slopes above are not determined",
@@ -46,21 +54,10 @@ _NO_LEVEL_NEAR_T0 = (
 )
 _SIGNIFICANT = 0.001
 _ROUNDING = 1e-9  # g, relative or rad: below it a misfit is of no interest
-_K0, _K1, _M = (COEFFICIENTS.index(name) for name in ("K0", "K1", "M"))
-_WITHOUT_LAW = ("K2", "K3", "M_ip")
-
-
-class _Levels(NamedTuple):
-    """k0, K1 and delta of R tables in one mounting, with the components of their errors.
-
-    `values` and the components go k0 of all tables, then K1, then delta; the components then have
-    `others`, which follow no law, of the table nearest to T0.
-    """
-
-    rise: Array
-    values: Array
-    components: Mapping[str, Component]
-    others: tuple[str, ...]
+_QUANTITIES = ("bias", "scale factor", "misalignment")
+_PARTS = [f"{law} {part}" for law in ("k0", "K1", "delta") for part in ("at_T0", *_NOT_MEASURED)]
+_NAMES = (*_PARTS, "hysteresis")
+_WITHOUT, _UNDETERMINED = -1, -2  # in place of a group
 
 
 def laws_from_tables(
@@ -104,79 +101,171 @@ def laws_from_tables(
     no slope. A run on one branch only, or on none that is known, has the uncertainty h.
     """
     chosen = tables_of_one_mounting(tables, estimate)
-    if reference is None or len(chosen) < 2:
+    if len(chosen) < 2:
         return None
-    temperature = np.array([tables[i].record.mean_temperature for i in chosen])
-    rise = temperature - reference
-    if not np.isfinite(rise).all() or np.ptp(rise) < LEAST_RISE:
-        return None
-    sides = measured_sides(rise)
-    if np.linalg.matrix_rank(bilinear_design(rise, sides)) < 1 + len(sides):
-        nothing = BilinearLaw(None, None, None)
-        return TemperatureModel(nothing, nothing, nothing, warnings=(_NO_LEVEL_NEAR_T0,))
-    own = [tables[i] for i in chosen]
     share = 1.0 if unfelt is None else unfelt[chosen]
+    own = [tables[i] for i in chosen]
     uncertain = run_temperature_uncertainty(own, temperature_uncertainty, share)
-    model = _fitted(_levels(estimate, chosen, rise), sides, branches(own), uncertain, unit)
-    said = (*confounded(estimate, model.hysteresis), *_far_reference(reference, temperature))
-    return replace(model, warnings=(*model.warnings, *said))
+    stack = stack_of_one(tables, estimate, chosen, reference, uncertain, unit)
+    return laws_of_records(stack).model(0)
 
 
-def _fitted(
-    levels: _Levels,
-    sides: Sequence[str],
-    loop: Branches,
-    uncertain: tuple[Array, Array],
-    unit: str | None,
-) -> TemperatureModel:
+class _Group(NamedTuple):
+    """Laws of records alike."""
+
+    stack: LevelStack
+    laws: LawStack
+    hysteresis: Hysteresis
+    off: Mask  # whether bias, scale factor and misalignment follow no law, shape (R, 3)
+
+    def model(self, index: int) -> TemperatureModel:
+        """Laws of one record."""
+        stack = self.stack
+        hysteresis = self.hysteresis.quantity(index)
+        warnings = (
+            *_unmeasured(self.laws.sides),
+            *_misfits(self.off[index]),
+            *self.hysteresis.said(index),
+            *([] if hysteresis is None else filter(None, [confounded(stack.shift_source[index])])),
+            *_far_reference(float(stack.reference[index]), stack.temperature[index]),
+        )
+        unit = stack.unit[index]
+        return self.laws.model(index, unit, hysteresis=hysteresis, warnings=warnings)
+
+
+class LawsOfRecords(NamedTuple):
+    """Temperature laws of R records.
+
+    Attributes
+    ----------
+    names : tuple of str
+        ``"k0 at_T0"``, ``"k0 above"`` ... ``"delta below"``, ``"hysteresis"``.
+    value, standard, expanded, dof : ndarray, shape (R, 10)
+        Each with its standard and expanded uncertainty and degrees of freedom; NaN where not
+        determined, or unknown. Units are those of `TemperatureModel`.
+    groups : tuple
+        Records alike, fitted together.
+    group, member : ndarray of int, shape (R,)
+        Group of each record and its place there; -1 without laws, -2 where the levels determine
+        none.
+    """
+
+    names: tuple[str, ...]
+    value: Array
+    standard: Array
+    expanded: Array
+    dof: Array
+    groups: tuple[_Group, ...]
+    group: Places
+    member: Places
+
+    def model(self, index: int) -> TemperatureModel | None:
+        """Laws of one record; None where there is one level only, or a temperature is unknown."""
+        group = int(self.group[index])
+        if group == _UNDETERMINED:
+            nothing = BilinearLaw(None, None, None)
+            return TemperatureModel(nothing, nothing, nothing, warnings=(_NO_LEVEL_NEAR_T0,))
+        return None if group < 0 else self.groups[group].model(int(self.member[index]))
+
+
+def laws_of_records(stack: LevelStack) -> LawsOfRecords:
+    """Fit the temperature laws of many records of one plan.
+
+    Parameters
+    ----------
+    stack : LevelStack
+        Their tables.
+
+    Returns
+    -------
+    LawsOfRecords
+        The laws, see `laws_from_tables`. Records alike are solved together.
+    """
+    records = len(stack.reference)
+    value, standard, expanded, dof = (np.full((records, len(_NAMES)), np.nan) for _ in range(4))
+    group, member = np.full(records, _WITHOUT), np.zeros(records, dtype=np.intp)
+    groups: list[_Group] = []
+    for rows in alike(stack):
+        sides = measured_sides(stack.rise[rows[0]])
+        rank = np.linalg.matrix_rank(bilinear_design(stack.rise[rows], sides))
+        group[rows] = _UNDETERMINED
+        rows = rows[rank == 1 + len(sides)]
+        if not rows.size:
+            continue
+        found = _fitted(stack.of_records(rows), sides)
+        group[rows], member[rows] = len(groups), np.arange(rows.size)
+        groups.append(found)
+        at = np.ix_(rows, [_NAMES.index(name) for name in (*found.laws.names, "hysteresis")])
+        value[at] = np.column_stack([found.laws.values, found.hysteresis.mean])
+        for whole, name in ((standard, "standard"), (expanded, "expanded"), (dof, "dof")):
+            parts = [getattr(of, name) for of in (found.laws.intervals, found.hysteresis.intervals)]
+            whole[at] = np.column_stack(parts)
+    return LawsOfRecords(_NAMES, value, standard, expanded, dof, tuple(groups), group, member)
+
+
+def _fitted(stack: LevelStack, sides: Sequence[str]) -> _Group:
+    levels, loop = levels_of(stack), branches_of(stack.temperature[0], stack.order)
     count, others = 3 * (1 + len(sides)), len(levels.others)
-    if uncertain[0].any() or loop.loose.size:
-        first = _solution(levels, sides, loop) @ levels.values
-        levels = _with_temperature_error(levels, first, sides, *uncertain)
-        levels = _with_open_loop(levels, loop.off_the_middle(first[count:]))
+    if stack.uncertainty.any() or loop.loose.size:
+        first = _applied(_solution(levels, sides, loop), levels.values)
+        levels = _with_temperature_error(levels, first, sides, stack.uncertainty, stack.dof)
+        levels = _with_open_loop(levels, loop.off_the_middle(first[:, count:]))
     solved = _solution(levels, sides, loop)
-    values = solved @ levels.values
-    whole = np.zeros((solved.shape[0] + others, solved.shape[1] + others))
-    whole[: solved.shape[0], : solved.shape[1]] = solved
-    whole[solved.shape[0] :, solved.shape[1] :] = np.eye(others)
-    half_widths = slice(count, solved.shape[0])
-    hysteresis, said = mean_hysteresis(
-        values[half_widths],
-        {
-            name: part.part(half_widths)
-            for name, part in propagate(levels.components, whole).items()
-        },
-        loop.temperature,
-    )
-    return named_model(
-        values[:count],
-        propagate(levels.components, np.delete(whole, half_widths, axis=0)),
-        sides,
-        unit,
-        others=levels.others,
-        hysteresis=hysteresis,
-        warnings=(*_unmeasured(sides), *_misfits(levels, values, sides, loop), *said),
+    values = _applied(solved, levels.values)
+    size = solved.shape[1]
+    whole = np.zeros((len(values), size + others, solved.shape[2] + others))
+    whole[:, :size, : solved.shape[2]] = solved
+    whole[:, size:, solved.shape[2] :] = np.eye(others)
+    components = propagate(levels.components, whole)
+    half_widths, kept = slice(count, size), np.delete(np.arange(size + others), slice(count, size))
+    return _Group(
+        stack=stack,
+        laws=stacked_laws(values[:, :count], _some(components, kept), sides, levels.others),
+        hysteresis=mean_hysteresis(
+            values[:, half_widths],
+            {name: part.part(half_widths) for name, part in components.items()},
+            stack.temperature @ loop.mean,
+        ),
+        off=_off_the_law(levels, values, sides, loop),
     )
 
 
-def _misfits(
-    levels: _Levels, parameters: Array, sides: Sequence[str], loop: Branches
-) -> Iterator[str]:
-    """Say which quantity does not follow its law, by chi-squared of what is left of it."""
-    law = bilinear_design(levels.rise, sides)
-    size, count = law.shape
-    covariance = np.asarray(sum(part.covariance for part in levels.components.values()))
-    for i, name in enumerate(("bias", "scale factor", "misalignment")):
+def _applied(matrix: Array, values: Array) -> Array:
+    """Each record's matrix times its values, shape (R, m)."""
+    return np.asarray((matrix @ values[..., None])[..., 0])
+
+
+def _some(components: Mapping[str, Component], kept: Places) -> dict[str, Component]:
+    """Components of some of the estimates."""
+    return {
+        name: Component(part.covariance[:, kept[:, None], kept], part.dof[:, kept])
+        for name, part in components.items()
+    }
+
+
+def _off_the_law(levels: Levels, parameters: Array, sides: Sequence[str], loop: Branches) -> Mask:
+    """Which quantities do not follow their law, by chi-squared of what is left, shape (R, 3)."""
+    law, covariance = bilinear_design(levels.rise, sides), levels.covariance
+    records, size, count = law.shape
+    off = np.zeros((records, len(_QUANTITIES)), dtype=np.bool_)
+    known = np.isfinite(covariance).all(axis=(1, 2))
+    for i in range(len(_QUANTITIES)):
         own = slice(i * size, (i + 1) * size)
-        left = levels.values[own] - law @ parameters[i * count : (i + 1) * count]
+        left = levels.values[:, own] - _applied(law, parameters[:, i * count : (i + 1) * count])
         dof = size - count
         if i == 0:
-            left = left - loop.paired @ parameters[3 * count :]
+            left = left - parameters[:, 3 * count :] @ loop.paired.T
             dof -= loop.paired.shape[1]
-        if dof < 1 or not np.isfinite(covariance).all() or np.abs(left).max() < _ROUNDING:
-            continue
-        squares = float(left @ np.linalg.pinv(covariance[own, own], hermitian=True) @ left)
-        if f_survival(squares / dof, float(dof), np.inf) < _SIGNIFICANT:
+        if dof >= 1:
+            p = f_survival(misfit(left, covariance[:, own, own]) / dof, float(dof), np.inf)
+            off[:, i] = known & (np.abs(left).max(axis=1) >= _ROUNDING) & (p < _SIGNIFICANT)
+    return off
+
+
+def _misfits(off: Mask) -> Iterator[str]:
+    """Say which quantity of a record does not follow its law."""
+    for name, is_off in zip(_QUANTITIES, off.tolist(), strict=True):
+        if is_off:
             yield (
                 f"the {name} does not follow its bilinear law: a curvature, another break, or an"
                 " undeclared shift from run to run; its slopes are less certain than U says"
@@ -212,84 +301,63 @@ def tables_of_one_mounting(tables: Sequence[PreparedTable], estimate: JointEstim
     return max(alike.values(), key=len, default=[])
 
 
-def _levels(estimate: JointEstimate, chosen: Sequence[int], rise: Array) -> _Levels:
-    """Quotients by K1 and their error components, by the law of propagation."""
-    size = len(chosen)
-    nearest = chosen[int(np.abs(rise).argmin())]
-    others = [name for name in _WITHOUT_LAW if name in estimate.names[nearest]]
-    quotients = [_quotient(estimate, i, "K0") for i in chosen]
-    quotients += [np.zeros_like(quotients[0]) for _ in chosen]  # the scale factors themselves
-    quotients += [_quotient(estimate, i, "M") for i in chosen]
-    quotients += [_quotient(estimate, nearest, name) for name in others]
-    for row, i in enumerate(chosen):
-        quotients[size + row][_place(estimate, i, "K1")] = 1.0
-    k = np.array([estimate.coefficients[i] for i in chosen])
-    values = np.concatenate([k[:, _K0] / k[:, _K1], k[:, _K1], k[:, _M] / k[:, _K1]])
-    components = propagate({**estimate.components, **estimate.alike}, np.stack(quotients))
-    return _Levels(rise, values, components, tuple(ERROR_TERMS[name] for name in others))
-
-
-def _place(estimate: JointEstimate, table: int, name: str) -> int:
-    start: int = estimate.part(table).start
-    return start + estimate.names[table].index(name)
-
-
-def _quotient(estimate: JointEstimate, table: int, name: str) -> Array:
-    """Derivative of a coefficient over K1 of a table by all coefficients of all tables."""
-    k = estimate.coefficients[table]
-    row = np.zeros(sum(len(names) for names in estimate.names))
-    row[_place(estimate, table, name)] = 1.0 / k[_K1]
-    row[_place(estimate, table, "K1")] = -k[COEFFICIENTS.index(name)] / k[_K1] ** 2
-    return row
-
-
-def _solution(levels: _Levels, sides: Sequence[str], loop: Branches) -> Array:
+def _solution(levels: Levels, sides: Sequence[str], loop: Branches) -> Array:
     """Generalised least-squares map of the laws of k0, K1 and delta and, last, of the half widths.
 
     Each law is solved by itself: the correlations between them are weak, and their uncertainties
     may differ by many powers of ten. Propagation through the map keeps them all.
     """
-    law = bilinear_design(levels.rise, sides)
-    bias = np.column_stack([law, loop.paired])
-    covariance = sum(part.covariance for part in levels.components.values())
-    size, count = levels.rise.size, law.shape[1]
-    solution = np.zeros((3 * count + bias.shape[1] - count, 3 * size))
-    for i, design in enumerate((bias, law, law)):
+    law, covariance = bilinear_design(levels.rise, sides), levels.covariance
+    records, size, count = law.shape
+    pairs = np.broadcast_to(loop.paired, (records, *loop.paired.shape))
+    solution = np.zeros((records, 3 * count + loop.paired.shape[1], 3 * size))
+    for i, design in enumerate((np.concatenate([law, pairs], axis=2), law, law)):
         own = slice(i * size, (i + 1) * size)
-        found = _generalised(design, np.asarray(covariance)[own, own])
-        solution[i * count : (i + 1) * count, own] = found[:count]
-        solution[3 * count : 3 * count + found.shape[0] - count, own] = found[count:]
+        found = _generalised(design, covariance[:, own, own])
+        solution[:, i * count : (i + 1) * count, own] = found[:, :count]
+        solution[:, 3 * count : 3 * count + found.shape[1] - count, own] = found[:, count:]
     return solution
 
 
 def _generalised(design: Array, covariance: Array) -> Array:
-    """Generalised least-squares map, shape (parameters, R); plain where the weights are unknown."""
-    sigma = np.sqrt(np.diagonal(covariance))
-    if not (np.isfinite(covariance).all() and sigma.all()):
-        return LeastSquares(design).map
-    root = np.linalg.cholesky(covariance / np.outer(sigma, sigma) + 1e-12 * np.eye(sigma.size))
-    whitened = np.linalg.solve(root, design / sigma[:, None])
-    return np.asarray(LeastSquares(whitened).map @ np.linalg.inv(root) / sigma)
+    """Generalised least-squares maps, (R, parameters, n); plain where the weights are unknown."""
+    variance = np.einsum("...nn->...n", covariance)
+    known = np.isfinite(covariance).all(axis=(1, 2)) & (variance > 0.0).all(axis=1)
+    size = variance.shape[1]
+    sigma = np.sqrt(np.where(known[:, None], variance, 1.0))
+    among = covariance / (sigma[:, :, None] * sigma[:, None])
+    root = np.linalg.cholesky(np.where(known[:, None, None], among, 0.0) + _diagonal(known, size))
+    whitened = np.linalg.solve(root, design / sigma[..., None])
+    norms = np.sqrt((whitened**2).sum(axis=1, keepdims=True))  # slopes are far from the values
+    solved = np.linalg.pinv(whitened / norms) / norms.swapaxes(1, 2)
+    return np.asarray(solved @ np.linalg.inv(root) / sigma[:, None])
+
+
+def _diagonal(known: Mask, size: int) -> Array:
+    """What keeps a matrix of correlations definite; all of it where they are unknown."""
+    return np.where(known, 1e-12, 1.0)[:, None, None] * np.eye(size)
 
 
 def _with_temperature_error(
-    levels: _Levels, parameters: Array, sides: Sequence[str], uncertainty: Array, dof: Array
-) -> _Levels:
+    levels: Levels, parameters: Array, sides: Sequence[str], uncertainty: Array, dof: Array
+) -> Levels:
     """Add what an error of each temperature does through the slopes of the laws."""
-    laws = parameters[: 3 * (1 + len(sides))].reshape(3, -1)
-    local = laws @ local_slopes(levels.rise, sides).T
-    acting = np.concatenate([np.diag(row) for row in local]) * uncertainty
+    size, count = levels.rise.shape[1], 1 + len(sides)
+    laws = parameters[:, : 3 * count].reshape(-1, 3, count)
+    local = laws @ local_slopes(levels.rise, sides).swapaxes(1, 2)
+    acting = local[..., None] * np.eye(size) * uncertainty[:, None, None]
+    acting = acting.reshape(-1, 3 * size, size)
     aside = len(levels.others)
     component = Component(
-        np.pad(acting @ acting.T, (0, aside)),
-        np.pad(np.tile(dof, 3), (0, aside), constant_values=np.inf),
+        np.pad(acting @ acting.swapaxes(1, 2), ((0, 0), (0, aside), (0, aside))),
+        np.pad(np.tile(dof, 3), ((0, 0), (0, aside)), constant_values=np.inf),
     )
     return levels._replace(components={**levels.components, "temperature": component})
 
 
-def _with_open_loop(levels: _Levels, off_the_middle: Array) -> _Levels:
+def _with_open_loop(levels: Levels, off_the_middle: Array) -> Levels:
     """Add that the bias of some runs lies off the middle of the loop by an unknown amount."""
-    behind = levels.values.size + len(levels.others) - levels.rise.size
-    acting = np.pad(off_the_middle, ((0, behind), (0, 0)))
-    component = Component(acting @ acting.T, np.full(acting.shape[0], np.inf))
+    behind = levels.values.shape[1] + len(levels.others) - levels.rise.shape[1]
+    acting = np.pad(off_the_middle, ((0, 0), (0, behind), (0, 0)))
+    component = Component(acting @ acting.swapaxes(1, 2), np.full(acting.shape[:2], np.inf))
     return levels._replace(components={**levels.components, "hysteresis": component})

@@ -14,15 +14,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.launch import reached_by, same_levels
 from accelcal.estimate.tables import PreparedTable
-from accelcal.estimate.uncertainty import Component, intervals, propagate
+from accelcal.estimate.uncertainty import Component, Intervals, interval_stack, propagate
 from accelcal.probability import f_survival
 from accelcal.results.quantity import Quantity
-from accelcal.temperature.bilinear import quantity
+from accelcal.temperature.bilinear import interval_of, misfit, quantity
 
-__all__ = ["Branches", "branches", "confounded", "mean_hysteresis"]
+__all__ = [
+    "Branches",
+    "Hysteresis",
+    "branches",
+    "branches_of",
+    "confounded",
+    "mean_hysteresis",
+]
 
 Array = NDArray[np.float64]
 
@@ -34,28 +40,32 @@ elsewhere: anything between both branches is as likely."""
 
 
 class Branches(NamedTuple):
-    """On which branch of the loop R tables lie.
+    """On which branch of the loop n tables lie, alike in all records of one course of levels.
 
     Attributes
     ----------
-    paired : ndarray, shape (R, L)
+    paired : ndarray, shape (n, L)
         A column for each level that was reached both ways: 1 after heating, -1 after cooling.
-    loose : ndarray, shape (R, m)
+    loose : ndarray, shape (n, m)
         Columns of what lies off the middle by an amount that no pair shows: levels reached one
         way only, the first level, of which nobody knows how it was reached, and the lowest and the
         highest one.
-    temperature : ndarray, shape (L,)
-        The levels of `paired` [degC].
+    mean : ndarray, shape (n, L)
+        Weights that take the mean temperature of each level of `paired`.
     """
 
     paired: Array
     loose: Array
-    temperature: Array
+    mean: Array
 
     def off_the_middle(self, half_widths: Array) -> Array:
-        """Columns of the errors of `loose`, of the size of the root mean square half width [g]."""
-        size = np.sqrt(np.mean(half_widths**2)) if half_widths.size else 0.0
-        return np.asarray(size * self.loose)
+        """Columns of the errors of `loose`, of the size of the root mean square half width [g].
+
+        From half widths of shape (..., L) to columns of shape (..., n, m).
+        """
+        squares = half_widths**2
+        size = np.sqrt(squares.sum(axis=-1) / max(squares.shape[-1], 1))
+        return np.asarray(size[..., None, None] * self.loose)
 
 
 def branches(tables: Sequence[PreparedTable]) -> Branches:
@@ -72,11 +82,29 @@ def branches(tables: Sequence[PreparedTable]) -> Branches:
         Without any column where no level was reached both ways.
     """
     temperature = np.array([table.record.mean_temperature for table in tables])
-    order = np.argsort([int(table.record.run[0]) for table in tables], kind="stable")
+    runs = np.array([int(table.record.run[0]) for table in tables])
+    return branches_of(temperature, np.argsort(runs, kind="stable"))
+
+
+def branches_of(temperature: Array, order: NDArray[np.intp]) -> Branches:
+    """Tell on which branch each of some levels lies.
+
+    Parameters
+    ----------
+    temperature : ndarray, shape (n,)
+        The levels [degC].
+    order : ndarray of int, shape (n,)
+        The order in which they were met.
+
+    Returns
+    -------
+    Branches
+        Without any column where no level was reached both ways.
+    """
     in_order = reached_by(temperature[order].tolist())
-    nothing = np.zeros((len(tables), 0))
+    nothing = np.zeros((temperature.size, 0))
     if in_order is None:
-        return Branches(nothing, nothing, np.zeros(0))
+        return Branches(nothing, nothing, nothing)
     reached = in_order[np.argsort(order)]
     masks = [np.isin(np.arange(reached.size), level) for level in same_levels(temperature)]
     both = [mask for mask in masks if {-1.0, 1.0} <= set(reached[mask].tolist())]
@@ -87,87 +115,122 @@ def branches(tables: Sequence[PreparedTable]) -> Branches:
     return Branches(
         paired=np.column_stack([known * mask for mask in both]),
         loose=loose[:, loose.any(axis=0)],
-        temperature=np.array([temperature[mask].mean() for mask in both]),
+        mean=np.column_stack([mask / mask.sum() for mask in both]),
     )
+
+
+class Hysteresis(NamedTuple):
+    """Half widths of the loop of R records, and their mean over the levels.
+
+    Attributes
+    ----------
+    mean : ndarray, shape (R,)
+        h_T [g]; NaN without a level.
+    intervals : Intervals
+        Its uncertainty, shape (R, 1), which is not less than the scatter of the half widths tells,
+        with L - 1 degrees of freedom.
+    half_widths, temperature : ndarray, shape (R, L)
+        Half the bias after heating less the bias after cooling, of each level [g], and the levels
+        [degC].
+    p : ndarray, shape (R,)
+        Probability that levels alike differ so much; NaN where it is unknown.
+    """
+
+    mean: Array
+    intervals: Intervals
+    half_widths: Array
+    temperature: Array
+    p: Array
+
+    def quantity(self, index: int) -> Quantity | None:
+        """h_T of one record; None without a level."""
+        if not self.half_widths.shape[1]:
+            return None
+        found = interval_of(self.intervals, (index, 0))
+        return quantity(float(self.mean[index]), found, "g")
+
+    def said(self, index: int) -> Iterator[str]:
+        """Say where the levels differ by more than their uncertainty."""
+        if self.p[index] < _SIGNIFICANT:
+            each = ", ".join(
+                f"{1e6 * h:.3g} ug at {at:.3g} degC"
+                for h, at in zip(self.half_widths[index], self.temperature[index], strict=True)
+            )
+            yield (
+                f"the hysteresis differs by level: {each}; h_T is their mean, and U holds the"
+                " scatter"
+            )
 
 
 def mean_hysteresis(
     half_widths: Array, components: Mapping[str, Component], temperature: Array
-) -> tuple[Quantity | None, tuple[str, ...]]:
+) -> Hysteresis:
     """Average the half widths over the levels.
 
     Parameters
     ----------
-    half_widths : ndarray, shape (L,)
+    half_widths : ndarray, shape (R, L)
         Half the bias after heating less the bias after cooling, of each level [g].
     components : mapping of str to Component
         Components of their errors.
-    temperature : ndarray, shape (L,)
+    temperature : ndarray, shape (R, L)
         The levels [degC].
 
     Returns
     -------
-    Quantity or None
-        h_T [g]; None without a level. Its uncertainty is not less than the scatter of the half
-        widths tells, with L - 1 degrees of freedom.
-    tuple of str
-        What is to be said where the levels differ by more than their uncertainty.
+    Hysteresis
+        h_T with its uncertainty.
     """
-    size = half_widths.size
+    records, size = half_widths.shape
     if size == 0:
-        return None, ()
+        nothing = np.full(records, np.nan)
+        unknown = Intervals(*[nothing[:, None]] * len(Intervals._fields))
+        return Hysteresis(nothing, unknown, half_widths, temperature, nothing)
     of_mean = propagate(components, np.full((1, size), 1.0 / size))
-    told = sum(float(part.covariance[0, 0]) for part in of_mean.values())
-    seen = float(half_widths.var(ddof=1)) / size if size > 1 else 0.0
-    missing = Component(np.full((1, 1), max(seen - told, 0.0)), np.full(1, max(size - 1.0, 1.0)))
-    interval = intervals({**of_mean, "scatter of the levels": missing})[0]
-    said = tuple(_differing(half_widths, components, temperature))
-    return quantity(float(half_widths.mean()), interval, "g"), said
+    told = np.sum([part.covariance[:, 0, 0] for part in of_mean.values()], axis=0)
+    seen = half_widths.var(axis=1, ddof=1) / size if size > 1 else np.zeros(records)
+    missing = Component(
+        np.maximum(seen - told, 0.0)[:, None, None], np.full((records, 1), max(size - 1.0, 1.0))
+    )
+    found = interval_stack({**of_mean, "scatter of the levels": missing})
+    p = _alike(half_widths, components)
+    return Hysteresis(half_widths.mean(axis=1), found, half_widths, temperature, p)
 
 
-def _differing(
-    half_widths: Array, components: Mapping[str, Component], temperature: Array
-) -> Iterator[str]:
-    covariance = np.asarray(sum(part.covariance for part in components.values()))
-    dof = half_widths.size - 1
-    if dof == 0 or not np.isfinite(covariance).all():
-        return
+def _alike(half_widths: Array, components: Mapping[str, Component]) -> Array:
+    """Probability that half widths which are alike differ so much, shape (R,)."""
+    covariance = np.sum([part.covariance for part in components.values()], axis=0)
+    dof = half_widths.shape[1] - 1
+    if dof == 0:
+        return np.full(len(half_widths), np.nan)
     contrast = np.diff(np.eye(dof + 1), axis=0)
-    found, spread = contrast @ half_widths, contrast @ covariance @ contrast.T
-    squares = float(found @ np.linalg.pinv(spread, hermitian=True) @ found)
-    if f_survival(squares / dof, float(dof), np.inf) < _SIGNIFICANT:
-        each = ", ".join(
-            f"{1e6 * h:.3g} ug at {at:.3g} degC"
-            for h, at in zip(half_widths, temperature, strict=True)
-        )
-        yield f"the hysteresis differs by level: {each}; h_T is their mean, and U holds the scatter"
+    squares = misfit(half_widths @ contrast.T, contrast @ covariance @ contrast.T)
+    p: Array = f_survival(squares / dof, float(dof), np.inf)
+    return p
 
 
-def confounded(estimate: JointEstimate, hysteresis: Quantity | None) -> Iterator[str]:
+def confounded(source: str) -> str:
     """Say that launches may pass for hysteresis, where nobody declared how far they shift.
 
     Parameters
     ----------
-    estimate : JointEstimate
-        Tells where the shift from launch to launch is from.
-    hysteresis : Quantity or None
-        h_T.
+    source : str
+        Where the shift from launch to launch is from, see `accelcal.estimate.launch.RunShift`.
 
-    Yields
-    ------
+    Returns
+    -------
     str
-        A sentence.
+        A sentence; none where the shift is declared.
     """
-    if hysteresis is None or estimate.bias_shift.source == "declared":
-        return
-    if estimate.bias_shift.source == "none":
-        yield (
+    if source == "declared":
+        return ""
+    if source == "none":
+        return (
             "launch_uncertainty not declared: h_T is half the difference of launches, and what"
             " their biases shift by cannot be told from it; U of h_T leaves that out"
         )
-    else:
-        yield (
-            "launch_uncertainty not declared: launches and a hysteresis that differs by level"
-            " cannot be told apart; the shift from launch to launch takes the hysteresis as alike"
-            " at all levels"
-        )
+    return (
+        "launch_uncertainty not declared: launches and a hysteresis that differs by level cannot"
+        " be told apart; the shift from launch to launch takes the hysteresis as alike at all"
+        " levels"
+    )

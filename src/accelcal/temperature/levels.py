@@ -1,0 +1,206 @@
+"""What the tables of records tell the temperature laws: coefficients, errors and temperatures.
+
+Records of one plan are stacked: the same runs and mountings in the same order, while the levels
+that were really reached differ from record to record.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.estimate.joint import JointEstimate
+from accelcal.estimate.launch import SAME_LEVEL
+from accelcal.estimate.tables import PreparedTable
+from accelcal.estimate.uncertainty import Component, propagate
+from accelcal.model import COEFFICIENTS, ERROR_TERMS
+from accelcal.temperature.bilinear import LEAST_RISE
+
+__all__ = ["LevelStack", "Levels", "alike", "levels_of", "stack_of_one"]
+
+Array = NDArray[np.float64]
+Places = NDArray[np.intp]
+
+_K0, _K1, _M = (COEFFICIENTS.index(name) for name in ("K0", "K1", "M"))
+_WITHOUT_LAW = ("K2", "K3", "M_ip")
+
+
+class LevelStack(NamedTuple):
+    """n tables of one mounting in each of R records, in which K0, K1 and M mean the same.
+
+    Attributes
+    ----------
+    temperature : ndarray, shape (R, n)
+        Mean temperature of each table [degC]; NaN where unknown.
+    uncertainty, dof : ndarray, shape (R, n)
+        Its standard uncertainty [degC], and the degrees of freedom.
+    reference : ndarray, shape (R,)
+        T0 [degC]; NaN where there is none.
+    coefficients : ndarray, shape (R, n, 6)
+        Coefficients [output unit / g^n].
+    components : mapping of str to Component
+        Components of the errors of all P coefficients that are estimated in the records, with the
+        shifts of all runs alike (`accelcal.estimate.joint.JointEstimate.alike`).
+    place : ndarray of int, shape (n, 6)
+        Place of each coefficient among those P; -1 where it is not estimated.
+    order : ndarray of int, shape (n,)
+        Order in which the runs were made.
+    shift_source : sequence of str
+        Where the shift of the bias from launch to launch is from, of each record.
+    unit : sequence of str or None
+        Output unit of each record.
+    """
+
+    temperature: Array
+    uncertainty: Array
+    dof: Array
+    reference: Array
+    coefficients: Array
+    components: Mapping[str, Component]
+    place: Places
+    order: Places
+    shift_source: Sequence[str]
+    unit: Sequence[str | None]
+
+    @property
+    def rise(self) -> Array:
+        """T - T0, shape (R, n) [degC]."""
+        return self.temperature - self.reference[:, None]
+
+    def of_records(self, rows: Places) -> LevelStack:
+        """Keep some of the records."""
+        if rows.size == len(self.reference):
+            return self
+        return self._replace(
+            temperature=self.temperature[rows],
+            uncertainty=self.uncertainty[rows],
+            dof=self.dof[rows],
+            reference=self.reference[rows],
+            coefficients=self.coefficients[rows],
+            components={
+                name: Component(part.covariance[rows], part.dof[rows])
+                for name, part in self.components.items()
+            },
+            shift_source=[self.shift_source[row] for row in rows],
+            unit=[self.unit[row] for row in rows],
+        )
+
+
+def stack_of_one(
+    tables: Sequence[PreparedTable],
+    estimate: JointEstimate,
+    chosen: Sequence[int],
+    reference: float | None,
+    uncertain: tuple[Array, Array],
+    unit: str | None,
+) -> LevelStack:
+    """Take the chosen tables of one record, with the uncertainty of their temperatures."""
+    own = [tables[i] for i in chosen]
+    components = {**estimate.components, **estimate.alike}
+    return LevelStack(
+        temperature=np.array([[table.record.mean_temperature for table in own]]),
+        uncertainty=uncertain[0][None],
+        dof=uncertain[1][None],
+        reference=np.array([np.nan if reference is None else reference]),
+        coefficients=np.array([[estimate.coefficients[i] for i in chosen]]),
+        components={
+            name: Component(part.covariance[None], part.dof[None])
+            for name, part in components.items()
+        },
+        place=np.array([_places(estimate, i) for i in chosen]),
+        order=np.argsort([int(table.record.run[0]) for table in own], kind="stable"),
+        shift_source=[estimate.bias_shift.source],
+        unit=[unit],
+    )
+
+
+def _places(estimate: JointEstimate, table: int) -> list[int]:
+    start: int = estimate.part(table).start
+    names = estimate.names[table]
+    return [start + names.index(name) if name in names else -1 for name in COEFFICIENTS]
+
+
+def alike(stack: LevelStack) -> list[Places]:
+    """Group the records that have laws by the course of their levels.
+
+    Parameters
+    ----------
+    stack : LevelStack
+        The records.
+
+    Returns
+    -------
+    list of ndarray of int
+        Records whose levels are sorted alike, close to each other alike, met alike by heating or
+        cooling, on the same sides of T0, and with the same one nearest to it. Those with one level
+        only, or with an unknown one, are in none.
+    """
+    rise = stack.rise
+    if rise.shape[1] < 2:
+        return []
+    met = np.diff(rise[:, stack.order], axis=1)
+    sort = np.argsort(rise, axis=1, kind="stable")
+    apart = np.diff(np.take_along_axis(rise, sort, axis=1), axis=1) > SAME_LEVEL
+    course = np.sign(met) * (np.abs(met) > SAME_LEVEL)
+    sides = [rise.max(axis=1) > LEAST_RISE, rise.min(axis=1) < -LEAST_RISE]
+    nearest = np.abs(rise).argmin(axis=1)
+    key = np.column_stack([sort, apart, course, *sides, nearest]).astype(np.float64)
+    found: dict[bytes, list[int]] = {}
+    has_laws = np.isfinite(rise).all(axis=1) & (np.ptp(rise, axis=1) >= LEAST_RISE)
+    for row in np.flatnonzero(has_laws).tolist():
+        found.setdefault(key[row].tobytes(), []).append(row)
+    return [np.array(rows) for rows in found.values()]
+
+
+class Levels(NamedTuple):
+    """k0, K1 and delta of n tables in R records alike, with the components of their errors.
+
+    `values`, shape (R, 3 n), and the components go k0 of all tables, then K1, then delta; the
+    components then have `others`, which follow no law, of the table nearest to T0. `rise`, shape
+    (R, n), is T - T0 [degC].
+    """
+
+    rise: Array
+    values: Array
+    components: Mapping[str, Component]
+    others: tuple[str, ...]
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance of the values and of `others`, shape (R, m, m)."""
+        return np.asarray(np.sum([part.covariance for part in self.components.values()], axis=0))
+
+
+def levels_of(stack: LevelStack) -> Levels:
+    """Take the quotients by K1 and their error components, by the law of propagation.
+
+    Parameters
+    ----------
+    stack : LevelStack
+        Records alike.
+
+    Returns
+    -------
+    Levels
+        The quotients.
+    """
+    rise, k, place = stack.rise, stack.coefficients, stack.place
+    size, nearest = place.shape[0], int(np.abs(rise[0]).argmin())
+    others = [name for name in _WITHOUT_LAW if place[nearest, COEFFICIENTS.index(name)] >= 0]
+    lines = [(table, c) for c in (_K0, _K1, _M) for table in range(size)]
+    lines += [(nearest, COEFFICIENTS.index(name)) for name in others]
+    parameters = next(iter(stack.components.values())).dof.shape[-1]
+    jacobian = np.zeros((len(rise), len(lines), parameters))
+    for line, (table, c) in enumerate(lines):
+        if c == _K1:
+            jacobian[:, line, place[table, _K1]] = 1.0
+            continue
+        jacobian[:, line, place[table, c]] = 1.0 / k[:, table, _K1]
+        jacobian[:, line, place[table, _K1]] = -k[:, table, c] / k[:, table, _K1] ** 2
+    k1 = k[..., _K1]
+    values = np.concatenate([k[..., _K0] / k1, k1, k[..., _M] / k1], axis=1)
+    components = propagate(stack.components, jacobian)
+    return Levels(rise, values, components, tuple(ERROR_TERMS[name] for name in others))
