@@ -22,7 +22,6 @@ COMMANDS = (
     "budget",
     "design",
     "batch",
-    "history",
 )
 """Commands in the order of the help; NAME is the function NAME of the module accelcal.cli.NAME."""
 
