@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ import pandas as pd
 import pytest
 
 import accelcal
-from accelcal.archive import batch as batches
+from accelcal.archive import parts, through
 from accelcal.archive.columns import LAWS, ROWS, gate_column
 from accelcal.archive.sources import find_sources
 from accelcal.errors import InputError
@@ -46,7 +47,7 @@ def archive(tmp_path_factory):
 
 @pytest.fixture
 def small_blocks(monkeypatch):
-    monkeypatch.setattr(batches, "LEAST_FILES", 2)
+    monkeypatch.setattr(through, "LEAST_FILES", 2)
 
 
 def content(path):
@@ -421,3 +422,95 @@ def test_gzip_is_one_stream(archive, tmp_path):
     assert gzip.decompress((tmp_path / "r.csv.gz").read_bytes()) == (
         (tmp_path / "s.csv").read_bytes()
     )
+
+
+# -- large tables ----------------------------------------------------------------------------------
+
+
+def many_serials(path, serials, header="# unit: mA\n"):
+    """Write a table of many accelerometers, 18 readings each."""
+    lines = [header + "serial,temperature,position,stroke,output"]
+    for number, serial in enumerate(serials):
+        record = accelcal.simulate(seed=number + 1, plan=PLAN)
+        readings = zip(record.position, record.stroke, record.output, strict=True)
+        lines += [f"{serial},20.0,{j},{k},{float(y)!r}" for j, k, y in readings]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+@pytest.fixture
+def small_parts(monkeypatch):
+    monkeypatch.setattr(parts, "LARGE", 3000)
+    monkeypatch.setattr(parts, "PART", 1500)
+
+
+def same_frames(a, b, *but):
+    for one, other in zip(a, b, strict=True):
+        aside = [name for name in but if name in one]
+        pd.testing.assert_frame_equal(one.drop(columns=aside), other.drop(columns=aside))
+
+
+def in_parts(monkeypatch, path, **options):
+    with monkeypatch.context() as patched:
+        patched.setattr(parts, "LARGE", 3000)
+        patched.setattr(parts, "PART", 1500)
+        assert len(parts.divide(find_sources([str(path)])[0])) > 3
+        return accelcal.batch(path, **options)
+
+
+@pytest.mark.parametrize("odd", [False, True])
+def test_parts_of_a_large_table_are_the_whole(tmp_path, monkeypatch, odd):
+    path = many_serials(tmp_path / "a.csv", [f"S{n:02d}" for n in range(20)])
+    if odd:  # a gap, a stroke 0 and a comment: the general reader has the rows of these serials
+        lines = path.read_text().split("\n")
+        lines[30] = ",".join([*lines[30].split(",")[:4], ""])
+        lines[100] += "\n# pause"
+        path.write_text("\n".join(lines))
+    found = in_parts(monkeypatch, path)
+    assert len(found.tables) == 20
+    same_frames(found, accelcal.batch(path), "sha256", "notes")
+
+
+def test_a_wrong_row_of_a_large_table_costs_one_serial(tmp_path, monkeypatch):
+    path = many_serials(tmp_path / "a.csv", [f"S{n:02d}" for n in range(20)])
+    lines = path.read_text().split("\n")
+    lines[100] = lines[100].replace(",20.0,", ",warm,")
+    path.write_text("\n".join(lines))
+    found = in_parts(monkeypatch, path)
+    assert len(found.tables) == 19
+    told = "temperature 'warm' is not a number; write a number, or nothing where it is missing"
+    assert found.errors["message"].tolist() == [f"{path}:101: {told}"]
+
+
+def test_a_serial_in_several_places_of_a_large_table_is_refused(tmp_path, monkeypatch):
+    serials = [f"S{n:02d}" for n in range(20)]
+    serials[15] = "S03"
+    path = many_serials(tmp_path / "a.csv", serials)
+    found = in_parts(monkeypatch, path)
+    rows = path.read_text().split("\n")
+    lines = [i + 1 for i in range(2, len(rows)) if rows[i].startswith("S03,")]
+    assert [message.split(": ")[0] for message in found.errors["message"]] == [
+        f"{path}:{lines[0]}",
+        f"{path}:{next(b for a, b in pairwise(lines) if b - a > 1)}",
+    ]
+    assert found.errors["message"].str.contains("sort the rows by serial").all()
+    assert set(found.tables["serial"]) == set(serials) - {"S03"}
+
+
+def test_parquet_is_read_as_csv_is(tmp_path, monkeypatch):
+    pytest.importorskip("pyarrow")
+    path = many_serials(tmp_path / "a.csv", [f"S{n:02d}" for n in range(20)], header="")
+    frame = pd.read_csv(path)
+    frame.to_parquet(tmp_path / "a.parquet", row_group_size=50)
+    expected = accelcal.batch(path)
+    but = ("source", "line", "sha256")
+    same_frames(accelcal.batch(tmp_path / "a.parquet"), expected, *but)
+    same_frames(in_parts(monkeypatch, tmp_path / "a.parquet"), expected, *but)
+
+
+@pytest.mark.usefixtures("small_parts")
+def test_parts_by_several_jobs(tmp_path):
+    path = many_serials(tmp_path / "a.csv", [f"S{n:02d}" for n in range(20)])
+    for jobs in (1, 3):
+        accelcal.write_batch(path, tmp_path / f"r{jobs}.csv", jobs=jobs)
+    assert (tmp_path / "r1.csv").read_bytes() == (tmp_path / "r3.csv").read_bytes()

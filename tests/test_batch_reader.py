@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import accelcal
 from accelcal.errors import InputError
-from accelcal.io.ordinary import read_ordinary
+from accelcal.io.ordinary import Content, read_ordinary
 from accelcal.io.tables import read_tables
 
 ENGINES = ("pyarrow", "numpy")
@@ -64,7 +64,7 @@ def assert_same(records, others):
 def taken(text, engine, overrides=None):
     """Whether the reading of ordinary tables takes a table; if so, as the general reader does."""
     content = text if isinstance(text, bytes) else text.encode()
-    records = read_ordinary([("a.csv", content)], overrides or {}, engine)[0]
+    records = read_ordinary([Content("a.csv", content)], overrides or {}, engine)[0]
     if records is not None:
         assert_same(records, general(content, overrides))
     return records is not None
@@ -208,7 +208,7 @@ def test_only_the_odd_ones_among_many_are_left(engine):
     rng = np.random.default_rng(5)
     order = rng.permutation(len(texts))
     contents = [t if isinstance(t, bytes) else t.encode() for t in texts]
-    found = read_ordinary([("a.csv", contents[i]) for i in order], {}, engine)
+    found = read_ordinary([Content("a.csv", contents[i]) for i in order], {}, engine)
     for i, records in zip(order, found, strict=True):
         assert (records is not None) == (i < len(ORDINARY))
         if records is not None:
@@ -231,7 +231,7 @@ def test_a_simulated_record_passes_through():
     text = io.StringIO()
     record = accelcal.simulate(seed=4)
     accelcal.write_table(record, text)
-    assert read_ordinary([("a.csv", text.getvalue().encode())], {})[0] == (record,)
+    assert read_ordinary([Content("a.csv", text.getvalue().encode())], {})[0] == (record,)
 
 
 PIECES = st.sampled_from(
@@ -259,7 +259,7 @@ def test_what_is_taken_is_read_equal(engine, base, edits, early):
         at = int(place * span)
         base = base[:at] + piece + base[at + length :]
     content = base.encode()
-    records = read_ordinary([("a.csv", content)], {}, engine)[0]
+    records = read_ordinary([Content("a.csv", content)], {}, engine)[0]
     try:
         expected = general(content)
     except InputError:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from os import PathLike, fspath
 from os.path import realpath
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from accelcal.archive.block import Block, fit_block, work
 from accelcal.archive.columns import ERRORS, LAWS, ROWS, FrameColumn, units_of
@@ -14,30 +14,13 @@ from accelcal.archive.formats import Columns, form_of, join, require_form, resul
 from accelcal.archive.journal import Journal, Summary, open_journal
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import SourceFile, find_sources, is_url
-from accelcal.archive.workers import completed, processors, workers
+from accelcal.archive.through import InMemory, Progress, blocks_of, work_through
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd
 
 __all__ = ["BatchCounts", "BatchFrames", "batch", "write_batch"]
-
-Result = TypeVar("Result")
-
-Progress = Callable[[int, int], None]
-"""Is told the number of files that are done, and that of all."""
-
-MOST_FILES = 500
-"""Files of a block, in a large archive."""
-
-LEAST_FILES = 25
-"""Files of a block, in a small archive."""
-
-BLOCKS = 16
-"""Blocks that a small archive is divided into."""
-
-MOST_BYTES = 2**25
-"""Bytes of a block; a larger file is a block of its own."""
 
 
 class BatchCounts(NamedTuple):
@@ -99,7 +82,7 @@ def batch(
     dask : str, optional
         Address of the scheduler of a Dask cluster, or ``"local"``.
     progress : callable, optional
-        Is told the number of files that are done, and that of all.
+        Is told the number of files, or of parts of large ones, that are done, and that of all.
     **options
         Arguments of `accelcal.fit`, such as ``robust``; `specification`, a data sheet; and
         `overrides`, as of `accelcal.read_table`.
@@ -128,10 +111,9 @@ def batch(
     """
     settings = _settings(options)
     sources = find_sources(_texts(paths))
-    blocks = list(blocks_of(sources))
-    function = partial(fit_block, settings=settings)
-    done = dict(_worked(function, blocks, sources, jobs, dask, progress))
-    found = [done[block] for block in blocks]
+    function, kept = partial(fit_block, settings=settings), InMemory()
+    blocks = work_through(blocks_of(sources), function, kept, jobs=jobs, dask=dask, tell=progress)
+    found = [kept.results[block] for block in blocks]
     return BatchFrames(
         _frame([part.tables for part in found], ROWS),
         _frame([part.laws for part in found], LAWS),
@@ -180,42 +162,14 @@ def write_batch(
     settings = _settings(options)
     names = results(output)
     sources = _sources(_texts(paths), names)
-    blocks = list(blocks_of(sources))
+    function = partial(work, settings=settings, form=form)
     with open_journal(output, settings, form, resume=resume) as journal:
-        left = [block for block in blocks if not journal.has(block)]
-        function = partial(work, settings=settings, form=form)
-        for block, done in _worked(function, left, sources, jobs, dask, progress):
-            journal.keep(block, done)
+        blocks = work_through(
+            blocks_of(sources), function, journal, jobs=jobs, dask=dask, tell=progress
+        )
         counts = _counted(sources, map(journal.summary, blocks))
         _write(journal, blocks, names, form, counts.errors)
     return counts
-
-
-def blocks_of(sources: Iterable[SourceFile]) -> Iterator[Block]:
-    """Divide files into blocks, in the same way whoever works on them.
-
-    Parameters
-    ----------
-    sources : iterable of SourceFile
-        The files.
-
-    Yields
-    ------
-    Block
-        Files that follow each other.
-    """
-    sources = list(sources)
-    most = min(max(-(-len(sources) // BLOCKS), LEAST_FILES), MOST_FILES)
-    files: list[SourceFile] = []
-    size = 0
-    for source in sources:
-        if files and (len(files) == most or size + source.size > MOST_BYTES):
-            yield Block(tuple(files))
-            files, size = [], 0
-        files.append(source)
-        size += max(source.size, 0)
-    if files:
-        yield Block(tuple(files))
 
 
 def _settings(options: Mapping[str, Any]) -> Settings:
@@ -237,28 +191,6 @@ def _sources(paths: Sequence[str], names: Mapping[str, str]) -> list[SourceFile]
         if realpath(path) in map(realpath, names.values()) and not is_url(path):
             raise InputError(f"-o {path} is a file to be read; name another file with -o")
     return find_sources(paths, aside=names.values())
-
-
-def _worked(
-    function: Callable[[Block], Result],
-    blocks: Sequence[Block],
-    sources: Sequence[SourceFile],
-    jobs: int | None,
-    dask: str | None,
-    progress: Progress | None,
-) -> Iterator[tuple[Block, Result]]:
-    """Work through blocks, and tell how far it is."""
-    done = len(sources) - sum(len(block.files) for block in blocks)
-    tell = progress or (lambda done, total: None)  # noqa: ARG005
-    tell(done, len(sources))
-    if not blocks:
-        return
-    count = min(jobs or processors(), len(blocks))
-    with workers(count, dask) as (executor, ready):
-        for block, result in completed(executor, function, blocks, ready):
-            yield block, result
-            done += len(block.files)
-            tell(done, len(sources))
 
 
 def _counted(sources: Sequence[SourceFile], summaries: Iterable[Summary]) -> BatchCounts:

@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 from accelcal.archive.columns import LAWS, ROWS
 from accelcal.archive.failures import attempt
 from accelcal.archive.formats import Columns, encode
-from accelcal.archive.reading import Failure, Found, read_block
+from accelcal.archive.parts import Part
+from accelcal.archive.reading import Failure, Found, read_files, read_part
 from accelcal.archive.rows import law_rows, table_rows
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import SourceFile
@@ -27,9 +28,12 @@ class Block(NamedTuple):
     ----------
     files : tuple of SourceFile
         Files to read.
+    part : Part or None
+        The part to read of the only file; None reads it whole.
     """
 
     files: tuple[SourceFile, ...]
+    part: Part | None = None
 
 
 class Fitted(NamedTuple):
@@ -45,6 +49,8 @@ class Fitted(NamedTuple):
         Number of records that were fitted.
     failed : int
         Number of records that failed a data sheet.
+    serials : tuple of str
+        Where the block is a part of a table, the serial of each stretch of its rows.
     """
 
     tables: Columns
@@ -52,6 +58,7 @@ class Fitted(NamedTuple):
     errors: tuple[tuple[str, str], ...]
     fitted: int
     failed: int
+    serials: tuple[str, ...] = ()
 
 
 class Outcome(NamedTuple):
@@ -61,7 +68,7 @@ class Outcome(NamedTuple):
     ----------
     tables, laws : bytes
         Rows of the two frames, encoded.
-    errors, fitted, failed
+    errors, fitted, failed, serials
         As of `Fitted`.
     """
 
@@ -70,6 +77,7 @@ class Outcome(NamedTuple):
     errors: tuple[tuple[str, str], ...]
     fitted: int
     failed: int
+    serials: tuple[str, ...] = ()
 
 
 def work(block: Block, settings: Settings, form: str) -> Outcome:
@@ -91,7 +99,7 @@ def work(block: Block, settings: Settings, form: str) -> Outcome:
     """
     found = fit_block(block, settings)
     tables, laws = encode(found.tables, ROWS, form), encode(found.laws, LAWS, form)
-    return Outcome(tables, laws, found.errors, found.fitted, found.failed)
+    return Outcome(tables, laws, *found[2:])
 
 
 def fit_block(block: Block, settings: Settings) -> Fitted:
@@ -109,9 +117,14 @@ def fit_block(block: Block, settings: Settings) -> Fitted:
     Fitted
         Rows in the order of the files, and within a file in that of its serials and runs.
     """
-    read = list(read_block(block.files, settings.overrides))
+    serials: tuple[str, ...] = ()
+    if block.part is None:
+        read = list(read_files(block.files, settings.overrides))
+    else:
+        read, serials = read_part(block.files[0], block.part, settings.overrides)
     failures = [item for item in read if isinstance(item, Failure)]
-    return rows_of([item for item in read if isinstance(item, Found)], failures, settings)
+    found = rows_of([item for item in read if isinstance(item, Found)], failures, settings)
+    return found._replace(serials=serials)
 
 
 def rows_of(found: Sequence[Found], failures: Sequence[Failure], settings: Settings) -> Fitted:

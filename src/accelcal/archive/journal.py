@@ -37,11 +37,14 @@ class Summary(NamedTuple):
         Source and message of what could not be read or fitted.
     fitted, failed : int
         Number of records that were fitted, and that failed a data sheet.
+    serials : tuple of str
+        Where the block is a part of a table, the serial of each stretch of its rows.
     """
 
     errors: tuple[tuple[str, str], ...]
     fitted: int
     failed: int
+    serials: tuple[str, ...]
 
 
 class Journal:
@@ -63,8 +66,8 @@ class Journal:
 
     def path(self, block: Block) -> Path:
         """File of a block."""
-        parts = (self._common, *(repr(tuple(file)) for file in block.files))
-        digest = hashlib.sha256("\0".join(parts).encode("utf-8", "surrogateescape")).hexdigest()
+        text = f"{self._common}\0{[*map(tuple, block.files)]!r}\0{block.part!r}"
+        digest = hashlib.sha256(text.encode("utf-8", "backslashreplace")).hexdigest()
         return self.folder / f"{digest[:40]}{_SUFFIX}"
 
     def keep(self, block: Block, outcome: Outcome) -> None:
@@ -74,6 +77,7 @@ class Journal:
             "errors": outcome.errors,
             "fitted": outcome.fitted,
             "failed": outcome.failed,
+            "serials": outcome.serials,
         }
         head = json.dumps(summary).encode() + b"\n"
         write_atomically(self.path(block), head + outcome.tables + outcome.laws)
@@ -87,7 +91,11 @@ class Journal:
         with self.path(block).open("rb") as file:
             head = json.loads(file.readline())
         errors = tuple((source, message) for source, message in head["errors"])
-        return Summary(errors, head["fitted"], head["failed"])
+        return Summary(errors, head["fitted"], head["failed"], tuple(head["serials"]))
+
+    def serials(self, block: Block) -> tuple[str, ...]:
+        """Serial of each stretch of rows, where a finished block is a part of a table."""
+        return self.summary(block).serials
 
     def parts(self, blocks: Sequence[Block], which: int) -> Iterator[bytes]:
         """Encoded rows of the blocks in order: 0 of the tables, 1 of the laws."""
@@ -96,11 +104,6 @@ class Journal:
                 sizes = json.loads(file.readline())["bytes"]
                 file.seek(sum(sizes[:which]), os.SEEK_CUR)
                 yield file.read(sizes[which])
-
-    def strangers(self, blocks: Sequence[Block]) -> int:
-        """Number of blocks kept that belong to other files or options."""
-        own = {self.path(block).name for block in blocks}
-        return sum(path.name not in own for path in self.folder.glob(f"*{_SUFFIX}"))
 
     def write(self, path: str, fill: Callable[[IO[bytes]], None]) -> None:
         """Write a result whole or not at all; what a kill leaves of it goes with the journal."""

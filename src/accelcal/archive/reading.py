@@ -4,21 +4,29 @@ from __future__ import annotations
 
 import gzip
 import io
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple
 
 from accelcal.archive.columns import ERRORS, LAWS, ROWS
 from accelcal.archive.failures import attempt
+from accelcal.archive.parts import Part, part_content, stretches
 from accelcal.archive.sources import SourceFile, is_url, read_bytes
-from accelcal.io.ordinary import read_ordinary
-from accelcal.io.tables import read_tables
+from accelcal.io.ordinary import Content, read_ordinary
+from accelcal.io.tables import read_tables, survey_text
+from accelcal.io.text import read_text
 from accelcal.record import TumbleRecord
 
-__all__ = ["Failure", "Found", "read_block"]
+__all__ = ["Failure", "Found", "read_files", "read_part"]
+
+Records = tuple[TumbleRecord, ...]
 
 
 _OWN = "{}: results of accelcal batch, not a table of readings; leave the file out"
+_SCATTERED = (
+    "{}:{}: serial {!r} stands in several places of a large table; sort the rows by serial, or give"
+    " each accelerometer a file"
+)
 _OWN_HEADINGS = tuple(",".join(list(names)[:4]).encode() for names in (ROWS, LAWS, ERRORS))
 
 
@@ -53,14 +61,14 @@ class Failure(NamedTuple):
     message: str
 
 
-def read_block(
-    files: tuple[SourceFile, ...], overrides: Mapping[str, Any]
+def read_files(
+    files: Sequence[SourceFile], overrides: Mapping[str, Any]
 ) -> Iterator[Found | Failure]:
     """Read the files of a block.
 
     Parameters
     ----------
-    files : tuple of SourceFile
+    files : sequence of SourceFile
         What to read.
     overrides : mapping of str to object
         Declarations that win over the header lines.
@@ -71,18 +79,73 @@ def read_block(
         The records of each file in its order, or why it could not be read.
     """
     contents = [attempt(file.path, read_bytes, file.path) for file in files]
-    whole = [i for i, content in enumerate(contents) if isinstance(content, bytes)]
-    ordinary = read_ordinary([(files[i].path, contents[i]) for i in whole], overrides)  # type: ignore[misc]
-    read = dict(zip(whole, ordinary, strict=True))
-    for index, file in enumerate(files):
-        records: tuple[TumbleRecord, ...] | str | None = read.get(index)
+    ordinary = read_ordinary(
+        [
+            Content(file.path, b"" if isinstance(content, str) else content)
+            for file, content in zip(files, contents, strict=True)
+        ],
+        overrides,
+    )
+    for index, (file, content) in enumerate(zip(files, contents, strict=True)):
+        records: Records | str | None = ordinary[index]
         if records is None:
             records = attempt(file.path, _read, file.path, overrides)
-        if isinstance(records, str):
-            own = _is_result(contents[index])
-            yield Failure(index, file.path, _OWN.format(file.path) if own else records)
-        else:
-            yield from (Found(index, record) for record in records)
+        if isinstance(records, str) and _is_result(content):
+            records = _OWN.format(file.path)
+        yield from _found(index, file.path, records)
+
+
+def read_part(
+    file: SourceFile, part: Part, overrides: Mapping[str, Any]
+) -> tuple[list[Found | Failure], tuple[str, ...]]:
+    """Read a part of a large table.
+
+    Parameters
+    ----------
+    file : SourceFile
+        The file.
+    part : Part
+        Which part of it.
+    overrides : mapping of str to object
+        Declarations that win over the header lines.
+
+    Returns
+    -------
+    found : list of Found or Failure
+        Its records, or why they could not be read.
+    serials : tuple of str
+        Serial of each stretch of its rows.
+    """
+    whole = attempt(file.path, part_content, file.path, part)
+    if isinstance(whole, str):
+        return [Failure(0, file.path, whole)], ()
+    content, column = whole
+    records = None if part.refused else read_ordinary([content], overrides)[0]
+    if records is not None:
+        return list(_found(0, file.path, records)), tuple(str(r.serial) for r in records)
+    pieces = list(stretches(content, column))
+    ordinary = read_ordinary([piece.content for piece in pieces], overrides)
+    found: list[Found | Failure] = []
+    for piece, read in zip(pieces, ordinary, strict=True):
+        again: Records | str | None = read
+        if piece.serial in part.refused:
+            again = _SCATTERED.format(file.path, piece.line, piece.serial)
+        elif again is None:
+            again = attempt(file.path, _read_stretch, piece.content, overrides)
+        found += _found(0, file.path, again)
+    return found, tuple(piece.serial for piece in pieces)
+
+
+def _found(index: int, path: str, records: Records | str) -> Iterator[Found | Failure]:
+    if isinstance(records, str):
+        yield Failure(index, path, records)
+    else:
+        yield from (Found(index, record) for record in records)
+
+
+def _read_stretch(piece: Content, overrides: Mapping[str, Any]) -> Records:
+    text = read_text(io.BytesIO(piece.data))._replace(name=piece.name, sha256=None)
+    return survey_text(text._replace(skipped=piece.skipped or 0), overrides)[1]
 
 
 def _is_result(content: bytes | str) -> bool:
@@ -95,9 +158,9 @@ def _is_result(content: bytes | str) -> bool:
     return content.startswith(_OWN_HEADINGS)
 
 
-def _read(path: str, overrides: Mapping[str, Any]) -> tuple[TumbleRecord, ...]:
+def _read(path: str, overrides: Mapping[str, Any]) -> Records:
     """Read a file out of the ordinary by the general reader, which has the words for its faults."""
-    if not is_url(path):
+    if not is_url(path) and not path.lower().endswith(".parquet"):
         return read_tables(path, overrides=overrides)
     content = io.BytesIO(read_bytes(path))
     content.name = path  # where a file has its name, for messages

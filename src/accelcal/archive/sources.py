@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Collection, Iterator, Sequence
 from typing import Any, NamedTuple
 
+from accelcal.archive.parquet import as_csv
 from accelcal.errors import InputError
 
 __all__ = ["SUFFIXES", "SourceFile", "find_sources", "is_url", "read_bytes"]
@@ -90,7 +92,7 @@ def is_url(path: str) -> bool:
 
 
 def read_bytes(path: str) -> bytes:
-    """Read a file or the object of a URL whole.
+    """Read a file or the object of a URL whole; Parquet as the CSV of its rows.
 
     Parameters
     ----------
@@ -107,10 +109,13 @@ def read_bytes(path: str) -> bytes:
     OSError
         If it cannot be read.
     """
+    parquet = path.lower().endswith(".parquet")
     if is_url(path):
         system, name = _file_system(path)
         content: bytes = system.cat_file(name)
-        return content
+        return as_csv(io.BytesIO(content)) if parquet else content
+    if parquet:
+        return as_csv(path)
     with open(path, "rb", buffering=0) as file:  # noqa: PTH123  (pathlib costs time, a file each)
         return file.read()
 

@@ -110,7 +110,7 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
         headings_line=headings.line,
         separator=headings.separator,
         rows=rows,
-        lines=numbers,
+        lines=[number + source.skipped for number in numbers] if source.skipped else numbers,
         notes=tuple(aside),
     )
 

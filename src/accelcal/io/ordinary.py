@@ -26,7 +26,7 @@ from accelcal.io.vocabulary import KEYS, TIME_UNITS, UNITS_OF, Heading, canonica
 from accelcal.record import TumbleRecord
 from accelcal.units import output_unit
 
-__all__ = ["read_ordinary"]
+__all__ = ["Content", "ordinary_head", "read_ordinary"]
 
 _LABELS = frozenset({"run", "serial", "mounting"})
 _ORDINARY = frozenset(
@@ -38,8 +38,27 @@ _DECLARATION = re.compile(r"^# ([A-Za-z][A-Za-z0-9_]*): ([^\s,;](?:.*[^\s,;])?)$
 _BOM = b"\xef\xbb\xbf"
 
 
+class Content(NamedTuple):
+    """A table, or a part of one, in memory.
+
+    Attributes
+    ----------
+    name : str
+        Name of the file, for the records.
+    data : bytes
+        Its content.
+    skipped : int or None
+        Lines that are left out below the headings, where this is a part of the file; its SHA-256
+        is then not known.
+    """
+
+    name: str
+    data: bytes
+    skipped: int | None = None
+
+
 def read_ordinary(
-    tables: Sequence[tuple[str, bytes]],
+    tables: Sequence[Content],
     overrides: Mapping[str, Any],
     engine: str | None = None,
 ) -> list[tuple[TumbleRecord, ...] | None]:
@@ -47,8 +66,8 @@ def read_ordinary(
 
     Parameters
     ----------
-    tables : sequence of tuple
-        Name and content of each file.
+    tables : sequence of Content
+        The files.
     overrides : mapping of str to object
         Declarations that win over the header lines, as of `read_tables`.
     engine : str, optional
@@ -62,15 +81,15 @@ def read_ordinary(
     Examples
     --------
     >>> text = b"# unit: mA\ntemperature,position,stroke,output\n20,1,1,1.3\n20,4,1,-0.9\n"
-    >>> read_ordinary([("a.csv", text), ("b.csv", b"temperature;output")], {})
+    >>> read_ordinary([Content("a.csv", text), Content("b.csv", b"temperature;output")], {})
     [(<TumbleRecord 'a.csv': 2 readings, 1 runs, 2 positions>,), None]
     """
     chosen = read_engine(engine)
     read: list[tuple[TumbleRecord, ...] | None] = [None] * len(tables)
     heads = _Heads(overrides)
     by_roles: dict[tuple[str, ...], list[tuple[int, Plain]]] = {}
-    for index, (name, content) in enumerate(tables):
-        plain = heads.plain(name, content)
+    for index, content in enumerate(tables):
+        plain = heads.plain(content)
         if plain is not None:
             by_roles.setdefault(plain.roles, []).append((index, plain))
     for roles, members in by_roles.items():
@@ -79,6 +98,30 @@ def read_ordinary(
             for i, records in zip(part, found, strict=True):
                 read[members[i][0]] = records
     return read
+
+
+def ordinary_head(data: bytes) -> tuple[bytes, tuple[str, ...]] | None:
+    """Find the header lines and headings of an ordinary table.
+
+    Parameters
+    ----------
+    data : bytes
+        The beginning of its file, with a row or more.
+
+    Returns
+    -------
+    tuple or None
+        Its first bytes to the end of the headings, and what the columns hold; None where they are
+        out of the ordinary.
+    """
+    split = _split(data)
+    understood = None if split is None else _Heads({}).understood(split[0])
+    if split is None or understood is None:
+        return None
+    end = 0
+    for _ in range(split[0].count("\n")):
+        end = data.index(b"\n", end) + 1
+    return data[:end], understood[1].roles
 
 
 def _parsed(
@@ -114,26 +157,32 @@ class _Heads:
         self._overrides = overrides
         self._known: dict[Any, _Shared | None] = {}
 
-    def plain(self, name: str, content: bytes) -> Plain | None:
+    def plain(self, content: Content) -> Plain | None:
         """Take a table apart; None where it is out of the ordinary."""
-        digest = sha256(content).hexdigest()
-        split = _split(content)
+        name, data, skipped = content
+        digest = sha256(data).hexdigest() if skipped is None else None
+        split = _split(data)
         if split is None:
             return None
         head, body = split
-        lines = head.count("\n")
-        declared = _declared(head)
-        if len(declared) != lines - 1:
+        understood = self.understood(head)
+        if understood is None or not _is_plain(body, understood[1].roles):
             return None
-        heading = head[head.rfind("\n", 0, -1) + 1 :]
-        shared = self._shared(heading, declared)
-        if shared is None or not _is_plain(body, shared.roles):
-            return None
+        declared, shared = understood
         fields = _own_fields(declared, shared, self._overrides.get("serial"))
         if fields is None:
             return None
         fields |= {"source": name, "sha256": digest}
-        return Plain(body, body.count(b"\n"), lines + 1, shared.roles, shared.factor, fields)
+        first = head.count("\n") + 1 + (skipped or 0)
+        return Plain(body, body.count(b"\n"), first, shared.roles, shared.factor, fields)
+
+    def understood(self, head: str) -> tuple[dict[str, str], _Shared] | None:
+        """Header lines, and what the general reader makes of them and the headings."""
+        declared = _declared(head)
+        if len(declared) != head.count("\n") - 1:
+            return None
+        shared = self._shared(head[head.rfind("\n", 0, -1) + 1 :], declared)
+        return None if shared is None else (declared, shared)
 
     def _shared(self, heading: str, declared: Mapping[str, str]) -> _Shared | None:
         numeric = [item for item in declared.items() if _kind(item[0]) == "number"]

@@ -25,7 +25,7 @@ from accelcal.io.text import Source, SourceText, read_text
 from accelcal.record import TumbleRecord
 from accelcal.units import is_output_unit, output_unit
 
-__all__ = ["TableForm", "read_table", "read_tables", "survey"]
+__all__ = ["TableForm", "read_table", "read_tables", "survey", "survey_text"]
 
 BULK_CHARACTERS = 2_000_000
 """Size of a table from which on pandas reads it."""
@@ -149,14 +149,38 @@ def survey(
     TableError
         If the table is unusable.
     """
-    text = read_text(source)
+    return survey_text(read_text(source), overrides or {})
+
+
+def survey_text(
+    text: SourceText, overrides: Mapping[str, object]
+) -> tuple[TableForm, tuple[TumbleRecord, ...]]:
+    """Read the text of a table and tell how it was written.
+
+    Parameters
+    ----------
+    text : SourceText
+        The text.
+    overrides : mapping of str to object
+        As for `read_tables`.
+
+    Returns
+    -------
+    tuple
+        As of `survey`.
+
+    Raises
+    ------
+    TableError
+        If the table is unusable.
+    """
     layout = read_layout(text)
     if sum(map(len, layout.rows)) >= BULK_CHARACTERS:
         try:
-            return _read_by(columns_by_pandas, text, layout, overrides or {})
+            return _read_by(columns_by_pandas, text, layout, overrides)
         except (BulkEngineGivesUp, TableError):
             pass  # the light engine words the error, or reads what pandas cannot
-    return _read_by(columns_by_split, text, layout, overrides or {})
+    return _read_by(columns_by_split, text, layout, overrides)
 
 
 def _read_by(

@@ -38,6 +38,8 @@ class SourceText(NamedTuple):
         Whether the bytes came out of gzip.
     sha256 : str or None
         SHA-256 of the bytes, in hexadecimal; None where the source gave text.
+    skipped : int
+        Lines of the file that are left out below the headings, where this is a part of it.
     """
 
     name: str
@@ -45,6 +47,7 @@ class SourceText(NamedTuple):
     encoding: str
     compressed: bool
     sha256: str | None = None
+    skipped: int = 0
 
 
 def read_text(source: Source, what: str = "table") -> SourceText:

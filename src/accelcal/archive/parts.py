@@ -1,0 +1,200 @@
+"""Large tables of many accelerometers, a part at a time, so that memory does not grow with them.
+
+A part begins where a serial begins and ends where one ends. A serial whose rows come back further
+down the file would be fitted from half its readings: it is refused wherever it stands.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from itertools import accumulate, groupby
+from operator import itemgetter
+from typing import IO, NamedTuple
+
+from accelcal.archive.parquet import as_csv, row_ranges
+from accelcal.archive.sources import SourceFile, is_url
+from accelcal.io.ordinary import Content, ordinary_head
+
+__all__ = ["LARGE", "Part", "Stretch", "comes_back", "divide", "part_content", "stretches"]
+
+LARGE = 2**24
+"""Bytes from which on a table of many serials is read in parts."""
+
+PART = 2**23
+"""Bytes of a part, and then to the end of its last serial."""
+
+_HEAD = 2**16  # bytes that the header lines and headings may take
+
+
+class Part(NamedTuple):
+    """A part of a table.
+
+    Attributes
+    ----------
+    start, end : int
+        Bytes of the file, or rows of a Parquet file.
+    skipped : int
+        Rows above it.
+    refused : tuple of str
+        Serials whose rows are not to be used, as some of them are in other places.
+    """
+
+    start: int
+    end: int
+    skipped: int
+    refused: tuple[str, ...] = ()
+
+
+def divide(source: SourceFile) -> list[Part]:
+    """Divide a large table of many serials.
+
+    Parameters
+    ----------
+    source : SourceFile
+        The file.
+
+    Returns
+    -------
+    list of Part
+        In the order of the file; empty where it is to be read whole.
+    """
+    if source.size < LARGE or is_url(source.path):
+        return []
+    if source.path.lower().endswith(".parquet"):
+        return [Part(*bounds, bounds[0]) for bounds in row_ranges(source.path, PART)]
+    with open(source.path, "rb") as file:  # noqa: PTH123
+        found = ordinary_head(file.read(_HEAD))
+        if found is None or "serial" not in found[1]:
+            return []
+        file.seek(len(found[0]))
+        return list(_parts_of_csv(file, found[1].index("serial")))
+
+
+def part_content(path: str, part: Part) -> tuple[Content, int]:
+    """Read a part, below the headings of its table.
+
+    Parameters
+    ----------
+    path : str
+        The file.
+    part : Part
+        The part.
+
+    Returns
+    -------
+    content : Content
+        Headings and rows.
+    column : int
+        Index of the serial.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    """
+    if path.lower().endswith(".parquet"):
+        data = as_csv(path, part.start, part.end)
+        head = data[: data.index(b"\n") + 1]
+    else:
+        with open(path, "rb") as file:  # noqa: PTH123
+            head = _head(file)[0]
+            file.seek(part.start)
+            data = head + file.read(part.end - part.start)
+    roles = ordinary_head(data[: len(head) + _HEAD])
+    assert roles is not None
+    return Content(path, data, part.skipped), roles[1].index("serial")
+
+
+class Stretch(NamedTuple):
+    """Rows of one serial that follow each other.
+
+    Attributes
+    ----------
+    serial : str
+        The serial.
+    line : int
+        Line of the file with the first of them.
+    content : Content
+        The rows below the headings.
+    """
+
+    serial: str
+    line: int
+    content: Content
+
+
+def stretches(content: Content, column: int) -> Iterator[Stretch]:
+    """Divide a part by its serials.
+
+    Parameters
+    ----------
+    content : Content
+        Headings and rows.
+    column : int
+        Index of the serial.
+
+    Yields
+    ------
+    Stretch
+        The rows of a serial.
+    """
+    lines = content.data.splitlines(keepends=True)
+    above = next(i for i, line in enumerate(lines) if not line.startswith(b"#")) + 1
+    head, skipped = b"".join(lines[:above]), content.skipped or 0
+    owners: Iterator[bytes] = accumulate(
+        (_serial(line, column) for line in lines[above:]),
+        lambda before, own: own or before,  # a comment goes with the serial above it
+    )
+    for serial, rows in groupby(zip(owners, lines[above:], strict=True), key=itemgetter(0)):
+        body = [line for _, line in rows]
+        own = Content(content.name, head + b"".join(body), skipped)
+        yield Stretch(serial.decode("utf-8", "replace"), above + skipped + 1, own)
+        skipped += len(body)
+
+
+def comes_back(serials: Iterable[str]) -> set[str]:
+    """Serials that stand in several places.
+
+    Parameters
+    ----------
+    serials : iterable of str
+        The serial of each stretch of rows of a table.
+
+    Returns
+    -------
+    set of str
+        Those that occur more than once.
+
+    Examples
+    --------
+    >>> comes_back(["A", "B", "A"])
+    {'A'}
+    """
+    return {serial for serial, count in Counter(serials).items() if count > 1}
+
+
+def _head(file: IO[bytes]) -> tuple[bytes, tuple[str, ...]]:
+    found = ordinary_head(file.read(_HEAD))
+    assert found is not None  # or the table would not have been divided
+    return found
+
+
+def _parts_of_csv(file: IO[bytes], column: int) -> Iterator[Part]:
+    start, skipped = file.tell(), 0
+    while chunk := file.read(PART):
+        last = chunk[chunk.rfind(b"\n") + 1 :] + file.readline()
+        serial, rows, end = _serial(last, column), chunk.count(b"\n") + bool(last), file.tell()
+        for line in file:
+            if _serial(line, column) not in (serial, b""):
+                break
+            rows, end = rows + 1, end + len(line)
+        yield Part(start, end, skipped)
+        start, skipped = end, skipped + rows
+        file.seek(start)
+
+
+def _serial(line: bytes, column: int) -> bytes:
+    """Serial of a row; empty where the line is none."""
+    cells = line.split(b",", column + 1)
+    return b"" if line.startswith(b"#") or len(cells) <= column else cells[column].strip()

@@ -1,0 +1,177 @@
+"""Through an archive: blocks of files, worked on by whoever is there, until all are kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import groupby
+from typing import Any, Protocol, TypeVar
+
+from accelcal.archive.block import Block, Fitted
+from accelcal.archive.parts import comes_back, divide
+from accelcal.archive.sources import SourceFile
+from accelcal.archive.workers import completed, processors, workers
+
+__all__ = ["InMemory", "Keeper", "Progress", "blocks_of", "work_through"]
+
+Result = TypeVar("Result")
+Kept = TypeVar("Kept", contravariant=True)
+
+Progress = Callable[[int, int], None]
+"""Is told the number of files, or of parts of large ones, that are done, and that of all."""
+
+MOST_FILES = 500
+"""Files of a block, in a large archive."""
+
+LEAST_FILES = 25
+"""Files of a block, in a small archive."""
+
+BLOCKS = 16
+"""Blocks that a small archive is divided into."""
+
+MOST_BYTES = 2**25
+"""Bytes of a block; a larger file is a block of its own."""
+
+
+class Keeper(Protocol[Kept]):
+    """Who keeps the results of blocks."""
+
+    def has(self, block: Block) -> bool:
+        """Tell whether a block is finished."""
+
+    def keep(self, block: Block, outcome: Kept) -> None:
+        """Keep a finished block."""
+
+    def serials(self, block: Block) -> Sequence[str]:
+        """Serial of each stretch of rows, where a finished block is a part of a table."""
+
+
+class InMemory:
+    """Keeps the results of blocks in memory."""
+
+    def __init__(self) -> None:
+        self.results: dict[Block, Fitted] = {}
+
+    def has(self, block: Block) -> bool:
+        """Tell whether a block is finished."""
+        return block in self.results
+
+    def keep(self, block: Block, outcome: Fitted) -> None:
+        """Keep a finished block."""
+        self.results[block] = outcome
+
+    def serials(self, block: Block) -> Sequence[str]:
+        """Serial of each stretch of rows, where a finished block is a part of a table."""
+        return self.results[block].serials
+
+
+def blocks_of(sources: Iterable[SourceFile]) -> Iterator[Block]:
+    """Divide files into blocks, in the same way whoever works on them.
+
+    Parameters
+    ----------
+    sources : iterable of SourceFile
+        The files.
+
+    Yields
+    ------
+    Block
+        Files that follow each other, or a part of a large table.
+    """
+    sources = list(sources)
+    most = min(max(-(-len(sources) // BLOCKS), LEAST_FILES), MOST_FILES)
+    files: list[SourceFile] = []
+    size = 0
+    for source in sources:
+        parts = divide(source)
+        if files and (parts or len(files) == most or size + source.size > MOST_BYTES):
+            yield Block(tuple(files))
+            files, size = [], 0
+        if parts:
+            yield from (Block((source,), part) for part in parts)
+        else:
+            files.append(source)
+            size += max(source.size, 0)
+    if files:
+        yield Block(tuple(files))
+
+
+def work_through(
+    blocks: Iterable[Block],
+    function: Callable[[Block], Result],
+    keeper: Keeper[Result],
+    *,
+    jobs: int | None = 1,
+    dask: str | None = None,
+    tell: Progress | None = None,
+) -> list[Block]:
+    """Work through blocks until all of them are kept.
+
+    Parameters
+    ----------
+    blocks : iterable of Block
+        The blocks.
+    function : callable
+        What to do with a block; it travels to the workers.
+    keeper : Keeper
+        Who has the finished ones.
+    jobs, dask
+        As of `accelcal.batch`.
+    tell : callable, optional
+        As `progress` of `accelcal.batch`.
+
+    Returns
+    -------
+    list of Block
+        The blocks in their order, as they were finished: a part of a table in which serials are
+        scattered refuses these.
+    """
+    first = list(blocks)
+    _work(first, function, keeper, jobs, dask, tell)
+    final = _refusing(first, keeper)
+    _work([block for block in final if block not in first], function, keeper, jobs, dask, None)
+    return final
+
+
+def _work(
+    blocks: Sequence[Block],
+    function: Callable[[Block], Result],
+    keeper: Keeper[Result],
+    jobs: int | None,
+    dask: str | None,
+    tell: Progress | None,
+) -> None:
+    left = [block for block in blocks if not keeper.has(block)]
+    total = sum(len(block.files) for block in blocks)
+    done = total - sum(len(block.files) for block in left)
+    if tell:
+        tell(done, total)
+    if not left:
+        return
+    with workers(min(jobs or processors(), len(left)), dask) as (executor, ready):
+        for block, result in completed(executor, function, left, ready):
+            keeper.keep(block, result)
+            done += len(block.files)
+            if tell:
+                tell(done, total)
+
+
+def _refusing(blocks: Sequence[Block], keeper: Keeper[Any]) -> list[Block]:
+    """Let the parts of a table refuse the serials that stand in several places of it."""
+    final: list[Block] = []
+    for parted, group in groupby(blocks, key=lambda block: block.part and block.files[0].path):
+        members = list(group)
+        if parted:
+            serials = [keeper.serials(block) for block in members]
+            scattered = comes_back(name for names in serials for name in names)
+            members = [
+                _refuse(block, scattered.intersection(names))
+                for block, names in zip(members, serials, strict=True)
+            ]
+        final += members
+    return final
+
+
+def _refuse(block: Block, serials: set[str]) -> Block:
+    if not serials or block.part is None:
+        return block
+    return block._replace(part=block.part._replace(refused=tuple(sorted(serials))))
