@@ -119,7 +119,7 @@ def budget(
     of_stand = asked_for_stand(click.get_current_context())
     chosen = read_calibrations(calibration).choose(serial, mounting) if calibration else None
     if of_stand:
-        found: ErrorBudget | StandBudget = budget_of_stand(chosen, options)
+        found: ErrorBudget | StandBudget = budget_of_stand(chosen, path, options)
     else:
         assert chosen is not None
         found = _budget(chosen, _random(chosen, options), options)

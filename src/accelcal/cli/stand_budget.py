@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 from click.core import ParameterSource
 
+from accelcal.cli.deliver import refuse_stdin_twice, refuse_to_overwrite
 from accelcal.cli.options import fixture_angle, number, numbers
 from accelcal.errors import InputError
 
@@ -165,13 +166,17 @@ def asked_for_stand(context: click.Context) -> bool:
     return asked
 
 
-def budget_of_stand(calibration: Calibration | None, options: Mapping[str, Any]) -> StandBudget:
+def budget_of_stand(
+    calibration: Calibration | None, path: str | None, options: Mapping[str, Any]
+) -> StandBudget:
     """Make the budget of a stand as the options ask for it.
 
     Parameters
     ----------
     calibration : Calibration or None
         The accelerometer; None for the AL-15.
+    path : str or None
+        File that will be written.
     options : mapping
         Values of `stand_options`.
 
@@ -187,6 +192,9 @@ def budget_of_stand(calibration: Calibration | None, options: Mapping[str, Any])
     from accelcal.stand_uncertainty.nominal import accelerometer_of
     from accelcal.stand_uncertainty.readings import StandError
 
+    sources = [options[name] for name in ("stand", "test", "spec") if options[name] is not None]
+    refuse_stdin_twice(sources)
+    refuse_to_overwrite(sources, path)
     accelerometer = AL15 if calibration is None else accelerometer_of(calibration)
     spec = options["spec"]
     stand = read_stand(options["stand"])

@@ -144,8 +144,8 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "voltmeter-range": Kind(
             "output",
             "ratio",
-            ("position", "range"),
-            "error in parts of the range in use",
+            ("voltage", "range"),
+            "error in parts of the range in use: nonlinearity",
             _ranges,
         ),
         "voltmeter-noise": Kind("output", "voltage", ("reading",), "noise of a reading", _volts),

@@ -102,19 +102,36 @@ def propagated(
     """
     kind = KINDS[component.kind]
     slopes = channel_slopes(readings, kind.channel)
-    pattern = kind.pattern(readings, component.order)
+    pattern = component.distribution.standard * kind.pattern(readings, component.order)
     index, count = readings.groups(component.varies)
-    acting = np.zeros((slopes.size, count, pattern.shape[1]))
-    acting[np.arange(index.size), index] = slopes[:-1, None] * pattern
-    acting[-1, 0] = slopes[-1]
-    effect = component.distribution.standard * acting.reshape(slopes.size, -1)
-    on_coefficients = estimator.map @ effect[:-1]
-    left = effect[:-1] - estimator.fitted @ on_coefficients
-    size = float(np.linalg.norm(effect[:-1]))
+    effects = [slopes[:-1] * phase for phase in pattern.T]
+    on_coefficients = [_by_group(estimator.map * effect, index, count) for effect in effects]
+    along_fit = [_by_group(estimator.fitted.T * effect, index, count) for effect in effects]
+    gravity = np.zeros((1, count * len(effects)))
+    gravity[0, 0] = slopes[-1] * component.distribution.standard
+    known = np.vstack([np.hstack(on_coefficients), gravity])
     return Propagated(
-        through=by_coefficient @ np.vstack([on_coefficients, effect[-1:]]),
-        residual=float(np.linalg.norm(left)) / size if size > 0.0 else float("nan"),
+        through=by_coefficient @ known,
+        residual=_part_left(estimator, effects, np.hstack(along_fit), known[:-1]),
     )
+
+
+def _by_group(values: Array, index: NDArray[np.intp], count: int) -> Array:
+    """Sums of the columns that share an error, shape (p, count)."""
+    return np.stack([np.bincount(index, row, minlength=count) for row in values])
+
+
+def _part_left(
+    estimator: Estimator, effects: Sequence[Array], along_fit: Array, on_coefficients: Array
+) -> float:
+    """Size of the residuals e - F c of all errors, over that of their effects e."""
+    squares = float(sum(effect @ effect for effect in effects))
+    if squares == 0.0:
+        return float("nan")
+    across = float((along_fit * on_coefficients).sum())  # e F c
+    gram = estimator.fitted.T @ estimator.fitted
+    fitted = float((on_coefficients * (gram @ on_coefficients)).sum())
+    return float(np.sqrt(max(squares - 2.0 * across + fitted, 0.0) / squares))
 
 
 def effective_dof(contributions: Sequence[Array], dof: Sequence[float]) -> Array:

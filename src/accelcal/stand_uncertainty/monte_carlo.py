@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from accelcal.errors import InputError
 from accelcal.results.stand_budget import MonteCarlo
+from accelcal.stand_uncertainty.distribution import Distribution
 from accelcal.stand_uncertainty.estimator import Estimator
 from accelcal.stand_uncertainty.kinds import KINDS
 from accelcal.stand_uncertainty.readings import Readings
@@ -25,8 +27,10 @@ MOST = 1_000_000
 
 _BATCH = 10_000
 """Trials in a batch, JCGM 101, 7.9.4 for 95 %."""
-_AT_ONCE = 1000
-"""Trials simulated together, so that they fit into the memory next to the processor."""
+_AT_ONCE = 200_000
+"""Readings simulated together, so that they fit into the memory next to the processor."""
+_STORED = 50_000_000
+"""Estimates that are kept, of all trials together."""
 _FINER = 5.0
 """The Monte Carlo result is had this many times finer than it is compared, JCGM 101, 8.2."""
 _ENDS = (0.025, 0.975)
@@ -85,16 +89,18 @@ def monte_carlo(
     over the batches, of estimate, standard uncertainty and both ends, is below the numerical
     tolerance. That is a fifth of the one with which clause 8 compares.
     """
-    if trials is not None and not FEWEST <= trials <= MOST:
-        raise InputError(f"{trials} trials; there are from {FEWEST} to {MOST}")
+    most = min(MOST, _STORED // len(estimator.named))
+    if trials is not None and not FEWEST <= trials <= most:
+        raise InputError(f"{trials} trials; there are from {FEWEST} to {most} in this test")
     if seed is None:
         seed = int(np.random.default_rng().integers(2**32))
     random = np.random.default_rng(seed)
+    drawn = [_drawn(component, readings) for component in components]
     batches: list[Array] = []
     summaries: list[Array] = []
     stable = False
-    for size in _batch_sizes(trials):
-        batches.append(_batch(components, readings, estimator, random, size))
+    for size in _batch_sizes(trials, most):
+        batches.append(_batch(drawn, readings, estimator, random, size))
         summaries.append(_summary(batches[-1]))
         stable = _are_stable(summaries)
         if stable and trials is None:
@@ -127,26 +133,27 @@ def numerical_tolerance(standard: Array) -> Array:
     return found
 
 
-def _batch_sizes(trials: int | None) -> list[int]:
+def _batch_sizes(trials: int | None, most: int) -> list[int]:
     if trials is None:
-        return [_BATCH] * (MOST // _BATCH)
+        return [_BATCH] * max(most // _BATCH, 2)
     size = min(_BATCH, trials // 10)  # ten batches or more tell the numerical uncertainty
     whole, rest = divmod(trials, size)
     return [size] * (whole - 1) + [size + rest]
 
 
 def _batch(
-    components: Sequence[StandComponent],
+    drawn: Sequence[_Drawn],
     readings: Readings,
     estimator: Estimator,
     random: np.random.Generator,
     size: int,
 ) -> Array:
     """Estimates of one batch of trials, shape (size, q)."""
-    parts = [min(_AT_ONCE, size - start) for start in range(0, size, _AT_ONCE)]
+    step = max(1, _AT_ONCE // readings.angle.size)
+    parts = [min(step, size - start) for start in range(0, size, step)]
     found = []
     for part in parts:
-        errors = _errors(components, readings, random, part)
+        errors = _errors(drawn, random, part)
         gravity = 1.0 + errors.get("gravity", np.zeros((part, 1)))[:, :1]
         coefficients = readings.output(errors) @ estimator.map.T
         known = np.hstack([np.broadcast_to(coefficients, (part, estimator.map.shape[0])), gravity])
@@ -154,31 +161,32 @@ def _batch(
     return np.concatenate(found)
 
 
-def _errors(
-    components: Sequence[StandComponent],
-    readings: Readings,
-    random: np.random.Generator,
-    trials: int,
-) -> dict[str, Array]:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Drawn:
+    """How the errors of a component are drawn and spread over the readings."""
+
+    channel: str
+    distribution: Distribution
+    pattern: Array
+    index: NDArray[np.intp]
+    count: int
+
+
+def _drawn(component: StandComponent, readings: Readings) -> _Drawn:
+    kind = KINDS[component.kind]
+    pattern = kind.pattern(readings, component.order)
+    index, count = readings.groups(component.varies)
+    return _Drawn(kind.channel, component.distribution, pattern, index, count)
+
+
+def _errors(drawn: Sequence[_Drawn], random: np.random.Generator, trials: int) -> dict[str, Array]:
     """Errors of each channel in each trial, shape (trials, n)."""
     found: dict[str, Array] = {}
-    for channel, errors in _drawn(components, readings, random, trials):
-        found[channel] = found[channel] + errors if channel in found else errors
+    for own in drawn:
+        draws = own.distribution.draws(random, (trials, own.count, own.pattern.shape[1]))
+        errors = np.einsum("tnk,nk->tn", draws[:, own.index], own.pattern)
+        found[own.channel] = found.get(own.channel, 0.0) + errors
     return found
-
-
-def _drawn(
-    components: Sequence[StandComponent],
-    readings: Readings,
-    random: np.random.Generator,
-    trials: int,
-) -> Iterator[tuple[str, Array]]:
-    for component in components:
-        kind = KINDS[component.kind]
-        pattern = kind.pattern(readings, component.order)
-        index, count = readings.groups(component.varies)
-        draws = component.distribution.draws(random, (trials, count, pattern.shape[1]))
-        yield kind.channel, np.einsum("tnk,nk->tn", draws[:, index], pattern)
 
 
 def _summary(batch: Array) -> Array:

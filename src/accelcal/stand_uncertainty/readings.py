@@ -30,7 +30,7 @@ from accelcal.geometry import accelerations
 from accelcal.record import TumbleRecord
 from accelcal.units import conversion_factor
 
-__all__ = ["CHANNELS", "CLASSES", "SECONDS_PER_DAY", "Readings", "StandConditions"]
+__all__ = ["CHANNELS", "CLASSES", "SAME_VOLTAGE", "SECONDS_PER_DAY", "Readings", "StandConditions"]
 __all__ += ["StandError", "readings_of"]
 
 Array = NDArray[np.float64]
@@ -56,8 +56,17 @@ CHANNELS = (
 )
 """Where errors enter: angles [rad], temperature [degC], scale and gain [1], bias [g] ..."""
 
-CLASSES = ("position", "stroke", "reading", "run", "temperature", "mounting", "axis", "range")
-"""For each different value of these a new error is drawn; a stroke is one of its run."""
+CLASSES = (
+    *("position", "stroke", "reading", "run", "temperature"),
+    *("mounting", "axis", "range", "voltage"),
+)
+"""For each different value of these a new error is drawn; a stroke is one of its run.
+
+Readings within `SAME_VOLTAGE` of one another are at one voltage.
+"""
+
+SAME_VOLTAGE = 0.005
+"""Outputs closer than this are one voltage [of the output for 1 g]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,8 +260,17 @@ class Readings:
             "mounting": np.unique(mounting, return_inverse=True)[1],
             "axis": np.unique(mounting.astype("U1"), return_inverse=True)[1],
             "range": np.nan_to_num(self.stand.range_of_reading),
+            "voltage": self._voltages(),
         }
         return {name: np.asarray(values, dtype=np.float64) for name, values in numbers.items()}
+
+    def _voltages(self) -> Array:
+        """Number of the voltage at which each reading is, up from the lowest."""
+        output = self.output({}) / self.scale_factor
+        order = np.argsort(output)
+        found = np.zeros(output.size)
+        found[order[1:]] = np.cumsum(np.abs(np.diff(output[order])) > SAME_VOLTAGE)
+        return found
 
 
 def readings_of(
