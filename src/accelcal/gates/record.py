@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.joint import JointEstimate
+from accelcal.estimate.joint import JointEstimate, JointStack
 from accelcal.gates.verdict import (
     SIGNIFICANT,
     GateStack,
@@ -38,7 +38,7 @@ class RecordStack(NamedTuple):
     ----------
     contrasts, strengths : ndarray, shape (R, q)
         Contrasts of the position means and how much a head error shows in each [1/rad], see
-        `accelcal.estimate.head.LackOfFit`; NaN where a record has fewer.
+        `accelcal.estimate.head.LackOfFit`; of strength 0 where a record has fewer.
     head, head_dof : ndarray, shape (R,)
         Head error [rad] and its degrees of freedom.
     head_source : sequence of str
@@ -61,7 +61,23 @@ class RecordStack(NamedTuple):
     names: Sequence[str]
 
     @classmethod
-    def of(cls, estimate: JointEstimate, names: Sequence[str]) -> RecordStack:
+    def of(cls, estimate: JointStack, names: Sequence[str]) -> RecordStack:
+        """Take what the gates look at from the estimate of R records."""
+        head = estimate.head
+        seen = (head.dof > 0.0) | (head.source != "estimated")
+        return cls(
+            contrasts=estimate.lack_of_fit.contrasts,
+            strengths=estimate.lack_of_fit.strengths,
+            head=head.uncertainty,
+            head_dof=head.dof,
+            head_source=np.where(seen, head.source, "none").tolist(),
+            noise_dof=np.min([noise.dof for noise in estimate.noises], axis=0),
+            coefficients=np.stack(estimate.coefficients, axis=1),
+            names=names,
+        )
+
+    @classmethod
+    def of_one(cls, estimate: JointEstimate, names: Sequence[str]) -> RecordStack:
         """Stack of one record."""
         return cls(
             contrasts=estimate.lack_of_fit.contrasts[None],
@@ -90,7 +106,7 @@ def record_gates(estimate: JointEstimate, names: Sequence[str]) -> tuple[Gate, .
     tuple of Gate
         See `gates_of_records`.
     """
-    return tuple(found.gate(0) for found in gates_of_records(RecordStack.of(estimate, names)))
+    return tuple(found.gate(0) for found in gates_of_records(RecordStack.of_one(estimate, names)))
 
 
 def gates_of_records(stack: RecordStack) -> tuple[GateStack, ...]:
@@ -117,12 +133,11 @@ def _lack_of_fit(stack: RecordStack) -> GateStack:
     The statistic is F where the head error is declared, and the head error [rad] where it is
     estimated.
     """
-    shown, source = np.isfinite(stack.contrasts), np.asarray(stack.head_source)
+    shown, source = stack.strengths > 0.0, np.asarray(stack.head_source)
     count = shown.sum(axis=1)
     unknown, estimated = (count == 0) | (source == "none"), source == "estimated"
     declared = ~(unknown | estimated)
-    strengths = np.where(shown, stack.strengths, 0.0)
-    allowed = 1.0 + (stack.head[:, None] * strengths) ** 2
+    allowed = 1.0 + (stack.head[:, None] * stack.strengths) ** 2
     squares = np.where(shown, stack.contrasts, 0.0) ** 2
     ratio = (squares / allowed).sum(axis=1) / np.maximum(count, 1)
     p = f_survival(ratio, np.maximum(count, 1), np.maximum(stack.noise_dof, 1.0))
