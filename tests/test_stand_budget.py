@@ -562,6 +562,13 @@ def test_estimator_is_that_of_fit(method):
         assert named[name] == pytest.approx(quantity.value, rel=1e-4), name
 
 
+def test_what_the_angles_do_not_determine_is_said():
+    found = alone(one("reading-noise"), positions=4, **ONE_LEVEL)
+    assert any("do not determine K3, M_ip" in warning for warning in found.warnings)
+    assert found.index("K3") is None
+    assert found.index("delta_ip") is None
+
+
 # -- refusals --------------------------------------------------------------------------------------
 
 
@@ -581,6 +588,8 @@ def test_what_is_no_test_is_refused():
         ),
         (lambda: one("backlash", varies=("cycle",)), "varies by 'cycle'"),
         (lambda: one("local-gravity", varies=("run",)), "does not vary"),
+        (lambda: one("head-position", u=0.2), "below 0.1 rad, so check the unit"),
+        (lambda: one("voltmeter-offset", u=math.inf), "below 1000 V"),
         (lambda: one("head-harmonic", order=0), "order is 0"),
         (lambda: Stand("none", ()), "no components"),
         (lambda: Stand("two", (one("backlash"), one("backlash"))), "is there twice"),
@@ -588,7 +597,7 @@ def test_what_is_no_test_is_refused():
         (lambda: StandConditions(gravity=98.0), "nowhere on Earth"),
         (lambda: StandConditions(load=0.0), "load is 0.0"),
         (lambda: StandConditions(room_temperature=math.nan), "room_temperature is nan"),
-        (lambda: StandConditions(ranges=(0.0,)), "each is above 0"),
+        (lambda: StandConditions(ranges=(0.0,)), "each lies between"),
     ],
 )
 def test_a_stand_that_is_none_is_refused(make, told):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from accelcal.accelerometer import AL15, Accelerometer
 from accelcal.errors import InputError
 from accelcal.estimate.linear import METHODS
+from accelcal.model import COEFFICIENTS
 from accelcal.probability import student_quantile
 from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle
@@ -29,6 +30,7 @@ from accelcal.stand_uncertainty.monte_carlo import Linear, monte_carlo
 from accelcal.stand_uncertainty.nominal import accelerometer_of
 from accelcal.stand_uncertainty.readings import Readings, readings_of
 from accelcal.stand_uncertainty.requirements import requirements
+from accelcal.stand_uncertainty.sizes import BASE_UNITS
 from accelcal.stand_uncertainty.stand import Stand, StandComponent
 from accelcal.stand_uncertainty.sufficiency import sufficiency
 
@@ -37,15 +39,6 @@ __all__ = ["stand_budget"]
 Array = NDArray[np.float64]
 
 _LEVEL = 0.95
-
-_UNITS = {
-    "angle": "rad",
-    "angle/day": "rad/day",
-    "acceleration": "g",
-    "ratio": "1",
-    "temperature": "degC",
-    "voltage": "V",
-}
 
 
 def stand_budget(
@@ -174,7 +167,7 @@ def _linear(stand: Stand, readings: Readings, estimator: Estimator) -> StandBudg
         coverage_factor=factor,
         expanded_uncertainty=factor * standard,
         covariance=covariance,
-        warnings=tuple(_warnings(stand, readings)),
+        warnings=tuple(_warnings(stand, readings, estimator)),
     )
 
 
@@ -186,7 +179,7 @@ def _share(part: StandComponent, effect: Propagated, readings: Readings) -> Stan
         name=part.name,
         kind=part.kind,
         standard_uncertainty=part.distribution.standard,
-        unit=_UNITS[kind.quantity],
+        unit=BASE_UNITS[kind.quantity],
         dof=part.distribution.dof,
         varies=part.varies,
         errors=readings.groups(part.varies)[1],
@@ -210,7 +203,10 @@ def _described(readings: Readings) -> str:
     )
 
 
-def _warnings(stand: Stand, readings: Readings) -> Iterator[str]:
+def _warnings(stand: Stand, readings: Readings, estimator: Estimator) -> Iterator[str]:
+    lost = [name for name in COEFFICIENTS if any(name not in t.names for t in estimator.tables)]
+    if lost:
+        yield f"the angles do not determine {', '.join(lost)}, which the others take in"
     kinds = {part.kind for part in stand.components}
     if "foundation-drift" in kinds or "foundation-daily" in kinds:
         hours = readings.time.max() / 3600.0

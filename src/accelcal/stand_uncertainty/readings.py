@@ -16,7 +16,6 @@ towards the axis along the shaft are taken as large as those towards the axis in
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -65,6 +64,8 @@ CLASSES = (
 Readings within `SAME_VOLTAGE` of one another are at one voltage.
 """
 
+_LARGEST = {"room_temperature": 1000.0, "load_coefficient": 0.1}
+
 SAME_VOLTAGE = 0.005
 """Outputs closer than this are one voltage [of the output for 1 g]."""
 
@@ -89,7 +90,7 @@ class StandConditions:
     Raises
     ------
     InputError
-        If a number is not finite or has the wrong sign.
+        If a number is not finite, has the wrong sign, or is beyond all that exists.
     """
 
     gravity: float | None = None
@@ -104,13 +105,14 @@ class StandConditions:
                 f"gravity {self.gravity} m/s^2 is found nowhere on Earth; it lies between 9.76"
                 " and 9.84"
             )
-        if self.load is not None and not 0.0 < self.load < math.inf:
-            raise InputError(f"load is {self.load} ohm; it is a finite number above 0")
+        if self.load is not None and not 1e-6 < self.load < 1e12:
+            raise InputError(f"load is {self.load} ohm; it lies between 1e-6 and 1e12")
         for name in ("room_temperature", "load_coefficient"):
-            if not math.isfinite(getattr(self, name)):
-                raise InputError(f"{name} is {getattr(self, name)}; it is a finite number")
-        if not all(0.0 < size < math.inf for size in self.ranges):
-            raise InputError(f"ranges are {list(self.ranges)} V; each is above 0")
+            if not abs(getattr(self, name)) < _LARGEST[name]:
+                rule = f"its size is below {_LARGEST[name]:g}"
+                raise InputError(f"{name} is {getattr(self, name)}; {rule}")
+        if not all(1e-9 < size < 1e6 for size in self.ranges):
+            raise InputError(f"ranges are {list(self.ranges)} V; each lies between 1e-9 and 1e6")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from accelcal.errors import InputError
 from accelcal.specification import UNITS
 
-__all__ = ["SIZES", "size_of_unit"]
+__all__ = ["BASE_UNITS", "LARGEST", "SIZES", "size_of_unit"]
 
 _ANGLES = UNITS["angle"]
 
@@ -21,7 +21,31 @@ SIZES: Mapping[str, Mapping[str, float]] = MappingProxyType(
         "voltage": {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "nV": 1e-9},
     }
 )
-"""Quantity -> unit -> its size in rad, rad/day, local g, 1, degC and V."""
+"""Quantity -> unit -> its size in that of `BASE_UNITS`."""
+
+LARGEST: Mapping[str, float] = MappingProxyType(
+    {
+        "angle": 0.1,
+        "angle/day": 0.1,
+        "acceleration": 1.0,
+        "ratio": 0.5,
+        "temperature": 100.0,
+        "voltage": 1000.0,
+    }
+)
+"""Quantity -> standard uncertainty that no instrument reaches, in the units of `BASE_UNITS`."""
+
+BASE_UNITS: Mapping[str, str] = MappingProxyType(
+    {
+        "angle": "rad",
+        "angle/day": "rad/day",
+        "acceleration": "g",
+        "ratio": "1",
+        "temperature": "degC",
+        "voltage": "V",
+    }
+)
+"""Quantity -> unit in which it is calculated."""
 
 _NAMES = {
     "angle": "an angle",

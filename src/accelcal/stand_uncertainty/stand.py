@@ -10,6 +10,7 @@ from accelcal.errors import InputError
 from accelcal.stand_uncertainty.distribution import Distribution
 from accelcal.stand_uncertainty.kinds import KINDS
 from accelcal.stand_uncertainty.readings import CLASSES, StandConditions
+from accelcal.stand_uncertainty.sizes import BASE_UNITS, LARGEST
 
 __all__ = ["Stand", "StandComponent"]
 
@@ -39,7 +40,7 @@ class StandComponent:
     Raises
     ------
     InputError
-        If there is no such kind, or no such class.
+        If there is no such kind, or no such class, or the error is larger than any instrument's.
 
     Examples
     --------
@@ -66,6 +67,12 @@ class StandComponent:
                     f"varies by {name!r}, which is unknown; there are {', '.join(CLASSES)}, or"
                     ' "never" alone for one error in the whole test'
                 )
+        largest = LARGEST[KINDS[self.kind].quantity]
+        if not self.distribution.standard < largest:
+            raise InputError(
+                f"standard uncertainty {self.distribution.standard:.3g}; it is below {largest:g}"
+                f" {BASE_UNITS[KINDS[self.kind].quantity]}, so check the unit"
+            )
         if self.kind == "local-gravity" and self.varies:
             raise InputError('local gravity does not vary in a test; write varies = "never"')
         if not 1 <= self.order <= _HIGHEST_ORDER:
