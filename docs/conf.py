@@ -1,4 +1,7 @@
-"""Configuration of Sphinx, and the directive that shows the help of a command."""
+"""Configuration of Sphinx, the directive that shows the help of a command, pages of effects."""
+
+import sys
+from pathlib import Path
 
 import click
 from docutils import nodes
@@ -8,6 +11,9 @@ from sphinx.application import Sphinx
 
 from accelcal import __version__
 from accelcal.cli.program import program
+
+sys.path.insert(0, str(Path(__file__).parent))
+from effect_pages import write_pages
 
 project = "accelcal"
 author = "The accelcal authors"
@@ -44,6 +50,7 @@ class CommandHelp(Directive):
 
 
 def setup(app: Sphinx) -> None:
-    """Register the directive, and tables as plain text."""
+    """Register the directive and tables as plain text, and write the pages of the effects."""
     app.add_directive("command-help", CommandHelp)
     app.add_lexer("csv", TextLexer)
+    write_pages()

@@ -1,11 +1,11 @@
 """Output of the commands that the pages show, made by the commands themselves.
 
 A block of the language ``console`` behind the comment ``<!-- run -->`` holds commands and what they
-print; behind ``<!-- run: 20 lines -->`` the first lines of it, behind ``<!-- run: from Verdict -->``
-what begins with the first line that starts so. ``python docs/real_output.py PAGE...`` tells which blocks are out of date, and with
-``--write`` puts them right. The blocks of a page are run one after the other in one folder, which
-holds ``examples``; a command may go on in lines that a backslash ends. ``$ echo $?`` shows the
-exit code of the last one.
+print; behind ``<!-- run: 20 lines -->`` the first lines, behind ``<!-- run: from Verdict -->``
+all from the first line that starts so. ``python docs/real_output.py PAGE...`` tells which blocks
+are out of date, and with ``--write`` puts them right. The blocks of a page are run one after the
+other in one folder, which holds ``examples``; a command may go on in lines that a backslash ends.
+``$ echo $?`` shows the exit code of the last one.
 """
 
 from __future__ import annotations

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+import accelcal
+
 ROOT = Path(__file__).parents[1]
 PAGES = sorted((ROOT / "docs").glob("*.md"))
 
@@ -69,3 +71,27 @@ def anchors(page):
     for heading in re.findall(r"^#+ (.*)$", text, re.MULTILINE):
         plain = re.sub(r"[`*]|\]\([^)]*\)|\[", "", heading).lower()
         yield re.sub(r"[^\w\- ]", "", plain).replace(" ", "-")
+
+
+effect_pages = module(ROOT / "docs" / "effect_pages.py")
+
+
+def test_every_effect_has_a_page(tmp_path):
+    some = [accelcal.effect(name) for name in ("scale-factor-asymmetry", "warm-up", "outlier")]
+    effect_pages.write_pages(some, tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        *("outlier.md", "scale-factor-asymmetry.md", "scale-factor-asymmetry.svg"),
+        *("warm-up.md", "warm-up.svg"),
+    ]
+    for effect in accelcal.catalogue():
+        assert effect_pages.page(effect).startswith(f"# `{effect.id}`: {effect.name}\n")
+
+
+def test_pages_of_effects_know_the_designs():
+    page = effect_pages.page(accelcal.effect("scale-factor-asymmetry"))
+    assert "| 4 | no, taken up by K2 | | |" in page
+    assert "| 8 | yes | [fourth-order](fourth-order.md) |  |" in page
+    assert "| 12 | yes |  |  |" in page
+    page = effect_pages.page(accelcal.effect("odd-quadratic"))
+    assert "| 8 | no, taken up by K1, K3 | | |" in page
+    assert "| 24 | yes |" in page
