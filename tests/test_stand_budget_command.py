@@ -379,6 +379,17 @@ def test_the_command_writes_json_and_csv(capsys, tmp_path):
     assert json.loads(path.read_text("utf-8"))["coefficients"][1]["symbol"] == "K1"
     rows = list(csv.DictReader(io.StringIO(run(capsys, "--format", "csv")[1].out)))
     assert {row["component"] for row in rows} >= {"head", "voltmeter", "total"}
+    totals = [row for row in rows if row["component"] == "total"]
+    assert len(totals) == len(document["coefficients"])
+    assert float(totals[1]["expanded_uncertainty"]) == pytest.approx(
+        document["coefficients"][1]["expanded_uncertainty"]
+    )
+    load = next(r for r in rows if r["component"] == "load" and r["coefficient"] == "K1")
+    assert float(load["sensitivity"]) == pytest.approx(1.35, rel=1e-6)
+    tried = run(capsys, "--format", "csv", "--monte-carlo", "1000", "--seed", "1")[1].out
+    total = [r for r in csv.DictReader(io.StringIO(tried)) if r["component"] == "total"][1]
+    assert float(total["monte_carlo_low"]) < 1.35 < float(total["monte_carlo_high"])
+    assert total["linear_agrees"] in ("True", "False")
 
 
 def test_the_command_takes_test_and_calibration(capsys, tmp_path):

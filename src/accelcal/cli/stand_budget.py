@@ -196,9 +196,8 @@ def budget_of_stand(
     refuse_stdin_twice(sources)
     refuse_to_overwrite(sources, path)
     accelerometer = AL15 if calibration is None else accelerometer_of(calibration)
-    spec = options["spec"]
     stand = read_stand(options["stand"])
-    specification = None if spec is None else read_specification(spec)
+    specification = read_specification(options["spec"]) if options["spec"] else None
     try:
         return stand_budget(
             stand,

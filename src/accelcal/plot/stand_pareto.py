@@ -46,31 +46,41 @@ def stand_pareto(document: Document, axes: Any = None) -> Any:
     InputError
         If no coefficient has an uncertainty, or another number of axes is given.
     """
+    places = _places(document)
+    if not places:
+        raise InputError("no coefficient has an uncertainty; there is nothing to draw")
+    axes = _panels(document, len(places)) if axes is None else axes
+    panels = canvases(axes, len(places), 1, (0.0, 0.0))
+    colours = _colours(document, places)
+    for panel, place in zip(panels, places, strict=True):
+        _panel(panel, document, place, colours)
+    return panels
+
+
+def _places(document: Document) -> list[int]:
+    """Coefficients that are drawn, in the order of the panels."""
+    coefficients = document["coefficients"]
     wanted = (*_DRAWN, *_SLOPES)
     places = [
         i
-        for i, own in enumerate(document["coefficients"])
+        for i, own in enumerate(coefficients)
         if own["symbol"] in wanted and not own["where"] and own["standard_uncertainty"] > 0.0
     ]
-    if not places:
-        raise InputError("no coefficient has an uncertainty; there is nothing to draw")
-    order = sorted(places, key=lambda i: wanted.index(document["coefficients"][i]["symbol"]))
-    columns = min(_COLUMNS, len(order))
-    rows = -(-len(order) // columns)
-    if axes is None:
-        axes = canvases(None, rows, columns, (4.0 * columns, 2.5 * rows + 0.6))
-        for spare in axes[len(order) :]:
-            spare.remove()
-        axes[0].figure.suptitle(
-            f"{document['stand']}: bars are standard uncertainties by component, the line is"
-            " their part of u² added up"
-        )
-        axes = axes[: len(order)]
-    panels = canvases(axes, len(order), 1, (0.0, 0.0))
-    colours = _colours(document, order)
-    for panel, place in zip(panels, order, strict=True):
-        _panel(panel, document, place, colours)
-    return panels
+    return sorted(places, key=lambda i: wanted.index(coefficients[i]["symbol"]))
+
+
+def _panels(document: Document, count: int) -> Any:
+    """A figure of its own with a panel for each coefficient."""
+    columns = min(_COLUMNS, count)
+    rows = -(-count // columns)
+    axes = canvases(None, rows, columns, (4.0 * columns, 2.5 * rows + 0.6))
+    for spare in axes[count:]:
+        spare.remove()
+    axes[0].figure.suptitle(
+        f"{document['stand']}: bars are standard uncertainties by component, the line is their"
+        " part of u² added up"
+    )
+    return axes[:count]
 
 
 def _colours(document: Document, places: Sequence[int]) -> dict[str, str]:

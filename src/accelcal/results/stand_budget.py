@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +25,9 @@ SCHEMA = "accelcal/stand-budget/1"
 
 FELT = 1e-3
 """A component below this share of the standard uncertainty of every coefficient acts on nothing."""
+
+
+_OF_TOTAL = ("expanded_uncertainty", "dof", "monte_carlo_low", "monte_carlo_high", "linear_agrees")
 
 
 @dataclass(frozen=True, slots=True)
@@ -281,19 +284,26 @@ class StandBudget:
 
     def rows(self) -> list[dict[str, Any]]:
         """List coefficients by components, a flat dictionary each; totals follow the components."""
-        rows = []
-        for i, own in enumerate(self.coefficients):
-            place = {"coefficient": own.symbol, "where": own.where, "unit": own.unit}
-            variance = self.standard_uncertainty[i] ** 2
-            for part in self.components:
-                u = abs(float(part.contributions[i]))
-                share = u * u / variance if variance > 0.0 else 0.0
-                of_part = {"component": part.name, "standard_uncertainty": u, "share": share}
-                rows.append({**place, **of_part, "expanded_uncertainty": None})
-            u, U = float(self.standard_uncertainty[i]), float(self.expanded_uncertainty[i])
-            total = {"component": "total", "standard_uncertainty": u, "share": 1.0}
-            rows.append({**place, **total, "expanded_uncertainty": U})
-        return rows
+        return [row for i in range(len(self.coefficients)) for row in self._rows(i)]
+
+    def _rows(self, i: int) -> Iterator[dict[str, Any]]:
+        own, u = self.coefficients[i], float(self.standard_uncertainty[i])
+        place = {"coefficient": own.symbol, "where": own.where, "unit": own.unit}
+        for part in self.components:
+            size = abs(float(part.contributions[i]))
+            of_part = {
+                "component": part.name,
+                "sensitivity": float(part.sensitivities[i]),
+                "standard_uncertainty": size,
+                "share": (size / u) ** 2 if u > 0.0 else 0.0,
+            }
+            yield place | of_part | dict.fromkeys(_OF_TOTAL)
+        whole = {"component": "total", "sensitivity": None, "standard_uncertainty": u, "share": 1.0}
+        trials = self.monte_carlo
+        known = [self.expanded_uncertainty[i], self.dof[i]]
+        known += [] if trials is None else [trials.low[i], trials.high[i], trials.agrees[i]]
+        found = dict(zip(_OF_TOTAL, (value.item() for value in known), strict=False))
+        yield place | whole | dict.fromkeys(_OF_TOTAL) | found
 
     def to_frame(self) -> pd.DataFrame:
         """Tabulate coefficients by components, a line each with the columns of `rows`."""
