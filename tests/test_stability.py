@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from accelcal.calibrate import fit
+from accelcal.calibrate.fit import fit
 from accelcal.errors import InputError
 from accelcal.io.tables import read_table
 from accelcal.model import bias_bound

@@ -69,7 +69,7 @@ if TYPE_CHECKING:
     from accelcal.archive.batch import BatchFrames as BatchFrames
     from accelcal.archive.batch import batch as batch
     from accelcal.archive.batch import write_batch as write_batch
-    from accelcal.calibrate import fit as fit
+    from accelcal.calibrate.fit import fit as fit
     from accelcal.compensate.apply import MeasuredAcceleration as MeasuredAcceleration
     from accelcal.compensate.apply import apply as apply
     from accelcal.discovery.compare import compare as compare
@@ -229,7 +229,7 @@ _HOME = {
     "discover_stand": "accelcal.discovery.stand.whole",
     "effect": "accelcal.effects.catalogue",
     "estimate_tables": "accelcal.estimate.stacked_tables",
-    "fit": "accelcal.calibrate",
+    "fit": "accelcal.calibrate.fit",
     "output": "accelcal.model",
     "position_angles": "accelcal.geometry",
     "read_discovery": "accelcal.io.discoveries",

@@ -9,7 +9,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from accelcal.calibrate import TEMPERATURE_LAWS, fit
+from accelcal.calibrate.fit import fit
+from accelcal.calibrate.options import TEMPERATURE_LAWS
 from accelcal.errors import DesignError
 from accelcal.estimate.linear import METHODS
 from accelcal.io.tables import read_table

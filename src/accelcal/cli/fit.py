@@ -60,7 +60,7 @@ def fit(
     """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
     refuse_stdin_twice(data)
     refuse_to_overwrite(data, path)
-    from accelcal.calibrate import fit as calibrate
+    from accelcal.calibrate.fit import fit as calibrate
     from accelcal.io.tables import read_tables
 
     known = None if model is None else _model(model)

@@ -15,7 +15,7 @@ from accelcal.geometry import Acceleration, accelerations
 from accelcal.model import COEFFICIENTS, design_matrix
 from accelcal.record import TumbleRecord
 
-__all__ = ["PreparedTable", "head_positions", "prepare"]
+__all__ = ["PreparedTable", "head_positions", "is_usable", "prepare"]
 
 Array = NDArray[np.float64]
 
@@ -92,17 +92,8 @@ def prepare(
     """
     if len(record) == 1:
         raise InputError("one reading only; a tumble test has readings at two or more angles")
-    if np.ptp(record.output) == 0.0:
-        raise InputError(
-            f"all {len(record)} outputs are {record.output[0]:g}; the output of a tumble test"
-            " changes with the angle, so give the readings of the accelerometer"
-        )
-    largest = float(np.abs(record.output).max())
-    if not 1e-20 < largest < 1e20:
-        raise InputError(
-            f"outputs of up to {largest:g}; they lie between 1e-20 and 1e20, so give them in"
-            " another unit"
-        )
+    if not is_usable(record.output):
+        raise InputError(_unusable(record.output))
     _check_scatter(record)
     mounting = str(record.mounting[0])
     design = design_matrix(accelerations(record.angle, delta0, mounting), mounting)
@@ -117,6 +108,35 @@ def prepare(
         scatter_dof=dof,
         estimability=found,
         least_squares=LeastSquares(design[:, found.columns], scatter),
+    )
+
+
+def is_usable(output: Array) -> NDArray[np.bool_]:
+    """Tell readings that can be those of an accelerometer.
+
+    Parameters
+    ----------
+    output : ndarray, shape (..., n)
+        Readings of a table [output unit].
+
+    Returns
+    -------
+    ndarray of bool, shape (...)
+        False where all are alike, or of a size whose squares cannot be calculated with.
+    """
+    largest = np.abs(output).max(axis=-1)
+    return np.asarray((np.ptp(output, axis=-1) > 0.0) & (1e-20 < largest) & (largest < 1e20))
+
+
+def _unusable(output: Array) -> str:
+    if np.ptp(output) == 0.0:
+        return (
+            f"all {output.size} outputs are {output[0]:g}; the output of a tumble test"
+            " changes with the angle, so give the readings of the accelerometer"
+        )
+    return (
+        f"outputs of up to {np.abs(output).max():g}; they lie between 1e-20 and 1e20, so give them"
+        " in another unit"
     )
 
 

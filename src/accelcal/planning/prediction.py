@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.accelerometer import Accelerometer
-from accelcal.calibrate import fit
+from accelcal.calibrate.fit import fit
 from accelcal.estimate.estimability import estimability
 from accelcal.geometry import accelerations
 from accelcal.model import ERROR_TERMS, POWERS, design_matrix

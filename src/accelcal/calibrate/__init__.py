@@ -1,0 +1,1 @@
+"""From records to calibrations: the rooms below, wired together."""

@@ -1,0 +1,111 @@
+"""From the record of a tumble test to a calibration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from accelcal.calibrate.options import Options
+from accelcal.calibrate.plan import OnePlan
+from accelcal.calibrate.stack import calibration_stack
+from accelcal.errors import InputError
+from accelcal.estimate.linear import METHODS
+from accelcal.model import COEFFICIENTS
+from accelcal.record import TumbleRecord
+from accelcal.results.calibration import Calibration
+
+if TYPE_CHECKING:
+    from accelcal.results.discovery import Discovery
+
+__all__ = ["fit"]
+
+
+def fit(
+    record: TumbleRecord,
+    *,
+    method: str = METHODS[0],
+    robust: bool = False,
+    delta0: float | None = None,
+    reference_temperature: float | None = None,
+    coefficients: Sequence[str] = COEFFICIENTS,
+    strict: bool = False,
+    temperature_laws: str = "tables",
+    model: Discovery | None = None,
+) -> Calibration:
+    """Calibrate an accelerometer from the record of its tumble test.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        All readings of one accelerometer.
+    method : str, default "least-squares"
+        ``"least-squares"``; the closed forms ``"closed-form"``, ``"sign-corrected"``,
+        ``"printed"``.
+    robust : bool, default False
+        Make the readings safe against outliers by their replicates first.
+    delta0 : float, optional
+        Fixture angle between head zero and input axis, taken as given [rad]; by default that of
+        the record's metadata, else 0.
+    reference_temperature : float, optional
+        T0; by default that of the record, else the level nearest to 20 degC [degC].
+    coefficients : sequence of str, default all six
+        Coefficients to estimate; the others are taken as zero.
+    strict : bool, default False
+        Refuse a design that does not determine all coefficients asked for.
+    temperature_laws : str, default "tables"
+        Fit the temperature laws to the coefficients of the ``"tables"``, or to all ``"readings"``,
+        each at its own temperature.
+    model : Discovery, optional
+        Effects to take out of the readings first; their sizes are fitted anew.
+
+    Returns
+    -------
+    Calibration
+        A table of coefficients for each run and mounting, with uncertainties and gates.
+
+    Raises
+    ------
+    InputError
+        If `record` is no record, the method is unknown or an argument is not finite.
+    DesignError
+        If the angles do not allow what is asked.
+
+    Warns
+    -----
+    AccelcalWarning
+        With ``method="printed"``, which is misprinted.
+
+    Notes
+    -----
+    Equations (1), (2) and (6). Each table has coefficients of its own; the errors of the head are
+    common to all of them.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> calibration = accelcal.fit(accelcal.simulate(seed=1))
+    >>> calibration.tables[0].error_model["k0"].unit
+    'g'
+    """
+    _check_record(record)
+    options = Options(
+        method=method,
+        robust=robust,
+        delta0=delta0,
+        reference_temperature=reference_temperature,
+        coefficients=tuple(coefficients),
+        strict=strict,
+        temperature_laws=temperature_laws,
+        model=model,
+    )
+    options.check()
+    return calibration_stack(OnePlan.of([record]), options).one(0)
+
+
+def _check_record(record: object) -> None:
+    if not isinstance(record, TumbleRecord):
+        raise InputError(
+            f"{type(record).__name__} in place of a record; make one by"
+            " accelcal.read_table('file.csv'), or by accelcal.read_arrays(columns) of arrays or a"
+            " DataFrame"
+        )

@@ -1,0 +1,96 @@
+"""From the estimate of one record to the calibration of each of its tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.calibrate.quantities import coefficient_stack, error_model_stack
+from accelcal.estimate.error_sources import finite_or_none
+from accelcal.estimate.joint import JointEstimate
+from accelcal.estimate.tables import PreparedTable
+from accelcal.estimate.uncertainty import Component
+from accelcal.record import TumbleRecord
+from accelcal.results.quantity import Gate, Residuals
+from accelcal.results.table import TableCalibration
+from accelcal.weaknesses import table_warnings
+
+__all__ = ["table_calibrations"]
+
+Array = NDArray[np.float64]
+
+
+def table_calibrations(
+    tables: Sequence[PreparedTable], estimate: JointEstimate, gates: Sequence[tuple[Gate, ...]]
+) -> Iterator[TableCalibration]:
+    """Make the calibration of each table.
+
+    Parameters
+    ----------
+    tables : sequence of PreparedTable
+        The tables of one record.
+    estimate : JointEstimate
+        Their coefficients.
+    gates : sequence of tuple of Gate
+        Their gates.
+
+    Yields
+    ------
+    TableCalibration
+        One a table.
+    """
+    for index, table in enumerate(tables):
+        yield _table_calibration(table, estimate, index, gates[index])
+
+
+def _table_calibration(
+    table: PreparedTable, estimate: JointEstimate, index: int, gates: tuple[Gate, ...]
+) -> TableCalibration:
+    names, residual = estimate.names[index], estimate.residuals[index]
+    values = estimate.coefficients[index][None]
+    own = {name: c.part(estimate.part(index)) for name, c in estimate.components.items()}
+    stacked = {name: Component(c.covariance[None], c.dof[None]) for name, c in own.items()}
+    covariance = np.sum([part.covariance for part in own.values()], axis=0)
+    known = bool(np.isfinite(covariance).all())
+    dof = residual.size - len(names)
+    judged = table.least_squares.solve(table.record.output)
+    scale_factor = judged[table.estimability.kept.index("K1")]
+    return TableCalibration(
+        run=table.record.run_labels[int(table.record.run[0])],
+        mounting=str(table.record.mounting[0]),
+        temperature_degC=finite_or_none(table.record.mean_temperature),
+        readings=residual.size,
+        dof=dof,
+        residual_rms=float(np.sqrt((residual**2).sum() / dof)) if dof > 0 else 0.0,
+        coefficients=coefficient_stack(names, values, stacked, table.record.unit).one(0),
+        error_model=error_model_stack(names, values, stacked).one(0),
+        covariance_names=names if known else (),
+        covariance_matrix=_rows(covariance) if known else (),
+        budget=_budget(names, own),
+        stands_for=dict(estimate.stands_for[index]),
+        residuals=_residuals(table.record, residual / scale_factor),
+        gates=gates,
+        warnings=table_warnings(table, estimate.noises[index]),
+    )
+
+
+def _residuals(record: TumbleRecord, value: Array) -> Residuals:
+    arrays = record.angle, record.stroke, value
+    return Residuals(*(tuple(array.tolist()) for array in arrays))
+
+
+def _budget(names: Sequence[str], own: Mapping[str, Component]) -> dict[str, dict[str, float]]:
+    sigma = {
+        source: np.sqrt(np.maximum(np.diagonal(part.covariance), 0.0))
+        for source, part in own.items()
+    }
+    return {
+        name: {source: float(s[i]) for source, s in sigma.items() if s[i] > 0.0}
+        for i, name in enumerate(names)
+    }
+
+
+def _rows(matrix: Array) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(row) for row in matrix.tolist())

@@ -1,0 +1,75 @@
+"""What is asked of a fit."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from accelcal.errors import AccelcalWarning, InputError
+from accelcal.estimate.linear import METHODS
+from accelcal.model import COEFFICIENTS
+
+if TYPE_CHECKING:
+    from accelcal.results.discovery import Discovery
+
+__all__ = ["TEMPERATURE_LAWS", "Options"]
+
+TEMPERATURE_LAWS = ("tables", "readings")
+"""What the temperature laws are fitted to; the first is the default."""
+
+
+class Options(NamedTuple):
+    """Arguments of `accelcal.fit`.
+
+    Attributes
+    ----------
+    method, robust, delta0, reference_temperature, coefficients, strict, temperature_laws, model
+        See there.
+    """
+
+    method: str = METHODS[0]
+    robust: bool = False
+    delta0: float | None = None
+    reference_temperature: float | None = None
+    coefficients: tuple[str, ...] = COEFFICIENTS
+    strict: bool = False
+    temperature_laws: str = TEMPERATURE_LAWS[0]
+    model: Discovery | None = None
+
+    def check(self) -> None:
+        """Refuse what no fit takes.
+
+        Raises
+        ------
+        InputError
+            If a temperature is not finite or the laws come from nowhere.
+
+        Warns
+        -----
+        AccelcalWarning
+            With the misprinted method.
+        """
+        if self.reference_temperature is not None and not np.isfinite(self.reference_temperature):
+            raise InputError(f"T0 is {self.reference_temperature}; it is a finite number of degC")
+        if self.temperature_laws not in TEMPERATURE_LAWS:
+            raise InputError(
+                f"temperature_laws is {self.temperature_laws!r}; choose from"
+                f" {', '.join(TEMPERATURE_LAWS)}"
+            )
+        if self.method == "printed":
+            warnings.warn(
+                "method 'printed' uses the misprinted equations (6); it is there for the record",
+                AccelcalWarning,
+                stacklevel=4,
+            )
+
+    def asked(self) -> dict[str, object]:
+        """What was asked of the fit and stands nowhere else in the calibration."""
+        return {
+            "coefficients": [name for name in COEFFICIENTS if name in self.coefficients],
+            "strict": self.strict,
+            "temperature_laws": self.temperature_laws,
+            "model": None if self.model is None else self.model.source,
+        }

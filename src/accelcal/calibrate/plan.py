@@ -1,0 +1,160 @@
+"""Records of one plan, which can be calibrated together."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.estimate.launch import SAME_LEVEL
+from accelcal.estimate.tables import is_usable
+from accelcal.record import TumbleRecord
+from accelcal.reference import fixture_angle
+
+__all__ = ["OnePlan", "plans_of"]
+
+Array = NDArray[np.float64]
+
+
+class OnePlan(NamedTuple):
+    """Readings of R records with the same angles, strokes, runs, mountings and declarations.
+
+    Attributes
+    ----------
+    records : sequence of TumbleRecord
+        The records.
+    outputs : tuple of ndarray, shape (R, n)
+        Readings of each table [output unit].
+    temperatures : tuple of ndarray, shape (R, n)
+        Temperatures of each table, NaN where unknown [degC].
+    levels : ndarray, shape (R, tables)
+        Mean temperature of each table, NaN where unknown [degC].
+    """
+
+    records: Sequence[TumbleRecord]
+    outputs: tuple[Array, ...]
+    temperatures: tuple[Array, ...]
+    levels: Array
+
+    @property
+    def masks(self) -> list[NDArray[np.bool_]]:
+        """Readings of each table."""
+        return list(self.records[0].table_masks())
+
+    def times(self, tables: Sequence[int]) -> Array | None:
+        """Times of the readings of some tables of one plan, table after table [s].
+
+        None where no record has any; a row of NaN where one has none.
+        """
+        if all(record.time is None for record in self.records):
+            return None
+        unknown = np.full(len(self.records[0]), np.nan)
+        whole = np.array([unknown if r.time is None else r.time for r in self.records])
+        return np.concatenate([whole[:, self.masks[t]] for t in tables])
+
+    def lines(self, table: int) -> list[NDArray[np.int64] | None]:
+        """Lines of the source with the readings of a table, in each record."""
+        mask = self.masks[table]
+        return [None if r.line is None else r.line[mask] for r in self.records]
+
+    @classmethod
+    def of(cls, records: Sequence[TumbleRecord]) -> OnePlan:
+        """Stack the readings of records of one plan, see `plans_of`."""
+        masks = list(records[0].table_masks())
+        output, temperature = (
+            np.array([getattr(record, name) for record in records])
+            for name in ("output", "temperature")
+        )
+        temperatures = tuple(temperature[:, mask] for mask in masks)
+        levels = np.stack([_mean_of_known(t) for t in temperatures], axis=1)
+        return cls(records, tuple(output[:, mask] for mask in masks), temperatures, levels)
+
+    def of_records(self, places: NDArray[np.intp]) -> OnePlan:
+        """Return some of the records."""
+        return OnePlan(
+            [self.records[i] for i in places.tolist()],
+            tuple(y[places] for y in self.outputs),
+            tuple(t[places] for t in self.temperatures),
+            self.levels[places],
+        )
+
+
+def plans_of(
+    records: Sequence[TumbleRecord], delta0: float | None = None
+) -> list[tuple[NDArray[np.intp], OnePlan]]:
+    """Group records that can be calibrated together.
+
+    Parameters
+    ----------
+    records : sequence of TumbleRecord
+        Records.
+    delta0 : float, optional
+        Fixture angle of all; by default each record declares its own [rad].
+
+    Returns
+    -------
+    list of tuple
+        Places of the records of each plan, and their readings. A record with readings that no
+        accelerometer gives is alone, so that it harms no other.
+
+    Raises
+    ------
+    InputError
+        If a record declares a fixture angle that is none.
+
+    Notes
+    -----
+    Where temperatures repeat, shifts from run to run come from the runs of one level, so the runs
+    that share a level, and those that were reached by heating, are a part of the plan.
+    """
+    found = []
+    for places in _grouped(_plan_key(record, delta0) for record in records):
+        whole = OnePlan.of([records[i] for i in places])
+        usable = np.logical_and.reduce([is_usable(y) for y in whole.outputs])
+        keys = zip(usable.tolist(), _level_keys(whole.levels), places, strict=True)
+        for own in _grouped(key if good else place for good, key, place in keys):
+            rows = np.array(own)
+            found.append((np.array(places)[rows], whole.of_records(rows)))
+    return found
+
+
+def _grouped(keys: Iterable[Hashable]) -> list[list[int]]:
+    """Places of equal keys, in the order of the first of them."""
+    places: dict[Hashable, list[int]] = {}
+    for place, key in enumerate(keys):
+        places.setdefault(key, []).append(place)
+    return list(places.values())
+
+
+def _plan_key(record: TumbleRecord, delta0: float | None) -> Hashable:
+    arrays = (record.angle, record.stroke, record.run, record.mounting, record.std, record.count)
+    return (
+        *(None if a is None else (a.dtype.str, a.tobytes()) for a in arrays),
+        len(record.run_labels),
+        record.apparatus,
+        record.unit,
+        fixture_angle(record, delta0),
+    )
+
+
+def _level_keys(levels: Array) -> list[bytes]:
+    """What counts of the temperatures of each record: which differ, and in which direction."""
+    step = levels[:, None, :] - levels[:, :, None]
+    sign = np.where(np.abs(step) > SAME_LEVEL, np.sign(step), 0.0)
+    order = np.sort(levels, axis=1)  # NaN come last
+    breaks = np.diff(order, axis=1) > SAME_LEVEL
+    rank = np.argsort(np.argsort(levels, axis=1), axis=1)
+    level = np.concatenate([np.zeros((len(levels), 1)), np.cumsum(breaks, axis=1)], axis=1)
+    group = np.where(np.isnan(levels), np.nan, np.take_along_axis(level, rank, axis=1))
+    whole = np.concatenate([np.nan_to_num(sign).reshape(len(levels), -1), group], axis=1)
+    return [row.tobytes() for row in np.nan_to_num(whole, nan=-9.0).astype(np.int8)]
+
+
+def _mean_of_known(values: Array) -> Array:
+    """Mean of each row without its NaN; NaN where there is nothing else."""
+    known = np.isfinite(values)
+    number = known.sum(axis=1)
+    total = np.where(known, values, 0.0).sum(axis=1)
+    return np.where(number > 0, total / np.maximum(number, 1), np.nan)

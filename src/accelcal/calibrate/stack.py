@@ -1,0 +1,181 @@
+"""Records of one plan calibrated together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.calibrate.of_record import calibration_of_record
+from accelcal.calibrate.options import Options
+from accelcal.calibrate.plan import OnePlan
+from accelcal.estimate.estimability import check_names
+from accelcal.estimate.joint import JointStack, estimate_stack
+from accelcal.estimate.linear import linear_estimator
+from accelcal.estimate.tables import PreparedTable, prepare
+from accelcal.gates.stack import TableStack, of_one_plan
+from accelcal.gates.table import gates_of_stack
+from accelcal.gates.verdict import GateStack
+from accelcal.grouping import median
+from accelcal.record import TumbleRecord, naming
+from accelcal.reference import fixture_angle, reference_temperature_of
+from accelcal.results.calibration import Calibration
+
+if TYPE_CHECKING:
+    from accelcal.discovery.correction import Correction
+
+__all__ = ["CalibrationStack", "calibration_stack"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class CalibrationStack:
+    """Calibrations of R records of one plan.
+
+    Attributes
+    ----------
+    plan : OnePlan
+        The records with their readings.
+    tables : sequence of PreparedTable
+        The tables of the first record; of the others only the readings differ.
+    estimate : JointStack
+        Coefficients of all tables of all records, and the components of their errors.
+    options : Options
+        What was asked.
+    delta0 : float
+        Fixture angle that was taken as given [rad].
+    known : Correction or None
+        Effects that were taken out; the stack is of one record then.
+    """
+
+    plan: OnePlan
+    tables: Sequence[PreparedTable]
+    estimate: JointStack
+    options: Options
+    delta0: float
+    known: Correction | None = None
+
+    def __len__(self) -> int:
+        return len(self.plan.records)
+
+    def one(self, record: int) -> Calibration:
+        """Return the calibration of one record.
+
+        Parameters
+        ----------
+        record : int
+            Its place in the stack.
+
+        Returns
+        -------
+        Calibration
+            As `accelcal.fit` gives it.
+        """
+        own = self.plan.records[record]
+        tables = [t._replace(record=r) for t, r in zip(self.tables, own.tables(), strict=True)]
+        gates = [tuple(g.gate(start + record) for g in found) for found, start in self.gates]
+        estimate = self.estimate.one(record)
+        return calibration_of_record(own, tables, estimate, gates, self.options, self.known)
+
+    @cached_property
+    def judged(self) -> list[Array]:
+        """Least-squares coefficients of each table from the readings as they are, shape (R, 6)."""
+        return [
+            linear_estimator(table).coefficients(y)
+            for table, y in zip(self.tables, self.plan.outputs, strict=True)
+        ]
+
+    @cached_property
+    def gates(self) -> list[tuple[Sequence[GateStack], int]]:
+        """Gates of each table, and where the records begin in them."""
+        found: dict[int, tuple[Sequence[GateStack], int]] = {}
+        for places in of_one_plan(self.tables):
+            gates = gates_of_stack(self._table_stack(places), len(self.tables))
+            found |= {table: (gates, i * len(self)) for i, table in enumerate(places)}
+        return [found[table] for table in range(len(self.tables))]
+
+    def _table_stack(self, places: Sequence[int]) -> TableStack:
+        """Tables of one plan in all records, table after table."""
+        noises = [self.estimate.noises[t] for t in places]
+        scatter = [median(self.tables[t].scatter) for t in places]
+        step = self.plan.records[0].apparatus.resolution
+        rows = len(self) * len(places)
+        return TableStack(
+            table=self.tables[places[0]],
+            output=np.concatenate([self.plan.outputs[t] for t in places]),
+            coefficients=np.concatenate([self.judged[t] for t in places]),
+            noise=np.concatenate([noise.factor for noise in noises]),
+            noise_dof=np.concatenate([noise.dof for noise in noises]),
+            declared=np.concatenate([noise.source == "declared" for noise in noises]),
+            scatter=np.repeat(scatter, len(self)),
+            step=np.full(rows, np.nan if step is None else step),
+            unit=[self.plan.records[0].unit] * rows,
+            time=self.plan.times(places),
+            line=[line for t in places for line in self.plan.lines(t)],
+            delta0=self.delta0,
+        )
+
+
+def calibration_stack(plan: OnePlan, options: Options) -> CalibrationStack:
+    """Calibrate records of one plan.
+
+    Parameters
+    ----------
+    plan : OnePlan
+        The records; one alone where effects are to be taken out.
+    options : Options
+        What is asked.
+
+    Returns
+    -------
+    CalibrationStack
+        Their calibrations.
+
+    Raises
+    ------
+    InputError
+        If the method is unknown, or the readings are none of an accelerometer.
+    DesignError
+        If the angles do not allow what is asked.
+    """
+    record = plan.records[0]
+    delta0 = fixture_angle(record, options.delta0)
+    known = _known_effects(record, options, delta0)
+    plan = plan if known is None else OnePlan.of([known.record])
+    tables = _prepared(plan.records[0], delta0, options)
+    with naming(record):
+        estimate = estimate_stack(
+            tables,
+            plan.outputs,
+            plan.levels,
+            record.apparatus,
+            method=options.method,
+            robust=options.robust,
+            delta0=delta0,
+        )
+    return CalibrationStack(plan, tables, estimate, options, delta0, known)
+
+
+def _prepared(record: TumbleRecord, delta0: float, options: Options) -> list[PreparedTable]:
+    check_names(options.coefficients)  # no table is at fault
+    found = []
+    for table in record.tables():
+        with naming(table):
+            asked, strict = options.coefficients, options.strict
+            found.append(prepare(table, delta0=delta0, asked=asked, strict=strict))
+    return found
+
+
+def _known_effects(record: TumbleRecord, options: Options, delta0: float) -> Correction | None:
+    if options.model is None:
+        return None
+    from accelcal.discovery.correction import correction
+
+    reference, _ = reference_temperature_of(record, options.reference_temperature)
+    with naming(record):
+        return correction(record, options.model, reference or 0.0, delta0)
