@@ -131,6 +131,7 @@ _OF_TABLE = (
     FrameColumn("T0_degC", "number", "degC", "reference temperature"),
     FrameColumn("delta0_rad", "number", "rad", "fixture angle taken as given"),
     FrameColumn("software", "text", "", "name and version of what fitted"),
+    FrameColumn("sha256", "text", "", "SHA-256 of the source; empty for a large table in parts"),
 )
 
 _OF_LAW = (

@@ -91,6 +91,7 @@ def _of_record(calibration: Calibration, record: TumbleRecord) -> dict[str, Any]
         "g_local_m_s2": calibration.g_local_m_s2,
         "T0_degC": calibration.T0_degC,
         "delta0_rad": calibration.delta0_rad,
+        "sha256": record.sha256,
         **_gates(ROWS, calibration.gates),
     }
 

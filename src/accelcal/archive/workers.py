@@ -180,7 +180,7 @@ def _cluster(address: str, jobs: int) -> Iterator[tuple[Executor, int]]:
 
 def _client(connect: Callable[..., Any], where: Any) -> Any:
     try:
-        return connect(where, timeout="10s", set_as_default=False)
+        return connect(where, timeout="5s", set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         told = " ".join(str(error).split()) or type(error).__name__
         raise InputError(
