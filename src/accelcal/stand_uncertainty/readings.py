@@ -1,7 +1,7 @@
 """The readings of a tumble test on a stand that errs: exact, with nothing expanded.
 
 What the stand does wrong goes through a few **channels**. At head angle th with fixture angle d0,
-in one mounting, all errors of a trial enter
+in one mounting, all errors of a trial enter ::
 
     psi = th + d0 + turn                        true angle of the input axis
     up  = (cos tilt cos psi, cos tilt sin psi, sin tilt)    along the axes of the head
