@@ -54,7 +54,7 @@ FLOORS = (
 )
 """The rooms, top floor first. Imports point downwards, and never to a room of the same floor."""
 
-SHOWN = {("results", "report"), ("results", "plot")}
+SHOWN = {("results", "report"), ("results", "plot"), ("results", "page")}
 """A result shows itself: it may reach these rooms from below, inside a function only."""
 
 FLOOR_OF = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}

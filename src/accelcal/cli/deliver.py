@@ -11,7 +11,13 @@ import click
 
 from accelcal.errors import InputError
 
-__all__ = ["deliver", "deliver_picture", "refuse_stdin_twice", "refuse_to_overwrite"]
+__all__ = [
+    "deliver",
+    "deliver_picture",
+    "refuse_report",
+    "refuse_stdin_twice",
+    "refuse_to_overwrite",
+]
 
 
 def deliver(text: str, path: str | None = None) -> None:
@@ -78,6 +84,28 @@ def refuse_to_overwrite(sources: Sequence[str], path: str | None) -> None:
     for source in sources:
         if path not in (None, "-") and os.path.realpath(source) == os.path.realpath(str(path)):
             raise InputError(f"-o {path} is a file to be read; name another file with -o")
+
+
+def refuse_report(sources: Sequence[str], path: str | None) -> None:
+    """Refuse a report before the work is done that it would tell of.
+
+    Parameters
+    ----------
+    sources : sequence of str
+        Files that are read.
+    path : str or None
+        File of the report.
+
+    Raises
+    ------
+    InputError
+        If it is one of those read, or the end of its name tells no form.
+    """
+    refuse_to_overwrite(sources, path)
+    if path is not None:
+        from accelcal.page.write import form_of
+
+        form_of(path)
 
 
 def refuse_stdin_twice(sources: Sequence[str]) -> None:

@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from accelcal.cli.deliver import deliver, refuse_stdin_twice, refuse_to_overwrite
+from accelcal.cli.deliver import (
+    deliver,
+    refuse_report,
+    refuse_stdin_twice,
+    refuse_to_overwrite,
+)
 from accelcal.cli.options import (
     apparatus_options,
     data_argument,
@@ -18,6 +23,7 @@ from accelcal.cli.options import (
     number,
     output_option,
     reference_temperature_option,
+    report_option,
 )
 from accelcal.errors import InputError
 
@@ -55,6 +61,7 @@ __all__ = ["discover"]
     help="Add a term for a pattern by head position that no effect explains.",
 )
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the search.")
+@report_option
 @format_option("text", "json")
 def discover(
     data: Sequence[str],
@@ -64,6 +71,7 @@ def discover(
     delta0: float | None,
     empirical: bool,
     seed: int,
+    page: str | None,
     form: str,
     **declared: float | None,
 ) -> None:
@@ -84,6 +92,7 @@ def discover(
     """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
     refuse_stdin_twice(data)
     refuse_to_overwrite(data, path)
+    refuse_report(data, page)
     from accelcal.discovery.discover import discover as search
     from accelcal.io.tables import read_tables
     from accelcal.results.documents import discoveries_to_json
@@ -98,6 +107,10 @@ def discover(
     stand, why_not = _stand(records, asked) if len(records) > 1 else (None, "")
     if path is not None:
         deliver(discoveries_to_json(found, stand), path)
+    if page is not None:
+        from accelcal.page.write import write_report
+
+        write_report([*found, *filter(None, [stand])], page, records=records)
     if path != "-":
         told = [*map(str, found), *([str(stand or why_not)] if len(records) > 1 else [])]
         texts = ("\n\n" + "=" * 100 + "\n\n").join(told)

@@ -7,13 +7,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from accelcal.cli.deliver import deliver, refuse_stdin_twice, refuse_to_overwrite
+from accelcal.cli.deliver import (
+    deliver,
+    refuse_report,
+    refuse_stdin_twice,
+    refuse_to_overwrite,
+)
 from accelcal.cli.options import (
     calibration_options,
     data_argument,
     effects_option,
     format_option,
     output_option,
+    report_option,
 )
 
 if TYPE_CHECKING:
@@ -30,6 +36,7 @@ __all__ = ["fit"]
 @calibration_options
 @click.option("--serial", metavar="TEXT", help="Serial number of the accelerometer.")
 @effects_option
+@report_option
 @format_option("text", "json", "csv")
 def fit(
     data: Sequence[str],
@@ -42,6 +49,7 @@ def fit(
     temperature_laws: str,
     model: str | None,
     spec: str | None,
+    page: str | None,
     form: str,
     **declared: Any,
 ) -> None:
@@ -60,6 +68,7 @@ def fit(
     """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
     refuse_stdin_twice(data)
     refuse_to_overwrite(data, path)
+    refuse_report(data, page)
     from accelcal.calibrate.fit import fit as calibrate
     from accelcal.io.tables import read_tables
 
@@ -82,6 +91,8 @@ def fit(
         calibrations = _judged(calibrations, spec)
     if path is not None:
         deliver(_json(calibrations), path)
+    if page is not None:
+        _report(calibrations, page)
     if path != "-":
         deliver(_shown(calibrations, form))
     if any(c.verdict is not None and c.verdict.outcome == "fail" for c in calibrations):
@@ -110,6 +121,12 @@ def _judged(calibrations: Sequence[Calibration], spec: str) -> list[Calibration]
 
     specification = read_specification(spec)
     return [replace(found, verdict=judge(found, specification)) for found in calibrations]
+
+
+def _report(calibrations: Sequence[Calibration], path: str) -> None:
+    from accelcal.page.write import write_report
+
+    write_report(calibrations, path)
 
 
 def _shown(calibrations: Sequence[Calibration], form: str) -> str:

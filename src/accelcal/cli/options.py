@@ -27,6 +27,7 @@ __all__ = [
     "numbers",
     "output_option",
     "reference_temperature_option",
+    "report_option",
     "setting",
 ]
 
@@ -118,6 +119,13 @@ def reference_temperature_option(function: Function) -> Function:
         type=number,
         metavar="DEG",
         help="Reference temperature T0 [degC].",
+    )(function)
+
+
+def report_option(function: Function) -> Function:
+    """Option ``--report``; the parameter is called ``page``."""
+    return click.option(
+        "--report", "page", metavar="FILE.(html|md|pdf)", help="Write a report here as well."
     )(function)
 
 

@@ -20,6 +20,7 @@ COMMANDS = (
     "export",
     "stability",
     "budget",
+    "report",
     "design",
     "batch",
 )

@@ -13,7 +13,7 @@ from accelcal.results.findings import Change
 from accelcal.results.quantity import Quantity
 from accelcal.results.stand import HeadPosition, StandDiscovery, StandEffect
 
-__all__ = ["stand_text"]
+__all__ = ["gain_rows", "stand_text"]
 
 _WORTH_TELLING = 0.005
 """Part by which an uncertainty shrinks that is told as a gain."""
@@ -120,6 +120,11 @@ def _gains(found: StandDiscovery) -> Iterator[str]:
     if any(shrunk < _WORTH_TELLING for _, shrunk in gains):
         others = [row[0] for row, shrunk in gains if shrunk < _WORTH_TELLING]
         yield from wrapped(f"no smaller by half a percent: {', '.join(others)}", "  ")
+
+
+def gain_rows(found: StandDiscovery) -> list[tuple[str, ...]]:
+    """Tell what the joint estimate gains: coefficient, own, joint, smaller by, unit."""
+    return [_gain(changes)[0] for changes in zip(*found.coefficients.values(), strict=True)]
 
 
 def _gain(changes: tuple[Change, ...]) -> tuple[tuple[str, ...], float]:

@@ -124,6 +124,25 @@ class Discovery:
 
         return DiscoveryPlot(self)
 
+    def report(self, path: str | PathLike[str], record: Any = None) -> None:
+        """Write a page that tells all of it, as HTML, Markdown or PDF.
+
+        Parameters
+        ----------
+        path : path
+            File to write, whole or not at all; it ends in .html, .md or .pdf.
+        record : TumbleRecord, optional
+            Its readings, over which the signatures of the effects are drawn.
+
+        Raises
+        ------
+        InputError
+            If the form is another, or jinja2, matplotlib or, for a PDF, a browser is missing.
+        """
+        from accelcal.page.write import write_report
+
+        write_report([self], path, records=[record])
+
     def to_document(self) -> dict[str, Any]:
         """Return the discovery as the JSON document of schema `SCHEMA`."""
         return {

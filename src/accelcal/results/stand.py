@@ -161,6 +161,23 @@ class StandDiscovery:
 
         return StandPlot(self)
 
+    def report(self, path: str | PathLike[str]) -> None:
+        """Write a page that tells all of it, as HTML, Markdown or PDF.
+
+        Parameters
+        ----------
+        path : path
+            File to write, whole or not at all; it ends in .html, .md or .pdf.
+
+        Raises
+        ------
+        InputError
+            If the form is another, or jinja2, matplotlib or, for a PDF, a browser is missing.
+        """
+        from accelcal.page.write import write_report
+
+        write_report([self], path)
+
     def to_document(self) -> dict[str, Any]:
         """Return what was discovered as it stands in a document of schema `SCHEMA`."""
         return {

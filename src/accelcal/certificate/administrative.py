@@ -1,0 +1,160 @@
+"""The administrative part of a certificate: who, what, when, for whom."""
+
+from __future__ import annotations
+
+import re
+from xml.etree.ElementTree import Element
+
+from accelcal.certificate.xml import dcc, named, rich
+from accelcal.errors import InputError
+from accelcal.io.laboratory import NOT_STATED, Contact, Laboratory
+from accelcal.results.calibration import Calibration
+from accelcal.version import __version__
+
+__all__ = ["administrative_data", "software"]
+
+_NO_COUNTRY = "ZZ"
+"""Of a place that is not stated; ISO 3166-1 leaves it to users."""
+
+_ISSUER = "calibrationLaboratory"
+_MODEL = "pendulous accelerometer"
+
+
+def administrative_data(calibration: Calibration, known: Laboratory) -> Element:
+    """Make the administrative part.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    known : Laboratory
+        What is stated of laboratory and customer.
+
+    Returns
+    -------
+    Element
+        ``dcc:administrativeData``; ``not stated`` where nothing is.
+
+    Raises
+    ------
+    InputError
+        If no day of the test is known, which a certificate must state.
+    """
+    return dcc(
+        "administrativeData",
+        dcc("dccSoftware", software(calibration)),
+        _core_data(calibration, known),
+        dcc("items", _item(calibration, known)),
+        dcc(_ISSUER, _contact("contact", known.laboratory, located=True)),
+        dcc("respPersons", *map(_person, known.persons or (Contact(),))),
+        _contact("customer", known.customer, located=True),
+        dcc("statements", *map(_statement, _statements(calibration, known))),
+    )
+
+
+def software(calibration: Calibration) -> Element:
+    """Name what made the calibration."""
+    release = calibration.software.removeprefix("accelcal ") or __version__
+    return dcc("software", named("name", "accelcal"), dcc("release", release))
+
+
+def _core_data(calibration: Calibration, known: Laboratory) -> Element:
+    first, last = _days(calibration, known)
+    return dcc(
+        "coreData",
+        dcc("countryCodeISO3166_1", known.country or known.laboratory.country or _NO_COUNTRY),
+        dcc("usedLangCodeISO639_1", "en"),
+        dcc("mandatoryLangCodeISO639_1", "en"),
+        dcc("uniqueIdentifier", known.identifier or _identifier(calibration)),
+        dcc("beginPerformanceDate", first),
+        dcc("endPerformanceDate", last),
+    )
+
+
+def _days(calibration: Calibration, known: Laboratory) -> tuple[str, str]:
+    found = re.match(r"\d{4}-\d\d-\d\d", calibration.date or "")
+    first = known.performed_from or (found[0] if found else "")
+    last = known.performed_to or first
+    if not first or last < first:
+        raise InputError(
+            f"a certificate states the days of the test, and here they are"
+            f" {first or NOT_STATED!r} to {last or NOT_STATED!r}; write # date: 2026-11-21 into the"
+            " table, or performed_from and performed_to into the file of --dcc-data"
+        )
+    return first, last
+
+
+def _identifier(calibration: Calibration) -> str:
+    """A number that the same result always has."""
+    from hashlib import sha256
+
+    return f"accelcal-{sha256(calibration.to_json().encode()).hexdigest()[:32]}"
+
+
+def _item(calibration: Calibration, known: Laboratory) -> Element:
+    serial = calibration.serial or NOT_STATED
+    issuer = "manufacturer" if calibration.serial else "other"
+    identification = dcc(
+        "identification",
+        dcc("issuer", issuer),
+        dcc("value", serial),
+        named("name", "serial number"),
+    )
+    return dcc(
+        "item",
+        named("name", _MODEL),
+        _contact("manufacturer", known.manufacturer),
+        dcc("model", known.model) if known.model else None,
+        dcc("identifications", identification),
+    )
+
+
+def _person(person: Contact) -> Element:
+    return dcc(
+        "respPerson",
+        _contact("person", person),
+        dcc("role", person.role) if person.role else None,
+        dcc("mainSigner", "true") if person.role == "main signer" else None,
+    )
+
+
+def _contact(tag: str, contact: Contact, *, located: bool = False) -> Element:
+    """A contact; that of a laboratory or customer has a place in any case."""
+    place = [
+        dcc(name, value)
+        for name, value in (
+            ("city", contact.city),
+            ("countryCode", contact.country),
+            ("postCode", contact.post_code),
+            ("street", contact.street),
+        )
+        if value
+    ]
+    if located and not place:
+        place = [rich("further", [NOT_STATED])]
+    return dcc(
+        tag,
+        named("name", contact.name),
+        dcc("eMail", contact.email) if contact.email else None,
+        dcc("phone", contact.phone) if contact.phone else None,
+        dcc("location", *place) if place else None,
+    )
+
+
+def _statement(text: str) -> Element:
+    return dcc("statement", rich("declaration", [text]))
+
+
+def _statements(calibration: Calibration, known: Laboratory) -> list[str]:
+    said = [
+        "Coefficients are those of equation (1) of the tumble test, by powers of the acceleration.",
+        "The expanded uncertainty is the half width of the interval that is meant to hold the true"
+        " value with a probability of 95 %.",
+        *calibration.warnings,
+    ]
+    if calibration.verdict is not None:
+        verdict = calibration.verdict
+        said.append(
+            f"Verdict against {verdict.specification}: {verdict.outcome}. {verdict.rule_statement}"
+        )
+    return [*known.statements, *said]

@@ -1,0 +1,200 @@
+"""The results of a certificate: coefficients with their uncertainties, in units of the SI."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from xml.etree.ElementTree import Element
+
+from accelcal.certificate.administrative import software
+from accelcal.certificate.units import si_unit
+from accelcal.certificate.xml import dcc, named, rich, si
+from accelcal.results.calibration import Calibration
+from accelcal.results.quantity import Quantity
+from accelcal.results.table import TableCalibration
+
+__all__ = ["measurement_results"]
+
+_NAMES = {
+    "K0": "bias",
+    "K1": "scale factor",
+    "K2": "second-order nonlinearity",
+    "K3": "third-order nonlinearity",
+    "M": "effective misalignment times scale factor",
+    "M_ip": "cross-coupling",
+    "k0": "bias over scale factor",
+    "k2": "second-order nonlinearity over scale factor",
+    "k3": "third-order nonlinearity over scale factor",
+    "delta": "misalignment",
+    "delta_ip": "cross-coupling over scale factor",
+}
+_PROBABILITY = "0.95"
+
+
+def measurement_results(calibration: Calibration) -> Element:
+    """Make the results.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+
+    Returns
+    -------
+    Element
+        ``dcc:measurementResults``: a result for each table, one for the temperature laws.
+    """
+    results = [_table(table, calibration) for table in calibration.tables]
+    if calibration.temperature_model is not None:
+        results.append(_laws(calibration))
+    return dcc(
+        "measurementResults",
+        dcc(
+            "measurementResult",
+            named("name", "tumble test in the gravity field"),
+            dcc("usedMethods", _method(calibration)),
+            dcc("usedSoftware", software(calibration)),
+            dcc("results", *results),
+        ),
+    )
+
+
+def _method(calibration: Calibration) -> Element:
+    robust = ", made safe against outliers" if calibration.robust else ""
+    return dcc(
+        "usedMethod",
+        named("name", "multi-position tumble test"),
+        rich("description", [f"Estimator: {calibration.method}{robust}."]),
+        dcc("norm", "IEEE 1293"),
+    )
+
+
+def _table(table: TableCalibration, calibration: Calibration) -> Element:
+    temperature = table.temperature_degC
+    where = "" if temperature is None else f", {temperature:.6g} degC"
+    quantities = {**table.coefficients, **table.error_model}
+    data = [] if temperature is None else [_temperature(temperature)]
+    data += [
+        _quantity(name, quantity, calibration, table.meaning(name))
+        for name, quantity in quantities.items()
+    ]
+    title = f"run {table.run}, mounting {table.mounting}{where}"
+    covariance = _covariance(table, calibration)
+    return dcc(
+        "result",
+        named("name", title),
+        dcc("data", dcc("list", named("name", "coefficients"), *data), covariance),
+    )
+
+
+def _temperature(celsius: float) -> Element:
+    real = si("real", si("value", _number(celsius)), si("unit", r"\degreecelsius"))
+    return dcc("quantity", named("name", "temperature"), real)
+
+
+def _laws(calibration: Calibration) -> Element:
+    assert calibration.temperature_model is not None
+    data = [
+        _quantity(name, quantity, calibration, name)
+        for name, quantity in calibration.temperature_model.quantities()
+    ]
+    reference = calibration.T0_degC
+    title = f"temperature laws about T0 = {reference:.6g} degC"
+    return dcc(
+        "result",
+        named("name", title),
+        dcc("data", dcc("list", named("name", "temperature laws"), *data)),
+    )
+
+
+def _quantity(name: str, quantity: Quantity, calibration: Calibration, meaning: str) -> Element:
+    title = f"{_NAMES.get(name, 'temperature law')} {name}"
+    if meaning != name:
+        title += f", which stands for {meaning}"
+    if quantity.value is None:
+        return dcc("quantity", named("name", title), rich("noQuantity", ["not determined"]))
+    found = _in_si(quantity.unit, calibration.g_local_m_s2)
+    if found is None:
+        told = [f"{_number(quantity.value)} {quantity.unit}", *_told_uncertainty(quantity)]
+        return dcc("quantity", named("name", title), rich("noQuantity", told))
+    unit, factor = found
+    real = si(
+        "real",
+        si("label", name),
+        si("value", _number(quantity.value * factor)),
+        si("unit", unit),
+        _uncertainty(quantity, factor),
+    )
+    return dcc("quantity", named("name", title), real)
+
+
+def _told_uncertainty(quantity: Quantity) -> Iterator[str]:
+    """The uncertainty in words, beside a value whose unit the SI does not know."""
+    if quantity.standard_uncertainty is not None:
+        yield f"standard uncertainty {_number(quantity.standard_uncertainty)} {quantity.unit}"
+    if quantity.expanded_uncertainty is not None:
+        expanded = _number(quantity.expanded_uncertainty)
+        yield f"expanded uncertainty (95 %) {expanded} {quantity.unit}"
+
+
+def _in_si(unit: str, gravity: float | None) -> tuple[str, float] | None:
+    """Unit of the D-SI and factor; None where the unit or the local gravity is not known."""
+    found = si_unit(unit)
+    if found is None or (found[1] != 0 and gravity is None):
+        return None
+    return found[0], 1.0 if gravity is None else gravity ** found[1]
+
+
+def _uncertainty(quantity: Quantity, factor: float) -> Element | None:
+    expanded, k = quantity.expanded_uncertainty, quantity.coverage_factor
+    if expanded is not None and k is not None:
+        known = si(
+            "expandedMU",
+            si("valueExpandedMU", _number(expanded * factor)),
+            si("coverageFactor", _number(max(k, 1.0))),
+            si("coverageProbability", _PROBABILITY),
+        )
+    elif quantity.standard_uncertainty is not None:
+        known = si(
+            "standardMU", si("valueStandardMU", _number(quantity.standard_uncertainty * factor))
+        )
+    else:
+        return None
+    return si("measurementUncertaintyUnivariate", known)
+
+
+def _covariance(table: TableCalibration, calibration: Calibration) -> Element | None:
+    """A column of the covariance matrix each, in products of the units."""
+    names = table.covariance_names
+    units = [_in_si(table.coefficients[name].unit, calibration.g_local_m_s2) for name in names]
+    known = [unit for unit in units if unit is not None]
+    if not table.covariance_matrix or len(known) < len(names):
+        return None
+    columns = [
+        _column(name, row, own, known, names)
+        for name, row, own in zip(names, table.covariance_matrix, known, strict=True)
+    ]
+    return dcc("list", named("name", "covariance of the coefficients"), *columns)
+
+
+def _column(
+    name: str,
+    row: tuple[float, ...],
+    own: tuple[str, float],
+    units: list[tuple[str, float]],
+    names: tuple[str, ...],
+) -> Element:
+    values = (value * own[1] * other[1] for value, other in zip(row, units, strict=True))
+    return dcc(
+        "quantity",
+        named("name", f"covariance with {name}"),
+        si(
+            "realListXMLList",
+            si("labelXMLList", " ".join(names)),
+            si("valueXMLList", " ".join(map(_number, values))),
+            si("unitXMLList", " ".join(own[0] + other[0] for other in units)),
+        ),
+    )
+
+
+def _number(value: float) -> str:
+    return repr(float(value))

@@ -1,0 +1,135 @@
+"""accelcal report: a result as a page, or as a digital calibration certificate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import click
+
+from accelcal.cli.deliver import deliver, refuse_to_overwrite
+from accelcal.cli.options import effects_option, output_option
+from accelcal.errors import InputError
+
+if TYPE_CHECKING:
+    from accelcal.io.results import ResultFile
+    from accelcal.record import TumbleRecord
+
+__all__ = ["report"]
+
+
+@click.command()
+@click.argument("result", metavar="RESULT.json")
+@output_option("the report", metavar="FILE.(html|md|pdf)")
+@click.option(
+    "--spec",
+    metavar="SPEC.toml",
+    help="Judge against this data sheet; the exit code is 1 where a limit fails.",
+)
+@click.option(
+    "--data",
+    multiple=True,
+    metavar="DATA",
+    help="Table of the readings of a discovery, to draw the signatures over; may be repeated.",
+)
+@click.option("--serial", metavar="TEXT", help="Report this serial number only.")
+@click.option(
+    "--dcc", "certificate", metavar="FILE.xml", help="Write a digital calibration certificate here."
+)
+@click.option(
+    "--dcc-data",
+    "laboratory",
+    metavar="LAB.toml",
+    help="Laboratory, customer and persons of the certificate; without it they are not stated.",
+)
+@effects_option
+def report(
+    result: str,
+    path: str | None,
+    spec: str | None,
+    data: Sequence[str],
+    serial: str | None,
+    certificate: str | None,
+    laboratory: str | None,
+) -> None:
+    """Report the calibration or discovery RESULT.json on a page.
+
+    The page is one file: HTML for screen, phone and paper, in light and dark, Markdown, or a PDF
+    that a browser of this machine prints. It needs no network. A calibration can be written as a
+    digital calibration certificate (DCC, XML) as well.
+
+    \b
+    Examples:
+      accelcal report calibration.json -o calibration.html
+      accelcal report calibration.json -o calibration.pdf --spec examples/al15.toml
+      accelcal report model.json -o discovery.html --data table.csv
+      accelcal report calibration.json --dcc certificate.xml --dcc-data examples/laboratory.toml
+    """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
+    if path is None and certificate is None:
+        raise InputError("nothing to write; name a page with -o, or a certificate with --dcc")
+    if laboratory is not None and certificate is None:
+        raise InputError("--dcc-data tells of a certificate; name its file with --dcc")
+    for written in (path, certificate):
+        refuse_to_overwrite([result, *data], written)
+    from accelcal.io.results import read_results
+
+    found = read_results(result)
+    found = found if serial is None else found.of_serial(serial)
+    found = found if spec is None else _judged(found, spec)
+    if path is not None:
+        _write_page(found, path, data)
+    if certificate is not None:
+        deliver(_certificate(found, laboratory), certificate)
+    if any(c.verdict is not None and c.verdict.outcome == "fail" for c in found.calibrations):
+        click.get_current_context().exit(1)
+
+
+def _judged(found: ResultFile, spec: str) -> ResultFile:
+    from dataclasses import replace
+
+    from accelcal.io.specification import read_specification
+    from accelcal.verdict import judge
+
+    if not found.calibrations:
+        raise InputError(f"{found.name}: a discovery has no limits to judge; leave --spec out")
+    specification = read_specification(spec)
+    judged = [replace(c, verdict=judge(c, specification)) for c in found.calibrations]
+    return found._replace(calibrations=tuple(judged))
+
+
+def _write_page(found: ResultFile, path: str, data: Sequence[str]) -> None:
+    from accelcal.page.write import Result, write_report
+
+    stand = [] if found.stand is None else [found.stand]
+    results: list[Result] = [*found.calibrations, *found.discoveries, *stand]
+    write_report(results, path, records=_records(found, data))
+
+
+def _records(found: ResultFile, data: Sequence[str]) -> list[TumbleRecord | None]:
+    """The record of each discovery: of its serial number, or in the order given."""
+    if not data:
+        return []
+    if not found.discoveries:
+        raise InputError(f"{found.name}: a calibration holds its residuals; leave --data out")
+    from accelcal.io.tables import read_tables
+
+    records = [record for source in data for record in read_tables(source)]
+    if len(records) != len(found.discoveries):
+        raise InputError(
+            f"{len(records)} records by --data, but {found.name} holds {len(found.discoveries)}"
+            " discoveries; give the tables that were searched, in their order"
+        )
+    return list(records)
+
+
+def _certificate(found: ResultFile, laboratory: str | None) -> str:
+    from accelcal.certificate.dcc import certificate
+    from accelcal.io.laboratory import read_laboratory
+
+    if len(found.calibrations) != 1:
+        raise InputError(
+            f"{found.name}: a certificate is of one calibration, and it holds"
+            f" {len(found.calibrations)}; choose one with --serial, or give that of accelcal fit"
+        )
+    known = None if laboratory is None else read_laboratory(laboratory)
+    return certificate(found.calibrations[0], known)

@@ -1,0 +1,165 @@
+"""Who calibrates, for whom: the administrative part of a certificate, from a TOML file."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from accelcal.errors import InputError
+from accelcal.io.text import read_text
+
+__all__ = ["NOT_STATED", "Contact", "Laboratory", "read_laboratory"]
+
+SCHEMA = "accelcal/laboratory/1"
+NOT_STATED = "not stated"
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """A laboratory, customer, manufacturer or person.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    email, phone, street, post_code, city, country : str
+        Where it is found; empty where not stated. The country by two letters, ISO 3166-1.
+    role : str
+        What a person is responsible for.
+    """
+
+    name: str = NOT_STATED
+    email: str = ""
+    phone: str = ""
+    street: str = ""
+    post_code: str = ""
+    city: str = ""
+    country: str = ""
+    role: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Laboratory:
+    """The administrative part of a certificate.
+
+    Attributes
+    ----------
+    identifier : str
+        Unique number of the certificate; empty for one made of the result.
+    country : str
+        Where it was written, ISO 3166-1; empty where not stated.
+    performed_from, performed_to : str
+        First and last day of the test, as 2026-11-21; empty where not stated.
+    model : str
+        Model of the accelerometer.
+    laboratory, customer, manufacturer : Contact
+        Who calibrated, for whom, and who made it.
+    persons : tuple of Contact
+        Who is responsible, the main signer first.
+    statements : tuple of str
+        What is stated beside the numbers.
+    """
+
+    identifier: str = ""
+    country: str = ""
+    performed_from: str = ""
+    performed_to: str = ""
+    model: str = ""
+    laboratory: Contact = Contact()
+    customer: Contact = Contact()
+    manufacturer: Contact = Contact()
+    persons: tuple[Contact, ...] = ()
+    statements: tuple[str, ...] = ()
+
+
+_CONTACTS = ("laboratory", "customer", "manufacturer")
+_DAYS = ("performed_from", "performed_to")
+
+
+def read_laboratory(source: str) -> Laboratory:
+    """Read the administrative part of a certificate.
+
+    Parameters
+    ----------
+    source : str
+        Path of a TOML file.
+
+    Returns
+    -------
+    Laboratory
+        What it states.
+
+    Raises
+    ------
+    TableError
+        If the file cannot be read.
+    InputError
+        If it is no such file, or a key or a value breaks a rule.
+    """
+    read = read_text(source, "laboratory")
+    try:
+        return _laboratory(tomllib.loads(read.text))
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"no TOML ({error}); see examples/laboratory.toml").at(read.name) from None
+    except InputError as error:
+        raise error.at(read.name) from None
+
+
+def _laboratory(document: dict[str, Any]) -> Laboratory:
+    schema = document.pop("schema", None)
+    if schema != SCHEMA:
+        raise InputError(f"schema {schema!r}; write schema = {SCHEMA!r} first")
+    given: dict[str, Any] = {}
+    for key, value in document.items():
+        if key in _CONTACTS:
+            given[key] = _contact(key, value)
+        elif key == "persons":
+            given[key] = tuple(_contact(key, person) for person in _list(key, value, dict))
+        elif key == "statements":
+            given[key] = tuple(_list(key, value, str))
+        elif key in Laboratory.__slots__:
+            given[key] = _day(key, value) if key in _DAYS else _text(key, value)
+        else:
+            raise InputError(f"unknown key {key!r}; it is one of {', '.join(Laboratory.__slots__)}")
+    _check_country("country", given.get("country", ""))
+    return Laboratory(**given)
+
+
+def _contact(place: str, value: Any) -> Contact:
+    if not isinstance(value, Mapping):
+        raise InputError(f"{place} is {value!r:.40}; write it as a table, such as [{place}]")
+    unknown = [key for key in value if key not in Contact.__slots__]
+    if unknown:
+        raise InputError(f"{place} has {unknown[0]!r}; it may have {', '.join(Contact.__slots__)}")
+    found = Contact(**{key: _text(f"{place}.{key}", part) for key, part in value.items()})
+    _check_country(f"{place}.country", found.country)
+    return found
+
+
+def _text(place: str, value: Any) -> str:
+    if not isinstance(value, str) or not value.strip() or not value.isprintable():
+        raise InputError(f"{place} is {value!r:.40}; it is a text of one line")
+    return value.strip()
+
+
+def _list(place: str, value: Any, kind: type) -> list[Any]:
+    if not isinstance(value, list) or not all(isinstance(item, kind) for item in value):
+        wanted = "tables [[persons]]" if kind is dict else "texts"
+        raise InputError(f"{place} is {value!r:.40}; it is a list of {wanted}")
+    return [_text(place, item) for item in value] if kind is str else value
+
+
+def _day(place: str, value: Any) -> str:
+    from datetime import date
+
+    try:
+        return (value if type(value) is date else date.fromisoformat(value)).isoformat()
+    except (TypeError, ValueError):
+        raise InputError(f"{place} is {value!r:.40}; it is a day such as 2026-11-21") from None
+
+
+def _check_country(place: str, code: str) -> None:
+    if code and not (len(code) == 2 and code.isascii() and code.isalpha() and code.isupper()):
+        raise InputError(f"{place} is {code!r}; it is two capital letters, such as DE or CA")

@@ -1,0 +1,119 @@
+"""Files of results of any sort, told by their schema."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from accelcal.errors import DocumentError, InputError
+from accelcal.io.text import read_text
+from accelcal.results import calibration, discovery
+from accelcal.results.calibration import Calibration
+from accelcal.results.discovery import Discovery
+from accelcal.results.json_text import parse_json
+from accelcal.results.stand import StandDiscovery
+
+__all__ = ["ResultFile", "read_results"]
+
+_WRITERS = "accelcal fit or accelcal discover"
+
+
+class ResultFile(NamedTuple):
+    """What a file of results holds.
+
+    Attributes
+    ----------
+    name : str
+        Name of the file.
+    calibrations : tuple of Calibration
+        Its calibrations; empty in a file of discoveries.
+    discoveries : tuple of Discovery
+        Its discoveries; empty in a file of calibrations.
+    stand : StandDiscovery or None
+        What the discoveries tell of their stand.
+    """
+
+    name: str
+    calibrations: tuple[Calibration, ...]
+    discoveries: tuple[Discovery, ...]
+    stand: StandDiscovery | None
+
+    def of_serial(self, serial: str) -> ResultFile:
+        """Keep the results of one serial number.
+
+        Parameters
+        ----------
+        serial : str
+            Serial number.
+
+        Returns
+        -------
+        ResultFile
+            Without the stand.
+
+        Raises
+        ------
+        InputError
+            If there is none.
+        """
+        calibrations = tuple(found for found in self.calibrations if found.serial == serial)
+        discoveries = tuple(found for found in self.discoveries if found.serial == serial)
+        if not (calibrations or discoveries):
+            serials = [
+                *(c.serial for c in self.calibrations),
+                *(d.serial for d in self.discoveries),
+            ]
+            have = ", ".join(map(str, serials))
+            raise InputError(f"{self.name}: no serial {serial!r}; it holds {have}")
+        return ResultFile(self.name, calibrations, discoveries, None)
+
+
+def read_results(source: str) -> ResultFile:
+    """Read what ``accelcal fit`` or ``accelcal discover`` wrote.
+
+    Parameters
+    ----------
+    source : str
+        Path of a JSON file; ``"-"`` reads standard input.
+
+    Returns
+    -------
+    ResultFile
+        Its results.
+
+    Raises
+    ------
+    TableError
+        If the file cannot be read.
+    DocumentError
+        If it is none of these files.
+    """
+    read = read_text(source, "result")
+    try:
+        document = parse_json(read.text, writer=_WRITERS)
+        return _results(read.name, document)
+    except DocumentError as error:
+        raise error.at(read.name) from None
+
+
+def _results(name: str, document: Any) -> ResultFile:
+    schema = document.get("schema") if isinstance(document, dict) else None
+    if schema == calibration.SCHEMA:
+        found = _several(document, "calibrations")
+        return ResultFile(name, tuple(map(Calibration.from_document, found)), (), None)
+    if schema != discovery.SCHEMA:
+        raise DocumentError(f"schema {schema!r}; give a file written by {_WRITERS}")
+    stand = None
+    if document.get("stand"):
+        stand = StandDiscovery.from_document(document["stand"])
+    found = _several(document, "discoveries")
+    return ResultFile(name, (), tuple(map(Discovery.from_document, found)), stand)
+
+
+def _several(document: dict[str, Any], key: str) -> list[Any]:
+    """The documents in a list, or the one that there is."""
+    if key not in document:
+        return [document]
+    found = document[key]
+    if not isinstance(found, list) or not found:
+        raise DocumentError(f"{key!r} holds no list of results; give a file written by {_WRITERS}")
+    return found

@@ -1,0 +1,278 @@
+"""What a page is made of; the templates know these parts and nothing of calibrations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+__all__ = [
+    "Block",
+    "Bullets",
+    "Chapter",
+    "Facts",
+    "Figure",
+    "Gallery",
+    "Highlight",
+    "Note",
+    "Page",
+    "Paragraph",
+    "Section",
+    "Table",
+    "Tone",
+    "narrowed",
+]
+
+Tone = Literal["plain", "good", "warn", "bad"]
+
+
+@dataclass(frozen=True, slots=True)
+class Paragraph:
+    """Some sentences.
+
+    Attributes
+    ----------
+    text : str
+        The sentences.
+    """
+
+    text: str
+    kind: str = field(default="paragraph", init=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Bullets:
+    """A list.
+
+    Attributes
+    ----------
+    items : sequence of str
+        An item each.
+    """
+
+    items: Sequence[str]
+    kind: str = field(default="bullets", init=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """Something that must not be overlooked.
+
+    Attributes
+    ----------
+    tone : {"plain", "good", "warn", "bad"}
+        How serious it is.
+    title : str
+        What it is about.
+    items : sequence of str
+        What is said.
+    """
+
+    tone: Tone
+    title: str
+    items: Sequence[str]
+    kind: str = field(default="note", init=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table.
+
+    Attributes
+    ----------
+    caption : str
+        What it shows.
+    headings : sequence of str
+        Headings of the columns.
+    rows : sequence of sequence of str
+        Cells; the first of each row is its heading.
+    numeric : frozenset of int
+        Columns of numbers, which stand at the right.
+    tones : mapping of str to Tone
+        Cells with such a text are marked.
+    folded : bool
+        Whether it is folded away on a screen until asked for.
+    """
+
+    caption: str
+    headings: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    numeric: frozenset[int] = frozenset()
+    tones: dict[str, Tone] = field(default_factory=dict)
+    folded: bool = False
+    kind: str = field(default="table", init=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A picture, drawn when a page asks for it.
+
+    Attributes
+    ----------
+    caption : str
+        What it shows.
+    alternative : str
+        What a reader who does not see it must know.
+    svg : callable
+        Draws it for ``"light"`` or for ``"dark"`` paper: SVG without a prologue, with ids of its
+        own.
+    wide : bool
+        Whether it takes the whole width.
+    """
+
+    caption: str
+    alternative: str
+    svg: Callable[[str], str]
+    wide: bool = False
+    kind: str = field(default="figure", init=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Gallery:
+    """Pictures, and the tables that belong to them, side by side where there is room.
+
+    Attributes
+    ----------
+    parts : sequence of Figure or Table
+        The pictures and tables.
+    """
+
+    parts: Sequence[Figure | Table]
+    kind: str = field(default="gallery", init=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """Names and what they are.
+
+    Attributes
+    ----------
+    items : sequence of tuple of str
+        Name and fact.
+    """
+
+    items: Sequence[tuple[str, str]]
+    kind: str = field(default="facts", init=False)
+
+
+Block = Paragraph | Bullets | Note | Table | Figure | Gallery | Facts
+
+
+@dataclass(frozen=True, slots=True)
+class Highlight:
+    """A number that a reader looks for first.
+
+    Attributes
+    ----------
+    name, value, detail : str
+        What it is, the number with its unit, and its uncertainty.
+    """
+
+    name: str
+    value: str
+    detail: str
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A part under a heading.
+
+    Attributes
+    ----------
+    title : str
+        The heading.
+    blocks : sequence of Block
+        What stands under it.
+    """
+
+    title: str
+    blocks: Sequence[Block]
+
+
+@dataclass(frozen=True, slots=True)
+class Chapter:
+    """The report of one result.
+
+    Attributes
+    ----------
+    sort : str
+        What it is, such as ``"Calibration"``.
+    title : str
+        Whose.
+    subtitle : str
+        When, from what.
+    tone : Tone
+        How it came out.
+    outcome : str
+        The same in a word or two.
+    lede : str
+        The result in a sentence.
+    highlights : sequence of Highlight
+        The numbers that matter most.
+    sections : sequence of Section
+        All the rest.
+    """
+
+    sort: str
+    title: str
+    subtitle: str
+    tone: Tone
+    outcome: str
+    lede: str
+    highlights: Sequence[Highlight]
+    sections: Sequence[Section]
+
+
+@dataclass(frozen=True, slots=True)
+class Page:
+    """A page of one report or of several.
+
+    Attributes
+    ----------
+    title : str
+        Its title.
+    chapters : sequence of Chapter
+        A report each.
+    software : str
+        What wrote it.
+    """
+
+    title: str
+    chapters: Sequence[Chapter]
+    software: str
+
+
+def narrowed(table: Table, most: int = 10) -> list[Table]:
+    """Split a table that is too wide for paper.
+
+    Parameters
+    ----------
+    table : Table
+        A table; its first column stands in each part.
+    most : int, default 10
+        Columns beside the first.
+
+    Returns
+    -------
+    list of Table
+        The table itself where it is narrow enough.
+
+    Examples
+    --------
+    >>> wide = Table("means", ("deg", "a", "b", "c"), [("0", "1", "2", "3")])
+    >>> [part.rows for part in narrowed(wide, 2)]
+    [[('0', '1', '2')], [('0', '3')]]
+    """
+    count = len(table.headings) - 1
+    if count <= most:
+        return [table]
+    return [
+        replace(
+            table,
+            caption=f"{table.caption}, {table.headings[i + 1]} to {table.headings[last]}",
+            headings=(table.headings[0], *table.headings[i + 1 : last + 1]),
+            rows=[(row[0], *row[i + 1 : last + 1]) for row in table.rows],
+        )
+        for i in range(0, count, most)
+        for last in [min(i + most, count)]
+    ]

@@ -1,0 +1,159 @@
+"""The report of a calibration."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from accelcal.page import coefficients, evidence
+from accelcal.page.blocks import Block, Chapter, Highlight, Note, Section, Tone
+from accelcal.page.typeset import typeset
+from accelcal.report.names import counted
+from accelcal.report.rows import alarms, coefficient_rows, without_uncertainty
+from accelcal.results.calibration import Calibration
+
+__all__ = ["calibration_chapter"]
+
+Document = Mapping[str, Any]
+
+_HIGHLIGHTED = ("K1", "k0", "delta")
+_UNITS = {"1": ""}
+
+
+def calibration_chapter(calibration: Calibration, name: str = "") -> Chapter:
+    """Make the report of a calibration.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    name : str, optional
+        Prefix of the names of its pictures, if it is not alone on its page.
+
+    Returns
+    -------
+    Chapter
+        Its report.
+    """
+    document = calibration.to_document()
+    tone, outcome = _outcome(document)
+    sections = (
+        _warnings(document),
+        evidence.verdict(document),
+        coefficients.coefficients(document),
+        coefficients.temperature(calibration, document, name),
+        coefficients.fixture_angles(document),
+        coefficients.effects(document),
+        evidence.residuals(calibration, document, name),
+        evidence.budget(calibration, document, name),
+        evidence.checks(document),
+        evidence.open_questions(document),
+        evidence.provenance(document),
+    )
+    return Chapter(
+        sort="Calibration",
+        title=str(document["serial"] or document["source"]),
+        subtitle=_subtitle(document),
+        tone=tone,
+        outcome=outcome,
+        lede=_lede(document),
+        highlights=list(_highlights(document)),
+        sections=[section for section in sections if section is not None],
+    )
+
+
+def _subtitle(document: Document) -> str:
+    date = f"tested {document['date']}, " if document["date"] else ""
+    return f"{date}from {document['source']}"
+
+
+def _outcome(document: Document) -> tuple[Tone, str]:
+    """How it came out: the verdict, or else what the checks say."""
+    verdict = document.get("verdict")
+    warned = bool(alarms(document))
+    bare = bool(without_uncertainty(document))
+    if verdict and verdict["outcome"] == "fail":
+        return "bad", "fails its data sheet"
+    if warned:
+        return "warn", "checks warn"
+    if bare:
+        return "warn", "no uncertainty"
+    if verdict and verdict["outcome"] == "pass":
+        return "good", "keeps its data sheet"
+    if verdict:
+        return "warn", "data sheet: some limits open"
+    return "good", "no check warns"
+
+
+def _lede(document: Document) -> str:
+    table = _main_table(document)
+    rows = {row.symbol: row for row in coefficient_rows(table)}
+    k1, k0 = rows["K1"], rows["k0"]
+    temperature = table["temperature_degC"]
+    where = "" if temperature is None else f" at {temperature:.4g} degC"
+    told = f"Scale factor {_with(k1)} and bias {_with(k0)}{where}"
+    readings = counted(sum(t["readings"] for t in document["tables"]), "reading")
+    told += f", from {readings} in {counted(len(document['tables']), 'table')}. "
+    return typeset(told) + _said_of_verdict(document) + _said_of_checks(document)
+
+
+def _with(row: Any) -> str:
+    if row.value == "not determined":
+        return "not determined"
+    return f"{row.value} +- {row.expanded} {row.unit}" if row.expanded else row.value
+
+
+def _said_of_verdict(document: Document) -> str:
+    verdict = document.get("verdict")
+    if not verdict:
+        return ""
+    failed = [limit["limit"] for limit in verdict["limits"] if limit["outcome"] == "fail"]
+    names = ", ".join(dict.fromkeys(name.replace("_", " ") for name in failed))
+    of = verdict["specification"]
+    if failed:
+        return f"It fails the data sheet {of} in {names}. "
+    open_ = [limit for limit in verdict["limits"] if limit["outcome"] != "pass"]
+    if open_:
+        return (
+            f"It breaks no limit of {of}, but {len(open_)} of {len(verdict['limits'])} are open. "
+        )
+    return f"It keeps all limits of {of}. "
+
+
+def _said_of_checks(document: Document) -> str:
+    warned = len(alarms(document))
+    if warned:
+        return f"{counted(warned, 'check').capitalize()} warn{'s' if warned == 1 else ''}."
+    return "No check warns."
+
+
+def _main_table(document: Document) -> Document:
+    """The table nearest to the reference temperature."""
+    reference = document["T0_degC"]
+
+    def distance(table: Document) -> float:
+        t = table["temperature_degC"]
+        return 0.0 if t is None or reference is None else abs(t - reference)
+
+    nearest: Document = min(document["tables"], key=distance)
+    return nearest
+
+
+def _highlights(document: Document) -> Iterator[Highlight]:
+    for row in coefficient_rows(_main_table(document)):
+        if row.symbol not in _HIGHLIGHTED or row.value == "not determined":
+            continue
+        unit = _UNITS.get(row.unit, row.unit)
+        known = row.expanded not in ("", "unknown")
+        detail = f"± {typeset(row.expanded)} (95 %)" if known else "uncertainty unknown"
+        yield Highlight(f"{row.name} {typeset(row.symbol)}", typeset(f"{row.value} {unit}"), detail)
+
+
+def _warnings(document: Document) -> Section | None:
+    blocks: list[Block] = []
+    bare, warned = without_uncertainty(document), alarms(document)
+    if bare:
+        blocks.append(Note("bad", "No uncertainty", [typeset(item) for item in bare]))
+    if warned:
+        blocks.append(Note("warn", "Clear these up first", [typeset(item) for item in warned]))
+    return Section("Before you use these numbers", blocks) if blocks else None

@@ -1,0 +1,219 @@
+"""Sections of a report on what was calibrated: tables, temperature laws, angles, effects."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from accelcal.page.blocks import Block, Bullets, Gallery, Paragraph, Section, Table
+from accelcal.page.pictures import pictures
+from accelcal.page.typeset import typeset
+from accelcal.report.numbers import significant
+from accelcal.report.rows import coefficient_rows, strong_correlations, temperature_rows
+from accelcal.report.text import in_microradians, scale_factor_elsewhere, sized
+from accelcal.results.calibration import Calibration
+
+__all__ = ["coefficients", "effects", "fixture_angles", "place", "temperature"]
+
+Document = Mapping[str, Any]
+
+_HEADINGS = ("coefficient", "symbol", "value", "U (95 %)", "unit", "u", "U/u", "mostly from")
+
+
+def place(table: Document) -> str:
+    """Name a table by its run, temperature and mounting."""
+    temperature = table["temperature_degC"]
+    where = "" if temperature is None else f", {temperature:.4g} degC"
+    return f"Run {table['run']}{typeset(where)}, mounting {table['mounting']}"
+
+
+def coefficients(document: Document) -> Section:
+    """Tell the coefficients of each table.
+
+    Parameters
+    ----------
+    document : mapping
+        Document of a calibration.
+
+    Returns
+    -------
+    Section
+        A table each, with what it stands for.
+    """
+    intro = (
+        "U is the half width of the interval that holds the true value with a probability of 95 %,"
+        " u the standard uncertainty. Values are per power of local g."
+    )
+    blocks: list[Block] = [Paragraph(intro)]
+    for table in document["tables"]:
+        blocks += _of_table(table, document["g_local_m_s2"])
+    return Section("Coefficients", blocks)
+
+
+def _of_table(table: Document, local_gravity: float | None) -> Iterator[Block]:
+    found = coefficient_rows(table)
+    rows = [
+        (
+            r.name,
+            r.symbol,
+            r.value,
+            r.expanded,
+            r.unit,
+            _plain(r.standard),
+            r.factor,
+            r.dominated_by,
+        )
+        for r in found
+    ]
+    count = f"{table['readings']} readings, {table['dof']} degrees of freedom"
+    yield Table(f"{place(table)} ({count})", _HEADINGS, _set(rows), frozenset({2, 3, 5, 6}))
+    said = [f"{r.symbol} stands for {r.meaning}" for r in found if r.meaning]
+    said += [line.strip() for line in scale_factor_elsewhere(table, local_gravity)]
+    pairs = [f"{a} with {b} {r:+.2f}" for a, b, r in strong_correlations(table)]
+    said += [f"strongly correlated: {', '.join(pairs)}"] if pairs else []
+    if said or table["warnings"]:
+        yield Bullets([typeset(sentence) for sentence in (*said, *table["warnings"])])
+    if table["covariance"]["matrix"]:
+        yield _correlations(table)
+
+
+def _plain(number: str) -> str:
+    """A number without an exponent, beside others of its size."""
+    return significant(float(number), 2) if "e" in number else number
+
+
+def _correlations(table: Document) -> Table:
+    names, matrix = table["covariance"]["names"], table["covariance"]["matrix"]
+    sigma = [matrix[i][i] ** 0.5 for i in range(len(names))]
+    rows = [
+        (name, *(_correlation(matrix[i][j], sigma[i] * sigma[j]) for j in range(len(names))))
+        for i, name in enumerate(names)
+    ]
+    numeric = frozenset(range(1, len(names) + 1))
+    caption = f"Correlation of the coefficients, {place(table).replace('Run', 'run', 1)}"
+    return Table(caption, _set([("", *names)])[0], _set(rows), numeric, folded=True)
+
+
+def _correlation(covariance: float, scale: float) -> str:
+    return f"{round(covariance / scale, 2) + 0.0:.2f}" if scale > 0.0 else ""
+
+
+def temperature(calibration: Calibration, document: Document, name: str) -> Section | None:
+    """Tell the temperature laws, with pictures of their bands and of the loop.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    document : mapping
+        Its document.
+    name : str
+        Prefix of the names of the pictures.
+
+    Returns
+    -------
+    Section or None
+        None where there is one level only.
+    """
+    model = document["temperature_model"]
+    if not model:
+        return None
+    headings = ("quantity", "symbol", "value", "U (95 %)", "unit")
+    caption = f"Bilinear laws about T0 = {document['T0_degC']:g} degC"
+    rows = [(row[0].strip(), *row[1:]) for row in temperature_rows(document)]
+    laws = Table(typeset(caption), headings, _set(_sided(rows)), frozenset({2, 3}))
+    blocks: list[Block] = [Gallery([*_temperature_pictures(calibration, name), laws])]
+    second = document.get("second_axis_model")
+    if second:
+        of_second = temperature_rows({**document, "temperature_model": second})
+        others = [(row[0].strip(), *row[1:]) for row in of_second]
+        caption = "The same of the other axis along the shaft, from its tables"
+        blocks.append(Table(caption, headings, _set(_sided(others)), frozenset({2, 3})))
+    if model["warnings"]:
+        blocks.append(Bullets([typeset(sentence) for sentence in model["warnings"]]))
+    return Section("Temperature", blocks)
+
+
+def _sided(rows: Sequence[Sequence[str]]) -> list[tuple[str, ...]]:
+    """Say in each row of a slope whose it is: rows are read alone on a phone."""
+    told: list[tuple[str, ...]] = []
+    of = ""
+    for name, *rest in rows:
+        if name.startswith("slope"):
+            told.append((f"{of}, {name}", *rest))
+        else:
+            of = name.removesuffix(" at T0")
+            told.append((name, *rest))
+    return told
+
+
+def _temperature_pictures(calibration: Calibration, name: str) -> Any:
+    what = ("bias", "scale factor", "misalignment")
+    told = [
+        (
+            f"Above, the law of the {quantity} with its 95 % band, and the runs with their 95 %"
+            " intervals; below, the runs less the law. Where a level is met again, arrows lead from"
+            " run to run: the loop of hysteresis.",
+            f"The {quantity} against temperature: points of the runs, the bilinear law and its"
+            " band; the table below has its numbers.",
+        )
+        for quantity in what
+    ]
+    return pictures(f"{name}temperature", calibration.plot.temperature, told, (3.8, 4.4), rows=2)
+
+
+def fixture_angles(document: Document) -> Section | None:
+    """Tell the fixture angles that reversed mountings told apart.
+
+    Parameters
+    ----------
+    document : mapping
+        Document of a calibration.
+
+    Returns
+    -------
+    Section or None
+        None where no axis was measured on both sides.
+    """
+    blocks: list[Block] = []
+    for found in document.get("fixture_angle", ()):
+        axis = found["axis"]
+        rows = [("fixture angle", "delta0", *in_microradians(found))]
+        for level in found["misalignment"]:
+            t = level["temperature_degC"]
+            where = "" if t is None else f" at {t:.4g} degC"
+            rows.append((f"misalignment{where}", "delta", *in_microradians(level)))
+        caption = f"Mountings {axis}+ and {axis}-, the misalignment free of the fixture angle"
+        headings = ("quantity", "symbol", "value", "U (95 %)", "unit")
+        blocks.append(Table(caption, headings, _set(rows), frozenset({2, 3})))
+    return Section("Fixture angle", blocks) if blocks else None
+
+
+def effects(document: Document) -> Section | None:
+    """Tell the effects that were taken out of the readings.
+
+    Parameters
+    ----------
+    document : mapping
+        Document of a calibration.
+
+    Returns
+    -------
+    Section or None
+        None where there are none.
+    """
+    rows = []
+    for effect in document.get("effects", ()):
+        parameters = effect["parameters"].items()
+        told = ", ".join(f"{name} = {sized(quantity)}" for name, quantity in parameters)
+        gaps = [significant(effect[f"gap_{when}"] * 1e6) for when in ("before", "after")]
+        rows.append((effect["name"], typeset(told), *gaps))
+    if not rows:
+        return None
+    headings = ("effect", "size in this record (95 %)", "gap before [µg]", "gap after [µg]")
+    caption = "Effects taken out of the readings before the fit"
+    return Section("Effects taken out", [Table(caption, headings, rows, frozenset({2, 3}))])
+
+
+def _set(rows: Sequence[Sequence[str]]) -> list[tuple[str, ...]]:
+    return [tuple(map(typeset, row)) for row in rows]

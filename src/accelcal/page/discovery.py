@@ -1,0 +1,302 @@
+"""The report of a discovery, told in its order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from accelcal.page.blocks import (
+    Block,
+    Bullets,
+    Chapter,
+    Facts,
+    Figure,
+    Gallery,
+    Highlight,
+    Note,
+    Paragraph,
+    Section,
+    Table,
+    Tone,
+)
+from accelcal.page.pictures import pictures
+from accelcal.page.typeset import typeset
+from accelcal.record import TumbleRecord
+from accelcal.report.discovery import SCALES, change_row, entry_of
+from accelcal.report.findings import chance, factor_cells, noise_line, probability
+from accelcal.report.names import counted
+from accelcal.report.numbers import significant
+from accelcal.report.text import sized
+from accelcal.results.discovery import Discovery
+from accelcal.results.findings import FoundEffect
+
+__all__ = ["discovery_chapter"]
+
+_SIZE = (3.8, 2.9)
+_MICRO = 1e6
+
+
+def discovery_chapter(
+    found: Discovery, record: TumbleRecord | None = None, name: str = ""
+) -> Chapter:
+    """Make the report of a discovery.
+
+    Parameters
+    ----------
+    found : Discovery
+        The discovery.
+    record : TumbleRecord, optional
+        Its readings; without them the signatures over the residuals are not drawn.
+    name : str, optional
+        Prefix of the names of its pictures, if it is not alone on its page.
+
+    Returns
+    -------
+    Chapter
+        Its report.
+    """
+    tone, outcome = _outcome(found)
+    sections = (
+        _faults(found),
+        _where(found, name),
+        *(_effect(found, effect, record, name) for effect in found.effects),
+        _gap(found, name),
+        _changes(found, name),
+        _open(found),
+        _next(found),
+        _provenance(found),
+    )
+    return Chapter(
+        sort="Discovery",
+        title=found.serial or found.source,
+        subtitle=f"{found.readings} readings from {found.source}",
+        tone=tone,
+        outcome=outcome,
+        lede=_lede(found),
+        highlights=list(_highlights(found)),
+        sections=[section for section in sections if section is not None],
+    )
+
+
+def _outcome(found: Discovery) -> tuple[Tone, str]:
+    if found.effects:
+        return "warn", f"{counted(len(found.effects), 'effect')} found"
+    if found.unexplained:
+        return "bad", "unexplained"
+    if found.faults:
+        return "warn", "faults of the readings"
+    return "good", "nothing missing that shows"
+
+
+def _lede(found: Discovery) -> str:
+    p = typeset(chance(found.p_value))
+    faults = ""
+    if found.faults:
+        faults = f"{counted(len(found.faults), 'fault')} of the readings came first. "
+    if found.effects:
+        names = " and ".join(effect.name for effect in found.effects)
+        return f"{faults}Model and readings disagree ({p}). What is missing: {names}."
+    if found.unexplained:
+        return f"{faults}Model and readings disagree ({p}), and no known effect explains it."
+    return f"{faults}Model and readings agree ({p}): nothing is missing that shows."
+
+
+def _highlights(found: Discovery) -> Iterator[Highlight]:
+    before, after = (significant(gap.rms * _MICRO) for gap in (found.before, found.after))
+    if not found.effects:
+        yield Highlight("gap, rms", f"{before} µg", "of all readings")
+        return
+    yield Highlight("gap of all readings, rms", f"{before} → {after} µg", "before → after")
+    held = found.before.heldout_rms, found.after.heldout_rms
+    if held[0] is not None and held[1] is not None:
+        shown = " → ".join(significant(value * _MICRO) for value in held if value is not None)
+        yield Highlight("gap of readings left out", f"{shown} µg", "before → after")
+    for effect in found.effects:
+        first = next(iter(effect.parameters.values()), None)
+        if first is not None and first.value is not None:
+            value, _, uncertainty = sized(first.to_document()).partition(" +- ")
+            uncertainty, _, unit = uncertainty.partition(" ")
+            detail = f"± {uncertainty} (95 %)" if uncertainty else effect.id
+            yield Highlight(effect.name, typeset(f"{value} {unit}"), typeset(detail))
+
+
+def _faults(found: Discovery) -> Section | None:
+    if not found.faults:
+        return None
+    said = [typeset(fault.finding) for fault in found.faults]
+    intro = "Looked for before any physics; what follows is found without them."
+    return Section("Faults of the readings", [Note("warn", intro, said)])
+
+
+def _where(found: Discovery, name: str) -> Section | None:
+    if not found.where:
+        return None
+    heading, *rows = factor_cells(found.where)
+    shown = [(factor.replace("*", " × "), share, typeset(p)) for factor, share, p in rows]
+    caption = "Shares of the sum of squares, in the measure of the noise"
+    shares = Table(caption, heading, shown, frozenset({1}))
+    blocks: list[Block] = []
+    if found.effects or found.unexplained:
+        draw = found.plot.where
+        words = (
+            "Share of the disagreement by factor of the test.",
+            "Bars of the shares; the table below has the numbers.",
+        )
+        blocks.append(Gallery([*pictures(f"{name}where", draw, [words], _SIZE), shares]))
+    else:
+        said = "No factor of the test has more than noise would give it."
+        blocks += [Paragraph(said), shares]
+    blocks.append(Paragraph(typeset(_sentence(noise_line(found.noise)))))
+    if found.unexplained:
+        pattern = typeset(found.unexplained.structure)
+        blocks.append(Note("bad", "A pattern that no known effect explains", [pattern]))
+    return Section("Where simulation and measurement disagree", blocks)
+
+
+def _effect(
+    found: Discovery, effect: FoundEffect, record: TumbleRecord | None, name: str
+) -> Section:
+    entry = entry_of(effect.id, effect.parameters)
+    blocks: list[Block] = []
+    if entry is not None:
+        blocks.append(Paragraph(typeset(entry.physics)))
+        blocks.append(
+            Facts([("term", typeset(entry.formula)), ("signature", typeset(entry.signature))])
+        )
+    caption = typeset(f"Its size ({chance(effect.p_value)})")
+    size = Table(caption, ("parameter", "value (95 %)"), _parameters(effect))
+    if record is None:
+        said = "The signature is drawn over the residuals where the readings are given as well."
+        blocks += [size, Paragraph(said)]
+    else:
+        blocks.append(Gallery([*_signature(found, effect, record, name), size]))
+    if effect.indistinguishable:
+        blocks.append(_aliases(effect))
+    return Section(f"{_sentence(effect.name)} ({effect.id})", blocks)
+
+
+def _parameters(effect: FoundEffect) -> list[tuple[str, str]]:
+    return [
+        (name.replace("_", " "), typeset(sized(quantity.to_document())))
+        for name, quantity in effect.parameters.items()
+    ]
+
+
+def _signature(
+    found: Discovery, effect: FoundEffect, record: TumbleRecord, name: str
+) -> list[Figure]:
+    words = (
+        f"Signature of {effect.name} over the residuals that it explains.",
+        "Points are readings less the model without this effect; the line is what it adds.",
+    )
+
+    def draw(ax: object) -> object:
+        return found.plot.signature(record, effect.id, ax)  # type: ignore[arg-type]
+
+    return pictures(f"{name}signature-{effect.id}", draw, [words], _SIZE)
+
+
+def _aliases(effect: FoundEffect) -> Note:
+    entries = {other: entry_of(other) for other in effect.indistinguishable}
+    names = ", ".join(entry.name if entry else other for other, entry in entries.items())
+    items = [f"It could as well be: {names}."]
+    if effect.to_tell_apart:
+        items.append(f"To tell them apart: {effect.to_tell_apart}.")
+    return Note("plain", "These readings fit others as well", [typeset(item) for item in items])
+
+
+def _gap(found: Discovery, name: str) -> Section:
+    after = bool(found.effects)
+    rows = [_gap_row("all readings, rms", found.before.rms, found.after.rms)]
+    if found.before.heldout_rms is not None and found.after.heldout_rms is not None:
+        held = found.before.heldout_rms, found.after.heldout_rms
+        rows.append(_gap_row("readings left out of the fit, rms", *held))
+    chi2 = (found.before.reduced_chi2, found.after.reduced_chi2)
+    rows.append(("χ² per degree of freedom", significant(chi2[0]), significant(chi2[1])))
+    headings = ("gap", "before", "after") if after else ("gap", "value")
+    shown = [row[: len(headings)] for row in rows]
+    table = Table("Rms and χ² of reading minus model", headings, shown, frozenset({1, 2}))
+    title = "The gap, before and after" if after else "The gap"
+    blocks: list[Block] = [table]
+    if after:
+        words = (
+            "The gap between model and readings, effect by effect; the dotted line is the noise of"
+            " a reading.",
+            "The gap before and after, fitted and left out; the table below has the numbers.",
+        )
+        blocks = [Gallery([*pictures(f"{name}gap", found.plot.gap, [words], _SIZE), table])]
+    return Section(title, blocks)
+
+
+def _gap_row(what: str, before: float, after: float) -> tuple[str, str, str]:
+    return what, f"{significant(before * _MICRO)} µg", f"{significant(after * _MICRO)} µg"
+
+
+def _changes(found: Discovery, name: str) -> Section | None:
+    if not (found.effects and found.coefficients):
+        return None
+    words = (
+        "Coefficients without and with what was found, in 95 % half widths of the fit without it.",
+        "Changes of the coefficients; the table below has the numbers.",
+    )
+    rows = [tuple(map(typeset, change_row(item))) for item in found.coefficients]
+    headings = ("coefficient", "before", "after", "change", "unit")
+    table = Table("Coefficients over K₁", headings, rows, frozenset({1, 2, 3}))
+    drawn = pictures(f"{name}changes", found.plot.changes, [words], (3.8, 3.4))
+    return Section("What it changes in the coefficients", [Gallery([*drawn, table])])
+
+
+def _open(found: Discovery) -> Section:
+    blocks: list[Block] = []
+    if found.undetectable:
+        rows = [
+            (_named(item.id), typeset(", ".join(item.absorbed_by)) or "nothing")
+            for item in found.undetectable
+        ]
+        caption = "Effects that this test cannot show, whatever their size"
+        blocks.append(Table(caption, ("effect", "taken up by"), rows))
+    if found.smallest_detectable:
+        sizes = [(_named(d.id), *_scaled(d.value, d.unit)) for d in found.smallest_detectable]
+        caption = "Smallest size that would be found nine times in ten"
+        headings = ("effect", "size", "unit")
+        blocks.append(Table(caption, headings, sizes, frozenset({1}), folded=True))
+    if not blocks:
+        blocks.append(Paragraph("Nothing of the catalogue is hidden from this test."))
+    return Section("What these readings cannot tell", blocks)
+
+
+def _named(identifier: str) -> str:
+    entry = entry_of(identifier)
+    return identifier if entry is None else f"{entry.name} ({identifier})"
+
+
+def _scaled(value: float, unit: str) -> tuple[str, str]:
+    scale, shown = SCALES.get(unit, (1.0, unit))
+    return typeset(significant(value * scale)), typeset("" if shown == "1" else shown)
+
+
+def _next(found: Discovery) -> Section | None:
+    if not found.next_measurement:
+        return None
+    return Section(
+        "The next measurement", [Note("plain", "Measure next", [typeset(found.next_measurement)])]
+    )
+
+
+def _provenance(found: Discovery) -> Section:
+    blocks: list[Block] = [Bullets([typeset(note) for note in found.notes])] if found.notes else []
+    facts = [
+        ("serial number", found.serial or "not recorded"),
+        ("input", found.source),
+        ("SHA-256 of the input", getattr(found, "sha256", None) or "not recorded"),
+        ("readings", str(found.readings)),
+        ("reference temperature", f"{found.T0_degC:g} °C"),
+        ("fixture angle taken as given", typeset(f"{_MICRO * found.delta0_rad:g} urad")),
+        ("false-alarm rate", f"{found.alpha:g} over the whole catalogue"),
+        ("chance of noise, over all", probability(found.p_value)),
+        ("software", found.software or "not recorded"),
+    ]
+    return Section("Notes and provenance", [*blocks, Facts(facts)])
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:]

@@ -1,0 +1,331 @@
+"""Sections of a report on why to believe it: verdict, residuals, budget, checks, provenance."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from accelcal.page.blocks import (
+    Block,
+    Bullets,
+    Facts,
+    Gallery,
+    Paragraph,
+    Section,
+    Table,
+    Tone,
+    narrowed,
+)
+from accelcal.page.coefficients import place
+from accelcal.page.pictures import pictures
+from accelcal.page.typeset import typeset
+from accelcal.report.numbers import significant
+from accelcal.report.rows import residual_grid
+from accelcal.report.text import in_micro_g, size_of_source
+from accelcal.report.verdict import limit_row, remark
+from accelcal.results.calibration import Calibration
+
+__all__ = ["budget", "checks", "open_questions", "provenance", "residuals", "verdict"]
+
+Document = Mapping[str, Any]
+
+_OUTCOMES: dict[str, Tone] = {"PASS": "good", "FAIL": "bad", "undecided": "warn"}
+_CHECKS: dict[str, Tone] = {"pass": "good", "WARN": "warn"}
+_SHOWN = {"warn": "WARN", "pass": "pass"}
+_SOURCES = {"head": "head position", "launch": "bias, launch to launch"}
+_SOURCES["launch_sf"] = "scale factor, launch to launch"
+_NAMES = {"reading": "readings", "launch": "launches", "launch_sf": "launches (scale factor)"}
+_NOT_RECORDED = "not recorded"
+_MICRO = 1e6
+
+
+def verdict(document: Document) -> Section | None:
+    """Tell the verdict against a data sheet.
+
+    Parameters
+    ----------
+    document : mapping
+        Document of a calibration.
+
+    Returns
+    -------
+    Section or None
+        None where it was not judged.
+    """
+    found = document.get("verdict")
+    if not found:
+        return None
+    rows = []
+    for limit in found["limits"]:
+        outcome, symbol, value, expanded, allowed, name = limit_row(limit)
+        said = "" if outcome in ("PASS", "FAIL") and not limit["remark"] else remark(limit)
+        row = (name, outcome, symbol, value, expanded, allowed, said)
+        rows.append(tuple(map(typeset, row)))
+    headings = ("limit", "outcome", "symbol", "value", "U (95 %)", "allowed", "remark")
+    source = f" ({found['source']})" if found["source"] else ""
+    blocks: list[Block] = [
+        Table(f"Limits of {found['specification']}", headings, rows, frozenset({3, 4}), _OUTCOMES),
+        Paragraph(f"Decision rule: {typeset(found['rule_statement'])}"),
+        Paragraph(f"Data sheet: {found['specification']}{source}."),
+    ]
+    return Section("Verdict against the data sheet", blocks)
+
+
+def residuals(calibration: Calibration, document: Document, name: str) -> Section | None:
+    """Show what the model leaves of the readings, by position and stroke and round the turn.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    document : mapping
+        Its document.
+    name : str
+        Prefix of the names of the pictures.
+
+    Returns
+    -------
+    Section or None
+        None where the document holds no residuals.
+    """
+    tables = [table for table in document["tables"] if table["residuals"]["value"]]
+    if not tables:
+        return None
+    rms = [table["residual_rms"] / abs(table["coefficients"]["K1"]["value"]) for table in tables]
+    told = " to ".join(f"{significant(_MICRO * size)}" for size in sorted({min(rms), max(rms)}))
+    intro = f"Reading minus model; its rms over the degrees of freedom is {told} µg."
+    blocks: list[Block] = [Paragraph(intro), Gallery(_residual_pictures(calibration, name, tables))]
+    blocks += [part for table in tables for part in narrowed(_residual_table(table))]
+    return Section("Residuals", blocks)
+
+
+def _residual_pictures(calibration: Calibration, name: str, tables: list[Document]) -> Any:
+    plot, strokes = calibration.plot, sum(len(residual_grid(table)[0]) for table in tables)
+    words = {
+        "map": (
+            "Residuals by head angle and stroke.",
+            "Heat map of reading minus model; the tables below have the numbers.",
+        ),
+        "tumble": (
+            "Residuals round the turn, the mean of each angle with its 95 % band; the bold circle"
+            " is zero.",
+            "Polar picture of reading minus model, forward and back strokes apart.",
+        ),
+        "angles": (
+            "Each residual by head angle; bars are the means of forward and back strokes with 95 %"
+            " intervals.",
+            "Reading minus model against the head angle, forward and back strokes apart.",
+        ),
+    }
+    size = (3.8, 3.0) if strokes <= _NARROW else (7.6, 3.3)
+    return [
+        *pictures(f"{name}map", plot.residual_map, [words["map"]], size),
+        *pictures(f"{name}tumble", plot.tumble, [words["tumble"]], (3.8, 3.6), polar=True),
+        *pictures(f"{name}angles", plot.residuals, [words["angles"]], (3.8, 3.0)),
+    ]
+
+
+_NARROW = 60
+"""Strokes that a narrow heat map can hold."""
+
+
+def _residual_table(table: Document) -> Table:
+    strokes, rows = residual_grid(table)
+    cells = [
+        (f"{angle:g}°", *("" if v is None else typeset(f"{_MICRO * v + 0.0:.1f}") for v in values))
+        for angle, values in rows
+    ]
+    caption = f"Residuals [µg], {place(table).replace('Run', 'run', 1)}"
+    headings = ("angle", *(f"stroke {k}" for k in strokes))
+    return Table(caption, headings, cells, frozenset(range(len(headings))), folded=True)
+
+
+def budget(calibration: Calibration, document: Document, name: str) -> Section:
+    """Tell where the uncertainty comes from.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    document : mapping
+        Its document.
+    name : str
+        Prefix of the names of the pictures.
+
+    Returns
+    -------
+    Section
+        Sources of error, and the share of each in each coefficient.
+    """
+    headings = ("source of error", "standard uncertainty")
+    sources = Table("Sources of error", headings, _sources(document))
+    blocks: list[Block] = [sources]
+    if any(table["budget"] for table in document["tables"]):
+        caption = "Shares of the variance of each coefficient by source of error."
+        seen = "Stacked bars of the shares; the tables below have the numbers."
+        draw = calibration.plot.budget
+        drawn = pictures(f"{name}budget", draw, [(caption, seen)], (3.8, 3.2))
+        blocks = [Gallery([*drawn, sources])]
+    blocks += [_shares(table) for table in document["tables"] if table["budget"]]
+    return Section("Uncertainty budget", blocks)
+
+
+def _sources(document: Document) -> list[tuple[str, str]]:
+    sources = document["error_sources"]
+    readings = [source for source in sources if source["name"] == "reading"]
+    rows = [
+        (f"reading noise, run {table['run']}", size_of_source(source) + in_micro_g(source, table))
+        for table, source in zip(document["tables"], readings, strict=False)
+    ]
+    rows += [
+        (_SOURCES[source["name"]], size_of_source(source))
+        for source in sources
+        if source["name"] in _SOURCES
+    ]
+    return [(name, typeset(size)) for name, size in rows] or [("none", _NOT_RECORDED)]
+
+
+def _shares(table: Document) -> Table:
+    parts = table["budget"]
+    sources = list(dict.fromkeys(source for own in parts.values() for source in own))
+    rows = []
+    for name, own in parts.items():
+        total = sum(size**2 for size in own.values())
+        shares = [own.get(source, 0.0) ** 2 / total if total > 0.0 else 0.0 for source in sources]
+        rows.append((typeset(name), *(f"{100.0 * share:.0f} %" for share in shares)))
+    caption = f"Shares of the variance, {place(table).replace('Run', 'run', 1)}"
+    headings = ("coefficient", *(_NAMES.get(source, source) for source in sources))
+    return Table(caption, headings, rows, frozenset(range(1, len(headings))), folded=True)
+
+
+def checks(document: Document) -> Section:
+    """Tell what the gates found.
+
+    Parameters
+    ----------
+    document : mapping
+        Document of a calibration.
+
+    Returns
+    -------
+    Section
+        A row a gate and a column a table; what they warn of; what could not be assessed.
+    """
+    columns = [(_short(table), table["gates"]) for table in document["tables"]]
+    if document["gates"]:
+        columns.append(("all", document["gates"]))
+    names = list(dict.fromkeys(gate["name"] for _, gates in columns for gate in gates))
+    if not names:
+        return Section("Checks", [Paragraph("No check was made.")])
+    rows = [(name, *(_outcome(name, gates) for _, gates in columns)) for name in names]
+    headings = ("check", *(title for title, _ in columns))
+    intro = "Each check warns by chance in 1 % of good records."
+    blocks: list[Block] = [
+        Paragraph(intro),
+        *narrowed(Table("Outcomes", headings, rows, tones=_CHECKS), 8),
+    ]
+    warned = list(_findings(columns, ("warn",)))
+    if warned:
+        blocks.append(Bullets(warned))
+    skipped = [(item,) for item in _findings(columns, ("not assessed",))]
+    if skipped:
+        blocks.append(Table("Checks that could not be made", ("why",), skipped, folded=True))
+    return Section("Checks", blocks)
+
+
+def _short(table: Document) -> str:
+    side = "" if table["mounting"] == "o+" else f" {table['mounting']}"
+    return f"run {table['run']}{side}"
+
+
+def _outcome(name: str, gates: Iterable[Document]) -> str:
+    found = [gate["verdict"] for gate in gates if gate["name"] == name]
+    return _SHOWN.get(found[0], "not made") if found else "–"
+
+
+def _findings(
+    columns: Iterable[tuple[str, Iterable[Document]]], verdicts: tuple[str, ...]
+) -> Iterable[str]:
+    """What some gates found, once where several tables say the same."""
+    where: dict[str, list[str]] = {}
+    for title, gates in columns:
+        for gate in gates:
+            if gate["verdict"] in verdicts:
+                where.setdefault(f"{gate['name']}: {gate['finding']}", []).append(title)
+    return (f"{typeset(finding)} ({', '.join(titles)})" for finding, titles in where.items())
+
+
+def open_questions(document: Document) -> Section:
+    """Tell what these readings cannot tell.
+
+    Parameters
+    ----------
+    document : mapping
+        Document of a calibration.
+
+    Returns
+    -------
+    Section
+        What was not determined, what stands for something else, what was taken as given.
+    """
+    items = list(document["warnings"])
+    for table in document["tables"]:
+        missing = [n for n, q in table["coefficients"].items() if q["value"] is None]
+        if missing:
+            items.append(f"run {table['run']}: {', '.join(missing)} not determined, taken as zero")
+        for name, meaning in table["stands_for"].items():
+            items.append(
+                f"run {table['run']}: {name} cannot be told from others at these angles; it stands"
+                f" for {meaning}"
+            )
+    if document["delta0_rad"]:
+        given = significant(_MICRO * document["delta0_rad"], 4)
+        items.append(f"a fixture angle of {given} urad was taken as given")
+    said = [typeset(item) for item in dict.fromkeys(items)]
+    title = "What these readings cannot tell"
+    return Section(title, [Bullets(said) if said else Paragraph("Nothing is left open.")])
+
+
+def provenance(document: Document) -> Section:
+    """Tell where the numbers come from.
+
+    Parameters
+    ----------
+    document : mapping
+        Document of a calibration.
+
+    Returns
+    -------
+    Section
+        Input, options and software; ``not recorded`` where the document does not say.
+    """
+    known = document.get("provenance", {})
+    gravity, reference = document["g_local_m_s2"], document["T0_degC"]
+    items = [
+        ("serial number", document["serial"] or _NOT_RECORDED),
+        ("date of the test", document["date"] or _NOT_RECORDED),
+        ("input", document["source"]),
+        ("SHA-256 of the input", known.get("sha256") or _NOT_RECORDED),
+        ("readings", f"{sum(table['readings'] for table in document['tables'])}"),
+        ("method", document["method"] + (", robust" if document["robust"] else "")),
+        ("reference temperature", _NOT_RECORDED if reference is None else f"{reference:g} °C"),
+        ("local gravity", f"{gravity:.9g} m/s²" if gravity else "not given; g is local g"),
+        ("unit of the output", document["output_unit"] or _NOT_RECORDED),
+        ("declared", _listed(known.get("declared")) if known else _NOT_RECORDED),
+        ("options", _listed(known.get("options")) if known else _NOT_RECORDED),
+        *((f"header: {name}", str(value)) for name, value in known.get("metadata", {}).items()),
+        ("software", document["software"] or _NOT_RECORDED),
+    ]
+    blocks: list[Block] = [Facts(items)]
+    if known.get("notes"):
+        blocks.append(Bullets([str(note) for note in known["notes"]]))
+    return Section("Provenance", blocks)
+
+
+def _listed(options: Mapping[str, Any] | None) -> str:
+    shown = {
+        name: ",".join(map(str, value)) if isinstance(value, list | tuple) else value
+        for name, value in (options or {}).items()
+        if value not in (None, False)
+    }
+    return "; ".join(f"{name} = {value}" for name, value in shown.items()) or "nothing"

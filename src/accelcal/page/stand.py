@@ -1,0 +1,132 @@
+"""The report of what several units tell of their stand."""
+
+from __future__ import annotations
+
+from accelcal.page.blocks import Block, Bullets, Chapter, Gallery, Note, Paragraph, Section, Table
+from accelcal.page.pictures import pictures
+from accelcal.page.typeset import typeset
+from accelcal.report.findings import chance, probability
+from accelcal.report.numbers import matching_digits
+from accelcal.report.stand import gain_rows
+from accelcal.report.text import sized
+from accelcal.results.stand import StandDiscovery, StandEffect
+
+__all__ = ["stand_chapter"]
+
+_WHOSE = {
+    "stand": "of the stand, with one value in all units",
+    "unit": "of single units, not of the stand",
+    "undecided": "undecided, of the stand or of the units",
+}
+_SIZE = (3.8, 2.9)
+
+
+def stand_chapter(found: StandDiscovery, name: str = "") -> Chapter:
+    """Make the report of a stand.
+
+    Parameters
+    ----------
+    found : StandDiscovery
+        What was discovered.
+    name : str, optional
+        Prefix of the names of its pictures, if it is not alone on its page.
+
+    Returns
+    -------
+    Chapter
+        Its report.
+    """
+    sections = (
+        *(_effect(found, effect, name) for effect in found.effects),
+        _unexplained(found),
+        _head(found, name),
+        _gains(found),
+        _notes(found),
+    )
+    count = len(found.effects)
+    return Chapter(
+        sort="Stand",
+        title=f"The stand of {len(found.units)} units",
+        subtitle=", ".join(found.units),
+        tone="warn" if count or found.common.unexplained else "good",
+        outcome=f"{count} effect{'' if count == 1 else 's'}" if count else "nothing missing",
+        lede=_lede(found),
+        highlights=(),
+        sections=[section for section in sections if section is not None],
+    )
+
+
+def _lede(found: StandDiscovery) -> str:
+    said = [f"{_sentence(effect.name)} is {_WHOSE[effect.verdict]}." for effect in found.effects]
+    if not said and found.common.unexplained is None:
+        said = ["Nothing that the units share is missing, and none has anything of its own."]
+    return " ".join(said) or "The units share a pattern that no known effect explains."
+
+
+def _effect(found: StandDiscovery, effect: StandEffect, name: str) -> Section:
+    p = f"{_sentence(chance(effect.p_value))}; one size for all: {probability(effect.p_one_value)}."
+    rows = [
+        *((name.replace("_", " "), quantity) for name, quantity in effect.parameters.items()),
+        *((f"size in {unit}", effect.sizes[unit]) for unit in found.units),
+    ]
+    sizes = [(what, typeset(sized(quantity.to_document()))) for what, quantity in rows]
+    words = (f"Size of {effect.name}, unit by unit.", "The table below has the numbers.")
+
+    def draw(ax: object) -> object:
+        return found.plot.sizes(effect.id, ax)  # type: ignore[arg-type]
+
+    table = Table("Sizes", ("of", "value (95 %)"), sizes)
+    blocks: list[Block] = [
+        Paragraph(f"It is {_WHOSE[effect.verdict]}. {p}"),
+        Gallery([*pictures(f"{name}sizes-{effect.id}", draw, [words], _SIZE), table]),
+    ]
+    if effect.indistinguishable:
+        other = f"It could as well be: {', '.join(effect.indistinguishable)}."
+        blocks.append(Note("plain", "These readings fit others as well", [other]))
+    return Section(f"{_sentence(effect.name)} ({effect.id})", blocks)
+
+
+def _unexplained(found: StandDiscovery) -> Section | None:
+    if found.common.unexplained is None:
+        return None
+    pattern = typeset(found.common.unexplained.structure)
+    return Section(
+        "What the units share, and no known effect explains", [Note("bad", "Pattern", [pattern])]
+    )
+
+
+def _head(found: StandDiscovery, name: str) -> Section | None:
+    if not found.head:
+        return None
+    words = ("Errors of the head positions.", "The table below has the numbers.")
+    rows = []
+    for position in found.head:
+        expanded = (position.error.expanded_uncertainty or 0.0) * 1e6
+        shown = matching_digits((position.error.value or 0.0) * 1e6, expanded)
+        rows.append((f"{position.angle_deg:g}°", *map(typeset, shown)))
+    headings = ("head angle", "error [µrad]", "U (95 %)")
+    caption = "True minus nominal, of what does not look like coefficients"
+    table = Table(caption, headings, rows, frozenset({1, 2}))
+    blocks: list[Block] = [
+        Gallery([*pictures(f"{name}head", found.plot.head, [words], _SIZE), table])
+    ]
+    return Section("The head", blocks)
+
+
+def _gains(found: StandDiscovery) -> Section | None:
+    if not found.coefficients:
+        return None
+    rows = [tuple(map(typeset, row)) for row in gain_rows(found)]
+    headings = ("coefficient", "stand from own readings", "from all", "smaller by", "unit")
+    caption = "Standard uncertainty of each unit's coefficients, median"
+    return Section(
+        "What the joint estimate gains", [Table(caption, headings, rows, frozenset({1, 2, 3}))]
+    )
+
+
+def _notes(found: StandDiscovery) -> Section | None:
+    return Section("Notes", [Bullets(list(map(typeset, found.notes)))]) if found.notes else None
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:]

@@ -1,0 +1,317 @@
+"""Pages of results: what they say, that they are whole in themselves, and the same each time."""
+
+import builtins
+import itertools
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+import accelcal
+from accelcal.cli.main import main
+from accelcal.io.specification import read_specification
+from accelcal.page.render import html, markdown
+from accelcal.page.write import form_of, report_page
+from accelcal.results.quantity import Residuals
+from accelcal.verdict import judge
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+VOID = {"meta", "link", "br", "img", "hr"}
+
+
+class Outline(HTMLParser):
+    """Tags in order, ids, and the text of a page; fails where tags do not match."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.tags, self.ids, self.text = [], [], [], []
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        self.ids += [value for name, value in attrs if name == "id"]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        self.ids += [value for name, value in attrs if name == "id"]
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text.append(data)
+
+
+@pytest.fixture(scope="module")
+def calibration():
+    found = accelcal.fit(accelcal.read_table(EXAMPLES / "al15.csv"))
+    return replace(found, verdict=judge(found, read_specification(str(EXAMPLES / "al15.toml"))))
+
+
+@pytest.fixture(scope="module")
+def page(calibration):
+    return html(report_page([calibration]))
+
+
+@pytest.fixture(scope="module")
+def record():
+    return accelcal.simulate(effects=[accelcal.effect("backlash").of(5e-5)], seed=1)
+
+
+@pytest.fixture(scope="module")
+def discovery(record):
+    return accelcal.discover(record)
+
+
+# -- a calibration ---------------------------------------------------------------------------------
+
+
+def test_the_page_tells_all_there_is(page):
+    told = " ".join(Outline(page).text)
+    for part in (
+        *("AL-15", "1.349975", "0.000023", "mA/g", "fails its data sheet", "519.89", "FAIL"),
+        *("Temperature", "Residuals", "Uncertainty budget", "Checks", "Provenance"),
+        *("What these readings cannot tell", "fixture angle", "seed 15", "accelcal 0"),
+        "d751ece30e94e5dd5a425f4a7b12021ea5877cd4e0bc08e24ce6e6e5a1092a51",
+    ):
+        assert part in told, part
+
+
+def test_value_and_uncertainty_share_their_digits(page):
+    number = r'<td class="number[^"]*">([−\d.]+)</td>\s*'
+    cells = re.findall(rf'</th>\s*<td class="short">\S+</td>\s*{number}{number}', page)
+    assert len(cells) == 3 * 6 + 9  # the tables and the laws
+    for value, uncertainty in cells:
+        decimals = [len(number.partition(".")[2]) for number in (value, uncertainty)]
+        assert decimals[0] == decimals[1], (value, uncertainty)
+
+
+def test_the_page_is_whole_in_itself(page):
+    outline = Outline(page)
+    tags = [tag for tag, _ in outline.tags]
+    assert "script" not in tags
+    assert "img" not in tags
+    links = [
+        a[name] for _, a in outline.tags for name in ("href", "src", "xlink:href") if name in a
+    ]
+    assert links
+    assert all(link.startswith(("#", "data:")) for link in links)
+    assert not re.search(r"url\((?!#)|@import", page)
+    told = dict(outline.tags)
+    assert told["html"]["lang"] == "en"
+
+
+def test_ids_do_not_clash_and_are_found(page):
+    ids = Outline(page).ids
+    assert len(ids) == len(set(ids))
+    asked = set(re.findall(r'(?:xlink:href="|url\()#([^")]+)', page))
+    assert asked <= set(ids)
+
+
+def test_headings_and_pictures_are_for_everybody(page):
+    outline = Outline(page)
+    levels = [int(tag[1]) for tag, _ in outline.tags if re.fullmatch(r"h\d", tag)]
+    assert levels.count(1) == 1
+    assert all(b - a <= 1 for a, b in itertools.pairwise(levels))
+    pictures = [a for _, a in outline.tags if a.get("role") == "img"]
+    assert len(pictures) == 2 * 7  # light and dark: three laws, three of residuals, the budget
+    assert all(a["aria-label"] for a in pictures)
+    tags = [tag for tag, _ in outline.tags]
+    assert tags.count("figcaption") >= tags.count("figure") - tags.count("details")
+
+
+def test_the_same_result_gives_the_same_bytes(calibration, page):
+    again = accelcal.Calibration.from_json(calibration.to_json())
+    assert html(report_page([again])) == page
+
+
+def test_markdown_has_the_same_numbers(calibration, page):
+    text = markdown(report_page([calibration]))
+    assert text.startswith("# Calibration: AL-15\n")
+    assert "<svg" not in text
+    numbers = set(re.findall(r'<td class="number[^"]*">([^<]+)</td>', page))
+    assert [number for number in numbers if number not in text] == []
+    for line in re.findall(r"^\|.*$", text, re.MULTILINE):
+        assert line.endswith("|")
+
+
+def test_a_hostile_name_does_no_harm(calibration):
+    serial = "<script>alert(1)</script>|*x*\x1b[2J"
+    bare = replace(calibration.tables[0], residuals=Residuals(), budget={})
+    bad = replace(calibration, serial=serial, temperature_model=None, tables=(bare,))
+    page = report_page([bad])
+    text = html(page)
+    assert "<script" not in text
+    assert "\x1b" not in text
+    assert "&lt;script&gt;" in text
+    Outline(text)
+    assert "<script" not in markdown(page).replace("\\<", "")
+
+
+def test_what_is_not_known_is_said(calibration):
+    document = calibration.to_document() | {"date": None}
+    del document["provenance"]
+    text = markdown(report_page([accelcal.Calibration.from_document(document)]))
+    assert "- SHA-256 of the input: not recorded\n" in text
+
+
+def test_one_table_and_no_uncertainty():
+    columns = {"position": [1, 3, 5, 7], "output": [1.3, 0.01, -1.29, -0.01]}
+    columns |= {"stroke": [1] * 4, "temperature": [20.0] * 4}
+    found = accelcal.fit(accelcal.read_arrays(columns), coefficients=("K0", "K1", "K2", "M"))
+    told = markdown(report_page([found]))
+    assert "No uncertainty" in told
+    assert "not determined" in told
+
+
+def test_several_calibrations_have_a_chapter_each(calibration):
+    small = replace(calibration, tables=calibration.tables[:1], temperature_model=None)
+    other = replace(small, serial="B", verdict=None)
+    outline = Outline(html(report_page([small, other])))
+    assert [tag for tag, _ in outline.tags].count("article") == 2
+    assert [tag for tag, _ in outline.tags].count("h1") == 1
+    assert len(outline.ids) == len(set(outline.ids))
+
+
+# -- a discovery -----------------------------------------------------------------------------------
+
+
+def test_a_discovery_tells_its_story_in_order(discovery, record):
+    told = " ".join(Outline(html(report_page([discovery], [record]))).text)
+    parts = (
+        "Where simulation and measurement disagree",
+        "Backlash",
+        "Signature of",
+        "The gap, before and after",
+        "What it changes in the coefficients",
+        "What these readings cannot tell",
+        "Notes and provenance",
+    )
+    places = [told.index(part) for part in parts]
+    assert places == sorted(places)
+
+
+def test_a_discovery_without_its_readings_says_so(discovery):
+    told = markdown(report_page([discovery]))
+    assert "Signature of" not in told
+    assert "where the readings are given" in told
+
+
+def test_nothing_found_is_told():
+    found = accelcal.discover(accelcal.simulate(seed=2))
+    assert not found.effects
+    told = " ".join(Outline(html(report_page([found]))).text)
+    assert "nothing is missing that shows" in told
+    assert "before and after" not in told
+
+
+def test_faults_come_first(discovery, record):
+    from accelcal.results.findings import Fault
+
+    faulty = replace(
+        discovery, faults=(Fault("outlier", "reading 3 is 90 ug off", {}, 1e-9, (3,)),)
+    )
+    told = markdown(report_page([faulty], [record]))
+    assert told.index("reading 3 is 90 µg off") < told.index("Where simulation")
+
+
+# -- files and commands ----------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def folder(calibration, discovery, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("reports")
+    calibration.to_json(folder / "cal.json")
+    discovery.to_json(folder / "model.json")
+    return folder
+
+
+def test_report_of_a_calibration_that_fails(folder, capsys):
+    out = folder / "cal.md"
+    assert main(["report", str(folder / "cal.json"), "-o", str(out)]) == 1
+    assert "fails its data sheet" in out.read_text("utf-8")
+    assert capsys.readouterr() == ("", "")
+
+
+def test_report_of_a_discovery(folder, record):
+    table, out = folder / "table.csv", folder / "model.md"
+    accelcal.write_table(record, table)
+    arguments = ["report", str(folder / "model.json"), "-o", str(out), "--data", str(table)]
+    assert main(arguments) == 0
+    assert "Signature of backlash" in out.read_text("utf-8")
+
+
+def test_fit_and_discover_report_at_once(folder, record, monkeypatch):
+    monkeypatch.chdir(folder)
+    accelcal.write_table(record, "table.csv")
+    assert main(["fit", "table.csv", "--report", "fit.md"]) == 0
+    assert main(["discover", "table.csv", "--report", "discover.md"]) == 0
+    assert "# Calibration" in Path("fit.md").read_text("utf-8")
+    assert "Signature of backlash" in Path("discover.md").read_text("utf-8")
+
+
+def test_results_report_themselves(calibration, discovery, record, tmp_path):
+    calibration.report(tmp_path / "a.md")
+    discovery.report(tmp_path / "b.md", record)
+    assert "AL-15" in (tmp_path / "a.md").read_text("utf-8")
+    assert "Signature of" in (tmp_path / "b.md").read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["report", "cal.json"], "nothing to write"),
+        (["report", "cal.json", "-o", "x.doc"], "ends in .html, .md, .pdf"),
+        (["report", "cal.json", "-o", "cal.json"], "is a file to be read"),
+        (["report", "nosuch.json", "-o", "x.html"], "no such file"),
+        (["report", "cal.json", "-o", "x.html", "--serial", "Z"], "no serial 'Z'"),
+        (["report", "cal.json", "-o", "x.html", "--data", "cal.json"], "leave --data out"),
+        (["report", "model.json", "-o", "x.html", "--spec", "x"], "leave --spec out"),
+        (["report", "cal.json", "--dcc-data", "x", "-o", "x.html"], "name its file with --dcc"),
+        (["fit", "table.csv", "--report", "x.doc"], "ends in .html, .md, .pdf"),
+    ],
+)
+def test_what_cannot_be_done_is_one_line(folder, arguments, said, monkeypatch, capsys):
+    monkeypatch.chdir(folder)
+    assert main(arguments) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert said in err
+    assert err.count("\n") == 1
+
+
+def test_a_document_of_another_sort_is_refused(tmp_path, capsys):
+    (tmp_path / "x.json").write_text('{"schema": "other/1"}')
+    assert main(["report", str(tmp_path / "x.json"), "-o", str(tmp_path / "x.html")]) == 2
+    assert "schema 'other/1'; give a file written by accelcal fit" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("package", ["jinja2", "matplotlib"])
+def test_a_missing_package_is_one_line(folder, package, monkeypatch, capsys):
+    real = builtins.__import__
+
+    def without(name, *arguments, **named):
+        if name.split(".")[0] == package:
+            raise ImportError(name)
+        return real(name, *arguments, **named)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    assert main(["report", str(folder / "cal.json"), "-o", str(folder / "no.html")]) == 2
+    assert "pip install 'accelcal[report]'" in capsys.readouterr().err
+    assert not (folder / "no.html").exists()
+
+
+def test_a_missing_browser_is_one_line(folder, monkeypatch, capsys):
+    monkeypatch.setattr("accelcal.page.paper.browser", lambda: None)
+    assert main(["report", str(folder / "model.json"), "-o", str(folder / "no.pdf")]) == 2
+    assert "none was found" in capsys.readouterr().err
+
+
+def test_forms():
+    assert [form_of(name) for name in ("a.HTML", "b.md", "c.x.pdf")] == ["html", "md", "pdf"]
