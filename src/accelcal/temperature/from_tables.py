@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.joint import JointEstimate
+from accelcal.estimate.joint import JointEstimate, JointStack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, propagate
 from accelcal.probability import f_survival
@@ -35,7 +35,14 @@ from accelcal.temperature.hysteresis import (
     confounded,
     mean_hysteresis,
 )
-from accelcal.temperature.levels import Levels, LevelStack, alike, levels_of, stack_of_one
+from accelcal.temperature.levels import (
+    Levels,
+    LevelStack,
+    alike,
+    level_stack,
+    levels_of,
+    stack_of_one,
+)
 from accelcal.temperature.run_temperatures import run_temperature_uncertainty
 
 __all__ = ["LawsOfRecords", "laws_from_tables", "laws_of_records", "tables_of_one_mounting"]
@@ -103,11 +110,13 @@ def laws_from_tables(
     chosen = tables_of_one_mounting(tables, estimate)
     if len(chosen) < 2:
         return None
-    share = 1.0 if unfelt is None else unfelt[chosen]
-    own = [tables[i] for i in chosen]
-    uncertain = run_temperature_uncertainty(own, temperature_uncertainty, share)
-    stack = stack_of_one(tables, estimate, chosen, reference, uncertain, unit)
-    return laws_of_records(stack).model(0)
+    share = 1.0 if unfelt is None else unfelt
+    uncertain = run_temperature_uncertainty(tables, temperature_uncertainty, share)
+    levels = np.array([[table.record.mean_temperature for table in tables]])
+    T0 = np.array([np.nan if reference is None else reference])
+    of_levels = uncertain[0][None], uncertain[1][None]
+    stack = level_stack(tables, stack_of_one(estimate), chosen, levels, of_levels, T0)
+    return laws_of_records(stack._replace(unit=[unit])).model(0)
 
 
 class _Group(NamedTuple):
@@ -288,17 +297,21 @@ def _unmeasured(sides: Sequence[str]) -> tuple[str, ...]:
     return tuple(text for side, text in _NOT_MEASURED.items() if side not in sides)
 
 
-def tables_of_one_mounting(tables: Sequence[PreparedTable], estimate: JointEstimate) -> list[int]:
+def tables_of_one_mounting(
+    tables: Sequence[PreparedTable], estimate: JointEstimate | JointStack, axis: str = ""
+) -> list[int]:
     """Choose tables that mean the same by K0, K1 and M: one mounting, the same things absorbed.
 
-    Of several such sets the one with most tables.
+    Of several such sets the one with most tables; with `axis`, only of those with that axis,
+    ``"o"`` or ``"p"``, along the shaft.
     """
-    alike: dict[tuple[object, ...], list[int]] = {}
+    found: dict[tuple[object, ...], list[int]] = {}
     for index, table in enumerate(tables):
-        if {"K0", "K1", "M"} <= set(estimate.names[index]):
+        mounting = str(table.record.mounting[0])
+        if {"K0", "K1", "M"} <= set(estimate.names[index]) and mounting.startswith(axis):
             meaning = (estimate.stands_for[index].get(name) for name in ("K0", "K1", "M"))
-            alike.setdefault((str(table.record.mounting[0]), *meaning), []).append(index)
-    return max(alike.values(), key=len, default=[])
+            found.setdefault((mounting, *meaning), []).append(index)
+    return max(found.values(), key=len, default=[])
 
 
 def _solution(levels: Levels, sides: Sequence[str], loop: Branches) -> Array:

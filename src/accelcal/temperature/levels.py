@@ -12,14 +12,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.joint import JointEstimate
+from accelcal.estimate.joint import JointEstimate, JointStack
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, propagate
 from accelcal.model import COEFFICIENTS, ERROR_TERMS
 from accelcal.temperature.bilinear import LEAST_RISE
 
-__all__ = ["LevelStack", "Levels", "alike", "levels_of", "stack_of_one"]
+__all__ = ["LevelStack", "Levels", "alike", "level_stack", "levels_of", "stack_of_one"]
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -89,38 +89,70 @@ class LevelStack(NamedTuple):
         )
 
 
-def stack_of_one(
+def level_stack(
     tables: Sequence[PreparedTable],
-    estimate: JointEstimate,
+    estimate: JointStack,
     chosen: Sequence[int],
-    reference: float | None,
+    temperature: Array,
     uncertain: tuple[Array, Array],
-    unit: str | None,
+    reference: Array,
 ) -> LevelStack:
-    """Take the chosen tables of one record, with the uncertainty of their temperatures."""
-    own = [tables[i] for i in chosen]
-    components = {**estimate.components, **estimate.alike}
+    """Take the chosen tables of R records of one plan.
+
+    Parameters
+    ----------
+    tables : sequence of PreparedTable
+        The tables of any of the records.
+    estimate : JointStack
+        Their coefficients in all records.
+    chosen : sequence of int
+        Tables of one mounting that mean the same by K0, K1 and M.
+    temperature : ndarray, shape (R, tables)
+        Mean temperature of each table [degC]; NaN where unknown.
+    uncertain : tuple of ndarray, shape (R, tables)
+        Its standard uncertainty [degC], and the degrees of freedom.
+    reference : ndarray, shape (R,)
+        T0 [degC]; NaN where there is none.
+
+    Returns
+    -------
+    LevelStack
+        The tables.
+    """
+    records, own = len(temperature), [tables[i].record for i in chosen]
+    coefficients = [estimate.coefficients[i] for i in chosen]
     return LevelStack(
-        temperature=np.array([[table.record.mean_temperature for table in own]]),
-        uncertainty=uncertain[0][None],
-        dof=uncertain[1][None],
-        reference=np.array([np.nan if reference is None else reference]),
-        coefficients=np.array([[estimate.coefficients[i] for i in chosen]]),
-        components={
-            name: Component(part.covariance[None], part.dof[None])
-            for name, part in components.items()
-        },
-        place=np.array([_places(estimate, i) for i in chosen]),
-        order=np.argsort([int(table.record.run[0]) for table in own], kind="stable"),
-        shift_source=[estimate.bias_shift.source],
-        unit=[unit],
+        temperature=temperature[:, chosen],
+        uncertainty=uncertain[0][:, chosen],
+        dof=uncertain[1][:, chosen],
+        reference=reference,
+        coefficients=np.stack(coefficients, axis=1),
+        components={**estimate.components, **estimate.alike},
+        place=np.array([_places(estimate.names, i) for i in chosen]),
+        order=np.argsort([int(record.run[0]) for record in own], kind="stable"),
+        shift_source=[estimate.bias_shift.source] * records,
+        unit=[own[0].unit] * records,
     )
 
 
-def _places(estimate: JointEstimate, table: int) -> list[int]:
-    start: int = estimate.part(table).start
-    names = estimate.names[table]
-    return [start + names.index(name) if name in names else -1 for name in COEFFICIENTS]
+def stack_of_one(estimate: JointEstimate) -> JointStack:
+    """Coefficients of one record and the components of their errors as those of a stack of one."""
+
+    def alone(components: Mapping[str, Component]) -> dict[str, Component]:
+        return {name: Component(c.covariance[None], c.dof[None]) for name, c in components.items()}
+
+    parts = estimate._asdict() | {
+        "coefficients": tuple(k[None] for k in estimate.coefficients),
+        "components": alone(estimate.components),
+        "alike": alone(estimate.alike),
+    }
+    return JointStack(**parts)
+
+
+def _places(names: Sequence[Sequence[str]], table: int) -> list[int]:
+    """Place of each coefficient of a table among those of all tables; -1 for those without."""
+    start, own = sum(map(len, names[:table])), names[table]
+    return [start + own.index(name) if name in own else -1 for name in COEFFICIENTS]
 
 
 def alike(stack: LevelStack) -> list[Places]:

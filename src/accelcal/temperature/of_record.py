@@ -9,17 +9,28 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.joint import JointEstimate
+from accelcal.estimate.joint import JointEstimate, JointStack
 from accelcal.estimate.one_axis import tables_of_axis
 from accelcal.estimate.reversal import free_of_fixture_angle
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.at_rest import AtRest
-from accelcal.temperature.from_tables import laws_from_tables, tables_of_one_mounting
-from accelcal.temperature.of_tables import temperature_component
+from accelcal.temperature.from_tables import (
+    LawsOfRecords,
+    laws_from_tables,
+    laws_of_records,
+    tables_of_one_mounting,
+)
+from accelcal.temperature.levels import level_stack
+from accelcal.temperature.of_tables import (
+    Slopes,
+    stacked_temperature_component,
+    temperature_component,
+)
+from accelcal.temperature.run_temperatures import stacked_temperature_uncertainty
 
-__all__ = ["RecordLaws", "laws_of_record"]
+__all__ = ["RecordLaws", "StackLaws", "can_be_stacked", "laws_of_record", "laws_of_stack"]
 
 Array = NDArray[np.float64]
 
@@ -99,6 +110,92 @@ def laws_of_record(
     estimate = estimate._replace(outputs=tuple(outputs))
     found = laws_from_readings(moving, estimate, main, reference, uncertainty, unit)
     return RecordLaws(found if same else _with_misalignment(found, main), second, heat, said)
+
+
+class StackLaws(NamedTuple):
+    """Temperature laws of R records of one plan.
+
+    Attributes
+    ----------
+    main, second_axis : LawsOfRecords or None
+        As of `RecordLaws`; None where no axis has tables that tell laws.
+    of_tables : Component or None
+        As of `RecordLaws`, with a leading axis of length R.
+    """
+
+    main: LawsOfRecords | None
+    second_axis: LawsOfRecords | None
+    of_tables: Component | None
+
+
+def can_be_stacked(
+    tables: Sequence[PreparedTable], temperatures: Sequence[Array]
+) -> NDArray[np.bool_]:
+    """Tell which records of one plan `laws_of_stack` can take.
+
+    Parameters
+    ----------
+    tables : sequence of PreparedTable
+        The tables of any of the R records.
+    temperatures : sequence of ndarray, shape (R, n)
+        Temperatures of the readings of each table [degC].
+
+    Returns
+    -------
+    ndarray of bool, shape (R,)
+        Those whose temperatures stand within each run; none where both sides of an axis were
+        measured. The others are fitted one by one.
+    """
+    mountings = {str(table.record.mounting[0]) for table in tables}
+    one_sided = len({mounting[0] for mounting in mountings}) == len(mountings)
+    moved = [np.nan_to_num(np.ptp(own, axis=1)) > 0.0 for own in temperatures]
+    return np.asarray(one_sided & ~np.any(moved, axis=0))
+
+
+def laws_of_stack(
+    tables: Sequence[PreparedTable],
+    estimate: JointStack,
+    temperatures: Sequence[Array],
+    reference: Array,
+) -> StackLaws:
+    """Fit the temperature laws of both axes of many records, to the coefficients of the tables.
+
+    Parameters
+    ----------
+    tables : sequence of PreparedTable
+        The tables of any of the R records, which are of one plan, see `can_be_stacked`.
+    estimate : JointStack
+        Their coefficients.
+    temperatures : sequence of ndarray, shape (R, n)
+        Temperatures of the readings of each table [degC]; NaN where unknown.
+    reference : ndarray, shape (R,)
+        T0 [degC]; NaN where there is none.
+
+    Returns
+    -------
+    StackLaws
+        The laws; record by record those of `laws_of_record`.
+    """
+    levels = np.stack([own.mean(axis=1) for own in temperatures], axis=1)
+    declared = tables[0].record.apparatus.temperature_uncertainty
+    uncertain = stacked_temperature_uncertainty(temperatures, declared)
+
+    def of(chosen: list[int]) -> LawsOfRecords | None:
+        if len(chosen) < 2:
+            return None
+        return laws_of_records(level_stack(tables, estimate, chosen, levels, uncertain, reference))
+
+    chosen = tables_of_one_mounting(tables, estimate)
+    if not chosen:
+        return StackLaws(None, None, None)
+    axis = str(tables[chosen[0]].record.mounting[0])[0]
+    main = of(chosen)
+    second = of(tables_of_one_mounting(tables, estimate, "p" if axis == "o" else "o"))
+    if main is None:
+        return StackLaws(None, second, None)
+    rise = levels - reference[:, None]
+    heat = stacked_temperature_component(tables, estimate, Slopes.of(main), rise, uncertain)
+    return StackLaws(main, second, heat)
 
 
 def _with_misalignment(readings: TemperatureModel, tables: TemperatureModel) -> TemperatureModel:

@@ -10,7 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 from accelcal.estimate.tables import PreparedTable
 from accelcal.results.temperature import TemperatureModel
 
-__all__ = ["recorded_temperatures", "run_temperature_uncertainty", "undeclared_temperature"]
+__all__ = [
+    "recorded_temperatures",
+    "run_temperature_uncertainty",
+    "stacked_temperature_uncertainty",
+    "undeclared_temperature",
+]
 
 Array = NDArray[np.float64]
 
@@ -37,22 +42,46 @@ def recorded_temperatures(table: PreparedTable) -> Array:
 def run_temperature_uncertainty(
     tables: Sequence[PreparedTable], declared: float | None, share: ArrayLike = 1.0
 ) -> tuple[Array, Array]:
-    """Uncertainty of the mean temperature of each run, and its degrees of freedom.
+    """Uncertainty of the mean temperature of each run of a record, and its degrees of freedom.
 
     Parameters
     ----------
     tables : sequence of PreparedTable
-        R tables, each of a run of its own.
+        Tables, each of a run of its own.
     declared : float or None
         Declared standard uncertainty of the temperature of a run [degC].
-    share : array_like, shape (R,) or a number, default 1
+    share : array_like, shape (tables,) or a number, default 1
         Share of the recorded scatter, as a variance, that the accelerometer did not feel.
 
     Returns
     -------
-    uncertainty : ndarray, shape (R,)
+    uncertainty, dof : ndarray, shape (tables,)
+        See `stacked_temperature_uncertainty`.
+    """
+    temperatures = [recorded_temperatures(table)[None] for table in tables]
+    uncertainty, dof = stacked_temperature_uncertainty(temperatures, declared, share)
+    return uncertainty[0], dof[0]
+
+
+def stacked_temperature_uncertainty(
+    temperatures: Sequence[Array], declared: float | None, share: ArrayLike = 1.0
+) -> tuple[Array, Array]:
+    """Uncertainty of the mean temperature of each run of many records.
+
+    Parameters
+    ----------
+    temperatures : sequence of ndarray, shape (R, n)
+        Temperatures of the readings of each table, those unknown at their mean [degC].
+    declared : float or None
+        Declared standard uncertainty of the temperature of a run [degC].
+    share : array_like, shape (R, tables) or less, default 1
+        Share of the recorded scatter, as a variance, that the accelerometer did not feel.
+
+    Returns
+    -------
+    uncertainty : ndarray, shape (R, tables)
         The declared uncertainty, but not less than that of the mean of what was recorded [degC].
-    dof : ndarray, shape (R,)
+    dof : ndarray, shape (R, tables)
         Degrees of freedom; infinite where the declared uncertainty counts.
 
     Notes
@@ -60,10 +89,9 @@ def run_temperature_uncertainty(
     The mean of n temperatures of scatter s has the standard uncertainty s / sqrt(n). A temperature
     that stands unchanged over several readings was taken once.
     """
-    scatter = np.array([recorded_temperatures(table).std(ddof=1) for table in tables])
-    taken = np.array(
-        [1 + np.count_nonzero(np.diff(recorded_temperatures(table))) for table in tables]
-    )
+    scatter = np.stack([own.std(axis=1, ddof=1) for own in temperatures], axis=1)
+    changes = [np.count_nonzero(np.diff(own, axis=1), axis=1) for own in temperatures]
+    taken = 1.0 + np.stack(changes, axis=1)
     seen = scatter * np.sqrt(np.asarray(share) / taken)
     least = declared or 0.0
     return np.maximum(seen, least), np.where(seen > least, np.maximum(taken - 1.0, 1.0), np.inf)

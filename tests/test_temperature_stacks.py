@@ -1,0 +1,174 @@
+"""Temperature laws of many records at once against those of each record by itself."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import accelcal
+from accelcal.estimate.joint import estimate_stack
+from accelcal.estimate.linear import linear_estimator
+from accelcal.estimate.tables import prepare
+from accelcal.gates.record import RecordStack, gates_of_records
+from accelcal.gates.stack import TableStack
+from accelcal.gates.table import gates_of_plan
+from accelcal.simulation import NoiseComponents, TumblePlan
+from accelcal.temperature.of_record import can_be_stacked, laws_of_stack
+
+DECLARED = {"head_uncertainty": 1e-5, "launch_uncertainty": 2e-6}
+THREE = (20.0, 80.0, -40.0)
+LOOP = (20.0, 50.0, 80.0, 50.0, 20.0, -10.0, -40.0, -10.0, 20.0)
+RECORDS = 6
+QUIET = NoiseComponents(reading=5e-6, head=1e-5, launch=0.0, launch_sf=0.0)
+
+
+def record(levels, seed, *, mountings=("o+",), loop=0.0, launch=0.0, scatter=0.0, **declared):
+    """A test at some levels [degC]; the bias lies off by `loop` [g] times them after heating."""
+    plan = TumblePlan(temperatures=tuple(levels), mountings=mountings, strokes=4)
+    one = accelcal.simulate(plan=plan, noise=QUIET, seed=seed, declare=False)
+    rng = np.random.default_rng(seed)
+    shift = launch * rng.standard_normal(len(one.run_labels))
+    runs = np.array([one.temperature[one.run == run][0] for run in range(shift.size)])
+    shift += 1e-2 * loop * runs * np.sign(np.diff(runs, prepend=runs[0]))
+    return dataclasses.replace(
+        one,
+        output=one.output + 1.3 * shift[one.run],
+        temperature=one.temperature + scatter * rng.standard_normal(len(one)),
+    ).with_apparatus(**declared)
+
+
+def records(levels, **options):
+    """Records whose levels lie some hundredths of a degree beside those of the plan."""
+    rng = np.random.default_rng(1)
+    for seed in range(RECORDS):
+        yield record(np.array(levels) + rng.uniform(-0.04, 0.04, len(levels)), seed, **options)
+
+
+def stacked(made, reference=20.0):
+    """Estimate and laws of records of one plan, at once."""
+    tables = [prepare(table) for table in made[0].tables()]
+    masks = list(made[0].table_masks())
+    outputs = [np.array([one.output[mask] for one in made]) for mask in masks]
+    temperatures = [np.array([one.temperature[mask] for one in made]) for mask in masks]
+    levels = np.stack([own.mean(axis=1) for own in temperatures], axis=1)
+    estimate = estimate_stack(tables, outputs, levels, made[0].apparatus)
+    assert can_be_stacked(tables, temperatures).all()
+    laws = laws_of_stack(tables, estimate, temperatures, np.full(len(made), reference))
+    return tables, outputs, estimate, laws
+
+
+def assert_alike(found, expected):
+    """Two documents are equal, numbers but for rounding errors."""
+    if isinstance(expected, dict):
+        assert found.keys() == expected.keys()
+        for key in expected:
+            assert_alike(found[key], expected[key])
+    elif isinstance(expected, list):
+        assert len(found) == len(expected)
+        for pair in zip(found, expected, strict=True):
+            assert_alike(*pair)
+    elif isinstance(expected, float):
+        assert found == pytest.approx(expected, rel=1e-7, abs=1e-25)
+    else:
+        assert found == expected
+
+
+CASES = {
+    "three levels": (THREE, DECLARED),
+    "nothing declared": (THREE, {}),
+    "temperature uncertain": (THREE, DECLARED | {"temperature_uncertainty": 0.05}),
+    "above only": ((20.0, 80.0), DECLARED),
+    "loop": (LOOP, {"head_uncertainty": 1e-5, "loop": 2e-5}),
+    "open loop": ((20.0, 50.0, 80.0, 50.0, -10.0, -40.0), DECLARED | {"loop": 2e-5}),
+    "curved": ((20.0, 45.0, 80.0, 0.0, -40.0), DECLARED | {"launch": 1e-4}),
+    "T0 far outside": ((50.0, 60.0, 80.0), DECLARED),
+    "both axes": (THREE, DECLARED | {"mountings": ("o+", "p+")}),
+    "one level": ((20.0, 20.0), DECLARED),
+    "no level near T0": ((0.0, 40.0), DECLARED),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_laws_of_a_stack_are_those_of_each_record(case):
+    levels, options = CASES[case]
+    made = list(records(levels, **options))
+    tables, _, _, laws = stacked(made)
+    for i, one in enumerate(made):
+        expected = accelcal.fit(one, reference_temperature=20.0)
+        assert_same_model(laws.main, i, expected.temperature_model)
+        assert_same_model(laws.second_axis, i, expected.second_axis_model)
+        assert_component(laws, tables, i, expected)
+
+
+def assert_same_model(laws, i, expected):
+    found = None if laws is None else laws.model(i)
+    if expected is None:
+        assert found is None
+    else:
+        assert_alike(found.to_document(), expected.to_document())
+
+
+def assert_component(laws, tables, i, expected):
+    """What the temperatures add to the uncertainty of the tables."""
+    sigma = np.sqrt(laws.of_tables.of(i).variances).reshape(len(tables), -1)
+    for table, own in zip(expected.tables, sigma.tolist(), strict=True):
+        budget = [sources.get("temperature", 0.0) for sources in table.budget.values()]
+        assert own == pytest.approx(budget, rel=1e-9)
+
+
+def test_arrays_of_the_laws_are_those_of_the_models():
+    made = list(records(LOOP, loop=3e-5, **DECLARED))
+    laws = stacked(made)[-1].main
+    for i in range(len(made)):
+        for name, quantity in laws.model(i).quantities():
+            place = laws.names.index(name)
+            assert laws.value[i, place] == quantity.value
+            assert laws.standard[i, place] == quantity.standard_uncertainty
+            assert laws.expanded[i, place] == quantity.expanded_uncertainty
+            assert laws.dof[i, place] == (quantity.dof or math.inf)
+    assert np.isfinite(laws.value).all()
+
+
+def test_what_is_not_determined_is_nan():
+    laws = stacked(list(records((20.0, 80.0), **DECLARED)))[-1].main
+    missing = [name for name, gap in zip(laws.names, np.isnan(laws.value[0]), strict=True) if gap]
+    assert missing == ["k0 below", "K1 below", "delta below", "hysteresis"]
+
+
+def test_records_of_other_courses_are_told_apart():
+    courses = (THREE, (-40.0, 80.0, 20.0), (20.0, 24.0, -40.0))
+    made = [record(levels, 1, **DECLARED) for levels in courses]
+    laws = stacked(made)[-1].main
+    assert len(laws.groups) == 3
+    for i, one in enumerate(made):
+        expected = accelcal.fit(one, reference_temperature=20.0).temperature_model
+        assert_alike(laws.model(i).to_document(), expected.to_document())
+
+
+def test_moving_temperatures_are_left_to_the_single_fit():
+    made = list(records(THREE, scatter=0.1))
+    tables = [prepare(table) for table in made[0].tables()]
+    masks = list(made[0].table_masks())
+    temperatures = [np.array([one.temperature[mask] for one in made]) for mask in masks]
+    temperatures[0][1], temperatures[1][1], temperatures[2][1] = 20.0, 80.0, -40.0
+    assert can_be_stacked(tables, temperatures).tolist() == [i == 1 for i in range(RECORDS)]
+
+
+@pytest.mark.parametrize("options", [DECLARED, {}], ids=["declared", "nothing declared"])
+def test_gates_of_a_stack_of_records_are_those_of_each(options):
+    made = list(records(THREE, **options))
+    tables, outputs, estimate, _ = stacked(made)
+    names = [f"run {label}" for label in made[0].run_labels]
+    of_records = gates_of_records(RecordStack.of(estimate, names))
+    of_tables = gates_of_plan(
+        [
+            TableStack.of_records(t, y, linear_estimator(t).coefficients(y), noise)
+            for t, y, noise in zip(tables, outputs, estimate.noises, strict=True)
+        ]
+    )
+    for i, one in enumerate(made):
+        expected = accelcal.fit(one, reference_temperature=20.0)
+        assert tuple(gate.gate(i) for gate in of_records) == expected.gates
+        for table, gates in zip(expected.tables, of_tables, strict=True):
+            assert tuple(gate.gate(i) for gate in gates) == table.gates
