@@ -1,0 +1,272 @@
+"""Digital calibration certificates: their structure, their numbers, what is not stated.
+
+The structure is that of PTB's DCC 3.3.0 with D-SI 2.2.1. Their schemas are not part of this
+project; name a copy by the environment variable DCC_SCHEMA (the path of dcc.xsd, with SI_Format.xsd
+where it imports it from) and the certificate is validated against them as well.
+"""
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+import accelcal
+from accelcal.certificate.dcc import certificate
+from accelcal.certificate.units import si_unit
+from accelcal.cli.main import main
+from accelcal.io.laboratory import Laboratory, read_laboratory
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+DCC, SI = "{https://ptb.de/dcc}", "{https://ptb.de/si}"
+
+CONTACT = ("name", "eMail", "phone", "location")
+ORDER = {  # children in the order of the schema; those with ! must be there
+    "digitalCalibrationCertificate": ("!administrativeData", "!measurementResults"),
+    "administrativeData": (
+        *("!dccSoftware", "!coreData", "!items", "!calibrationLaboratory", "!respPersons"),
+        *("!customer", "statements"),
+    ),
+    "dccSoftware": ("!software",),
+    "usedSoftware": ("!software",),
+    "software": ("!name", "!release"),
+    "coreData": (
+        *("!countryCodeISO3166_1", "!usedLangCodeISO639_1", "!mandatoryLangCodeISO639_1"),
+        *("!uniqueIdentifier", "!beginPerformanceDate", "!endPerformanceDate"),
+    ),
+    "items": ("!item",),
+    "item": ("!name", "!manufacturer", "model", "!identifications"),
+    "identifications": ("!identification",),
+    "identification": ("!issuer", "!value", "name"),
+    "calibrationLaboratory": ("!contact",),
+    "contact": ("!name", "eMail", "phone", "!location"),
+    "customer": ("!name", "eMail", "phone", "!location"),
+    "manufacturer": ("!name", "eMail", "phone", "location"),
+    "person": ("!name", "eMail", "phone", "location"),
+    "location": ("further", "city", "countryCode", "postCode", "street"),
+    "further": ("!content",),
+    "respPersons": ("!respPerson",),
+    "respPerson": ("!person", "role", "mainSigner"),
+    "statements": ("!statement",),
+    "statement": ("!declaration",),
+    "declaration": ("!content",),
+    "measurementResults": ("!measurementResult",),
+    "measurementResult": ("!name", "usedMethods", "usedSoftware", "!results"),
+    "usedMethods": ("!usedMethod",),
+    "usedMethod": ("!name", "description", "norm"),
+    "results": ("!result",),
+    "result": ("!name", "!data"),
+    "data": ("list",),
+    "list": ("name", "quantity"),
+    "quantity": ("name", "noQuantity", "real", "realListXMLList"),
+    "real": ("label", "!value", "!unit", "measurementUncertaintyUnivariate"),
+    "realListXMLList": ("labelXMLList", "!valueXMLList", "!unitXMLList"),
+    "measurementUncertaintyUnivariate": ("standardMU", "expandedMU"),
+    "standardMU": ("!valueStandardMU",),
+    "expandedMU": ("!valueExpandedMU", "!coverageFactor", "!coverageProbability"),
+    "name": ("!content",),
+    "description": ("!content",),
+    "noQuantity": ("!content",),
+}
+
+
+def plain(tag):
+    return tag.removeprefix(DCC).removeprefix(SI)
+
+
+def check_structure(element):
+    """Fail where an element, its place or its name is not one of the schema."""
+    tag, children = plain(element.tag), [plain(child.tag) for child in element]
+    if not children:
+        assert (element.text or "").strip(), f"{tag} is empty"
+        return
+    order = [name.removeprefix("!") for name in ORDER[tag]]
+    places = [order.index(child) for child in children]
+    assert places == sorted(places), f"{tag} holds {children}"
+    needed = {name[1:] for name in ORDER[tag] if name.startswith("!")}
+    assert needed <= set(children), f"{tag} lacks {needed - set(children)}"
+    for child in element:
+        check_structure(child)
+
+
+@pytest.fixture(scope="module")
+def calibration():
+    record = accelcal.read_table(EXAMPLES / "al15.csv", overrides={"local_gravity": 9.8106})
+    return accelcal.fit(record)
+
+
+@pytest.fixture(scope="module")
+def laboratory():
+    return read_laboratory(str(EXAMPLES / "laboratory.toml"))
+
+
+@pytest.fixture(scope="module")
+def text(calibration, laboratory):
+    return certificate(calibration, laboratory)
+
+
+@pytest.fixture(scope="module")
+def root(text):
+    return ElementTree.fromstring(text)
+
+
+def quantities(root):
+    """Label -> value, unit and expanded uncertainty of the first result."""
+    result = root.find(f".//{DCC}result")
+    return {
+        real.findtext(f"{SI}label"): (
+            float(real.findtext(f"{SI}value")),
+            real.findtext(f"{SI}unit"),
+            float(real.findtext(f".//{SI}valueExpandedMU")),
+        )
+        for real in result.iter(f"{SI}real")
+        if real.find(f"{SI}label") is not None
+    }
+
+
+def test_the_structure_is_that_of_the_schema(root):
+    check_structure(root)
+    assert root.get("schemaVersion") == "3.3.0"
+
+
+def test_it_validates_where_the_schema_is_at_hand(text):
+    path = os.environ.get("DCC_SCHEMA")
+    if not path:
+        pytest.skip("not validated here: name a copy of PTB's dcc.xsd by DCC_SCHEMA")
+    xmlschema = pytest.importorskip("xmlschema")
+    xmlschema.XMLSchema(path).validate(text)
+
+
+def test_the_numbers_are_those_of_the_calibration(calibration, root):
+    found, table, g = quantities(root), calibration.tables[0], 9.8106
+    for name, power, unit in (
+        ("K1", -1, r"\milli\ampere\metre\tothe{-1}\second\tothe{2}"),
+        ("K0", 0, r"\milli\ampere"),
+        ("K2", -2, r"\milli\ampere\metre\tothe{-2}\second\tothe{4}"),
+    ):
+        quantity = table.coefficients[name]
+        assert found[name][1] == unit
+        assert found[name][0] == pytest.approx(quantity.value * g**power, rel=1e-14)
+        assert found[name][2] == pytest.approx(quantity.expanded_uncertainty * g**power, rel=1e-14)
+    assert found["k0"][0] == pytest.approx(table.error_model["k0"].value * g, rel=1e-14)
+    assert found["delta"][:2] == (table.error_model["delta"].value, r"\radian")
+
+
+def test_the_covariance_is_that_of_the_calibration(calibration, root):
+    table, g = calibration.tables[0], 9.8106
+    powers = {"K0": 0, "K1": -1, "K2": -2, "K3": -3, "M": -1, "M_ip": -2}
+    result = root.find(f".//{DCC}result")
+    columns = list(result.iter(f"{SI}realListXMLList"))
+    names = columns[0].findtext(f"{SI}labelXMLList").split()
+    assert tuple(names) == table.covariance_names
+    for own, row, column in zip(names, table.covariance_matrix, columns, strict=True):
+        values = [float(part) for part in column.findtext(f"{SI}valueXMLList").split()]
+        wanted = [v * g ** (powers[own] + powers[n]) for v, n in zip(row, names, strict=True)]
+        assert values == pytest.approx(wanted, rel=1e-12)
+        assert len(column.findtext(f"{SI}unitXMLList").split()) == len(names)
+
+
+def test_administrative_data_come_from_the_file(root):
+    told = " ".join(root.itertext())
+    for part in ("EX-2026-0042", "Example Laboratory", "Musterstadt", "A. Person", "AL-15"):
+        assert part in told
+    assert root.findtext(f".//{DCC}beginPerformanceDate") == "2026-11-19"
+    assert root.findtext(f".//{DCC}mainSigner") == "true"
+
+
+def test_what_is_not_stated_is_said(calibration):
+    bare = replace(calibration, date="2026-11-20", serial=None)
+    root = ElementTree.fromstring(certificate(bare))
+    check_structure(root)
+    for tag in ("contact", "customer", "person", "manufacturer"):
+        assert root.findtext(f".//{DCC}{tag}/{DCC}name/{DCC}content") == "not stated"
+    assert root.findtext(f".//{DCC}identification/{DCC}value") == "not stated"
+    assert root.findtext(f".//{DCC}countryCodeISO3166_1") == "ZZ"
+    assert root.findtext(f".//{DCC}endPerformanceDate") == "2026-11-20"
+
+
+def test_without_local_gravity_values_in_g_are_text(calibration, laboratory):
+    root = ElementTree.fromstring(certificate(replace(calibration, g_local_m_s2=None), laboratory))
+    check_structure(root)
+    found = quantities(root)
+    assert "K0" in found
+    assert "K1" not in found
+    told = [" ".join(e.itertext()) for e in root.iter(f"{DCC}noQuantity")]
+    assert any("mA/g" in text and "expanded uncertainty" in text for text in told)
+
+
+def test_the_same_calibration_gives_the_same_text(calibration, laboratory, text):
+    assert certificate(calibration, laboratory) == text
+    again = accelcal.Calibration.from_json(calibration.to_json())
+    assert certificate(again, laboratory) == text
+
+
+def test_names_are_escaped(calibration):
+    known = Laboratory(performed_from="2026-11-20", model="<&>")
+    root = ElementTree.fromstring(certificate(replace(calibration, serial="</x>&"), known))
+    assert root.findtext(f".//{DCC}model") == "<&>"
+    assert root.findtext(f".//{DCC}identification/{DCC}value") == "</x>&"
+
+
+@pytest.mark.parametrize(
+    ("unit", "found"),
+    [
+        ("V", (r"\volt", 0)),
+        ("uA/g^3", (r"\micro\ampere\metre\tothe{-3}\second\tothe{6}", -3)),
+        ("g/degC", (r"\metre\second\tothe{-2}\kelvin\tothe{-1}", 1)),
+        ("g/g^2", (r"\metre\tothe{-1}\second\tothe{2}", -1)),
+        ("g/g^3", (r"\metre\tothe{-2}\second\tothe{4}", -2)),
+        ("1", (r"\one", 0)),
+        ("output unit/g", None),
+        ("counts", None),
+    ],
+)
+def test_units(unit, found):
+    assert si_unit(unit) == found
+
+
+# -- the command -----------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def folder(calibration, tmp_path, monkeypatch):
+    calibration.to_json(tmp_path / "cal.json")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_command_writes_it(folder, text):
+    lab = str(EXAMPLES / "laboratory.toml")
+    assert main(["report", "cal.json", "--dcc", "c.xml", "--dcc-data", lab]) == 0
+    assert (folder / "c.xml").read_text("utf-8") == text
+
+
+def test_a_certificate_without_a_day_is_refused(folder, capsys):
+    assert main(["report", "cal.json", "--dcc", "c.xml"]) == 2
+    assert "states the days of the test" in capsys.readouterr().err
+    assert not (folder / "c.xml").exists()
+
+
+@pytest.mark.parametrize(
+    ("lab", "said"),
+    [
+        ("schema = 1", "schema 1; write schema ="),
+        ("x = [", "no TOML"),
+        ('schema = "accelcal/laboratory/1"\nlab = "x"', "unknown key 'lab'"),
+        ('schema = "accelcal/laboratory/1"\ncustomer = "x"', "write it as a table"),
+        ('schema = "accelcal/laboratory/1"\n[customer]\nnam = "x"', "customer has 'nam'"),
+        ('schema = "accelcal/laboratory/1"\n[customer]\nname = 3', "a text of one line"),
+        ('schema = "accelcal/laboratory/1"\ncountry = "Germany"', "two capital letters"),
+        ('schema = "accelcal/laboratory/1"\nperformed_from = "yesterday"', "a day such as"),
+        ('schema = "accelcal/laboratory/1"\nstatements = "x"', "a list of texts"),
+        ('schema = "accelcal/laboratory/1"\npersons = ["x"]', "a list of tables"),
+    ],
+)
+def test_a_bad_laboratory_is_one_line(folder, lab, said, capsys):
+    (folder / "lab.toml").write_text(lab)
+    assert main(["report", "cal.json", "--dcc", "c.xml", "--dcc-data", "lab.toml"]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("lab.toml")
+    assert said in error
+    assert error.count("\n") == 1
