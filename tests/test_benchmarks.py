@@ -49,6 +49,17 @@ def test_stand_budget():
     assert all(0.45 < float(ratio) < 1.55 for ratio in ratios)
 
 
+def test_history():
+    printed = run("history.py", "--smoke")
+    lines = re.findall(
+        r"^ +\d+ +[\d.]+ +[\d.]+  normal +([\d.]+) +[\d.]+ +[\d.]+ +([\d.]+)$", printed, re.M
+    )
+    assert len(lines) == 4
+    # of 60 intervals at 95 %, fewer than 47 hold the truth once in a million tries, and of 60 units
+    # more than 7 have a jump at 1 %
+    assert all(float(held) >= 100.0 * 47 / 60 and float(named) <= 12.0 for held, named in lines)
+
+
 def test_gates():
     printed = run("gates.py", "--smoke", "--jobs", "1")
     clean = re.findall(r"^    (\w[\w ]*\w) +([\d.]+)$", printed, re.MULTILINE)
@@ -138,3 +149,13 @@ def test_batch():
 def test_each_benchmark_is_known_here(path):
     runnable = "__main__" in path.read_text("utf-8")
     assert not runnable or f'"{path.name}"' in Path(__file__).read_text("utf-8")
+
+
+def test_design():
+    printed = run("design.py", "--smoke")
+    worst = re.search(r"^declared: 22 figures, worst ([\d.]+) % off", printed, re.MULTILINE)[1]
+    # a standard deviation of 60 draws is uncertain by 9.1 %; 40 % off is 4.4 times as much
+    assert float(worst) < 40.0
+    printed = run("design.py", "--harmonics")
+    seen = re.findall(r"^(\d+) +1 +([\d.]+)", printed, re.MULTILINE)
+    assert seen == [(n, "14.14") for n in ("6", "8", "12", "24", "36")]

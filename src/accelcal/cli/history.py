@@ -1,0 +1,90 @@
+"""accelcal history: a unit through its recalibrations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import click
+
+from accelcal.cli.deliver import deliver, deliver_picture, refuse_to_overwrite
+from accelcal.cli.options import format_option, mounting_option, number, output_option
+
+if TYPE_CHECKING:
+    from accelcal.results.unit_history import History
+
+__all__ = ["history"]
+
+
+@click.command()
+@click.argument("results", metavar="RESULTS...", nargs=-1, required=True)
+@output_option("the history as JSON", metavar="HISTORY.json")
+@click.option("--serial", metavar="TEXT", help="Unit to follow; not needed where there is one.")
+@mounting_option
+@click.option(
+    "--temperature",
+    type=number,
+    metavar="DEG",
+    help="Level at which calibrations are compared [degC]; that of most dates by default.",
+)
+@click.option(
+    "--alpha",
+    type=number,
+    default="0.01",
+    show_default=True,
+    metavar="P",
+    help="Chance of a false alarm below which a jump is believed.",
+)
+@click.option("--plot", "picture", metavar="FILE", help="Draw the history (png, svg or pdf).")
+@format_option("text", "json", "csv")
+def history(
+    results: Sequence[str],
+    path: str | None,
+    serial: str | None,
+    mounting: str | None,
+    temperature: float | None,
+    alpha: float,
+    picture: str | None,
+    form: str,
+) -> None:
+    """Follow a unit through its recalibrations RESULTS.
+
+    RESULTS are frames of accelcal batch (CSV or Parquet), documents of accelcal fit (JSON), or
+    both. Tells the drift of bias and scale factor per year with 95 % intervals that know the
+    scatter from one calibration to the next, and names jumps with their dates.
+
+    \b
+    Examples:
+      accelcal history results.csv --serial AL-15
+      accelcal history 2019.json 2021.json 2023.json --plot history.png
+    """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
+    for written in (path, picture):
+        refuse_to_overwrite(results, written)
+    from accelcal.io.recalibrations import read_entries
+    from accelcal.recalibrations.history import history_of
+
+    found = history_of(
+        read_entries(results), serial, mounting=mounting, temperature=temperature, alpha=alpha
+    )
+    if picture is not None:
+        deliver_picture(found.plot.trends, picture)
+    if path is not None:
+        deliver(found.to_json(), path)
+    if path != "-":
+        deliver(_shown(found, form))
+
+
+def _shown(found: History, form: str) -> str:
+    if form == "text":
+        return str(found)
+    if form == "json":
+        return found.to_json()
+    import csv
+    import io
+
+    rows = found.rows()
+    text = io.StringIO()
+    writer = csv.DictWriter(text, rows[0], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()

@@ -1,0 +1,103 @@
+"""Pictures of a unit's history, as ``history.plot``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import date
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from accelcal.plot.scale import readable
+from accelcal.plot.style import canvases, entitled, palette, styled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from accelcal.results.unit_history import History, Trend
+
+__all__ = ["HistoryPlot"]
+
+
+@dataclass(frozen=True, slots=True)
+class HistoryPlot:
+    """Pictures of a unit's history.
+
+    Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and
+    returns the axes. `accelcal.plot.style.theme` chooses dark colours.
+
+    Attributes
+    ----------
+    history : History
+        The history.
+    """
+
+    history: History
+
+    def trends(self, axes: Any = None) -> Any:
+        """Draw bias and scale factor by date, with their lines and jumps.
+
+        Parameters
+        ----------
+        axes : array-like of Axes, optional
+            Two axes to draw into.
+
+        Returns
+        -------
+        ndarray of Axes, shape (2,)
+            Calibrations with 95 % intervals; thin bars add the scatter beyond what is stated.
+        """
+        return _trends(self.history, axes)
+
+
+@styled
+def _trends(history: History, axes: Any) -> Any:
+    panels = canvases(axes, 2, 1, (7.6, 6.2))
+    for ax, trend in zip(panels, history.trends, strict=True):
+        _draw(ax, trend)
+    panels[-1].set_xlabel("date")
+    if axes is None:
+        panels[0].figure.suptitle(f"History of {history.serial or 'a unit'}")
+    return panels
+
+
+def _draw(ax: Axes, trend: Trend) -> None:
+    colours = palette()
+    dates = np.array([date.fromisoformat(point.date) for point in trend.points])
+    values = np.array([point.measured.value for point in trend.points], dtype=float)
+    line = np.array([point.line for point in trend.points])
+    stated = np.array([p.measured.expanded_uncertainty or 0.0 for p in trend.points])
+    middle = trend.reference if trend.symbol == "K1" else 0.0
+    factor, unit = readable(trend.points[0].measured.unit, values, stated)
+    whole = np.hypot(stated, 1.96 * trend.scatter)
+    drawn: Any = {"ls": "", "color": colours.series[0]}
+    ax.errorbar(dates, factor * values, factor * whole, lw=0.7, capsize=0, alpha=0.7, **drawn)
+    label = "calibration, 95 % (thin: with the scatter)"
+    ax.errorbar(dates, factor * values, factor * stated, marker="o", label=label, **drawn)
+    _draw_line(ax, trend, dates, factor * line)
+    symbol = "$k_0$" if trend.symbol == "k0" else "$K_1$, change"
+    ax.set_ylabel(f"{symbol} [{unit}]")
+    _date_ticks(ax)
+    told = "" if not middle else f" from {middle:.7g} {trend.reference_unit}"
+    entitled(ax, f"{trend.name.capitalize()}{told}")
+
+
+def _draw_line(ax: Axes, trend: Trend, dates: Any, line: Any) -> None:
+    """Draw the line between the jumps, and the jumps."""
+    colours = palette()
+    breaks = [[point.date for point in trend.points].index(jump.before) for jump in trend.jumps]
+    for number, part in enumerate(np.split(np.arange(dates.size), breaks)):
+        label = "line" if number == 0 else None
+        ax.plot(dates[part], line[part], color=colours.series[1], label=label)
+    for number, jump in enumerate(trend.jumps):
+        span = date.fromisoformat(jump.after), date.fromisoformat(jump.before)
+        label = f"jump, p = {jump.p_value:.2g}" if number == 0 else None
+        ax.axvspan(*span, color=colours.series[3], alpha=0.25, lw=0, label=label)  # type: ignore[arg-type]
+
+
+def _date_ticks(ax: Axes) -> None:
+    from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
+
+    locator = AutoDateLocator(maxticks=8)  # type: ignore[no-untyped-call]
+    ax.xaxis.set_major_locator(locator)
+    ax.xaxis.set_major_formatter(ConciseDateFormatter(locator))  # type: ignore[no-untyped-call]

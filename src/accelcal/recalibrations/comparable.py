@@ -1,0 +1,189 @@
+"""Which calibrations of a unit can be compared: one unit, one mounting, one level, dates."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from accelcal.errors import InputError
+from accelcal.recalibrations.entries import Entry, listed, year
+
+__all__ = ["FEWEST", "Comparable", "comparable"]
+
+FEWEST = 3
+"""Calibrations that a drift with an interval needs."""
+
+_ONE_LEVEL = 2.0  # degC; runs closer than this are at one level
+
+
+@dataclass(frozen=True, slots=True)
+class Comparable:
+    """Calibrations of one unit that can be compared, by date.
+
+    Attributes
+    ----------
+    entries : tuple of Entry
+        The tables.
+    years : tuple of float
+        Their dates [years since 1970].
+    temperature : float or None
+        The level [degC]; None where temperatures are unknown.
+    notes : tuple of str
+        What was left out, and why.
+    """
+
+    entries: tuple[Entry, ...]
+    years: tuple[float, ...]
+    temperature: float | None
+    notes: tuple[str, ...]
+
+
+def comparable(
+    entries: Sequence[Entry],
+    serial: str | None,
+    mounting: str | None,
+    temperature: float | None,
+) -> Comparable:
+    """Choose the calibrations of one unit that can be compared.
+
+    Parameters
+    ----------
+    entries : sequence of Entry
+        Tables of any units.
+    serial, mounting : str or None
+        Unit and mounting; None takes the only unit, and the mounting of most tables.
+    temperature : float or None
+        Level [degC]; None takes the one that most dates have.
+
+    Returns
+    -------
+    Comparable
+        At least `FEWEST`.
+
+    Raises
+    ------
+    InputError
+        If there is no such unit, mounting or level, or too little is left.
+    """
+    notes: list[str] = []
+    own = _of_unit(entries, serial)
+    name = f"serial {own[0].serial}" if own[0].serial else "the unit"
+    own = _of_mounting(own, mounting, notes)
+    own = _dated(own, name, notes)
+    own, level = _at_level(own, temperature, notes)
+    own = _one_a_test(_whole(own, notes), notes)
+    if len({year(entry.date) for entry in own}) < FEWEST:
+        raise InputError(
+            f"{name} has {len({e.date for e in own})} dated calibration(s) to compare, and a drift"
+            f" needs {FEWEST}; add results{'' if not notes else ' (' + '; '.join(notes) + ')'}"
+        )
+    own.sort(key=lambda entry: (year(entry.date) or 0.0, entry.source))
+    years = tuple(year(entry.date) or 0.0 for entry in own)
+    return Comparable(tuple(own), years, level, tuple(notes))
+
+
+def _of_unit(entries: Sequence[Entry], serial: str | None) -> list[Entry]:
+    have = list(dict.fromkeys(entry.serial or "(none)" for entry in entries))
+    if not have:
+        raise InputError("no calibration is given; give what accelcal batch or fit wrote")
+    if serial is None and len(have) > 1:
+        raise InputError(f"several units; choose one with --serial: {listed(have)}")
+    own = [entry for entry in entries if serial is None or entry.serial == serial]
+    if not own:
+        raise InputError(f"no serial {serial!r} in the results; there is {listed(have)}")
+    return own
+
+
+def _of_mounting(own: list[Entry], mounting: str | None, notes: list[str]) -> list[Entry]:
+    have = Counter(entry.mounting for entry in own)
+    chosen = mounting or have.most_common(1)[0][0]
+    kept = [entry for entry in own if entry.mounting == chosen]
+    if not kept:
+        raise InputError(f"no mounting {chosen!r} in the results; there is {', '.join(have)}")
+    if len(have) > 1:
+        notes.append(f"mounting {chosen} is followed; there is {', '.join(have)}")
+    return kept
+
+
+def _dated(own: list[Entry], name: str, notes: list[str]) -> list[Entry]:
+    kept = [entry for entry in own if year(entry.date) is not None]
+    lost = [entry for entry in own if year(entry.date) is None]
+    if lost:
+        first = lost[0].source if lost[0].date is None else f"{lost[0].date!r} of {lost[0].source}"
+        notes.append(
+            f"{len(lost)} of {len(own)} tables have no date that can be read, first {first}; write"
+            " '# date: 2024-05-31' above the readings"
+        )
+    if not kept:
+        raise InputError(f"{name}: {notes[-1]}")
+    return kept
+
+
+def _at_level(
+    own: list[Entry], temperature: float | None, notes: list[str]
+) -> tuple[list[Entry], float | None]:
+    """Tables at one level; the one that most dates have, and of equal ones the nearest to 20."""
+    known = [entry for entry in own if entry.temperature is not None]
+    if not known:
+        if temperature is not None:
+            raise InputError("no temperature in the results; leave out --temperature")
+        notes.append("temperatures are unknown; calibrations are compared as if at one")
+        return own, None
+    levels = np.array([entry.temperature for entry in known], dtype=float)
+
+    def dates(level: float) -> int:
+        return len({e.date for e in known if abs((e.temperature or 0.0) - level) <= _ONE_LEVEL})
+
+    if temperature is None:
+        temperature = max(levels.tolist(), key=lambda t: (dates(t), -abs(t - 20.0)))
+    kept = [e for e in known if abs((e.temperature or 0.0) - temperature) <= _ONE_LEVEL]
+    others = sorted({round(float(t)) for t in levels if abs(t - temperature) > _ONE_LEVEL})
+    if not kept:
+        told = ", ".join(f"{t}" for t in others)
+        raise InputError(f"no calibration at {temperature:g} degC; there is {told} degC")
+    level = float(np.mean([e.temperature for e in kept if e.temperature is not None]))
+    if others:
+        told = ", ".join(f"{t}" for t in others)
+        notes.append(
+            f"compared at {level:.4g} degC; runs at {told} degC are left out (--temperature)"
+        )
+    return kept, level
+
+
+def _whole(own: list[Entry], notes: list[str]) -> list[Entry]:
+    """Tables with values and uncertainties, in one output unit."""
+    kept = [entry for entry in own if entry.is_complete]
+    if len(kept) < len(own):
+        notes.append(
+            f"{len(own) - len(kept)} of {len(own)} tables have no uncertainty and are left out;"
+            " repeat strokes"
+        )
+    units = Counter(entry.unit for entry in kept)
+    if len(units) > 1:
+        raise InputError(f"outputs in {', '.join(units)}; give calibrations in one output unit")
+    return kept
+
+
+def _one_a_test(own: list[Entry], notes: list[str]) -> list[Entry]:
+    """Runs of one test at the level as one, whose uncertainty is not smaller for that.
+
+    They share what scatters from one calibration to the next, so that they are no calibrations of
+    their own.
+    """
+    tests: dict[tuple[str, str | None], list[Entry]] = {}
+    for entry in own:
+        tests.setdefault((entry.source, entry.date), []).append(entry)
+    if len(tests) < len(own):
+        notes.append("runs of one test at the level are averaged")
+    return [_mean(runs) for runs in tests.values()]
+
+
+def _mean(runs: Sequence[Entry]) -> Entry:
+    def mean(name: str) -> tuple[float, float]:
+        values, uncertainty = np.array([getattr(run, name) for run in runs], dtype=float).T
+        return float(values.mean()), float(np.sqrt(np.mean(uncertainty**2)))
+
+    return replace(runs[0], bias=mean("bias"), scale_factor=mean("scale_factor"))

@@ -1,0 +1,206 @@
+"""What each calibration says of a unit, from the frame of a batch or from calibrations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from accelcal.errors import InputError
+from accelcal.results.calibration import Calibration
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["Entry", "entries_of", "listed", "year"]
+
+_NEEDED = (
+    *("serial", "mounting", "date"),
+    *("k0", "k0_standard_uncertainty", "K1", "K1_standard_uncertainty"),
+)
+_FORMS = ("%d.%m.%Y", "%Y/%m/%d", "%Y-%m", "%Y")
+_SECONDS_OF_A_YEAR = 365.25 * 86400.0
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One table of one calibration.
+
+    Attributes
+    ----------
+    serial : str or None
+        Serial number of the unit.
+    source, mounting : str
+        Where the readings came from, and the mounting.
+    date : str or None
+        Date of the test, as written.
+    temperature : float or None
+        Temperature of the table [degC].
+    bias, scale_factor : tuple of float or None
+        k0 [g] and K1 [output unit / g], each with its standard uncertainty; None where unknown.
+    unit : str
+        Output unit.
+    """
+
+    serial: str | None
+    source: str
+    mounting: str
+    date: str | None
+    temperature: float | None
+    bias: tuple[float | None, float | None]
+    scale_factor: tuple[float | None, float | None]
+    unit: str
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether values and uncertainties are known."""
+        sizes = (*self.bias, *self.scale_factor)
+        return None not in sizes and self.bias[1] != 0.0 and self.scale_factor[1] != 0.0
+
+
+def entries_of(calibrations: pd.DataFrame | Iterable[Calibration]) -> list[Entry]:
+    """List the tables of a frame or of some calibrations.
+
+    Parameters
+    ----------
+    calibrations : DataFrame or iterable of Calibration
+        The frame of tables of `accelcal.batch`, or what `accelcal.fit` returns.
+
+    Returns
+    -------
+    list of Entry
+        One a table.
+
+    Raises
+    ------
+    InputError
+        If a column of the frame is missing.
+    """
+    if hasattr(calibrations, "columns"):
+        return _of_frame(calibrations)
+    return [entry for calibration in calibrations for entry in _of_calibration(calibration)]
+
+
+def year(date: str | None) -> float | None:
+    """Tell a date as a number of years.
+
+    Parameters
+    ----------
+    date : str or None
+        Date, such as 2024-05-31, 2024-05-31T14:30:00, 31.05.2024 or 2024-05.
+
+    Returns
+    -------
+    float or None
+        Years of 365.25 days since 1970; None where it cannot be read.
+
+    Examples
+    --------
+    >>> year("1971-01-01T06:00"), year("yesterday")
+    (1.0, None)
+    """
+    text = (date or "").strip()
+    for read in (datetime.fromisoformat, *(_reader(form) for form in _FORMS)):
+        try:
+            found = read(text)
+        except ValueError:
+            continue
+        found = found if found.tzinfo else found.replace(tzinfo=UTC)
+        return float(found.timestamp()) / _SECONDS_OF_A_YEAR
+    return None
+
+
+def _reader(form: str) -> Any:
+    return lambda text: datetime.strptime(text, form).replace(tzinfo=UTC)
+
+
+def _of_calibration(calibration: Calibration) -> list[Entry]:
+    return [
+        Entry(
+            serial=calibration.serial,
+            source=calibration.source,
+            mounting=table.mounting,
+            date=calibration.date,
+            temperature=table.temperature_degC,
+            bias=_pair(table.error_model["k0"].value, table.error_model["k0"].standard_uncertainty),
+            scale_factor=_pair(
+                table.coefficients["K1"].value, table.coefficients["K1"].standard_uncertainty
+            ),
+            unit=calibration.output_unit or "output unit",
+        )
+        for table in calibration.tables
+    ]
+
+
+def _of_frame(frame: Any) -> list[Entry]:
+    missing = [name for name in _NEEDED if name not in frame.columns]
+    if missing:
+        raise InputError(
+            f"no column {missing[0]!r} in the frame; give what accelcal batch -o RESULTS.csv wrote"
+        )
+    return [_of_row(row) for row in frame.to_dict("records")]
+
+
+def _of_row(row: dict[str, Any]) -> Entry:
+    def number(name: str) -> Any:
+        return row.get(name)
+
+    return Entry(
+        serial=_text(row["serial"]),
+        source=_text(row.get("source")) or "<frame>",
+        mounting=_text(row["mounting"]) or "o+",
+        date=_text(row["date"]),
+        temperature=_pair(number("temperature_degC"), None)[0],
+        bias=_pair(number("k0"), number("k0_standard_uncertainty")),
+        scale_factor=_pair(number("K1"), number("K1_standard_uncertainty")),
+        unit=_text(row.get("output_unit")) or "output unit",
+    )
+
+
+def _pair(value: Any, uncertainty: Any) -> tuple[float | None, float | None]:
+    """Numbers; None for what is missing, or no finite number."""
+
+    def finite(item: Any) -> float | None:
+        try:
+            number = float(item)
+        except (TypeError, ValueError):
+            return None
+        return number if np.isfinite(number) else None
+
+    return finite(value), finite(uncertainty)
+
+
+def _text(cell: Any) -> str | None:
+    """A cell as text; a serial number or year that was read as a number has no decimals."""
+    if cell is None or cell != cell:  # NaN alone differs from itself
+        return None
+    if isinstance(cell, float) and cell.is_integer():
+        return str(int(cell))
+    return str(cell).strip() or None
+
+
+def listed(names: Sequence[str], most: int = 8) -> str:
+    """Name some things in a sentence, and the rest as a number.
+
+    Parameters
+    ----------
+    names : sequence of str
+        The names.
+    most : int, default 8
+        How many are named.
+
+    Returns
+    -------
+    str
+        The list.
+
+    Examples
+    --------
+    >>> listed(["a", "b", "c"], most=2)
+    'a, b and 1 more'
+    """
+    shown = ", ".join(names[:most])
+    return shown if len(names) <= most else f"{shown} and {len(names) - most} more"

@@ -1,0 +1,210 @@
+"""A unit through its recalibrations: drift per year, scatter beyond what is stated, jumps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.errors import InputError
+from accelcal.probability import student_quantile
+from accelcal.recalibrations.comparable import Comparable, comparable
+from accelcal.recalibrations.entries import Entry, entries_of
+from accelcal.recalibrations.jumps import (
+    FEWEST,
+    SMALLEST_CHANCE,
+    Search,
+    line_with_steps,
+    search_jumps,
+)
+from accelcal.recalibrations.regression import Fit, fit_line
+from accelcal.results.calibration import Calibration
+from accelcal.results.quantity import Quantity
+from accelcal.results.unit_history import History, Jump, Point, Trend
+from accelcal.version import __version__
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["history", "history_of"]
+
+Array = NDArray[np.float64]
+
+_LEVEL = 0.975
+_SECONDS_OF_A_YEAR = 365.25 * 86400.0
+_QUANTITIES = 2
+
+
+def history(
+    calibrations: pd.DataFrame | Iterable[Calibration],
+    serial: str | None = None,
+    *,
+    mounting: str | None = None,
+    temperature: float | None = None,
+    alpha: float = 0.01,
+) -> History:
+    """Follow a unit through its recalibrations.
+
+    Parameters
+    ----------
+    calibrations : DataFrame or iterable of Calibration
+        The frame of tables of `accelcal.batch`, or what `accelcal.fit` returns.
+    serial : str, optional
+        Serial number; not needed where there is one unit.
+    mounting : str, optional
+        One of `accelcal.geometry.MOUNTINGS`; that of most tables without it.
+    temperature : float, optional
+        Level at which calibrations are compared [degC]; the one that most dates have without it.
+    alpha : float, default 0.01
+        Chance of a false alarm, over all that is searched, below which a jump is believed.
+
+    Returns
+    -------
+    History
+        Drift of bias and scale factor with 95 % intervals, their scatter, and their jumps.
+
+    Raises
+    ------
+    InputError
+        If there is no such unit, mounting or level, less than three dates, or alpha is no chance.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> from dataclasses import replace
+    >>> records = [
+    ...     replace(accelcal.simulate(seed=n), date=f"20{10 + n}-06-01") for n in range(6)
+    ... ]
+    >>> found = history(map(accelcal.fit, records))
+    >>> found
+    <History serial AL-15: 6 calibrations, 0 jumps>
+    """
+    return history_of(
+        entries_of(calibrations), serial, mounting=mounting, temperature=temperature, alpha=alpha
+    )
+
+
+def history_of(
+    entries: Sequence[Entry],
+    serial: str | None = None,
+    *,
+    mounting: str | None = None,
+    temperature: float | None = None,
+    alpha: float = 0.01,
+) -> History:
+    """Follow a unit through the tables of its calibrations, see `history`.
+
+    Parameters
+    ----------
+    entries : sequence of Entry
+        Tables of any units.
+    serial, mounting, temperature, alpha
+        As of `history`.
+
+    Returns
+    -------
+    History
+        The history.
+
+    Raises
+    ------
+    InputError
+        As of `history`.
+    """
+    if not SMALLEST_CHANCE <= alpha < 1.0:
+        raise InputError(
+            f"alpha is {alpha:g}; it is a chance from {SMALLEST_CHANCE:g} to 1, such as 0.01"
+        )
+    chosen = comparable(entries, serial, mounting, temperature)
+    bias = np.array([entry.bias for entry in chosen.entries], dtype=float)
+    gain = np.array([entry.scale_factor for entry in chosen.entries], dtype=float)
+    reference = float(np.average(gain[:, 0], weights=gain[:, 1] ** -2.0))
+    relative = np.stack([gain[:, 0] / reference - 1.0, gain[:, 1] / abs(reference)], axis=1)
+    unit = f"{chosen.entries[0].unit}/g"
+    trends = (
+        _trend("bias", "k0", "g", bias, chosen, alpha, (0.0, "g")),
+        _trend("scale factor", "K1", "1", relative, chosen, alpha, (reference, unit)),
+    )
+    return History(
+        serial=chosen.entries[0].serial,
+        mounting=chosen.entries[0].mounting,
+        temperature_degC=chosen.temperature,
+        trends=trends,
+        alpha=alpha,
+        notes=(*chosen.notes, *_few(chosen)),
+        software=f"accelcal {__version__}",
+    )
+
+
+def _few(chosen: Comparable) -> tuple[str, ...]:
+    count = len(chosen.entries)
+    if count >= FEWEST:
+        return ()
+    return (f"{count} calibrations are too few to look for jumps, which needs {FEWEST}",)
+
+
+def _trend(
+    name: str,
+    symbol: str,
+    unit: str,
+    measured: Array,
+    chosen: Comparable,
+    alpha: float,
+    reference: tuple[float, str],
+) -> Trend:
+    """Follow one quantity, whose values and standard uncertainties are the columns (n, 2)."""
+    values, uncertainty = measured.T
+    time = np.array(chosen.years)
+    search = search_jumps(time, values, uncertainty, alpha / _QUANTITIES)
+    columns = line_with_steps(time, search.places)
+    fit = fit_line(columns, values, uncertainty)
+    line = columns @ fit.coefficients
+    points = tuple(
+        Point(_date(t), entry.source, Quantity(v, u, unit, _normal() * u), float(middle))
+        for t, entry, v, u, middle in zip(
+            chosen.years, chosen.entries, values.tolist(), uncertainty.tolist(), line, strict=True
+        )
+    )
+    return Trend(
+        name=name,
+        symbol=symbol,
+        drift=_told(fit, 1, f"{unit}/year"),
+        scatter=fit.scatter,
+        jumps=_jumps(search, fit, chosen, unit),
+        no_other_jump=None if search.rest is None else min(1.0, _QUANTITIES * search.rest),
+        points=points,
+        reference=reference[0],
+        reference_unit=reference[1],
+    )
+
+
+def _jumps(search: Search, fit: Fit, chosen: Comparable, unit: str) -> tuple[Jump, ...]:
+    found = [
+        Jump(
+            after=_date(chosen.years[place - 1]),
+            before=_date(chosen.years[place]),
+            size=_told(fit, 2 + number, unit),
+            p_value=min(1.0, _QUANTITIES * chance),
+        )
+        for number, (place, chance) in enumerate(zip(search.places, search.p_values, strict=True))
+    ]
+    return tuple(sorted(found, key=lambda jump: jump.after))
+
+
+def _told(fit: Fit, place: int, unit: str) -> Quantity:
+    """A coefficient of the fit with its 95 % interval."""
+    uncertainty = float(fit.covariance[place, place]) ** 0.5
+    factor = student_quantile(_LEVEL, fit.dof)
+    value = float(fit.coefficients[place])
+    return Quantity(value, uncertainty, unit, factor * uncertainty, float(fit.dof))
+
+
+def _normal() -> float:
+    return student_quantile(_LEVEL, float("inf"))
+
+
+def _date(years: float) -> str:
+    return datetime.fromtimestamp(round(years * _SECONDS_OF_A_YEAR), UTC).date().isoformat()

@@ -1,0 +1,181 @@
+"""Jumps between calibrations, with chances that are honest for the search."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.recalibrations.regression import scatter_beyond
+
+__all__ = ["FEWEST", "SMALLEST_CHANCE", "Search", "line_with_steps", "search_jumps"]
+
+Array = NDArray[np.float64]
+
+FEWEST = 5
+"""Calibrations that a jump needs: three for line and step, and two to see the scatter."""
+
+SMALLEST_CHANCE = 0.001
+"""Chances below it are not resolved by the values that are drawn."""
+
+_SIDE = 2  # calibrations before and behind a jump; a single one is an outlier or a jump
+_DRAWS = 1999
+_MOST = 5
+_SCATTERS = 15
+
+
+class _Measure(NamedTuple):
+    """Values over their standard deviations, with the line and the steps to try."""
+
+    roots: Array
+    base: Array
+    steps: Array
+    constant: float
+
+
+class Search(NamedTuple):
+    """What a search for jumps found.
+
+    Attributes
+    ----------
+    places : tuple of int
+        Number of calibrations before each jump, in the order found.
+    p_values : tuple of float
+        For each, the chance that a straight line with what was found before looks so by noise.
+    rest : float or None
+        The same of the largest jump that was not believed; None where there was none to try.
+    """
+
+    places: tuple[int, ...]
+    p_values: tuple[float, ...]
+    rest: float | None
+
+
+def search_jumps(time: Array, values: Array, uncertainty: Array, alpha: float) -> Search:
+    """Search for jumps, one after the other, until the largest may be noise.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Dates, rising [years].
+    values, uncertainty : ndarray, shape (n,)
+        Values and their standard uncertainties.
+    alpha : float
+        Chance above which a jump is not believed.
+
+    Returns
+    -------
+    Search
+        The jumps.
+
+    Notes
+    -----
+    For each gap between dates with two calibrations or more on both sides, F compares the line
+    with and without a step. The largest F of all gaps is held against the largest F of values that
+    are drawn from the line alone, with the stated uncertainties and the scatter beyond them, so
+    that the chance counts the search. The scatter is estimated anew for each of them, as it is for
+    the values. The draws are the same each time.
+    """
+    places: list[int] = []
+    p_values: list[float] = []
+    rest = None
+    while len(places) < _MOST:
+        found = _next_jump(time, values, uncertainty, places)
+        if found is None:
+            break
+        place, chance = found
+        if chance > alpha:
+            rest = chance
+            break
+        places.append(place)
+        p_values.append(chance)
+    return Search(tuple(places), tuple(p_values), rest)
+
+
+def line_with_steps(time: Array, places: tuple[int, ...] | list[int]) -> Array:
+    """Columns of a straight line with steps.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Dates [years]; the line is told at their middle.
+    places : sequence of int
+        Number of calibrations before each step.
+
+    Returns
+    -------
+    ndarray, shape (n, 2 + number of steps)
+        Columns 1, time less its mean, and a step for each.
+    """
+    number = np.arange(time.size)
+    steps = [(number >= place).astype(float) for place in places]
+    return np.stack([np.ones(time.size), time - time.mean(), *steps], axis=1)
+
+
+def _next_jump(
+    time: Array, values: Array, uncertainty: Array, places: list[int]
+) -> tuple[int, float] | None:
+    """Place of the largest jump beside those known, and its chance; None where none can be."""
+    columns = line_with_steps(time, places)
+    tried = _places_to_try(time, places)
+    if not tried or time.size - columns.shape[1] - 1 < _SIDE:
+        return None
+    steps = np.stack([np.arange(time.size) >= place for place in tried], axis=1).astype(float)
+    scatter = scatter_beyond(columns, values, uncertainty)
+    scales = _scatters_to_try(values, uncertainty, scatter)
+    measures = [_measure(columns, steps, np.hypot(uncertainty, tau)) for tau in scales]
+    largest, place = _largest_ratio(measures, values[None, :])
+    draws = np.random.default_rng(0).standard_normal((_DRAWS, time.size))
+    by_noise, _ = _largest_ratio(measures, draws * np.hypot(uncertainty, scatter))
+    chance = (1 + int((by_noise >= largest[0]).sum())) / (1 + _DRAWS)
+    return tried[int(place[0])], chance
+
+
+def _places_to_try(time: Array, places: list[int]) -> list[int]:
+    """Gaps between dates with enough calibrations on both sides, up to the next known jump."""
+    edges = [0, *sorted(places), time.size]
+    return [
+        place
+        for low, high in pairwise(edges)
+        for place in range(low + _SIDE, high - _SIDE + 1)
+        if time[place] > time[place - 1]
+    ]
+
+
+def _scatters_to_try(values: Array, uncertainty: Array, scatter: float) -> Array:
+    """Values of tau that the observed values and the drawn ones choose from."""
+    low, high = 0.3 * float(uncertainty.min()), max(3.0 * scatter, float(np.ptp(values)))
+    return np.concatenate([[0.0], np.geomspace(low, max(high, 10.0 * low), _SCATTERS)])
+
+
+def _measure(columns: Array, steps: Array, sigma: Array) -> _Measure:
+    """What tests the steps at given standard deviations of the values."""
+    base, triangle = np.linalg.qr(columns / sigma[:, None])
+    whitened = steps / sigma[:, None]
+    whitened = whitened - base @ (base.T @ whitened)
+    whitened /= np.sqrt((whitened**2).sum(axis=0))
+    constant = -np.log(sigma).sum() - np.log(np.abs(np.diagonal(triangle))).sum()
+    return _Measure(1.0 / sigma, base, whitened, float(constant))
+
+
+def _largest_ratio(measures: Sequence[_Measure], values: Array) -> tuple[Array, Array]:
+    """Largest F over the steps, and its step, for each row of values.
+
+    Each row has its own tau, of the largest restricted likelihood.
+    """
+    best = np.full(len(values), -np.inf)
+    largest, place = np.zeros(len(values)), np.zeros(len(values), dtype=int)
+    for measure in measures:
+        whitened = values * measure.roots
+        left = whitened - (whitened @ measure.base) @ measure.base.T
+        squares = (left**2).sum(axis=1)
+        likelihood = measure.constant - 0.5 * squares
+        taken = (left @ measure.steps) ** 2
+        ratio = taken / np.maximum(squares[:, None] - taken, 1e-300)
+        better = likelihood > best
+        best[better] = likelihood[better]
+        largest[better], place[better] = ratio.max(axis=1)[better], ratio.argmax(axis=1)[better]
+    return largest, place

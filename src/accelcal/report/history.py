@@ -1,0 +1,98 @@
+"""A unit through its recalibrations, as text for a terminal."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+
+from accelcal.report.columns import aligned
+from accelcal.report.names import counted, printable
+from accelcal.report.numbers import matching_digits, significant
+from accelcal.results.quantity import Quantity
+from accelcal.results.unit_history import History, Trend
+
+__all__ = ["history_text"]
+
+_WIDTH = 100
+_MICRO = 1e6
+_UNITS = {"g": "ug", "1": "ppm"}
+_SHOWN = 40
+
+
+def history_text(history: History) -> str:
+    """Write a history as text.
+
+    Parameters
+    ----------
+    history : History
+        The history.
+
+    Returns
+    -------
+    str
+        Lines of at most 100 characters, in ASCII but for names of the user.
+    """
+    lines = [*_heading(history)]
+    for trend in history.trends:
+        lines += ["", *_trend(trend, history.alpha)]
+    for note in history.notes:
+        lines += textwrap.wrap(f"note: {printable(note)}", _WIDTH, subsequent_indent="  ")
+    return "\n".join(lines)
+
+
+def _heading(history: History) -> Iterator[str]:
+    points = history.trends[0].points
+    level = history.temperature_degC
+    where = "" if level is None else f", at {level:.4g} degC"
+    yield f"History of {printable(history.serial or 'a unit without serial number')}"
+    yield (
+        f"{counted(len(points), 'calibration')} from {points[0].date} to {points[-1].date}"
+        f"{where}, mounting {history.mounting}; intervals are of 95 %"
+    )
+
+
+def _trend(trend: Trend, alpha: float) -> Iterator[str]:
+    unit = _UNITS[trend.points[0].measured.unit]
+    where = "" if not trend.reference else f", from {trend.reference:.9g} {trend.reference_unit}"
+    yield f"{trend.name} {trend.symbol}{where} [{unit}]"
+    yield f"  drift    {_interval(trend.drift)} {unit}/year{_significance(trend.drift)}"
+    scatter = significant(_MICRO * trend.scatter, 2) if trend.scatter else "0"
+    yield f"  scatter  {scatter} {unit} from one calibration to the next, beyond what is stated"
+    for jump in trend.jumps:
+        size, chance = _interval(jump.size), _p(jump.p_value)
+        yield f"  JUMP     between {jump.after} and {jump.before}: {size} {unit}, {chance}"
+    if trend.no_other_jump is not None:
+        other = "other " if trend.jumps else ""
+        yield f"  no {other}jump at alpha = {alpha:g}; the largest has {_p(trend.no_other_jump)}"
+    yield from (f"    {line}" for line in _points(trend))
+
+
+def _points(trend: Trend) -> Iterator[str]:
+    rows = [("date", "value", "U", "less line", "from")]
+    for point in trend.points[:_SHOWN]:
+        expanded = point.measured.expanded_uncertainty
+        wide = None if expanded is None else _MICRO * expanded
+        found = point.measured.value or 0.0
+        value, half = matching_digits(_MICRO * found, wide)
+        apart = matching_digits(_MICRO * (found - point.line), wide)[0]
+        rows.append((point.date, value, half, apart, printable(point.source)[-50:]))
+    yield from aligned(rows, right={1, 2, 3})
+    if len(trend.points) > _SHOWN:
+        yield f"and {len(trend.points) - _SHOWN} more (--format csv has all)"
+
+
+def _interval(quantity: Quantity) -> str:
+    wide = quantity.expanded_uncertainty
+    scaled = None if wide is None else _MICRO * wide
+    return " +- ".join(matching_digits(_MICRO * (quantity.value or 0.0), scaled))
+
+
+def _significance(quantity: Quantity) -> str:
+    value, wide = quantity.value, quantity.expanded_uncertainty
+    if value is None or wide is None or abs(value) > wide:
+        return ""
+    return ", which may be none"
+
+
+def _p(chance: float) -> str:
+    return f"p = {significant(chance, 2)}"

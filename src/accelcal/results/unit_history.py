@@ -1,0 +1,221 @@
+"""The result of following a unit: drift, scatter and jumps of its bias and scale factor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from accelcal.results.json_text import json_text
+from accelcal.results.quantity import Quantity
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    import pandas as pd
+
+    from accelcal.plot.history import HistoryPlot
+
+__all__ = ["SCHEMA", "History", "Jump", "Point", "Trend"]
+
+SCHEMA = "accelcal/history/1"
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One calibration in a history.
+
+    Attributes
+    ----------
+    date : str
+        Date, ISO 8601.
+    source : str
+        Where it came from.
+    measured : Quantity
+        What was found.
+    line : float
+        Line with its jumps at that date [unit of `measured`].
+    """
+
+    date: str
+    source: str
+    measured: Quantity
+    line: float
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the point as it stands in the JSON document."""
+        return {
+            "date": self.date,
+            "source": self.source,
+            **self.measured.to_document(),
+            "line": self.line,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Jump:
+    """A jump between two calibrations.
+
+    Attributes
+    ----------
+    after, before : str
+        Dates of the last calibration before it and of the first one behind it.
+    size : Quantity
+        Step of the line.
+    p_value : float
+        Chance that a line without it looks so by noise, over all places and quantities searched.
+    """
+
+    after: str
+    before: str
+    size: Quantity
+    p_value: float
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the jump as it stands in the JSON document."""
+        return {
+            "after": self.after,
+            "before": self.before,
+            **self.size.to_document(),
+            "p_value": self.p_value,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Trend:
+    """One quantity through the recalibrations.
+
+    Attributes
+    ----------
+    name, symbol : str
+        ``"bias"``, k0, or ``"scale factor"``, K1 over its mean, less 1.
+    drift : Quantity
+        Slope of the line per year, of 365.25 days.
+    scatter : float
+        Standard deviation from calibration to calibration beyond the stated uncertainties, as from
+        launch to launch [unit of the points].
+    jumps : tuple of Jump
+        In the order of their dates.
+    no_other_jump : float or None
+        Chance that noise alone has a jump as large as the largest that is not believed; None where
+        too few calibrations are there to look for one.
+    points : tuple of Point
+        The calibrations, by date.
+    reference : float
+        What the points are told from [unit of `reference_unit`]; 0 for the bias.
+    reference_unit : str
+        Its unit.
+    """
+
+    name: str
+    symbol: str
+    drift: Quantity
+    scatter: float
+    jumps: tuple[Jump, ...]
+    no_other_jump: float | None
+    points: tuple[Point, ...]
+    reference: float
+    reference_unit: str
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the trend as it stands in the JSON document."""
+        return {
+            "name": self.name,
+            "symbol": self.symbol,
+            "reference": {"value": self.reference, "unit": self.reference_unit},
+            "drift": self.drift.to_document(),
+            "scatter": {"value": self.scatter, "unit": self.points[0].measured.unit},
+            "jumps": [jump.to_document() for jump in self.jumps],
+            "no_other_jump_p_value": self.no_other_jump,
+            "points": [point.to_document() for point in self.points],
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class History:
+    """A unit through its recalibrations.
+
+    Attributes
+    ----------
+    serial : str or None
+        Serial number.
+    mounting : str
+        Mounting of the tables that are compared.
+    temperature_degC : float or None
+        Level at which they are compared; None where temperatures are unknown.
+    trends : tuple of Trend
+        Bias and scale factor.
+    alpha : float
+        Chance below which a jump is believed.
+    notes : tuple of str
+        What was left out, and what a reader must know.
+    software : str
+        Name and version of what made it.
+    """
+
+    serial: str | None
+    mounting: str
+    temperature_degC: float | None
+    trends: tuple[Trend, ...]
+    alpha: float
+    notes: tuple[str, ...] = ()
+    software: str = ""
+
+    def __str__(self) -> str:
+        from accelcal.report.history import history_text
+
+        return history_text(self)
+
+    def __repr__(self) -> str:
+        jumps = sum(len(trend.jumps) for trend in self.trends)
+        count = len(self.trends[0].points)
+        return f"<History serial {self.serial}: {count} calibrations, {jumps} jumps>"
+
+    @property
+    def plot(self) -> HistoryPlot:
+        """Pictures, each a method that returns matplotlib axes."""
+        from accelcal.plot.history import HistoryPlot
+
+        return HistoryPlot(self)
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the history as the JSON document of schema `SCHEMA`."""
+        return {
+            "schema": SCHEMA,
+            "software": self.software,
+            "serial": self.serial,
+            "mounting": self.mounting,
+            "temperature_degC": self.temperature_degC,
+            "interval_level": 0.95,
+            "alpha": self.alpha,
+            "trends": [trend.to_document() for trend in self.trends],
+            "notes": list(self.notes),
+        }
+
+    def to_json(self, path: str | PathLike[str] | None = None) -> str:
+        """Write the history as JSON.
+
+        Parameters
+        ----------
+        path : path, optional
+            File to write, whole or not at all; without it the text is only returned.
+
+        Returns
+        -------
+        str
+            The JSON text; numbers keep all their digits.
+        """
+        return json_text(self.to_document(), path)
+
+    def rows(self) -> list[dict[str, Any]]:
+        """List the calibrations of all trends, a flat dictionary each."""
+        return [
+            {"serial": self.serial, "quantity": trend.name, **point.to_document()}
+            for trend in self.trends
+            for point in trend.points
+        ]
+
+    def to_frame(self) -> pd.DataFrame:
+        """Tabulate the calibrations of all trends, a line each with the columns of `rows`."""
+        import pandas as pd
+
+        return pd.DataFrame(self.rows())

@@ -1,0 +1,338 @@
+"""A unit through its recalibrations: drift, scatter, jumps, and what cannot be compared."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import accelcal
+from accelcal.cli.main import main
+from accelcal.errors import InputError
+from accelcal.recalibrations.entries import year
+from accelcal.recalibrations.jumps import line_with_steps, search_jumps
+from accelcal.recalibrations.regression import fit_line, scatter_beyond
+
+UG = 1e-6
+
+
+def frame(count=10, *, drift=5.0, jump=0.0, scatter=0.0, seed=1, **columns):
+    """Recalibrations of one unit, one a year; sizes in ug."""
+    rng = np.random.default_rng(seed)
+    number = np.arange(count)
+    noise = np.hypot(2.0, scatter) * rng.standard_normal(count)
+    bias = 3000.0 + drift * number + jump * (number >= count // 2) + noise
+    table = {
+        "serial": "A",
+        "source": [f"{2010 + n}.csv" for n in number],
+        "mounting": "o+",
+        "date": [f"{2010 + n}-01-01" for n in number],
+        "temperature_degC": 20.0,
+        "k0": UG * bias,
+        "k0_standard_uncertainty": 2.0 * UG,
+        "K1": 1.35 * (1.0 + 1e-6 * rng.standard_normal(count)),
+        "K1_standard_uncertainty": 1.35e-6,
+        "output_unit": "mA",
+    }
+    return pd.DataFrame(table | columns)
+
+
+def run(*arguments):
+    return main(["history", *map(str, arguments)])
+
+
+@pytest.fixture
+def results(tmp_path):
+    path = tmp_path / "results.csv"
+    frame().to_csv(path, index=False)
+    return path
+
+
+# -- regression ------------------------------------------------------------------------------------
+
+
+def test_the_line_is_that_of_statsmodels_where_nothing_scatters_beyond():
+    import statsmodels.api as sm
+
+    rng = np.random.default_rng(5)
+    time = np.sort(rng.uniform(0, 10, 12))
+    uncertainty = np.exp(rng.normal(0.0, 0.5, 12))
+    columns = line_with_steps(time, [])
+    values = 1.0 + 0.1 * time + 0.05 * uncertainty * rng.standard_normal(12)  # overstated
+    fit = fit_line(columns, values, uncertainty)
+    known = sm.WLS(values, columns, weights=uncertainty**-2.0).fit()
+    assert fit.scatter == 0.0
+    assert fit.coefficients == pytest.approx(known.params)
+    assert np.sqrt(np.diagonal(fit.covariance)) == pytest.approx(known.bse)
+
+
+def test_the_scatter_is_the_maximum_of_the_restricted_likelihood():
+    from scipy.optimize import minimize_scalar
+
+    rng = np.random.default_rng(6)
+    uncertainty = rng.uniform(0.5, 2.0, 15)
+    columns = line_with_steps(np.arange(15.0), [])
+    values = 3.0 * rng.standard_normal(15)
+
+    def loss(tau):
+        weights = np.diag(1.0 / (uncertainty**2 + tau**2))
+        normal = columns.T @ weights @ columns
+        residual = values - columns @ np.linalg.solve(normal, columns.T @ weights @ values)
+        squares = residual @ weights @ residual
+        return squares - np.log(np.linalg.det(weights)) + np.log(np.linalg.det(normal))
+
+    best = minimize_scalar(loss, bounds=(0.0, 20.0), method="bounded").x
+    assert scatter_beyond(columns, values, uncertainty) == pytest.approx(best, abs=1e-3)
+
+
+def test_the_chance_of_a_jump_is_even_where_there_is_none():
+    rng = np.random.default_rng(7)
+    time = np.arange(8.0)
+    chances = [
+        search_jumps(time, rng.standard_normal(8), np.full(8, 0.5), 1e-9).rest for _ in range(150)
+    ]
+    # of 150 even numbers, the count below 0.2 is 30 +- 4.9
+    assert 8 <= np.sum(np.array(chances) < 0.2) <= 55
+    assert 50 <= np.sum(np.array(chances) < 0.5) <= 100
+
+
+# -- history ---------------------------------------------------------------------------------------
+
+
+def test_a_drift_is_found():
+    bias, gain = accelcal.history(frame()).trends
+    assert bias.drift.unit == "g/year"
+    assert abs(bias.drift.value - 5.0 * UG) < bias.drift.expanded_uncertainty < 2.0 * UG
+    assert abs(gain.drift.value) < gain.drift.expanded_uncertainty < 2.0 * UG
+    assert bias.jumps == gain.jumps == ()
+
+
+def test_scatter_widens_the_interval():
+    quiet, loud = (accelcal.history(frame(scatter=s)).trends[0] for s in (0.0, 40.0))
+    assert quiet.scatter < 3.0 * UG
+    assert 15.0 * UG < loud.scatter < 80.0 * UG
+    assert loud.drift.expanded_uncertainty > 5.0 * quiet.drift.expanded_uncertainty
+
+
+def test_a_jump_is_named_with_its_dates():
+    bias, gain = accelcal.history(frame(12, jump=100.0)).trends
+    (jump,) = bias.jumps
+    assert (jump.after, jump.before) == ("2015-01-01", "2016-01-01")
+    assert jump.p_value < 0.01
+    assert abs(jump.size.value - 100.0 * UG) < jump.size.expanded_uncertainty
+    assert abs(bias.drift.value - 5.0 * UG) < bias.drift.expanded_uncertainty
+    assert gain.jumps == ()
+    assert gain.no_other_jump > 0.01
+
+
+def test_two_jumps_are_named_in_the_order_of_their_dates():
+    table = frame(20)
+    table.loc[5:, "k0"] += 80.0 * UG
+    table.loc[13:, "k0"] -= 150.0 * UG
+    jumps = accelcal.history(table).trends[0].jumps
+    assert [jump.before for jump in jumps] == ["2015-01-01", "2023-01-01"]
+
+
+def test_the_scale_factor_is_told_from_its_mean():
+    table = frame()
+    table["K1"] = -table["K1"] * (1.0 + 10e-6 * np.arange(10))
+    gain = accelcal.history(table).trends[1]
+    assert gain.drift.value == pytest.approx(10e-6, abs=1e-6)
+    assert gain.reference == pytest.approx(-1.35, rel=1e-4)
+    assert gain.reference_unit == "mA/g"
+
+
+def test_calibrations_and_their_frame_tell_the_same():
+    records = [
+        replace(accelcal.simulate(seed=n), date=f"201{n}-06-0{n + 1}", source=f"{n}.csv")
+        for n in range(4)
+    ]
+    calibrations = [accelcal.fit(record) for record in records]
+    rows = [
+        {
+            "serial": c.serial,
+            "source": c.source,
+            "mounting": t.mounting,
+            "date": c.date,
+            "temperature_degC": t.temperature_degC,
+            "output_unit": c.output_unit,
+            "k0": t.error_model["k0"].value,
+            "k0_standard_uncertainty": t.error_model["k0"].standard_uncertainty,
+            "K1": t.coefficients["K1"].value,
+            "K1_standard_uncertainty": t.coefficients["K1"].standard_uncertainty,
+        }
+        for c in calibrations
+        for t in c.tables
+    ]
+    direct = accelcal.history(calibrations)
+    assert accelcal.history(pd.DataFrame(rows)) == direct
+    assert direct.temperature_degC == pytest.approx(20.0, abs=0.1)
+    assert "runs at -40, 80 degC are left out" in direct.notes[0]
+
+
+def test_runs_of_one_test_count_once():
+    table = pd.concat([frame(5), frame(5, seed=2)])
+    found = accelcal.history(table)
+    assert len(found.trends[0].points) == 5
+    assert any("averaged" in note for note in found.notes)
+
+
+def test_other_levels_can_be_chosen():
+    warm = frame(6, drift=50.0, temperature_degC=60.0)
+    found = accelcal.history(pd.concat([frame(8), warm]), temperature=60.0)
+    assert found.temperature_degC == 60.0
+    assert found.trends[0].drift.value == pytest.approx(50.0 * UG, abs=5.0 * UG)
+
+
+def test_unknown_temperatures_are_told():
+    found = accelcal.history(frame(temperature_degC=np.nan))
+    assert found.temperature_degC is None
+    assert any("temperatures are unknown" in note for note in found.notes)
+
+
+def test_dates_that_are_missing_are_told():
+    table = frame()
+    table.loc[3, "date"] = None
+    table.loc[4, "date"] = "last spring"
+    found = accelcal.history(table)
+    assert len(found.trends[0].points) == 8
+    assert "2 of 10 tables have no date that can be read, first 2013.csv" in found.notes[0]
+
+
+def test_few_calibrations_have_no_search_for_jumps():
+    found = accelcal.history(frame(4, jump=500.0))
+    assert found.trends[0].no_other_jump is None
+    assert "4 calibrations are too few to look for jumps, which needs 5" in found.notes
+
+
+@pytest.mark.parametrize(
+    ("table", "options", "message"),
+    [
+        (frame(2), {}, r"serial A has 2 dated calibration\(s\) to compare, and a drift needs 3"),
+        (frame(date=None), {}, "10 of 10 tables have no date that can be read, first 2010.csv"),
+        (frame(), {"serial": "B"}, "no serial 'B' in the results; there is A"),
+        (frame(serial=list("ABABABABAB")), {}, "several units; choose one with --serial: A, B"),
+        (frame(), {"mounting": "p+"}, "no mounting 'p\\+' in the results; there is o\\+"),
+        (frame(), {"temperature": 80.0}, "no calibration at 80 degC; there is 20 degC"),
+        (frame(), {"alpha": 2.0}, "alpha is 2; it is a chance from 0.001 to 1"),
+        (frame(k0_standard_uncertainty=np.nan), {}, "10 of 10 tables have no uncertainty"),
+        (frame(4, output_unit=["mA", "mA", "V", "V"]), {}, "outputs in mA, V"),
+        (frame().drop(columns="K1"), {}, "no column 'K1' in the frame"),
+        (frame(0), {}, "no calibration is given"),
+        (frame(temperature_degC=np.nan), {"temperature": 20.0}, "leave out --temperature"),
+    ],
+)
+def test_what_cannot_be_followed_is_told(table, options, message):
+    with pytest.raises(InputError, match=message) as told:
+        accelcal.history(table, **options)
+    assert "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("date", "expected"),
+    [
+        ("2024-05-31", 54.413),
+        ("2024-05-31T12:00:00+02:00", 54.414),
+        ("31.05.2024", 54.413),
+        ("2024/05/31", 54.413),
+        ("2024-05", 54.330),
+        ("2024", 53.999),
+        ("last spring", None),
+        ("", None),
+        (None, None),
+    ],
+)
+def test_dates(date, expected):
+    assert year(date) == (None if expected is None else pytest.approx(expected, abs=1e-3))
+
+
+# -- command ---------------------------------------------------------------------------------------
+
+
+def test_the_command_tells_the_drift(results, capsys):
+    assert run(results) == 0
+    printed = capsys.readouterr().out
+    assert "10 calibrations from 2010-01-01 to 2019-01-01, at 20 degC, mounting o+" in printed
+    assert "ug/year" in printed
+    assert "no jump at alpha = 0.01" in printed
+    assert max(map(len, printed.splitlines())) <= 100
+
+
+def test_jumps_are_told_in_text(tmp_path, capsys):
+    path = tmp_path / "results.csv.gz"
+    frame(12, jump=100.0).to_csv(path, index=False)
+    assert run(path, "--serial", "A") == 0
+    assert "JUMP     between 2015-01-01 and 2016-01-01: " in capsys.readouterr().out
+
+
+def test_json_and_csv(results, tmp_path, capsys):
+    assert run(results, "--format", "json") == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["schema"] == "accelcal/history/1"
+    assert [trend["name"] for trend in document["trends"]] == ["bias", "scale factor"]
+    assert run(results, "--format", "csv", "-o", tmp_path / "history.json") == 0
+    assert json.loads((tmp_path / "history.json").read_text("utf-8")) == document
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("serial,quantity,date,source,value,standard_uncertainty")
+    assert len(lines) == 21
+
+
+def test_documents_of_fit_are_results_too(tmp_path, capsys):
+    paths = [tmp_path / f"{n}.json" for n in range(3)]
+    for n, path in enumerate(paths):
+        record = replace(accelcal.simulate(seed=n), date=f"202{n}-01-01")
+        accelcal.fit(record).to_json(path)
+    assert run(*paths) == 0
+    assert "3 calibrations from 2020-01-01 to 2022-01-01" in capsys.readouterr().out
+
+
+def test_parquet(tmp_path, capsys):
+    pytest.importorskip("pyarrow")
+    path = tmp_path / "results.parquet"
+    frame().to_parquet(path)
+    assert run(path) == 0
+    assert "10 calibrations" in capsys.readouterr().out
+
+
+def test_the_picture_is_legible(results, tmp_path):
+    pytest.importorskip("matplotlib")
+    assert run(results, "--plot", tmp_path / "history.svg") == 0
+    assert (tmp_path / "history.svg").read_text("utf-8").startswith("<?xml")
+    panels = accelcal.history(frame(12, jump=100.0)).plot.trends()
+    labels = [text.get_text() for text in panels[0].get_legend().get_texts()]
+    assert any(label.startswith("jump, p = ") for label in labels)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("no.csv", None, "no such file"),
+        ("empty.csv", "", "empty"),
+        ("words.csv", "hello\nworld\n", "no column 'serial'"),
+        ("broken.csv", 'a,b\n1,2,3\n4,"5\n', "not a frame of results"),
+        ("broken.json", "{", "JSON"),
+        ("other.json", '{"schema": "accelcal/discovery/1"}', "accelcal/calibration/1"),
+        ("binary.parquet", "no", "binary.parquet: "),
+    ],
+)
+def test_faults_of_files_are_told_in_a_line(tmp_path, capsys, name, content, message):
+    path = tmp_path / name
+    if content is not None:
+        path.write_text(content, encoding="utf-8")
+    assert run(path) == 2
+    told = capsys.readouterr().err
+    assert message in told
+    assert len(told.splitlines()) == 1
+    assert "Traceback" not in told
+
+
+def test_a_file_of_results_is_not_overwritten(results, capsys):
+    assert run(results, "-o", results) == 2
+    assert "is a file to be read" in capsys.readouterr().err
+
+
+def test_reprs():
+    found = accelcal.history(frame(12, jump=100.0))
+    assert repr(found) == "<History serial A: 12 calibrations, 1 jumps>"
+    assert found.to_frame().shape[0] == 24
