@@ -562,6 +562,13 @@ def test_estimator_is_that_of_fit(method):
         assert named[name] == pytest.approx(quantity.value, rel=1e-4), name
 
 
+@pytest.mark.parametrize("delta0", [0.0, 0.01])
+def test_readings_without_errors_are_those_of_the_simulation(delta0):
+    record = made(mountings=("o+", "o-", "p+", "p-"), delta0=delta0)
+    found = readings_of(record, AL15, StandConditions(), delta0).output({})
+    assert found == pytest.approx(record.output, abs=1e-14)
+
+
 def test_what_the_angles_do_not_determine_is_said():
     found = alone(one("reading-noise"), positions=4, **ONE_LEVEL)
     assert any("do not determine K3, M_ip" in warning for warning in found.warnings)
