@@ -106,6 +106,7 @@ if TYPE_CHECKING:
     from accelcal.planning.pace import Pace as Pace
     from accelcal.record import Apparatus as Apparatus
     from accelcal.record import TumbleRecord as TumbleRecord
+    from accelcal.recalibrations.history import history as history
     from accelcal.results.calibration import Calibration as Calibration
     from accelcal.results.designs import DesignComparison as DesignComparison
     from accelcal.results.designs import TestDesign as TestDesign
@@ -168,6 +169,7 @@ __all__ = [
     "effect",
     "estimate_tables",
     "fit",
+    "history",
     "optimal_design",
     "output",
     "position_angles",
@@ -230,6 +232,7 @@ _HOME = {
     "effect": "accelcal.effects.catalogue",
     "estimate_tables": "accelcal.estimate.stacked_tables",
     "fit": "accelcal.calibrate.fit",
+    "history": "accelcal.recalibrations.history",
     "output": "accelcal.model",
     "position_angles": "accelcal.geometry",
     "read_discovery": "accelcal.io.discoveries",
