@@ -70,14 +70,14 @@ def test_rows_are_those_of_fit(archive):
             row = next(rows)
             assert (row["source"], row["run"], row["mounting"]) == (str(path), table.run, "o+")
             for name, quantity in (*table.coefficients.items(), *table.error_model.items()):
-                assert row[name] == quantity.value
-                assert row[f"{name}_standard_uncertainty"] == quantity.standard_uncertainty
-                assert row[f"{name}_expanded_uncertainty"] == quantity.expanded_uncertainty
-                assert row[f"{name}_dof"] == quantity.dof
+                assert row[name] == pytest.approx(quantity.value, rel=1e-9, abs=1e-16)
+                for part in ("standard_uncertainty", "expanded_uncertainty", "dof"):
+                    expected = pytest.approx(getattr(quantity, part), rel=1e-9)
+                    assert row[f"{name}_{part}"] == expected
             for gate in (*table.gates, *calibration.gates):
                 assert row[gate_column(gate.name)] == gate.verdict
             assert (row["readings"], row["dof"]) == (table.readings, table.dof)
-            assert row["residual_rms"] == table.residual_rms
+            assert row["residual_rms"] == pytest.approx(table.residual_rms, rel=1e-9)
             assert row["warnings"] == " | ".join((*table.warnings, *calibration.warnings))
             assert row["software"] == calibration.software
     assert next(rows, None) is None
@@ -86,9 +86,10 @@ def test_rows_are_those_of_fit(archive):
 def test_laws_are_those_of_fit(archive):
     laws = accelcal.batch([archive / "2023" / "t000.csv"]).laws
     model = accelcal.fit(accelcal.read_table(archive / "2023" / "t000.csv")).temperature_model
-    expected = [(term, q.value, q.standard_uncertainty, q.unit) for term, q in model.quantities()]
-    columns = laws[["term", "value", "standard_uncertainty", "unit"]]
-    assert list(columns.itertuples(index=False, name=None)) == expected
+    for row, (term, quantity) in zip(laws.to_dict("records"), model.quantities(), strict=True):
+        assert (row["term"], row["unit"]) == (term, quantity.unit)
+        for name in ("value", "standard_uncertainty", "expanded_uncertainty", "dof"):
+            assert row[name] == pytest.approx(getattr(quantity, name), rel=1e-9)
 
 
 def test_hysteresis_is_among_the_laws(tmp_path):
@@ -280,13 +281,12 @@ def test_wrong_use_is_one_line(tmp_path, run_cli, arguments, said):
 
 
 def test_a_bug_on_one_file_ends_no_batch(archive, monkeypatch):
-    from accelcal.archive import settings
+    from accelcal.archive import fitting
 
-    def fit(*_, **__):
+    def calibration_stack(*_):
         raise IndexError("index 3 is out of bounds")
 
-    monkeypatch.setattr(settings.Settings, "try_out", lambda _: None)
-    monkeypatch.setattr(settings, "fit", fit)
+    monkeypatch.setattr(fitting, "calibration_stack", calibration_stack)
     found = accelcal.batch(archive / "2024" / "t000.csv")
     assert "a bug in accelcal (IndexError: index 3 is out of bounds)" in found.errors["message"][0]
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 from accelcal.archive.columns import LAWS, ROWS
-from accelcal.archive.failures import attempt
+from accelcal.archive.fitting import calibrate_records
 from accelcal.archive.formats import Columns, encode
 from accelcal.archive.parts import Part
 from accelcal.archive.reading import Failure, Found, read_files, read_part
@@ -148,8 +148,8 @@ def rows_of(found: Sequence[Found], failures: Sequence[Failure], settings: Setti
     laws: list[list[Any]] = []
     errors = list(failures)
     failed = 0
-    for file, record in found:
-        calibration = attempt(record.source, settings.calibrate, record)
+    calibrations = calibrate_records([item.record for item in found], settings)
+    for (file, record), calibration in zip(found, calibrations, strict=True):
         if isinstance(calibration, str):
             errors.append(Failure(file, record.source, calibration))
             continue

@@ -9,13 +9,13 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from accelcal.calibrate.fit import fit
-from accelcal.calibrate.options import TEMPERATURE_LAWS
+from accelcal.calibrate.options import TEMPERATURE_LAWS, Options
+from accelcal.calibrate.plan import OnePlan
+from accelcal.calibrate.stack import calibration_stack
 from accelcal.errors import DesignError
 from accelcal.estimate.linear import METHODS
 from accelcal.io.tables import read_table
 from accelcal.model import COEFFICIENTS
-from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.discovery import Discovery
 from accelcal.specification import Specification
@@ -54,10 +54,6 @@ class Settings:
     overrides: Mapping[str, Any] = field(default_factory=dict)
     specification: Specification | None = None
 
-    def calibrate(self, record: TumbleRecord) -> Calibration:
-        """Fit a record, and judge it where there is a data sheet."""
-        return self.judged(fit(record, **self.of_fit()))
-
     def try_out(self) -> None:
         """Fit a good table, so that wrong options are told once and before any file.
 
@@ -72,20 +68,22 @@ class Settings:
             If the method is misprinted.
         """
         record = read_table(io.StringIO(_GOOD_TABLE), overrides=self.overrides)
+        options = self.options()
+        options.check()
         with suppress(DesignError):
-            fit(record, **{**self.of_fit(), "model": None})
+            calibration_stack(OnePlan.of([record]), options._replace(model=None)).one(0)
 
-    def of_fit(self) -> dict[str, Any]:
-        """Arguments of `accelcal.fit`."""
-        return {
-            "method": self.method,
-            "robust": self.robust,
-            "delta0": self.delta0,
-            "coefficients": self.coefficients,
-            "strict": self.strict,
-            "temperature_laws": self.temperature_laws,
-            "model": self.model,
-        }
+    def options(self) -> Options:
+        """What is asked of the fit."""
+        return Options(
+            method=self.method,
+            robust=self.robust,
+            delta0=self.delta0,
+            coefficients=self.coefficients,
+            strict=self.strict,
+            temperature_laws=self.temperature_laws,
+            model=self.model,
+        )
 
     def judged(self, calibration: Calibration) -> Calibration:
         """Judge against the data sheet, where there is one."""
