@@ -98,6 +98,7 @@ if TYPE_CHECKING:
     from accelcal.io.stand import read_stand as read_stand
     from accelcal.io.tables import read_table as read_table
     from accelcal.io.tables import read_tables as read_tables
+    from accelcal.io.triad import read_triad as read_triad
     from accelcal.io.writer import write_table as write_table
     from accelcal.model import design_matrix as design_matrix
     from accelcal.model import output as output
@@ -116,6 +117,7 @@ if TYPE_CHECKING:
     from accelcal.results.quantity import Quantity as Quantity
     from accelcal.results.stand import StandDiscovery as StandDiscovery
     from accelcal.results.stand_budget import StandBudget as StandBudget
+    from accelcal.results.triad import TriadCalibration as TriadCalibration
     from accelcal.simulation import AL15 as AL15
     from accelcal.simulation import Accelerometer as Accelerometer
     from accelcal.simulation import NoiseComponents as NoiseComponents
@@ -124,6 +126,8 @@ if TYPE_CHECKING:
     from accelcal.stand_uncertainty.budget import stand_budget as stand_budget
     from accelcal.stand_uncertainty.stand import Stand as Stand
     from accelcal.stand_uncertainty.stand import StandComponent as StandComponent
+    from accelcal.triad.calibrate import calibrate_triad as calibrate_triad
+    from accelcal.triad.record import TriadRecord as TriadRecord
 
 __all__ = [
     "AL15",
@@ -154,12 +158,15 @@ __all__ = [
     "TableError",
     "TableEstimates",
     "TestDesign",
+    "TriadCalibration",
+    "TriadRecord",
     "TumblePlan",
     "TumbleRecord",
     "__version__",
     "accelerations",
     "apply",
     "batch",
+    "calibrate_triad",
     "catalogue",
     "compare",
     "design",
@@ -179,6 +186,7 @@ __all__ = [
     "read_stand",
     "read_table",
     "read_tables",
+    "read_triad",
     "register",
     "simulate",
     "stand_budget",
@@ -219,11 +227,14 @@ _HOME = {
     "StandDiscovery": "accelcal.results.stand",
     "TableError": "accelcal.errors",
     "TableEstimates": "accelcal.estimate.stacked_tables",
+    "TriadCalibration": "accelcal.results.triad",
+    "TriadRecord": "accelcal.triad.record",
     "TumblePlan": "accelcal.simulation",
     "TumbleRecord": "accelcal.record",
     "accelerations": "accelcal.geometry",
     "apply": "accelcal.compensate.apply",
     "batch": "accelcal.archive.batch",
+    "calibrate_triad": "accelcal.triad.calibrate",
     "catalogue": "accelcal.effects.catalogue",
     "compare": "accelcal.discovery.compare",
     "design_matrix": "accelcal.model",
@@ -241,6 +252,7 @@ _HOME = {
     "read_stand": "accelcal.io.stand",
     "read_table": "accelcal.io.tables",
     "read_tables": "accelcal.io.tables",
+    "read_triad": "accelcal.io.triad",
     "register": "accelcal.effects.catalogue",
     "simulate": "accelcal.simulation",
     "stand_budget": "accelcal.stand_uncertainty.budget",

@@ -23,6 +23,7 @@ COMMANDS = (
     "report",
     "design",
     "batch",
+    "triad",
     "history",
 )
 """Commands in the order of the help; NAME is the function NAME of the module accelcal.cli.NAME."""

@@ -1,0 +1,85 @@
+"""accelcal triad: three accelerometers in one block."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from accelcal.cli.deliver import deliver, refuse_to_overwrite
+from accelcal.cli.options import data_argument, format_option, number, output_option
+
+if TYPE_CHECKING:
+    from accelcal.results.triad import TriadCalibration
+
+__all__ = ["triad"]
+
+
+@click.command()
+@data_argument()
+@output_option("the calibration as JSON", metavar="TRIAD.json")
+@click.option(
+    "--frame",
+    type=click.Choice(["x", "z"]),
+    default="x",
+    show_default=True,
+    help="Axis of the frame that lies along its channel's sensitive axis (attitudes unknown).",
+)
+@click.option("--g", "local_gravity", type=number, metavar="M_S2", help="Local gravity [m/s^2].")
+@click.option("--unit", metavar="UNIT", help="Unit of the outputs, such as V.")
+@click.option("--serial", metavar="NAME", help="Serial number of the triad.")
+@format_option("text", "json", "csv")
+def triad(
+    data: str,
+    path: str | None,
+    frame: str,
+    local_gravity: float | None,
+    unit: str | None,
+    serial: str | None,
+    form: str,
+) -> None:
+    """Calibrate three accelerometers in one block from the attitudes in DATA.
+
+    DATA has a row for each attitude in which the block stood still: its mean outputs x, y, z. Where
+    the attitudes are known it has also up_x, up_y, up_z (acceleration along the axes of the block,
+    in g), or shaft (x, y, z, -x ...) and angle (deg). Where they are not, |a| = g is the only
+    truth, and the triad is known but for its rotation.
+
+    \b
+    Examples:
+      accelcal triad examples/triad.csv
+      accelcal triad attitudes.csv --g 9.8106 -o triad.json
+    """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
+    refuse_to_overwrite([data], path)
+    from accelcal.io.triad import read_triad
+    from accelcal.triad.calibrate import calibrate_triad
+
+    record = read_triad(
+        data, overrides={"unit": unit, "serial": serial}, local_gravity=local_gravity
+    )
+    from accelcal.errors import InputError
+
+    try:
+        found = calibrate_triad(record, frame=frame)
+    except InputError as error:
+        raise error.at(record.source) from None
+    if path is not None:
+        deliver(found.to_json(), path)
+    if path != "-":
+        deliver(_shown(found, form))
+
+
+def _shown(found: TriadCalibration, form: str) -> str:
+    if form == "text":
+        return str(found)
+    if form == "json":
+        return found.to_json()
+    import csv
+    import io
+
+    rows = found.rows()
+    text = io.StringIO()
+    writer = csv.DictWriter(text, rows[0], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()

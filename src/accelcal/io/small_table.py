@@ -1,0 +1,166 @@
+"""Small tables with headings of their own: a triad's attitudes, the certificate of a head."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+from accelcal.errors import TableError
+from accelcal.io.cells import Column
+from accelcal.io.engines import columns_by_split
+from accelcal.io.layout import Declared, Layout, listed, shown, split_line
+from accelcal.io.text import Source, read_text, refuse_document
+from accelcal.io.vocabulary import Heading, canonical_key, split_unit
+
+__all__ = ["SmallTable", "read_small_table", "uniform"]
+
+Recognise = Callable[[str], Heading]
+"""Meaning of a heading; a role None for a column that is not used."""
+
+
+class SmallTable(NamedTuple):
+    """A table by what its columns hold.
+
+    Attributes
+    ----------
+    source : str
+        Name of the file.
+    declared : mapping of str to Declared
+        Header lines by canonical key, or by the key as written, in small letters.
+    columns : mapping of str to Column
+        Columns by role.
+    headings_line : int
+        Line of the headings.
+    notes : tuple of str
+        What was set aside.
+    """
+
+    source: str
+    declared: Mapping[str, Declared]
+    columns: Mapping[str, Column]
+    headings_line: int
+    notes: tuple[str, ...]
+
+
+def read_small_table(
+    source: Source, recognise: Recognise, needed: Sequence[str], remedy: str, what: str = "table"
+) -> SmallTable:
+    """Read a small table.
+
+    Parameters
+    ----------
+    source : path, "-" or file object
+        The table.
+    recognise : callable
+        What tells the meaning of a heading.
+    needed : sequence of str
+        Roles that must be there.
+    remedy : str
+        What the headings should be.
+    what : str, default "table"
+        What it is, for messages.
+
+    Returns
+    -------
+    SmallTable
+        Its columns.
+
+    Raises
+    ------
+    TableError
+        If there are no headings or rows, a column is missing or there twice, or a row is too long
+        or too short.
+    """
+    given = read_text(source, what)
+    refuse_document(given.text, given.name)
+    layout = _layout(given.text.split("\n"), given.name, recognise, remedy)
+    places: dict[str, int] = {}
+    for index, heading in enumerate(layout.headings):
+        if heading.role in places:
+            problem = f"two columns mean {heading.role}, the second is {shown(heading.text)}"
+            raise _refusal(layout, problem, "keep one and rename the other")
+        if heading.role:
+            places[heading.role] = index
+    for role in needed:
+        if role not in places:
+            found = ", ".join(heading.text for heading in layout.headings)
+            raise _refusal(layout, f"no column {role} among {shown(found)}", remedy)
+    split = columns_by_split(layout, sorted(places.values()), 1 + max(places.values(), default=0))
+    return SmallTable(
+        source=layout.source,
+        declared=layout.declared,
+        columns={role: split[index] for role, index in places.items()},
+        headings_line=layout.headings_line,
+        notes=layout.notes,
+    )
+
+
+def uniform(columns: Sequence[Column], declared: Declared | None) -> str | None:
+    """Unit of columns that have one unit, in their headings or in a header line.
+
+    Parameters
+    ----------
+    columns : sequence of Column
+        The columns.
+    declared : Declared or None
+        The header line.
+
+    Returns
+    -------
+    str or None
+        The unit as written; None where there is none.
+
+    Raises
+    ------
+    TableError
+        If there are several.
+    """
+    written = [column.unit for column in columns if column.unit]
+    written += [declared.value] if declared and declared.value else []
+    if len(set(written)) > 1:
+        problem = f"units {' and '.join(sorted(set(written)))} in one table"
+        raise TableError(problem, "write all in one unit", source=columns[0].source)
+    return written[0] if written else None
+
+
+def _layout(lines: list[str], name: str, recognise: Recognise, remedy: str) -> Layout:
+    declared: dict[str, Declared] = {}
+    aside: list[int] = []
+    table = []
+    for number, line in enumerate(lines, 1):
+        bare = line.strip(' \t,;"')
+        if bare.startswith("#"):
+            _declare(declared, aside, bare, number)
+        elif bare:
+            table.append((number, line))
+    if not table:
+        problem = "header lines, but no table" if declared else "the file is empty"
+        raise TableError(problem, remedy, source=name)
+    start, text = table.pop(0)
+    separator = max((mark for mark in "\t;,"), key=text.count)
+    mark = separator if separator in text else None
+    headings = tuple(recognise(cell) for cell in split_line(text.strip(), mark))
+    if not any(heading.role for heading in headings):
+        problem = f"no column headings in {shown(text.strip())}"
+        raise TableError(problem, remedy, source=name, line=start)
+    if not table:
+        raise TableError("column headings but no rows", "add the rows", source=name, line=start)
+    unused = [shown(heading.text) for heading in headings if not heading.role]
+    notes = [f"column {text} is not known and was set aside" for text in unused]
+    notes += [f"comments were set aside ({listed(aside)})"] if aside else []
+    rows, numbers = [row for _, row in table], [number for number, _ in table]
+    return Layout(name, declared, headings, start, mark, rows, numbers, tuple(notes))
+
+
+def _declare(declared: dict[str, Declared], aside: list[int], bare: str, number: int) -> None:
+    key, colon, value = bare.lstrip("# ").partition(":")
+    name, unit = split_unit(key.strip())
+    if not colon:
+        aside.append(number)
+        return
+    known = canonical_key(name) or name.casefold()
+    declared[known] = Declared(f"{value.strip()} {unit}".strip(), number)
+
+
+def _refusal(layout: Layout, problem: str, remedy: str) -> TableError:
+    return TableError(problem, remedy, source=layout.source, line=layout.headings_line)

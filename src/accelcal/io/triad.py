@@ -1,0 +1,154 @@
+"""Reading of a triad's attitudes: three outputs a row and, where it is known, which way was up."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.errors import InputError, TableError, located
+from accelcal.io.cells import Column, numbers
+from accelcal.io.small_table import SmallTable, read_small_table, uniform
+from accelcal.io.text import Source
+from accelcal.io.vocabulary import Heading, has_unit, split_unit
+from accelcal.triad.record import AXES, TriadRecord, up_of_turn
+from accelcal.units import is_output_unit, output_unit
+
+__all__ = ["read_triad"]
+
+Array = NDArray[np.float64]
+
+_OUTPUT = re.compile(r"(?:(?:output|out|mean|acc|accel|a|y)_?)?([xyz])(?:_(.+))?", re.IGNORECASE)
+_UP = re.compile(r"up_?([xyz])(?:_g)?", re.IGNORECASE)
+_REMEDY = (
+    "name the columns x, y, z and, where attitudes are known, up_x, up_y, up_z or shaft, angle"
+)
+
+
+def read_triad(
+    source: Source,
+    *,
+    overrides: Mapping[str, str | None] | None = None,
+    local_gravity: float | None = None,
+) -> TriadRecord:
+    r"""Read the attitudes of a triad.
+
+    Parameters
+    ----------
+    source : path, "-" or file object
+        A table with a row for each attitude: the outputs in columns ``x``, ``y``, ``z`` (also
+        ``ax``, ``acc_x``, ``mean_x``, ``output_x``), a unit behind them as in ``ax_mg``. Where
+        attitudes are known, either ``up_x``, ``up_y``, ``up_z``, the acceleration along the axes
+        of the block [g], or ``shaft`` (``x``, ``-z`` ...), the axis of the block along the shaft,
+        and ``angle`` of the head [deg].
+    overrides : mapping of str to str, optional
+        ``unit`` and ``serial`` that win over the header; None leaves the header's.
+    local_gravity : float, optional
+        Local gravity that wins over the header line ``# g`` [m/s^2].
+
+    Returns
+    -------
+    TriadRecord
+        The attitudes.
+
+    Raises
+    ------
+    TableError
+        If the table is unusable; the message names the line and the remedy.
+
+    Examples
+    --------
+    >>> import io
+    >>> read_triad(io.StringIO("ax_V,ay_V,az_V\n0.1,0.0,1.0\n0.1,1.0,0.0\n")).unit
+    'V'
+    """
+    table = read_small_table(source, _heading, tuple(AXES), _REMEDY)
+    given = {key: value for key, value in (overrides or {}).items() if value}
+    channels = [table.columns[axis] for axis in AXES]
+    output = np.column_stack([_complete(column) for column in channels])
+    return located(
+        lambda: TriadRecord(
+            output=output,
+            up=_up(table),
+            line=channels[0].lines,
+            unit=_unit(table, channels, given.get("unit")),
+            local_gravity=_gravity(table) if local_gravity is None else local_gravity,
+            serial=given.get("serial") or _declared(table, "serial"),
+            source=table.source,
+            notes=table.notes,
+        ),
+        source=table.source,
+    )
+
+
+def _heading(text: str) -> Heading:
+    name, unit = split_unit(text.strip())
+    folded = name.strip().casefold()
+    if folded in ("shaft", "angle"):
+        return Heading(text, folded, unit or None)
+    if folded in ("angle_deg", "angle deg"):
+        return Heading(text, "angle", "deg")
+    up = _UP.fullmatch(folded)
+    if up:
+        return Heading(text, f"up_{up[1]}", unit or None)
+    output = _OUTPUT.fullmatch(name.strip())
+    if output and (output[2] is None or is_output_unit(output[2])):
+        return Heading(text, output[1].casefold(), unit or output[2])
+    return Heading(text, None)
+
+
+def _complete(column: Column) -> Array:
+    values = numbers(column)
+    column.check(~np.isnan(values), "{} is missing", "complete the row or delete it")
+    return values
+
+
+def _up(table: SmallTable) -> Array | None:
+    there = set(table.columns)
+    if {"up_x", "up_y", "up_z"} <= there:
+        return np.column_stack([_complete(table.columns[f"up_{axis}"]) for axis in AXES])
+    if {"shaft", "angle"} <= there:
+        return _turned(table.columns["shaft"], table.columns["angle"])
+    half = sorted(there - set(AXES))
+    if half:
+        problem = f"column {' and '.join(half)} alone, which tells no attitude"
+        raise TableError(problem, _REMEDY, source=table.source, line=table.headings_line)
+    return None
+
+
+def _turned(shaft: Column, angle: Column) -> Array:
+    if angle.unit and not has_unit("angle", angle.unit):
+        problem = f"angle in {angle.unit}"
+        raise TableError(problem, "give it in deg", source=angle.source, line=int(angle.lines[0]))
+    rows = []
+    for index, value in enumerate(_complete(angle)):
+        try:
+            rows.append(up_of_turn(str(shaft.cells[index]), [value])[0])
+        except InputError as error:
+            problem, _, remedy = str(error).partition("; ")
+            line = int(shaft.lines[index])
+            raise TableError(problem, remedy, source=shaft.source, line=line) from None
+    return np.array(rows)
+
+
+def _unit(table: SmallTable, channels: list[Column], given: str | None) -> str | None:
+    written = given or uniform(channels, table.declared.get("unit"))
+    return output_unit(written) if written else None
+
+
+def _declared(table: SmallTable, key: str) -> str | None:
+    return table.declared[key].value or None if key in table.declared else None
+
+
+def _gravity(table: SmallTable) -> float | None:
+    written = _declared(table, "local_gravity")
+    if written is None:
+        return None
+    try:
+        return float(written.split()[0])
+    except ValueError:
+        line = table.declared["local_gravity"].line
+        problem, remedy = f"g is {written!r}", "write local gravity in m/s^2, such as 9.8106"
+        raise TableError(problem, remedy, source=table.source, line=line) from None

@@ -1,0 +1,91 @@
+"""The calibration of a triad as text for a terminal."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Mapping
+
+from accelcal.report.columns import aligned
+from accelcal.report.numbers import matching_digits, significant
+from accelcal.results.quantity import Quantity
+from accelcal.results.triad import TriadCalibration
+
+__all__ = ["triad_text"]
+
+_WIDTH = 100
+_FRAMES = {
+    "block": "axes of the block, by the attitudes as given",
+    "x": "axis x along the sensitive axis of channel x, that of y in the plane xy",
+    "z": "axis z along the sensitive axis of channel z, that of y in the plane yz",
+}
+_HEADING = ("", "", "value", "std. unc.", "+- 95 %", "unit")
+
+
+def triad_text(found: TriadCalibration) -> str:
+    """Write the calibration of a triad as text.
+
+    Parameters
+    ----------
+    found : TriadCalibration
+        The calibration.
+
+    Returns
+    -------
+    str
+        Lines of at most 100 characters, in ASCII but for names of the user.
+    """
+    return "\n".join([*_head(found), "", *_table(found), "", *_gates(found)])
+
+
+def _head(found: TriadCalibration) -> Iterator[str]:
+    name = f"serial {found.serial}, " if found.serial else ""
+    yield f"Triad {name}{found.source}"
+    what = "|a| - 1" if found.frame != "block" else "the channels"
+    yield (
+        f"{found.attitudes} attitudes, {found.dof} degrees of freedom;"
+        f" residual of {what} {1e3 * found.residual_rms:.3g} mg rms"
+    )
+    yield f"frame: {_FRAMES[found.frame]}"
+
+
+def _table(found: TriadCalibration) -> Iterator[str]:
+    biases = {name: q for name, q in found.parameters.items() if name.startswith("b_")}
+    rows = [_HEADING, *_rows("bias", biases), *_rows("scale factor", found.scale_factors)]
+    if found.local_gravity:
+        rows += _rows("", {n: _per_si(q, found) for n, q in found.scale_factors.items()})
+    rows += _rows("sensitive axis", found.misalignments)
+    rows += _rows("90 deg - angle", {f"{p[0]}, {p[1]}": q for p, q in found.axis_angles.items()})
+    yield from (f"  {line}" for line in aligned(rows, right={2, 3, 4}))
+
+
+def _per_si(quantity: Quantity, found: TriadCalibration) -> Quantity:
+    g = found.local_gravity or 1.0
+    unit = quantity.unit.removesuffix("/g") + " per m/s^2"
+    parts = (quantity.value, quantity.standard_uncertainty, quantity.expanded_uncertainty)
+    value, standard, expanded = (None if part is None else part / g for part in parts)
+    return Quantity(value, standard, unit, expanded, quantity.dof)
+
+
+def _rows(name: str, quantities: Mapping[str, Quantity]) -> list[tuple[str, ...]]:
+    rows: list[tuple[str, ...]] = []
+    for symbol, q in quantities.items():
+        factor, unit = (1e3, "mrad") if q.unit == "rad" else (1.0, q.unit)
+        value = factor * (q.value or 0.0)
+        standard = q.standard_uncertainty
+        if standard == 0.0:
+            cells = (f"{value:g}", "by frame", "")
+        elif standard is None:
+            cells = (f"{value:.8g}", "-", "-")
+        else:
+            wide = significant(factor * (q.expanded_uncertainty or 0.0), 2)
+            cells = (*matching_digits(value, factor * standard), wide)
+        rows.append((name, symbol, *cells, unit))
+        name = ""
+    return rows
+
+
+def _gates(found: TriadCalibration) -> Iterator[str]:
+    sentences = [f"{g.verdict}: {g.name}: {g.finding}" for g in found.gates] + list(found.notes)
+    for sentence in sentences:
+        text = sentence.replace("warn: ", "WARNING: ", 1)
+        yield from textwrap.wrap(f"- {text}", _WIDTH, subsequent_indent="  ")

@@ -1,0 +1,240 @@
+"""Calibration of a triad: three accelerometers in one block."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from accelcal.errors import DocumentError, InputError
+from accelcal.results.checked import (
+    Covariance,
+    checked,
+    covariance,
+    list_of,
+    mapping_of,
+    number,
+    size_or_none,
+    text,
+    text_or_none,
+    whole,
+)
+from accelcal.results.json_text import document_in, json_text
+from accelcal.results.quantity import Gate, Quantity, fields_document
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    import pandas as pd
+
+__all__ = ["SCHEMA", "TriadCalibration"]
+
+SCHEMA = "accelcal/triad/1"
+WRITER = "accelcal triad"
+
+_PLAIN = ("attitudes", "frame", "dof", "residual_rms", "output_unit", "serial", "source")
+
+
+@dataclass(frozen=True, slots=True)
+class TriadCalibration:
+    """Bias, scale factors and misalignments of a triad, y = b + S a.
+
+    Attributes
+    ----------
+    frame : str
+        Where the axes of S come from: ``"block"`` where the attitudes were known; ``"x"`` or
+        ``"z"`` where only the length of the acceleration was, see `accelcal.calibrate_triad`.
+    parameters : mapping of str to Quantity
+        ``b_x`` ... [output unit] and ``S_xx`` ... [output unit per local g]; those that the frame
+        fixes are zero without uncertainty.
+    scale_factors : mapping of str to Quantity
+        ``K_x`` ...: length of a row of S, the answer along the channel's own sensitive axis.
+    misalignments : mapping of str to Quantity
+        ``m_xy`` ...: component of the sensitive axis of x along the axis y of the frame, a small
+        angle [rad].
+    axis_angles : mapping of str to Quantity
+        ``xy``, ``xz``, ``yz``: 90 deg minus the angle between two sensitive axes [rad]. No choice
+        of a frame changes them.
+    covariance : tuple
+        Names and matrix of the parameters; empty where nothing tells the noise.
+    attitudes : int
+        Number of attitudes.
+    dof : int
+        Degrees of freedom.
+    residual_rms : float
+        Of |a| - 1, or of the channels over their scale factors where attitudes were known [g].
+    gates : tuple of Gate
+        Checks with their findings.
+    local_gravity : float or None
+        Local gravity [m/s^2].
+    output_unit, serial : str or None
+        Of the outputs; of the triad.
+    source : str
+        Where the record came from.
+    notes : tuple of str
+        What the reader set aside.
+    software : str
+        Name and version of what made the calibration.
+    """
+
+    frame: str
+    parameters: dict[str, Quantity]
+    scale_factors: dict[str, Quantity]
+    misalignments: dict[str, Quantity]
+    axis_angles: dict[str, Quantity]
+    covariance: Covariance
+    attitudes: int
+    dof: int
+    residual_rms: float
+    gates: tuple[Gate, ...]
+    local_gravity: float | None = None
+    output_unit: str | None = None
+    serial: str | None = None
+    source: str = "<table>"
+    notes: tuple[str, ...] = ()
+    software: str = ""
+
+    @property
+    def bias(self) -> NDArray[np.float64]:
+        """Output at zero acceleration, shape (3,) [output unit]."""
+        return np.array([self.parameters[f"b_{i}"].value for i in "xyz"], dtype=np.float64)
+
+    @property
+    def sensitivity(self) -> NDArray[np.float64]:
+        """Matrix S, shape (3, 3) [output unit per local g]."""
+        values = [self.parameters[f"S_{i}{j}"].value for i in "xyz" for j in "xyz"]
+        return np.array(values, dtype=np.float64).reshape(3, 3)
+
+    def accelerations(self, output: ArrayLike) -> NDArray[np.float64]:
+        """Turn outputs into accelerations along the axes of the frame.
+
+        Parameters
+        ----------
+        output : array_like, shape (..., 3)
+            Outputs of the channels x, y, z [output unit].
+
+        Returns
+        -------
+        ndarray, shape (..., 3)
+            Acceleration [local g].
+
+        Raises
+        ------
+        InputError
+            If the last axis does not hold three outputs.
+        """
+        values = np.asarray(output, dtype=np.float64)
+        if values.shape[-1:] != (3,):
+            raise InputError(f"outputs of shape {values.shape}; the last axis holds x, y, z")
+        return np.asarray((values - self.bias) @ np.linalg.inv(self.sensitivity).T)
+
+    def __str__(self) -> str:
+        from accelcal.report.triad import triad_text
+
+        return triad_text(self)
+
+    def __repr__(self) -> str:
+        rms = f"{1e3 * self.residual_rms:.3g} mg rms"
+        return f"<TriadCalibration {self.source}: {self.attitudes} attitudes, {rms}>"
+
+    def rows(self) -> list[dict[str, Any]]:
+        """List all quantities, a flat dictionary each."""
+        named = self.parameters | self.scale_factors | self.misalignments
+        named |= {f"angle_{pair}": q for pair, q in self.axis_angles.items()}
+        return [{"name": name, **quantity.to_document()} for name, quantity in named.items()]
+
+    def to_frame(self) -> pd.DataFrame:
+        """Tabulate all quantities, a line each."""
+        import pandas as pd
+
+        return pd.DataFrame(self.rows())
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the calibration as the JSON document of schema `SCHEMA`."""
+        names, matrix = self.covariance
+        return {
+            "schema": SCHEMA,
+            "software": self.software,
+            "acceleration_unit": "g_local",
+            "g_local_m_s2": self.local_gravity,
+            **{name: getattr(self, name) for name in _PLAIN},
+            **{
+                group: {name: q.to_document() for name, q in getattr(self, group).items()}
+                for group in _GROUPS
+            },
+            "covariance": {"names": list(names), "matrix": [list(row) for row in matrix]},
+            "gates": [fields_document(gate) for gate in self.gates],
+            "notes": list(self.notes),
+        }
+
+    def to_json(self, path: str | PathLike[str] | None = None) -> str:
+        """Write the calibration as JSON.
+
+        Parameters
+        ----------
+        path : path, optional
+            File to write, whole or not at all; without it the text is only returned.
+
+        Returns
+        -------
+        str
+            The JSON text; numbers keep all their digits.
+        """
+        return json_text(self.to_document(), path)
+
+    @classmethod
+    def from_json(cls, source: str | PathLike[str]) -> TriadCalibration:
+        """Read a calibration.
+
+        Parameters
+        ----------
+        source : str or path
+            JSON text, or the path of a file that holds it.
+
+        Returns
+        -------
+        TriadCalibration
+            The calibration.
+
+        Raises
+        ------
+        DocumentError
+            If it is no such document.
+        """
+        document = document_in(source, writer=WRITER)
+        schema = document.get("schema") if isinstance(document, dict) else None
+        if schema != SCHEMA:
+            raise DocumentError(f"schema {schema!r} is not {SCHEMA!r}; give a file of {WRITER}")
+        try:
+            return _read(document)
+        except KeyError as error:
+            raise DocumentError(f"{error.args[0]} is missing; write it with {WRITER}") from None
+        except TypeError as error:
+            raise DocumentError(f"{error}; write the file again with {WRITER}") from None
+
+
+_GROUPS = ("parameters", "scale_factors", "misalignments", "axis_angles")
+
+
+def _read(document: dict[str, Any]) -> TriadCalibration:
+    quantities = mapping_of(Quantity.from_document)
+    return TriadCalibration(
+        frame=checked(document, "frame", text),
+        parameters=checked(document, "parameters", quantities),
+        scale_factors=checked(document, "scale_factors", quantities),
+        misalignments=checked(document, "misalignments", quantities),
+        axis_angles=checked(document, "axis_angles", quantities),
+        covariance=checked(document, "covariance", covariance),
+        attitudes=checked(document, "attitudes", whole),
+        dof=checked(document, "dof", whole),
+        residual_rms=checked(document, "residual_rms", number),
+        gates=checked(document, "gates", list_of(Gate.from_document)),
+        local_gravity=checked(document, "g_local_m_s2", size_or_none),
+        output_unit=checked(document, "output_unit", text_or_none),
+        serial=checked(document, "serial", text_or_none),
+        source=checked(document, "source", text),
+        notes=checked(document, "notes", list_of(text)),
+        software=checked(document, "software", text),
+    )

@@ -1,0 +1,175 @@
+"""Calibration of a triad from its attitudes, known or not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from accelcal.errors import InputError
+from accelcal.probability import student_quantile
+from accelcal.results.quantity import Quantity
+from accelcal.results.triad import TriadCalibration
+from accelcal.triad.gates import gates_of
+from accelcal.triad.known import from_known_attitudes
+from accelcal.triad.record import AXES, TriadRecord
+from accelcal.triad.solution import NAMES, Solution
+from accelcal.triad.unknown import from_unknown_attitudes
+from accelcal.version import __version__
+
+__all__ = ["calibrate_triad"]
+
+Array = NDArray[np.float64]
+
+_LEVEL = 0.95
+_PAIRS = ((0, 1), (0, 2), (1, 2))
+_CROSS = tuple((i, j) for i in range(3) for j in range(3) if i != j)
+
+
+def calibrate_triad(
+    output: ArrayLike | TriadRecord, up: ArrayLike | None = None, *, frame: str = "x"
+) -> TriadCalibration:
+    """Calibrate three accelerometers in one block.
+
+    Parameters
+    ----------
+    output : array_like, shape (n, 3), or TriadRecord
+        Mean outputs of the channels x, y, z in each attitude [output unit].
+    up : array_like, shape (n, 3), optional
+        Acceleration along the axes of the block, which points up [local g]. Without it the only
+        truth is that its length is 1.
+    frame : {"x", "z"}, default "x"
+        Frame of a triad whose attitudes are unknown, where S is known but for a rotation:
+        ``"x"`` lies with its axis x along the sensitive axis of channel x and has that of y in
+        its plane xy; ``"z"`` lies with its axis z along that of z and has that of y in yz.
+
+    Returns
+    -------
+    TriadCalibration
+        Bias, sensitivity, scale factors, misalignments and angles, with covariance and gates.
+
+    Raises
+    ------
+    InputError
+        If the arrays have other shapes, or `up` comes with a record.
+    DesignError
+        If the attitudes are too few or too alike; the message names what they leave open.
+
+    Notes
+    -----
+    `accelcal.triad.known` and `accelcal.triad.unknown` tell the estimators. Intervals are of
+    95 %, by Student's t.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rng = np.random.default_rng(1)
+    >>> up = rng.normal(size=(30, 3))
+    >>> up /= np.linalg.norm(up, axis=1)[:, None]
+    >>> output = 0.01 + 2.0 * up + rng.normal(scale=1e-3, size=up.shape)
+    >>> calibrate_triad(output).scale_factors["K_x"].value.__round__(2)
+    2.0
+    """
+    if isinstance(output, TriadRecord):
+        if up is not None:
+            raise InputError("directions beside a record; put them into the record")
+        return _calibrated(output, frame)
+    given = None if up is None else np.asarray(up, dtype=np.float64)
+    return _calibrated(TriadRecord(np.asarray(output, dtype=np.float64), given), frame)
+
+
+def _calibrated(record: TriadRecord, frame: str) -> TriadCalibration:
+    if record.up is None:
+        found = from_unknown_attitudes(record.output, frame)
+    else:
+        found, frame = from_known_attitudes(record.output, record.up), "block"
+    unit = record.unit or "output unit"
+    units = {"": unit, "/g": f"{unit}/g", "rad": "rad"}
+    return TriadCalibration(
+        frame=frame,
+        parameters=_quantities(
+            found, _parameters, [units["" if i < 3 else "/g"] for i in range(12)]
+        ),
+        scale_factors=_quantities(found, _scale_factors, [units["/g"]] * 3),
+        misalignments=_quantities(found, _misalignments, ["rad"] * 6),
+        axis_angles=_quantities(found, _axis_angles, ["rad"] * 3),
+        covariance=_covariance(found),
+        attitudes=len(record.output),
+        dof=found.dof,
+        residual_rms=found.rms,
+        gates=gates_of(record, found, frame),
+        local_gravity=record.local_gravity,
+        output_unit=record.unit,
+        serial=record.serial,
+        source=record.source,
+        notes=record.notes,
+        software=f"accelcal {__version__}",
+    )
+
+
+def _parameters(theta: Array) -> Mapping[str, Array]:
+    return dict(zip(NAMES, theta, strict=True))
+
+
+def _directions(theta: Array) -> tuple[Array, Array]:
+    """Lengths and directions of the rows of S."""
+    sensitivity = theta[3:].reshape(3, 3)
+    lengths = np.sqrt(np.sum(sensitivity**2, axis=1))
+    return lengths, sensitivity / lengths[:, None]
+
+
+def _scale_factors(theta: Array) -> Mapping[str, Array]:
+    return {f"K_{axis}": k for axis, k in zip(AXES, _directions(theta)[0], strict=True)}
+
+
+def _misalignments(theta: Array) -> Mapping[str, Array]:
+    rows = _directions(theta)[1]
+    return {f"m_{AXES[i]}{AXES[j]}": rows[i, j] for i, j in _CROSS}
+
+
+def _axis_angles(theta: Array) -> Mapping[str, Array]:
+    rows = _directions(theta)[1]
+    return {AXES[i] + AXES[j]: np.arcsin(rows[i] @ rows[j]) for i, j in _PAIRS}
+
+
+def _quantities(
+    found: Solution, function: Callable[[Array], Mapping[str, Array]], units: list[str]
+) -> dict[str, Quantity]:
+    """Functions of the parameters with their uncertainty, to first order."""
+    theta = np.concatenate([found.bias, found.sensitivity.ravel()])
+    values = function(theta)
+    standard = _standard(found, function, theta)
+    factor = student_quantile(_LEVEL, found.dof) if found.dof else None
+    return {
+        name: Quantity(
+            float(value),
+            u,
+            unit,
+            None if u is None or factor is None else factor * u,
+            float(found.dof) if u else None,
+        )
+        for (name, value), u, unit in zip(values.items(), standard, units, strict=True)
+    }
+
+
+def _standard(
+    found: Solution, function: Callable[[Array], Mapping[str, Array]], theta: Array
+) -> list[float | None]:
+    if found.covariance is None:
+        return [None] * len(function(theta))
+    tiny = 1e-100
+    derivative = [  # by a step in the complex plane, which loses no digits
+        np.array(list(function(theta + 1j * tiny * (np.arange(12) == i)).values())).imag / tiny
+        for i in found.free
+    ]
+    jacobian = np.array(derivative).T
+    variance = np.einsum("ij,jk,ik->i", jacobian, found.covariance, jacobian)
+    return [float(u) for u in np.sqrt(np.maximum(variance, 0.0))]
+
+
+def _covariance(found: Solution) -> tuple[tuple[str, ...], tuple[tuple[float, ...], ...]]:
+    if found.covariance is None:
+        return (), ()
+    names = tuple(NAMES[i] for i in found.free)
+    return names, tuple(map(tuple, found.covariance.tolist()))

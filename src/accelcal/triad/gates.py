@@ -1,0 +1,95 @@
+"""Checks that warn before anyone believes the calibration of a triad."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from accelcal.errors import DesignError
+from accelcal.probability import f_survival, student_quantile
+from accelcal.results.quantity import Gate
+from accelcal.triad.record import TriadRecord
+from accelcal.triad.solution import Solution
+from accelcal.triad.unknown import from_unknown_attitudes
+
+__all__ = ["gates_of"]
+
+_WORST_CONDITION = 10.0
+"""Attitudes spread evenly over the sphere have 3 to 4."""
+
+_FEW_DOF = 3
+_FALSE_ALARM = 0.01
+
+
+def gates_of(record: TriadRecord, found: Solution, frame: str) -> tuple[Gate, ...]:
+    """Judge a calibration by its own data.
+
+    Parameters
+    ----------
+    record : TriadRecord
+        The attitudes.
+    found : Solution
+        Their calibration.
+    frame : str
+        Its frame.
+
+    Returns
+    -------
+    tuple of Gate
+        Number of attitudes, their spread, the largest residual, and whether the misalignments
+        show.
+    """
+    gates = [_number(record, found), _spread(found), _outlier(record, found)]
+    return (*gates, *([] if record.up is not None else _misalignment(record, found, frame)))
+
+
+def _number(record: TriadRecord, found: Solution) -> Gate:
+    told = f"{len(record.output)} attitudes leave {found.dof} degrees of freedom"
+    if not found.dof:
+        return Gate("attitudes", "warn", f"{told}: nothing tells the noise; add attitudes")
+    if found.dof < _FEW_DOF:
+        return Gate("attitudes", "warn", f"{told}: the intervals are wide; add attitudes")
+    return Gate("attitudes", "pass", told)
+
+
+def _spread(found: Solution) -> Gate:
+    told = f"condition number {found.condition:.1f}, worst told: {', '.join(found.weakness)}"
+    if found.condition > _WORST_CONDITION:
+        advice = f"{told}; attitudes spread over all directions have 3 to 4"
+        return Gate("spread of attitudes", "warn", advice)
+    return Gate("spread of attitudes", "pass", told)
+
+
+def _outlier(record: TriadRecord, found: Solution) -> Gate:
+    """Largest residual with the attitude left out, by Student's t over all of them."""
+    residual = found.residual.reshape(len(record.output), -1)
+    if found.dof < 2:
+        return Gate("largest residual", "not assessed", "too few degrees of freedom")
+    freedom = np.maximum(1.0 - found.leverage, 1e-9)[:, None]
+    squares = np.sum(residual**2, axis=0) - residual**2 / freedom
+    t = np.abs(residual) / np.sqrt(np.maximum(squares, 1e-300) / (found.dof - 1) * freedom)
+    limit = student_quantile(1.0 - _FALSE_ALARM / t.size, found.dof - 1)
+    row = int(np.argmax(t.max(axis=1)))
+    place = "" if record.line is None else f" (line {record.line[row]})"
+    size = 1e3 * np.abs(residual[row]).max()
+    told = f"attitude {row + 1}{place}: {size:.3g} mg, t = {t.max():.1f}, limit {limit:.1f}"
+    return Gate("largest residual", "warn" if t.max() > limit else "pass", told)
+
+
+def _misalignment(record: TriadRecord, found: Solution, frame: str) -> Iterator[Gate]:
+    """Compare with sensitive axes that are perpendicular."""
+    if not found.dof:
+        return
+    try:
+        without = from_unknown_attitudes(record.output, frame, aligned=True)
+    except DesignError:
+        return
+    left = float(found.residual @ found.residual) / found.dof
+    gain = float(without.residual @ without.residual - found.residual @ found.residual) / 3.0
+    chance = f_survival(gain / left, 3.0, float(found.dof)) if gain > 0.0 < left else 1.0
+    told = (
+        f"residual {1e3 * found.rms:.3g} mg rms, {1e3 * without.rms:.3g} mg with perpendicular"
+        f" axes: they {'show' if chance < _FALSE_ALARM else 'do not show'} (p = {chance:.2g})"
+    )
+    yield Gate("misalignments", "pass", told)

@@ -1,0 +1,139 @@
+"""What a test of a triad leaves behind: three outputs for each attitude in which it stood still."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from accelcal.errors import InputError
+from accelcal.record import Apparatus
+
+__all__ = ["AXES", "TriadRecord", "up_of_turn"]
+
+Array = NDArray[np.float64]
+
+AXES = "xyz"
+
+_LARGEST = 1e30
+_UNIT_LENGTH = 1e-3
+"""A direction longer or shorter than 1 by more was not meant as one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TriadRecord:
+    """Mean outputs of a triad, one entry an attitude.
+
+    Attributes
+    ----------
+    output : ndarray of float, shape (n, 3)
+        Outputs of the channels x, y, z [output unit].
+    up : ndarray of float, shape (n, 3), or None
+        Acceleration along the axes of the block, which points up in every attitude [local g];
+        None where the attitudes are not known.
+    line : ndarray of int, shape (n,), or None
+        Line of the source that holds the attitude.
+    unit : str or None
+        Output unit.
+    local_gravity : float or None
+        Local gravity [m/s^2].
+    serial : str or None
+        Serial number of the triad.
+    source : str
+        Where the record came from.
+    notes : tuple of str
+        What the reader set aside, one sentence each.
+
+    Raises
+    ------
+    InputError
+        If the arrays have other shapes, hold a value that is not finite, a direction is not of
+        length 1, or the gravity is not that of a place on Earth.
+
+    Examples
+    --------
+    >>> TriadRecord([[0.1, 0.0, 1.0], [0.1, 1.0, 0.0]])
+    <TriadRecord '<table>': 2 attitudes, not known>
+    """
+
+    output: Array
+    up: Array | None = None
+    line: NDArray[np.int64] | None = None
+    unit: str | None = None
+    local_gravity: float | None = None
+    serial: str | None = None
+    source: str = "<table>"
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        Apparatus(local_gravity=self.local_gravity)  # refuses what is found nowhere on Earth
+        for name in ("output", "up"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, _rows(getattr(self, name), name))
+        if self.up is None:
+            return
+        if self.up.shape != self.output.shape:
+            raise InputError(
+                f"{len(self.up)} directions for {len(self.output)} attitudes; give one for each"
+            )
+        length = np.linalg.norm(self.up, axis=1)
+        if (np.abs(length - 1.0) > _UNIT_LENGTH).any():
+            wrong = int(np.argmax(np.abs(length - 1.0)))
+            raise InputError(
+                f"the direction of attitude {wrong + 1} has length {length[wrong]:.6g}; give the"
+                " acceleration in local g, of length 1"
+            )
+
+    def __repr__(self) -> str:
+        known = "not known" if self.up is None else "known"
+        return f"<TriadRecord {self.source!r}: {len(self.output)} attitudes, {known}>"
+
+
+def _rows(values: ArrayLike, name: str) -> Array:
+    rows = np.array(values, dtype=np.float64)
+    if rows.ndim != 2 or rows.shape[1] != 3 or not rows.size:
+        raise InputError(f"{name} has shape {rows.shape}; give a row of three for each attitude")
+    if not (np.isfinite(rows) & (np.abs(rows) < _LARGEST)).all():
+        raise InputError(f"{name} holds a value that is not finite or too large; leave it out")
+    rows.setflags(write=False)
+    return rows
+
+
+def up_of_turn(shaft: str, angle: ArrayLike) -> Array:
+    """Acceleration along the axes of a block that is turned about one of its own axes.
+
+    Parameters
+    ----------
+    shaft : str
+        Axis of the block along the horizontal shaft: ``"x"``, ``"y"`` or ``"z"``, with ``-`` in
+        front where it points the other way.
+    angle : array_like, shape (n,)
+        Angle of the head [deg].
+
+    Returns
+    -------
+    ndarray, shape (n, 3)
+        Acceleration [local g]. At 0 the next axis points up (y after x, z after y, x after z), at
+        90 deg the one after it; on the shaft turned round, the one after it points down.
+
+    Raises
+    ------
+    InputError
+        If there is no such axis.
+
+    Examples
+    --------
+    >>> up_of_turn("z", [0.0, 90.0]).round(3).tolist()
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    """
+    name = shaft.strip().casefold().lstrip("+-")
+    if name not in AXES or len(name) != 1:
+        raise InputError(f"shaft {shaft!r}; write x, y or z, or -x, -y, -z for the shaft reversed")
+    sign = -1.0 if shaft.strip().startswith("-") else 1.0
+    theta = np.deg2rad(np.asarray(angle, dtype=np.float64))
+    first = (AXES.index(name) + 1) % 3
+    up = np.zeros((theta.size, 3))
+    up[:, first] = np.cos(theta)
+    up[:, (first + 1) % 3] = sign * np.sin(theta)
+    return up

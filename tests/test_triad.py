@@ -1,0 +1,383 @@
+"""Triads: what attitudes known and unknown give back, how sure, and what real blocks show."""
+
+import csv
+import io
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import accelcal
+from accelcal.cli.main import main
+from accelcal.io.triad import read_triad
+from accelcal.results.triad import TriadCalibration
+from accelcal.triad.record import up_of_turn
+
+EXAMPLE = Path(__file__).parents[1] / "examples" / "triad.csv"
+BIAS = np.array([0.02, -0.05, 0.1])
+SCALE = np.array([1.3, 0.9, 1.1])
+AXES = np.array([[1.0, 0.0, 0.0], [0.02, 1.0, 0.0], [-0.03, 0.014, 1.0]])
+AXES /= np.linalg.norm(AXES, axis=1)[:, None]
+LOWER = SCALE[:, None] * AXES
+FULL = LOWER + 0.01 * np.array([[0.0, 1.0, -1.0], [0.0, 0.0, 2.0], [0.0, 0.0, 0.0]])
+
+
+def directions(rng, n):
+    up = rng.normal(size=(n, 3))
+    return up / np.linalg.norm(up, axis=1)[:, None]
+
+
+def outputs(up, sensitivity, rng=None, noise=0.0):
+    """Noise in g, alike in all channels over their scale factors."""
+    clean = BIAS + up @ sensitivity.T
+    if rng is None:
+        return clean
+    return clean + noise * np.linalg.norm(sensitivity, axis=1) * rng.normal(size=clean.shape)
+
+
+def values(calibration):
+    return {row["name"]: row["value"] for row in calibration.rows()}
+
+
+def truth_of(sensitivity):
+    lengths = np.linalg.norm(sensitivity, axis=1)
+    rows = sensitivity / lengths[:, None]
+    named = {f"b_{a}": BIAS[i] for i, a in enumerate("xyz")}
+    named |= {f"S_{a}{b}": sensitivity[i, j] for i, a in enumerate("xyz") for j, b in _axes()}
+    named |= {f"K_{a}": lengths[i] for i, a in enumerate("xyz")}
+    pairs = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+    return named | {f"angle_{p}": np.arcsin(rows[i] @ rows[j]) for p, (i, j) in pairs.items()}
+
+
+def _axes():
+    return enumerate("xyz")
+
+
+# -- exact outputs ---------------------------------------------------------------------------------
+
+
+def test_known_attitudes_give_everything_back():
+    up = directions(np.random.default_rng(1), 8)
+    found = accelcal.calibrate_triad(outputs(up, FULL), up)
+    np.testing.assert_allclose(found.bias, BIAS, atol=1e-13)
+    np.testing.assert_allclose(found.sensitivity, FULL, atol=1e-13)
+    np.testing.assert_allclose(found.accelerations(outputs(up, FULL)), up, atol=1e-12)
+
+
+def test_length_alone_gives_all_but_the_rotation_back():
+    up = directions(np.random.default_rng(2), 20)
+    turned, _ = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))
+    found = accelcal.calibrate_triad(outputs(up, LOWER @ turned))
+    np.testing.assert_allclose(found.bias, BIAS, atol=1e-9)
+    np.testing.assert_allclose(found.sensitivity, LOWER, atol=1e-9)
+
+
+def test_frames_agree_on_what_no_frame_changes():
+    rng = np.random.default_rng(4)
+    output = outputs(directions(rng, 30), FULL, rng, 1e-3)
+    x, z = (values(accelcal.calibrate_triad(output, frame=frame)) for frame in "xz")
+    for name in ("b_x", "b_y", "b_z", "K_x", "K_y", "K_z", "angle_xy", "angle_xz", "angle_yz"):
+        assert x[name] == pytest.approx(z[name], rel=1e-6, abs=1e-9)
+    assert x["S_xy"] == z["S_yx"] == 0.0
+
+
+# -- uncertainty -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("n", "known", "noise"), [(14, False, 1e-3), (30, False, 1e-2), (12, True, 1e-3)]
+)
+def test_intervals_hold_the_truth(n, known, noise):
+    rng = np.random.default_rng(5)
+    sensitivity = FULL if known else LOWER
+    truth, inside = truth_of(sensitivity), []
+    for _ in range(120):
+        up = directions(rng, n)
+        found = accelcal.calibrate_triad(
+            outputs(up, sensitivity, rng, noise), up if known else None
+        )
+        rows = {row["name"]: row for row in found.rows() if row["name"] in truth}
+        inside.append(
+            [
+                abs(row["value"] - truth[name]) <= row["expanded_uncertainty"]
+                for name, row in rows.items()
+                if row["standard_uncertainty"]
+            ]
+        )
+    assert 0.93 <= np.mean(inside) <= 0.97
+    assert np.mean(inside, axis=0).min() > 0.88  # of 120: 95 % and 4 standard deviations less
+
+
+def test_errors_of_attitudes_are_in_the_covariance():
+    """An attitude that is off by an angle moves all channels; the residuals tell by how much."""
+    rng = np.random.default_rng(6)
+    truth, inside = truth_of(FULL), []
+    for _ in range(200):
+        up = directions(rng, 16)
+        off = up + np.cross(rng.normal(scale=2e-3, size=up.shape), up)
+        found = accelcal.calibrate_triad(outputs(off, FULL), up)
+        rows = [row for row in found.rows() if row["name"] in truth]
+        inside.append(
+            [abs(r["value"] - truth[r["name"]]) <= r["expanded_uncertainty"] for r in rows]
+        )
+    assert 0.92 <= np.mean(inside) <= 0.975
+
+
+def test_noise_does_not_bias_the_fit_as_it_does_the_algebraic_one():
+    """With 4 % of noise a quadric through the outputs is off by 0.5 %, the fit by a tenth of it."""
+    rng = np.random.default_rng(7)
+    fitted, algebraic = [], []
+    for _ in range(80):
+        output = outputs(directions(rng, 60), np.eye(3), rng, 0.04)
+        fitted.append(np.mean([accelcal.calibrate_triad(output).sensitivity[i, i] for i in _xyz()]))
+        algebraic.append(np.mean(radii_of_quadric(output)))
+    assert abs(np.mean(fitted) - 1.0) < 1e-3
+    assert abs(np.mean(algebraic) - 1.0) > 3e-3
+
+
+def _xyz():
+    return range(3)
+
+
+def radii_of_quadric(y):
+    x, yy, z = y.T
+    design = np.column_stack([x * x, yy * yy, z * z, x * yy, x * z, yy * z, x, yy, z])
+    p = np.linalg.lstsq(design, np.ones(len(y)))[0]
+    shape = np.array(
+        [[p[0], p[3] / 2, p[4] / 2], [p[3] / 2, p[1], p[5] / 2], [p[4] / 2, p[5] / 2, p[2]]]
+    )
+    centre = -0.5 * np.linalg.solve(shape, p[6:])
+    return np.sqrt((1.0 + centre @ shape @ centre) / np.linalg.eigvalsh(shape))
+
+
+# -- gates and refusals ----------------------------------------------------------------------------
+
+
+def gate(found, name):
+    return next(g for g in found.gates if g.name == name)
+
+
+def test_a_wrong_attitude_is_told():
+    rng = np.random.default_rng(8)
+    output = outputs(directions(rng, 30), LOWER, rng, 1e-4)
+    assert gate(accelcal.calibrate_triad(output), "largest residual").verdict == "pass"
+    output[11] *= 1.01
+    found = gate(accelcal.calibrate_triad(output), "largest residual")
+    assert found.verdict == "warn"
+    assert found.finding.startswith("attitude 12:")
+
+
+def test_attitudes_of_one_half_are_spread_badly():
+    rng = np.random.default_rng(9)
+    up = directions(rng, 40)
+    up = up[np.abs(up[:, 1]) < 0.3]
+    found = accelcal.calibrate_triad(outputs(up, LOWER, rng, 1e-5))
+    assert gate(found, "spread of attitudes").verdict == "warn"
+
+
+def test_perpendicular_axes_show_no_misalignment():
+    rng = np.random.default_rng(10)
+    found = accelcal.calibrate_triad(outputs(directions(rng, 30), np.diag(SCALE), rng, 1e-3))
+    assert "do not show" in gate(found, "misalignments").finding
+
+
+def test_as_many_attitudes_as_parameters_leave_no_uncertainty():
+    found = accelcal.calibrate_triad(outputs(directions(np.random.default_rng(11), 9), LOWER))
+    assert found.parameters["b_x"].standard_uncertainty is None
+    assert gate(found, "attitudes").verdict == "warn"
+    assert "nothing tells the noise" in str(found)
+
+
+@pytest.mark.parametrize(
+    ("up", "known", "message"),
+    [
+        (np.eye(3)[[0, 1, 2, 0, 1, 2, 0, 1]], False, "8 attitudes; |a| = g tells 9 parameters"),
+        (up_of_turn("z", np.arange(0, 360, 30)), False, "output z hardly changes"),
+        (up_of_turn("z", np.arange(0, 360, 30)), True, "do not tell the sensitivity along z"),
+        (np.eye(3), True, "3 attitudes; at least 4"),
+        (
+            np.vstack([np.eye(3), -np.eye(3), np.eye(3), -np.eye(3)]),
+            False,
+            "12 attitudes do not tell S_yx",
+        ),
+    ],
+)
+def test_what_attitudes_leave_open_is_named(up, known, message):
+    with pytest.raises(accelcal.DesignError, match=message.replace("|", r"\|")):
+        accelcal.calibrate_triad(outputs(up, np.diag(SCALE)), up if known else None)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (([1.0, 2.0],), "has shape"),
+        (([[1.0, 2.0, np.nan]],), "not finite"),
+        (([[1.0, 2.0, 3.0]], [[0.0, 0.0, 9.81]]), "has length 9.81"),
+        (([[1.0, 2.0, 3.0]] * 2, [[0.0, 0.0, 1.0]]), "1 directions for 2 attitudes"),
+    ],
+)
+def test_wrong_arrays_are_refused(arguments, message):
+    with pytest.raises(accelcal.InputError, match=message):
+        accelcal.calibrate_triad(*arguments)
+
+
+def test_there_is_no_frame_y():
+    with pytest.raises(accelcal.InputError, match="frame 'y'"):
+        accelcal.calibrate_triad(np.eye(3), frame="y")
+
+
+# -- files and the command -------------------------------------------------------------------------
+
+
+def run(capsys, *arguments):
+    code = main([str(item) for item in arguments])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def test_example_holds_what_it_was_made_of(capsys):
+    code, out, _ = run(capsys, "triad", EXAMPLE, "--format", "json")
+    found = json.loads(out)
+    assert code == 0
+    assert found["schema"] == "accelcal/triad/1"
+    for name, truth in {"K_x": 1.3124, "K_y": 1.2987, "K_z": 1.3051}.items():
+        quantity = found["scale_factors"][name]
+        assert abs(quantity["value"] - truth) < 2.0 * quantity["expanded_uncertainty"]
+        assert quantity["unit"] == "mA/g"
+    assert found["misalignments"]["m_xz"]["value"] == pytest.approx(-3.4e-3, abs=2e-5)
+
+
+def test_json_comes_back(tmp_path, capsys):
+    path = tmp_path / "triad.json"
+    assert run(capsys, "triad", EXAMPLE, "-o", path, "--g", "9.8106")[0] == 0
+    found = TriadCalibration.from_json(path)
+    assert found == TriadCalibration.from_json(found.to_json())
+    assert found.local_gravity == 9.8106
+    assert "per m/s^2" in str(found)
+
+
+def test_csv_of_the_command(capsys):
+    rows = list(csv.DictReader(io.StringIO(run(capsys, "triad", EXAMPLE, "--format", "csv")[1])))
+    assert [row["name"] for row in rows][:4] == ["b_x", "b_y", "b_z", "S_xx"]
+    assert len(accelcal.calibrate_triad(read_triad(EXAMPLE)).to_frame()) == len(rows)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("z,90,", "w,90,", ":6: shaft 'w'; write x, y or z"),
+        ("z,0,", "z,zero,", "is not a number"),
+        ("x_mA", "x_V", "units V and mA in one table"),
+        ("x_mA", "first", "no column x among"),
+        ("angle,", "azimuth,", "column shaft alone"),
+        ("x_mA,y_mA", "x_mA,ax_mA", "two columns mean x"),
+        ("g: 9.8106", "g: 19.8", "found nowhere on Earth"),
+        ("g: 9.8106", "g: here", ":2: g is 'here'"),
+        ("angle,", "angle [rad],", "give it in deg"),
+    ],
+)
+def test_bad_files_are_told_in_a_line(tmp_path, capsys, old, new, message):
+    text = EXAMPLE.read_text("utf-8")
+    path = tmp_path / "bad.csv"
+    path.write_text(text.replace(old, new, 1), "utf-8")
+    code, out, err = run(capsys, "triad", path)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert message in err
+
+
+SCHEMAS = ["calibration", "triad"]
+
+
+@pytest.mark.parametrize(
+    "text", ["{}", "[]", *(f'{{"schema": "accelcal/{name}/1"}}' for name in SCHEMAS)]
+)
+def test_other_documents_are_refused(text):
+    with pytest.raises(accelcal.DocumentError, match="accelcal triad"):
+        TriadCalibration.from_json(text)
+
+
+# -- real blocks -----------------------------------------------------------------------------------
+
+
+def data(*parts):
+    """A file of the folder that the environment names; the data are not of this repository."""
+    folder = os.environ.get("ACCELCAL_DATA")
+    if not folder:
+        pytest.skip("ACCELCAL_DATA names no folder of real data")
+    path = Path(folder, *parts)
+    if not path.exists():
+        pytest.skip(f"{'/'.join(parts)} is not in ACCELCAL_DATA")
+    return path
+
+
+OF_24 = [0, 2, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 29, 30, 32, 34, 36, 38, 40, 42, 44, 46, 48]
+
+
+@pytest.mark.parametrize(
+    ("rows", "rms"),
+    [(range(49), 0.84e-3), (range(14, 45), 0.81e-3), (OF_24, 0.43e-3)],
+    ids=["49", "31", "24"],
+)
+def test_innalabs_block_of_ctu_prague(rows, rms):
+    """Innalabs AHRS M3, 49, 31 and 24 attitudes, |a| = 1 g.
+
+    github.com/mahmood-ul-hasan/IMU-Accelerometer-Calibration (MIT), commit
+    82ee66ff5dfa87559b5571b39a8fc77aea7e5029; likely of Rohac, Sipos, Simanek, "Calibration of the
+    low-cost triaxial inertial sensors". Nine parameters leave 0.84, 0.81 and 0.43 mg rms, six
+    leave 11 mg; the largest misalignment is 0.0523.
+    """
+    record = read_triad(data("ctu_ahrs_m3_positions", "positions49.csv"))
+    found = accelcal.calibrate_triad(record.output[list(rows)])
+    assert found.residual_rms == pytest.approx(rms, abs=5e-6)
+    assert "11." in gate(found, "misalignments").finding
+    assert "they show" in gate(found, "misalignments").finding
+    assert abs(found.misalignments["m_zx"].value) == pytest.approx(0.0523, abs=2e-3)
+
+
+def test_xsens_block_of_imu_tk():
+    """Xsens MTi, 38 holds by hand, |a| = 9.81744 m/s^2, upper triangular.
+
+    github.com/Kyle-ak/imu_tk (BSD-3), commit 7780270fb9a227c79323199303f23989e689a89d; Tedaldi,
+    Pretto, Menegatti, ICRA 2014.
+    """
+    path = data("imu_tk_xsens", "static_means.csv")
+    found = accelcal.calibrate_triad(read_triad(path), frame="z")
+    np.testing.assert_allclose(found.bias, [33123.9, 33275.2, 32364.5], atol=0.05)
+    diagonal = np.diagonal(found.sensitivity) / 9.81744
+    np.testing.assert_allclose(diagonal, [414.42, 412.03, 414.62], atol=0.005)
+    assert found.residual_rms == pytest.approx(0.10e-3, abs=0.005e-3)
+
+
+def test_six_poses_of_imucal():
+    """Ferraris' method uses differences of opposite poses, as least squares of six poses does.
+
+    github.com/mad-lab-fau/imucal (MIT), commit 8716e4c50bbb7044918b747f38b26cb0a6420910,
+    tests/snapshots/example_cal.json, at 9.81 m/s^2. Its bias is the mean of the two poses of the
+    channel's own axis, that of least squares the mean of all six.
+    """
+    published = json.loads(data("imucal_ferraris", "example_cal.json").read_text("utf-8"))
+    means = poses(data("imucal_ferraris", "annotated_session.csv"))
+    up = np.vstack([np.eye(3), -np.eye(3)])
+    found = accelcal.calibrate_triad(means, up)
+    lengths = [found.scale_factors[f"K_{axis}"].value for axis in "xyz"]
+    np.testing.assert_allclose(lengths, 9.81 * np.diagonal(published["K_a"]), rtol=1e-12)
+    rows = found.sensitivity / np.array(lengths)[:, None]
+    np.testing.assert_allclose(rows, published["R_a"], atol=1e-12)
+    own = [(means[i, i] + means[i + 3, i]) / 2.0 for i in range(3)]
+    np.testing.assert_allclose(own, published["b_a"], rtol=1e-12)
+    bias = [found.parameters[f"b_{axis}"] for axis in "xyz"]
+    for quantity, theirs in zip(bias, published["b_a"], strict=True):
+        assert abs(quantity.value - theirs) < quantity.expanded_uncertainty
+
+
+def poses(path):
+    """Mean outputs of the six poses at rest: +x, +y, +z up, then down."""
+    samples = {}
+    with path.open(encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            triple = [float(row[f"acc_{axis}"]) for axis in "xyz"]
+            samples.setdefault(row["part"], []).append(triple)
+    names = [f"{axis}_{way}" for way in "pa" for axis in "xyz"]
+    return np.array([np.mean(samples[name], axis=0) for name in names])
