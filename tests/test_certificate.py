@@ -34,11 +34,12 @@ ORDER = {  # children in the order of the schema; those with ! must be there
     "coreData": (
         *("!countryCodeISO3166_1", "!usedLangCodeISO639_1", "!mandatoryLangCodeISO639_1"),
         *("!uniqueIdentifier", "!beginPerformanceDate", "!endPerformanceDate"),
+        "!performanceLocation",
     ),
     "items": ("!item",),
     "item": ("!name", "!manufacturer", "model", "!identifications"),
     "identifications": ("!identification",),
-    "identification": ("!issuer", "!value", "name"),
+    "identification": ("!issuer", "!value"),
     "calibrationLaboratory": ("!contact",),
     "contact": ("!name", "eMail", "phone", "!location"),
     "customer": ("!name", "eMail", "phone", "!location"),
@@ -260,6 +261,7 @@ def test_a_certificate_without_a_day_is_refused(folder, capsys):
         ('schema = "accelcal/laboratory/1"\ncountry = "Germany"', "two capital letters"),
         ('schema = "accelcal/laboratory/1"\nperformed_from = "yesterday"', "a day such as"),
         ('schema = "accelcal/laboratory/1"\nstatements = "x"', "a list of texts"),
+        ('schema = "accelcal/laboratory/1"\nperformance_location = "x"', "it is one of lab"),
         ('schema = "accelcal/laboratory/1"\npersons = ["x"]', "a list of tables"),
     ],
 )

@@ -68,6 +68,7 @@ def _core_data(calibration: Calibration, known: Laboratory) -> Element:
         dcc("uniqueIdentifier", known.identifier or _identifier(calibration)),
         dcc("beginPerformanceDate", first),
         dcc("endPerformanceDate", last),
+        dcc("performanceLocation", known.performance_location),
     )
 
 
@@ -94,12 +95,7 @@ def _identifier(calibration: Calibration) -> str:
 def _item(calibration: Calibration, known: Laboratory) -> Element:
     serial = calibration.serial or NOT_STATED
     issuer = "manufacturer" if calibration.serial else "other"
-    identification = dcc(
-        "identification",
-        dcc("issuer", issuer),
-        dcc("value", serial),
-        named("name", "serial number"),
-    )
+    identification = dcc("identification", dcc("issuer", issuer), dcc("value", serial))
     return dcc(
         "item",
         named("name", _MODEL),

@@ -10,10 +10,13 @@ from typing import Any
 from accelcal.errors import InputError
 from accelcal.io.text import read_text
 
-__all__ = ["NOT_STATED", "Contact", "Laboratory", "read_laboratory"]
+__all__ = ["NOT_STATED", "PLACES", "Contact", "Laboratory", "read_laboratory"]
 
 SCHEMA = "accelcal/laboratory/1"
 NOT_STATED = "not stated"
+
+PLACES = ("laboratory", "laboratoryBranch", "customer", "customerBranch", "other")
+"""Where a test may have taken place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +55,8 @@ class Laboratory:
         Where it was written, ISO 3166-1; empty where not stated.
     performed_from, performed_to : str
         First and last day of the test, as 2026-11-21; empty where not stated.
+    performance_location : str
+        One of `PLACES`; ``"other"`` where not stated.
     model : str
         Model of the accelerometer.
     laboratory, customer, manufacturer : Contact
@@ -66,6 +71,7 @@ class Laboratory:
     country: str = ""
     performed_from: str = ""
     performed_to: str = ""
+    performance_location: str = "other"
     model: str = ""
     laboratory: Contact = Contact()
     customer: Contact = Contact()
@@ -123,6 +129,9 @@ def _laboratory(document: dict[str, Any]) -> Laboratory:
             given[key] = _day(key, value) if key in _DAYS else _text(key, value)
         else:
             raise InputError(f"unknown key {key!r}; it is one of {', '.join(Laboratory.__slots__)}")
+    place = given.get("performance_location", PLACES[0])
+    if place not in PLACES:
+        raise InputError(f"performance_location is {place!r}; it is one of {', '.join(PLACES)}")
     _check_country("country", given.get("country", ""))
     return Laboratory(**given)
 
