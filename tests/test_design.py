@@ -218,15 +218,18 @@ def test_the_quickest_test_that_meets_the_targets_comes_first():
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"targets": {"K0": 4e-6}}, "launch makes 6.7e-06; repeat runs or better launch"),
+        ({"targets": {"K0": 4e-6}}, "launch makes 6.7e-06; repeat runs or better the launch"),
         ({"targets": {"K2": 1e-6}}, "head makes"),
         ({"targets": {"K7": 1e-6}}, "coefficient 'K7' is unknown; choose from K0"),
         ({"targets": {"K1": 0.0}}, "an uncertainty is a number above zero"),
         ({"targets": {"delta0": 1e-6}}, "delta0 cannot be told by any of these tests"),
-        ({"hours": 5.0}, "which alone take 7 h"),
+        ({"hours": 5.0}, "soaks and mountings alone take 7 h"),
         ({"hours": 7.2}, "no test of these fits into 7.2 h"),
         ({"positions": []}, "no test to compare"),
         ({"positions": [8], "strokes": [10**6]}, "at most 50000 are foreseen"),
+        ({"noise": NoiseComponents(reading=0.0)}, "noise of a reading is 0"),
+        ({"targets": {"gam1": 1e-9}}, "of which reading makes"),
+        ({"resolution": -1.0}, "resolution is -1.0; it is 0 or more"),
         ({"mountings": [("q",)]}, "mounting 'q' is unknown"),
     ],
 )
@@ -302,6 +305,12 @@ def test_text_answers_with_one_table_a_kind():
     assert "odd-quadratic" in text
     undeclared = str(compared(positions=[8], strokes=[6], declared=False))
     assert "Expanded uncertainty U (95 %)" in undeclared
+
+
+@pytest.mark.parametrize("few", [{"positions": [2, 3]}, {"positions": [], "angles": [(0, 90)]}])
+def test_few_positions_have_a_table_too(few):
+    text = str(compared(strokes=[2], **few))
+    assert "cannot be told apart" in text or "leaves no trace" in text
 
 
 def test_csv_of_rows_is_readable():

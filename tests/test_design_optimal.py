@@ -120,33 +120,33 @@ def test_polish_keeps_the_distance_and_does_not_lose():
 
 @pytest.fixture(scope="module")
 def for_k2():
-    return accelcal.optimal_design("K2", hours=8.5)
+    return accelcal.optimal_design("K2", hours=8.2)
 
 
 def test_the_best_angles_are_never_worse_than_equal_ones_repeated(for_k2):
     assert for_k2.gain("equally spaced, repeated at its stops") >= 1.0 - 1e-9
-    assert for_k2.gain("8 positions") > 1.2
+    assert for_k2.gain("equally spaced") > 1.1
 
 
 def test_they_keep_hours_and_distance(for_k2):
-    assert for_k2.best.hours <= 8.5
+    assert for_k2.best.hours <= 8.2
     stops = np.array([angle for angle, _ in for_k2.stops()])
     gaps = np.diff(np.append(np.sort(stops), stops.min() + 360.0))
     assert gaps.min() >= for_k2.spacing - 1e-6
 
 
 def test_the_gain_is_that_of_the_predictions(for_k2):
-    best, eight = (d.forecast("K2").standard_uncertainty for d in for_k2.designs[:2])
-    assert eight / best == pytest.approx(for_k2.gain("8 positions"), rel=1e-3)
+    best, rival = (d.forecast("K2").standard_uncertainty for d in for_k2.designs[:2])
+    assert rival / best == pytest.approx(for_k2.gain(list(for_k2.losses)[1]), rel=1e-3)
 
 
 def test_the_same_seed_gives_the_same_angles(for_k2):
-    assert accelcal.optimal_design("K2", hours=8.5).stops() == for_k2.stops()
+    assert accelcal.optimal_design("K2", hours=8.2).stops() == for_k2.stops()
 
 
 def test_head_limited_hours_gain_little_by_angles():
     head = NoiseComponents(1e-6, 2e-5, 1e-6, 1e-6)
-    found = accelcal.optimal_design("D", hours=12.0, noise=head)
+    found = accelcal.optimal_design("D", hours=8.3, noise=head)
     assert 1.0 <= found.gain("equally spaced, repeated at its stops") < 1.05
 
 
@@ -154,7 +154,7 @@ def test_text_tells_the_gain_and_how_to_simulate(for_k2):
     text = str(for_k2)
     assert "less certain in K2" in text
     assert "accelcal simulate --angles" in text
-    assert for_k2.to_document()["gains"]["8 positions"] == for_k2.gain("8 positions")
+    assert for_k2.to_document()["gains"]["equally spaced"] == for_k2.gain("equally spaced")
     assert {row["test"] for row in for_k2.rows()} == set(for_k2.losses)
     assert len(for_k2.to_frame()) == len(for_k2.rows())
 
@@ -163,12 +163,12 @@ def test_text_tells_the_gain_and_how_to_simulate(for_k2):
     ("criterion", "options", "told"),
     [
         ("E", {"hours": 12.0}, "criterion 'E' is unknown; choose from D, A, K0"),
-        ("D", {"hours": 7.0}, "which alone take 7 h"),
+        ("D", {"hours": 7.0}, "soaks and mountings alone take 7 h"),
         ("D", {"hours": 7.3}, "positions that six coefficients need"),
         ("D", {"hours": 1e6}, "give fewer hours or more strokes"),
         ("D", {"hours": 12.0, "spacing": 90.0}, "spacing is 90; it is from 1 to 60 deg"),
         ("A", {"hours": 9.0, "targets": {"lam1": 1e-7}}, "A needs a target for one or more of K0"),
-        ("A", {"hours": 9.0, "targets": {"K1": 1e-6}}, "cannot be reached with this stand"),
+        ("A", {"hours": 8.0, "targets": {"K1": 1e-6}}, "cannot be reached with this stand"),
     ],
 )
 def test_bad_questions_have_one_clear_line(criterion, options, told):

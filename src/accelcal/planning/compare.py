@@ -7,7 +7,7 @@ from dataclasses import asdict, replace
 from itertools import product
 from typing import Any
 
-from accelcal.accelerometer import AL15, Accelerometer
+from accelcal.accelerometer import AL15, Accelerometer, checked
 from accelcal.errors import InputError
 from accelcal.planning.pace import Pace, hours_of, per_run, readings_of, stops_of, strokes_within
 from accelcal.planning.prediction import SLOPES, forecasts, lost_coefficients
@@ -136,6 +136,7 @@ def stand_of(noise: NoiseComponents, resolution: float) -> dict[str, float]:
 
 def blank_plan(pace: Pace, resolution: float, accelerometer: Accelerometer) -> TumblePlan:
     """Make the plan of a test with its pace, and with a step of the readings [g]."""
+    checked(0.0, resolution=resolution)
     return TumblePlan(
         resolution=resolution * accelerometer.scale_factor.at_reference,
         seconds_per_reading=pace.reading + pace.turn,
@@ -213,7 +214,19 @@ def design_of(
     -------
     TestDesign
         The test with its forecasts.
+
+    Raises
+    ------
+    InputError
+        If the readings have no noise.
+    DesignError
+        If the test does not determine the scale factor.
     """
+    if noise.reading == 0.0:
+        raise InputError(
+            "noise of a reading is 0; readings are weighted by it, so give what they scatter by"
+        )
+    lost = lost_coefficients(plan)
     shown: tuple[Visibility, ...] = ()
     notes: tuple[str, ...] = ()
     if effects:
@@ -233,7 +246,7 @@ def design_of(
         readings=readings_of(plan),
         hours=hours_of(plan, pace),
         forecasts=told,
-        lost=lost_coefficients(plan),
+        lost=lost,
         effects=shown,
         notes=notes,
     )

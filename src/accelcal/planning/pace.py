@@ -120,12 +120,13 @@ def per_run(plan: TumblePlan, pace: Pace, hours: float) -> float:
     InputError
         If soaks and mountings leave nothing.
     """
-    runs, mountings = len(plan.temperatures) * len(plan.mountings), len(plan.mountings)
+    mountings = len(plan.mountings)
+    runs = len(plan.temperatures) * mountings
     waiting = runs * pace.soak + mountings * pace.mount
     if not waiting < hours < np.inf:
         raise InputError(
-            f"{hours:g} h for a test with {runs} soaks and {mountings} mountings, which alone take"
-            f" {waiting:g} h; allow more hours, or fewer levels and mountings"
+            f"{hours:g} h for a test whose soaks and mountings alone take {waiting:g} h; allow more"
+            " hours, or fewer levels and mountings"
         )
     return (hours - waiting) / runs * _HOUR
 

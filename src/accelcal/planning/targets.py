@@ -18,7 +18,6 @@ NAMES = (*COEFFICIENTS, *ERROR_TERMS.values(), *SLOPES, "delta0")
 
 _SCALES = {"": 1.0, "g": 1.0, "rad": 1.0, "ppm": 1e-6, "ug": 1e-6, "urad": 1e-6, "mg": 1e-3}
 _SCALES |= {"mrad": 1e-3, "arcsec": math.radians(1.0 / 3600.0)}
-_OF_REPEATS = ("launch", "launch_sf", "temperature")
 
 
 def target_value(text: str) -> float:
@@ -114,11 +113,20 @@ def refuse_impossible(designs: Sequence[TestDesign], targets: Mapping[str, float
 
 
 def _impossible(name: str, limit: float, best: Forecast) -> str:
-    parts = {s: size for s, size in best.budget.items() if s not in ("reading", "resolution")}
+    """Name the floor, and the source of error that makes most of it."""
+    parts = {s: size**2 for s, size in best.budget.items() if s not in ("reading", "resolution")}
+    parts["reading"] = best.floor**2 - sum(parts.values())
     source = max(parts, key=parts.__getitem__)
-    remedy = "repeat runs or better" if source in _OF_REPEATS else "add positions or better"
+    unit = "" if best.unit == "1" else f" {best.unit}"
+    remedy = _REMEDIES.get(source, f"repeat runs or better the {source}")
     return (
-        f"target {name}={limit:.3g} cannot be reached with this stand: its floor, without reading"
-        f" noise, is {best.floor:.3g}, of which {source} makes {parts[source]:.3g};"
-        f" {remedy} {source}"
+        f"target {name}={limit:.3g} cannot be reached with this stand: {best.floor:.3g}{unit} is"
+        f" its floor, with a hundred times the strokes, of which {source} makes"
+        f" {parts[source] ** 0.5:.3g}; {remedy}"
     )
+
+
+_REMEDIES = {
+    "reading": "add positions or quiet the readings",
+    "head": "add positions or better the head",
+}

@@ -56,12 +56,14 @@ def designs_by_hours(found: DesignComparison | OptimalDesign, axes: Any = None) 
     """
     comparison = found.comparison if isinstance(found, OptimalDesign) else found
     names = [name for name in _MEANINGS if name in comparison.names()]
-    colours = _colours(comparison)
+    colours, labels = _colours(comparison), [_number(design) for design in comparison.designs]
+    if isinstance(found, OptimalDesign):
+        labels[0] = "best"
     if axes is None:
         axes = _own(len(names), colours, comparison)
     panels = canvases(axes, len(names), 1, (0.0, 0.0))
     for ax, name in zip(panels, names, strict=True):
-        _draw(ax, comparison, name, colours)
+        _draw(ax, comparison, name, colours, labels)
     return panels
 
 
@@ -79,7 +81,9 @@ def _own(count: int, colours: dict[str, Any], found: DesignComparison) -> Any:
     return axes[:count]
 
 
-def _draw(ax: Any, found: DesignComparison, name: str, colours: dict[str, Any]) -> None:
+def _draw(
+    ax: Any, found: DesignComparison, name: str, colours: dict[str, Any], labels: list[str]
+) -> None:
     """Fill one panel: a point for each test, and the line of the front."""
     front = found.front(name)
     unit, factor = "", 1.0
@@ -93,7 +97,7 @@ def _draw(ax: Any, found: DesignComparison, name: str, colours: dict[str, Any]) 
         inside = "none" if forecast.stands_for else colour
         ax.plot(x, y, "o", ms=5.5, mfc=inside, mec=colour, zorder=3)
         if place in front or len(found.designs) <= _LABELLED:
-            ax.annotate(_number(design), (x, y), (4, 4), textcoords="offset points", fontsize=8)
+            ax.annotate(labels[place], (x, y), (4, 4), textcoords="offset points", fontsize=8)
     on_front = [(found.designs[i].hours, found.designs[i].forecast(name)) for i in front]
     line = [(x, factor * f.standard_uncertainty) for x, f in on_front if f is not None]
     ax.plot(*np.reshape(line, (-1, 2)).T, "-", color=palette().muted, lw=2.0, alpha=0.6, zorder=1)

@@ -162,13 +162,11 @@ def _booking(found: DesignComparison) -> Iterator[str]:
         else:
             yield f"None of these meets {wanted}; more strokes would, as no floor is above it"
         yield ""
-    yield "What more time buys: the best of these, and the quickest within 10 % of it"
-    rows = []
-    for name in (n for n in (*COEFFICIENTS, *_SLOPES) if n in found.names()):
-        front = [found.designs[i] for i in found.front(name)]
-        if front:
-            rows.append(_worth(name, front))
-    yield from (f"  {line}" for line in aligned(rows, right={1}))
+    fronts = {n: [found.designs[i] for i in found.front(n)] for n in (*COEFFICIENTS, *_SLOPES)}
+    rows = [_worth(name, front) for name, front in fronts.items() if front]
+    if rows:
+        yield "What more time buys: the best of these, and the quickest within 10 % of it"
+        yield from (f"  {line}" for line in aligned(rows, right={1}))
 
 
 def _worth(name: str, front: Sequence[TestDesign]) -> list[str]:
