@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -125,14 +125,20 @@ def propagate(components: Mapping[str, Component], jacobian: Array) -> dict[str,
         Components of the derived quantities; each takes the fewest degrees of freedom of the
         estimates that it depends on.
     """
-    depends = jacobian != 0.0
-    return {
-        name: Component(
-            jacobian @ part.covariance @ np.swapaxes(jacobian, -1, -2),
-            np.where(depends, part.dof[..., None, :], np.inf).min(axis=-1),
-        )
-        for name, part in components.items()
-    }
+    depends = _of_all(jacobian != 0.0, 2)
+    found = {}
+    for name, part in components.items():
+        covariance = jacobian @ part.covariance @ np.swapaxes(jacobian, -1, -2)
+        dof = _of_all(part.dof, 1)[..., None, :]
+        fewest = np.where(depends, dof, np.inf).min(axis=-1)
+        found[name] = Component(covariance, np.broadcast_to(fewest, covariance.shape[:-1]))
+    return found
+
+
+def _of_all(values: NDArray[Any], axes: int) -> NDArray[Any]:
+    """Take one record for all where they are equal: so they mostly are, and it saves the work."""
+    alike = values.ndim > axes and (values == values[:1]).all()
+    return values[:1] if alike else values
 
 
 def interval_stack(components: Mapping[str, Component], level: float = LEVEL) -> Intervals:
