@@ -34,7 +34,7 @@ from accelcal.weaknesses import record_warnings
 if TYPE_CHECKING:
     from accelcal.discovery.correction import Correction
 
-__all__ = ["calibration_of_record"]
+__all__ = ["calibration_of_record", "table_names"]
 
 
 def calibration_of_record(
@@ -93,7 +93,7 @@ def calibration_of_record(
         source=record.source,
         date=record.date,
         error_sources=error_sources(tables, estimate, record.unit),
-        gates=record_gates(estimate, _table_names(tables)),
+        gates=record_gates(estimate, table_names(tables)),
         warnings=tuple(_warnings(record, tables, estimate, found, chosen, method, delta0)),
         software=f"accelcal {__version__}",
         temperature_model=found.main,
@@ -179,7 +179,19 @@ def _of_laws(laws: TemperatureModel | None, *, chosen: bool, mountings: set[str]
         yield "the temperature laws are those of one mounting, the one with most runs"
 
 
-def _table_names(tables: Sequence[PreparedTable]) -> list[str]:
+def table_names(tables: Sequence[PreparedTable]) -> list[str]:
+    """Name the tables of a record.
+
+    Parameters
+    ----------
+    tables : sequence of PreparedTable
+        The tables.
+
+    Returns
+    -------
+    list of str
+        Such as ``"run 2"``, with the mounting where there are several.
+    """
     names = [
         (f"run {t.record.run_labels[int(t.record.run[0])]}", str(t.record.mounting[0]))
         for t in tables

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import is_usable
 from accelcal.record import TumbleRecord
-from accelcal.reference import fixture_angle
+from accelcal.reference import fixture_angle, reference_temperature_of
 
 __all__ = ["OnePlan", "plans_of"]
 
@@ -43,6 +43,14 @@ class OnePlan(NamedTuple):
         """Readings of each table."""
         return list(self.records[0].table_masks())
 
+    def can_be_stacked(self) -> NDArray[np.bool_]:
+        """Tell which records can be calibrated with others, shape (R,), see `plans_of`."""
+        mountings = {str(self.records[0].mounting[mask][0]) for mask in self.masks}
+        one_sided = len({mounting[0] for mounting in mountings}) == len(mountings)
+        usable = [is_usable(y) for y in self.outputs]
+        stand = [(t == t[:, :1]).all(axis=1) | np.isnan(t).all(axis=1) for t in self.temperatures]
+        return np.asarray(one_sided & np.all([*usable, *stand], axis=0))
+
     def times(self, tables: Sequence[int]) -> Array | None:
         """Times of the readings of some tables of one plan, table after table [s].
 
@@ -71,6 +79,15 @@ class OnePlan(NamedTuple):
         levels = np.stack([_mean_of_known(t) for t in temperatures], axis=1)
         return cls(records, tuple(output[:, mask] for mask in masks), temperatures, levels)
 
+    def references(self, given: float | None = None) -> Array:
+        """T0 of each record, shape (R,), see `reference_temperature_of`; NaN where unknown."""
+        return np.array(
+            [
+                np.nan if found is None else found
+                for found in (reference_temperature_of(r, given)[0] for r in self.records)
+            ]
+        )
+
     def of_records(self, places: NDArray[np.intp]) -> OnePlan:
         """Return some of the records."""
         return OnePlan(
@@ -96,8 +113,9 @@ def plans_of(
     Returns
     -------
     list of tuple
-        Places of the records of each plan, and their readings. A record with readings that no
-        accelerometer gives is alone, so that it harms no other.
+        Places of the records of each plan, and their readings. A record is alone where its
+        temperatures move within a run, where both sides of an axis were measured, and where its
+        readings are none of an accelerometer, so that it harms no other.
 
     Raises
     ------
@@ -112,8 +130,7 @@ def plans_of(
     found = []
     for places in _grouped(_plan_key(record, delta0) for record in records):
         whole = OnePlan.of([records[i] for i in places])
-        usable = np.logical_and.reduce([is_usable(y) for y in whole.outputs])
-        keys = zip(usable.tolist(), _level_keys(whole.levels), places, strict=True)
+        keys = zip(whole.can_be_stacked().tolist(), _level_keys(whole.levels), places, strict=True)
         for own in _grouped(key if good else place for good, key, place in keys):
             rows = np.array(own)
             found.append((np.array(places)[rows], whole.of_records(rows)))

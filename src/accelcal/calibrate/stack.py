@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.calibrate.of_record import calibration_of_record
+from accelcal.calibrate.of_record import calibration_of_record, table_names
 from accelcal.calibrate.options import Options
 from accelcal.calibrate.plan import OnePlan
 from accelcal.estimate.estimability import check_names
 from accelcal.estimate.joint import JointStack, estimate_stack
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.tables import PreparedTable, prepare
+from accelcal.estimate.uncertainty import Component
+from accelcal.gates.record import RecordStack, gates_of_records
 from accelcal.gates.stack import TableStack, of_one_plan
 from accelcal.gates.table import gates_of_stack
 from accelcal.gates.verdict import GateStack
@@ -24,6 +26,7 @@ from accelcal.grouping import median
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.calibration import Calibration
+from accelcal.temperature.of_record import StackLaws, laws_of_stack
 
 if TYPE_CHECKING:
     from accelcal.discovery.correction import Correction
@@ -81,6 +84,36 @@ class CalibrationStack:
         gates = [tuple(g.gate(start + record) for g in found) for found, start in self.gates]
         estimate = self.estimate.one(record)
         return calibration_of_record(own, tables, estimate, gates, self.options, self.known)
+
+    @cached_property
+    def is_alone(self) -> bool:
+        """Whether the stack is of one record that needs steps of its own, see `plans_of`."""
+        return self.known is not None or not self.plan.can_be_stacked().all()
+
+    @cached_property
+    def references(self) -> Array:
+        """T0 of each record, shape (R,); NaN where no temperature is known [degC]."""
+        given = self.options.reference_temperature
+        return self.plan.references(given)
+
+    @cached_property
+    def laws(self) -> StackLaws:
+        """Temperature laws of all records from their tables, unless the stack `is_alone`."""
+        if self.options.method == "printed":  # laws of misprinted coefficients are no laws
+            return StackLaws(None, None, None)
+        temperatures = self.plan.temperatures
+        return laws_of_stack(self.tables, self.estimate, temperatures, self.references)
+
+    @cached_property
+    def components(self) -> Mapping[str, Component]:
+        """Components of the errors with those of the temperatures, unless the stack `is_alone`."""
+        heat, own = self.laws.of_tables, self.estimate.components
+        return own if heat is None else {**own, "temperature": heat}
+
+    @cached_property
+    def record_gates(self) -> tuple[GateStack, ...]:
+        """Gates on what the tables of a record say together, unless the stack `is_alone`."""
+        return gates_of_records(RecordStack.of(self.estimate, table_names(self.tables)))
 
     @cached_property
     def judged(self) -> list[Array]:

@@ -77,8 +77,7 @@ class JointEstimate(NamedTuple):
 
     def part(self, table: int) -> slice:
         """Return the place of one table's coefficients among those of all tables."""
-        start = sum(len(names) for names in self.names[:table])
-        return slice(start, start + len(self.names[table]))
+        return _part(self.names, table)
 
 
 class JointStack(NamedTuple):
@@ -115,8 +114,9 @@ class JointStack(NamedTuple):
     components: Mapping[str, Component]
     alike: Mapping[str, Component]
 
-    def __len__(self) -> int:
-        return len(self.outputs[0])
+    def part(self, table: int) -> slice:
+        """Return the place of one table's coefficients among those of all tables."""
+        return _part(self.names, table)
 
     def one(self, record: int) -> JointEstimate:
         """Return the estimate of one record."""
@@ -261,6 +261,11 @@ def estimate_stack(
             "launch_sf": errors.shift("K1", scale_factor.alike()),
         },
     )
+
+
+def _part(names: Sequence[Sequence[str]], table: int) -> slice:
+    start = sum(map(len, names[:table]))
+    return slice(start, start + len(names[table]))
 
 
 def _readings(table: PreparedTable, output: Array, robust: bool) -> Array:

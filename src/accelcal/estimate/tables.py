@@ -125,7 +125,7 @@ def is_usable(output: Array) -> NDArray[np.bool_]:
         False where all are alike, or of a size whose squares cannot be calculated with.
     """
     largest = np.abs(output).max(axis=-1)
-    return np.asarray((np.ptp(output, axis=-1) > 0.0) & (1e-20 < largest) & (largest < 1e20))
+    return np.asarray((np.ptp(output, axis=-1) > 0.0) & (largest > 1e-20) & (largest < 1e20))
 
 
 def _unusable(output: Array) -> str:

@@ -1,0 +1,91 @@
+"""Many records calibrated together, plan by plan."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.calibrate.options import Options
+from accelcal.calibrate.plan import OnePlan, plans_of
+from accelcal.calibrate.stack import CalibrationStack, calibration_stack
+from accelcal.errors import InputError
+from accelcal.record import TumbleRecord
+
+__all__ = ["Many", "calibrate_many"]
+
+Places = NDArray[np.intp]
+
+
+class Many(NamedTuple):
+    """Calibrations of many records.
+
+    Attributes
+    ----------
+    stacks : tuple of tuple
+        Places of the records of each plan among those given, and their calibrations.
+    failures : mapping of int to InputError
+        Place of each record that could not be calibrated, and why.
+    """
+
+    stacks: tuple[tuple[Places, CalibrationStack], ...]
+    failures: Mapping[int, InputError]
+
+
+def calibrate_many(records: Sequence[TumbleRecord], options: Options | None = None) -> Many:
+    """Calibrate many records, those of one plan together.
+
+    Parameters
+    ----------
+    records : sequence of TumbleRecord
+        The records.
+    options : Options, optional
+        What is asked of all.
+
+    Returns
+    -------
+    Many
+        Their calibrations: `CalibrationStack.one` gives what `accelcal.fit` gives, and
+        `accelcal.calibrate.columns.columns_of` the columns of a frame.
+
+    Raises
+    ------
+    InputError
+        If what is asked is asked of no record.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> found = calibrate_many([accelcal.simulate(seed=seed) for seed in range(3)])
+    >>> [(places.tolist(), len(stack)) for places, stack in found.stacks]
+    [([0, 1, 2], 3)]
+    """
+    asked = Options() if options is None else options
+    asked.check()
+    stacks: list[tuple[Places, CalibrationStack]] = []
+    failures: dict[int, InputError] = {}
+    for places, plan in plans_of(records, asked.delta0):
+        for found in _attempts(places, plan, asked):
+            if isinstance(found[1], InputError):
+                failures[int(found[0][0])] = found[1]
+            else:
+                stacks.append((found[0], found[1]))
+    return Many(tuple(stacks), failures)
+
+
+def _attempts(
+    places: Places, plan: OnePlan, options: Options
+) -> Iterator[tuple[Places, CalibrationStack | InputError]]:
+    """Calibrate records of a plan together, or each by itself where that fails."""
+    try:
+        if options.model is None or len(places) == 1:
+            yield places, calibration_stack(plan, options)
+            return
+    except InputError as error:
+        if len(places) == 1:
+            yield places, error
+            return
+    for row in range(len(places)):
+        yield from _attempts(places[[row]], plan.of_records(np.array([row])), options)

@@ -1,0 +1,190 @@
+"""Records of one plan calibrated together: the same numbers as one by one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import accelcal
+from accelcal.calibrate.columns import columns_of, columns_of_one
+from accelcal.calibrate.many import calibrate_many
+from accelcal.calibrate.options import Options
+from accelcal.errors import InputError
+from accelcal.record import Apparatus
+
+PLANS = {
+    "three temperatures": {},
+    "one temperature, one stroke": {"temperatures": (20.0,), "strokes": 1},
+    "two strokes on 12": {"temperatures": (20.0, 60.0), "strokes": 2, "positions": 12},
+    "one stroke on 24": {"temperatures": (20.0,), "strokes": 1, "positions": 24},
+    "levels met again": {"temperatures": (20.0, 80.0, 20.0, -40.0, 20.0), "strokes": 2},
+    "four positions": {"positions": 4, "strokes": 3},
+    "both axes": {"mountings": ("o+", "p+"), "strokes": 3},
+    "coarse": {"resolution": 1e-5},
+}
+DECLARED = Apparatus(
+    head_uncertainty=2e-5, launch_uncertainty=1e-5, temperature_uncertainty=0.1, resolution=1e-6
+)
+
+
+def records(number=4, apparatus=None, **plan):
+    found = [
+        accelcal.simulate(plan=accelcal.TumblePlan(**plan), seed=seed) for seed in range(number)
+    ]
+    return found if apparatus is None else [replace(r, apparatus=apparatus) for r in found]
+
+
+def assert_same(one, other):
+    assert list(one) == list(other)
+    for name, column in one.items():
+        if column.dtype.kind == "U":
+            assert column.tolist() == other[name].tolist(), name
+        else:
+            scale = np.nanmax(np.abs(column), initial=1e-300)
+            assert_allclose(column, other[name], rtol=1e-9, atol=1e-14 * scale, err_msg=name)
+
+
+def of_record(columns, place):
+    return {name: values[columns["record"] == place] for name, values in columns.items()}
+
+
+def assert_stack_is_its_records(given, options=None, **arguments):
+    found = calibrate_many(given, options)
+    assert not found.failures
+    assert sorted(np.concatenate([places for places, _ in found.stacks])) == list(range(len(given)))
+    for places, stack in found.stacks:
+        whole = columns_of(stack)
+        for row, place in enumerate(places.tolist()):
+            calibration = accelcal.fit(given[place], **arguments)
+            expected = columns_of_one(calibration)
+            assert_same(of_record(whole, row) | {"record": expected["record"]}, expected)
+            assert stack.one(row).to_document().keys() == calibration.to_document().keys()
+    return found
+
+
+@pytest.mark.parametrize("declared", [None, DECLARED], ids=["nothing declared", "declared"])
+@pytest.mark.parametrize("plan", PLANS.values(), ids=PLANS)
+def test_a_stack_is_its_records(plan, declared):
+    found = assert_stack_is_its_records(records(apparatus=declared, **plan))
+    assert [len(stack) for _, stack in found.stacks] == [4]
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {"robust": True},
+        {"method": "closed-form"},
+        {"coefficients": ("K0", "K1", "M")},
+        {"delta0": 1e-3},
+        {"reference_temperature": 30.0},
+        {"temperature_laws": "readings"},
+        {"method": "sign-corrected"},
+    ],
+    ids=lambda a: "-".join(a),
+)
+def test_options_are_those_of_fit(arguments):
+    assert_stack_is_its_records(records(2), Options(**arguments), **arguments)
+
+
+@pytest.mark.filterwarnings("ignore:method 'printed'")
+def test_the_misprinted_method_has_no_laws():
+    found = assert_stack_is_its_records(records(2), Options(method="printed"), method="printed")
+    assert found.stacks[0][1].laws.main is None
+
+
+# -- what belongs together -------------------------------------------------------------------------
+
+
+def plans(given):
+    return [places.tolist() for places, _ in calibrate_many(given).stacks]
+
+
+def test_records_of_one_plan_are_found_among_others():
+    eight, twelve = records(3), records(2, positions=12, strokes=2)
+    assert plans([eight[0], twelve[0], eight[1], eight[2], twelve[1]]) == [[0, 2, 3], [1, 4]]
+
+
+def test_what_makes_another_plan():
+    (record,) = records(1)
+    n = len(record)
+    others = [
+        replace(record, apparatus=DECLARED),
+        replace(record, unit="V"),
+        replace(record, metadata={"delta0": "0.001"}),
+        replace(record, std=np.full(n, 1e-6)),
+        record.select(np.arange(n) != 7),
+    ]
+    assert plans([record, *others, record]) == [[0, 6], [1], [2], [3], [4], [5]]
+
+
+def at_levels(record, *levels):
+    return replace(record, temperature=np.array(levels)[record.run])
+
+
+def test_runs_that_share_a_level_are_of_the_plan():
+    (record,) = records(1)
+    cases = [(20.0, 80.0, -40.0), (20.2, 79.0, -41.0), (20.0, 80.0, 20.3), (80.0, 20.0, -40.0)]
+    given = [at_levels(record, *levels) for levels in cases]
+    unknown = replace(record, temperature=np.full(len(record), np.nan))
+    assert plans([*given, unknown, unknown]) == [[0, 1], [2], [3], [4, 5]]
+    assert_stack_is_its_records([*given, unknown, unknown])
+
+
+def test_temperatures_that_move_and_both_sides_of_an_axis_are_alone():
+    (record,) = records(1)
+    moving = replace(record, temperature=record.temperature + np.linspace(0.0, 1.0, len(record)))
+    some = np.where(np.arange(len(record)) == 5, np.nan, record.temperature)
+    known = replace(record, temperature=some)
+    both = records(2, mountings=("o+", "o-"), strokes=3, temperatures=(20.0,))
+    given = [record, moving, record, moving, known, *both]
+    assert plans(given) == [[0, 2], [1], [3], [4], [5], [6]]
+    assert_stack_is_its_records(given)
+
+
+def test_a_model_is_taken_out_of_each_record():
+    given = records(2, temperatures=(20.0,), strokes=6)
+    model = accelcal.discover(given[0])
+    assert_stack_is_its_records(given, Options(model=model), model=model)
+
+
+def test_times_of_some_records():
+    timed = records(2, timed=True)
+    given = [timed[0], replace(timed[1], time=None), *records(1)]
+    assert_stack_is_its_records(given)
+
+
+def test_declared_scatter_that_all_have():
+    given = [replace(r, std=np.full(len(r), 2e-5), count=np.full(len(r), 50.0)) for r in records(3)]
+    scattered = replace(given[1], output=given[1].output + 3e-5 * (-1.0) ** given[1].stroke)
+    assert_stack_is_its_records([given[0], scattered, given[2]])
+
+
+# -- what fails ------------------------------------------------------------------------------------
+
+
+def test_a_record_that_fails_harms_no_other():
+    given = records(3)
+    spoilt = replace(given[1], output=np.ones(len(given[1])), source="spoilt.csv")
+    found = calibrate_many([given[0], spoilt, given[2]])
+    assert [places.tolist() for places, _ in found.stacks] == [[0, 2]]
+    assert list(found.failures) == [1]
+    with pytest.raises(InputError) as raised:
+        accelcal.fit(spoilt)
+    assert str(found.failures[1]) == str(raised.value)
+
+
+def test_records_whose_plan_fails_fail_each_for_itself():
+    given = [replace(r, source=f"{i}.csv") for i, r in enumerate(records(2, positions=12))]
+    found = calibrate_many(given, Options(method="closed-form"))
+    assert not found.stacks
+    assert [str(error).split(":")[0] for error in found.failures.values()] == ["0.csv", "1.csv"]
+
+
+def test_what_is_asked_of_no_record_is_refused_at_once():
+    with pytest.raises(InputError, match="temperature_laws is 'nosuch'; choose from"):
+        calibrate_many([], Options(temperature_laws="nosuch"))
+
+
+def test_no_records():
+    assert calibrate_many([]).stacks == ()
