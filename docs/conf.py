@@ -1,5 +1,6 @@
 """Configuration of Sphinx, the directive that shows the help of a command, pages of effects."""
 
+import shutil
 import sys
 from pathlib import Path
 
@@ -20,10 +21,15 @@ author = "The accelcal authors"
 copyright = author
 release = version = __version__
 
-extensions = ["sphinx.ext.autodoc", "sphinx.ext.mathjax", "myst_parser", "numpydoc"]
+extensions = ["sphinx.ext.autodoc", "sphinx.ext.mathjax", "myst_nb", "numpydoc"]
 exclude_patterns = ["_build"]
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
+
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+nb_execution_show_tb = True
 
 autodoc_member_order = "bysource"
 numpydoc_show_class_members = False
@@ -50,7 +56,10 @@ class CommandHelp(Directive):
 
 
 def setup(app: Sphinx) -> None:
-    """Register the directive and tables as plain text, and write the pages of the effects."""
+    """Register the directive and tables as plain text, bring pages of effects and notebooks."""
     app.add_directive("command-help", CommandHelp)
     app.add_lexer("csv", TextLexer)
     write_pages()
+    here = Path(__file__).parent
+    shutil.rmtree(here / "notebooks", ignore_errors=True)
+    shutil.copytree(here.parent / "examples" / "notebooks", here / "notebooks")

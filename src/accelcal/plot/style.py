@@ -364,6 +364,11 @@ def _matplotlib() -> Any:
         raise InputError(
             "a picture needs matplotlib; install it with: pip install 'accelcal[plot]'"
         ) from None
+    if "ipykernel" in sys.modules and "matplotlib.pyplot" not in sys.modules:
+        import matplotlib.pyplot as plt
+
+        # a notebook shows figures of a backend that was loaded outside of any settings
+        plt.switch_backend(matplotlib.get_backend())
     return matplotlib
 
 
