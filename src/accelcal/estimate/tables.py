@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -95,20 +96,42 @@ def prepare(
     if not is_usable(record.output):
         raise InputError(_unusable(record.output))
     _check_scatter(record)
-    mounting = str(record.mounting[0])
-    design = design_matrix(accelerations(record.angle, delta0, mounting), mounting)
-    found = estimability(design, asked, strict=strict)
     scatter, dof = _declared_scatter(record)
-    return PreparedTable(
-        record=record,
-        design=design,
-        angular=_angular_derivative(record.angle, delta0, mounting),
-        head=head_positions(record.angle),
-        scatter=scatter,
-        scatter_dof=dof,
-        estimability=found,
-        least_squares=LeastSquares(design[:, found.columns], scatter),
+    known = _from_angles(
+        record.angle.tobytes(),
+        str(record.mounting[0]),
+        scatter.tobytes(),
+        delta0,
+        tuple(asked),
+        strict,
     )
+    if record.clamping is not None:
+        known = known._replace(head=head_positions(record.graduation))
+    return PreparedTable(record=record, scatter=scatter, scatter_dof=dof, **known._asdict())
+
+
+class _FromAngles(NamedTuple):
+    """What follows from the angles and the scatter, as `PreparedTable` has it."""
+
+    design: Array
+    angular: Array
+    head: Array
+    estimability: Estimability
+    least_squares: LeastSquares
+
+
+@lru_cache(maxsize=8)  # the tables of a record, and records one after the other, have the same
+def _from_angles(
+    angles: bytes, mounting: str, spread: bytes, delta0: float, asked: Sequence[str], strict: bool
+) -> _FromAngles:
+    angle, scatter = np.frombuffer(angles), np.frombuffer(spread)
+    design = design_matrix(accelerations(angle, delta0, mounting), mounting)
+    found = estimability(design, asked, strict=strict)
+    angular, head = _angular_derivative(angle, delta0, mounting), head_positions(angle)
+    for shared in (design, angular, head):
+        shared.setflags(write=False)
+    solver = LeastSquares(design[:, found.columns], scatter)
+    return _FromAngles(design, angular, head, found, solver)
 
 
 def is_usable(output: Array) -> NDArray[np.bool_]:
