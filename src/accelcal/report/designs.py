@@ -154,7 +154,8 @@ def _large_factors(found: DesignComparison) -> bool:
 def _booking(found: DesignComparison) -> Iterator[str]:
     """Which test to book: by targets, else where more time buys little."""
     if found.targets:
-        wanted = ", ".join(f"{name} {limit:g}" for name, limit in found.targets.items())
+        units = {f.name: f.unit for d in found.designs for f in d.forecasts}
+        wanted = ", ".join(f"{n} {scaled(limit, units[n])}" for n, limit in found.targets.items())
         good = found.meeting()
         if good:
             best = found.designs[good[0]]
