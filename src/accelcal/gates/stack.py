@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.noise import NoiseStack, ReadingNoise
+from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.trend import Replicates, Trend, directed, moments, trend_of
 from accelcal.gates.verdict import reading_name
 from accelcal.grouping import median
 from accelcal.model import COEFFICIENTS
+from accelcal.record import TumbleRecord
 
 __all__ = ["TableStack", "of_one_plan"]
 
@@ -86,77 +86,21 @@ class TableStack:
         delta0: float = 0.0,
     ) -> TableStack:
         """Stack tables of one plan, see `of_one_plan`."""
-        return cls.joined(
-            [
-                cls.of_records(table, table.record.output[None], k[None], NoiseStack(*own), delta0)
-                for table, k, own in zip(tables, coefficients, map(_alone, noises), strict=True)
-            ]
-        )
-
-    @classmethod
-    def of_records(
-        cls,
-        table: PreparedTable,
-        output: Array,
-        coefficients: Array,
-        noise: NoiseStack,
-        delta0: float = 0.0,
-        *,
-        time: Array | None = None,
-        line: Sequence[NDArray[np.int64] | None] = (),
-    ) -> TableStack:
-        """Stack one table of each of R records of one plan.
-
-        Parameters
-        ----------
-        table : PreparedTable
-            That table of any of the records: all share its angles, strokes, declared scatter, step
-            and unit.
-        output, coefficients, noise
-            Readings, shape (R, n), least-squares coefficients, (R, 6), and noise.
-        delta0 : float, default 0
-            Fixture angle of the fit [rad].
-        time, line : optional
-            Times and lines of the readings, see `TableStack`; of one record those of `table`.
-
-        Returns
-        -------
-        TableStack
-            The R tables.
-        """
-        record, one = table.record, len(output) == 1
-        step = record.apparatus.resolution
-        own_time = None if record.time is None else record.time[None]
+        records = [table.record for table in tables]
+        steps = [record.apparatus.resolution for record in records]
         return cls(
-            table=table,
-            output=output,
-            coefficients=coefficients,
-            noise=noise.factor,
-            noise_dof=noise.dof,
-            declared=noise.source == "declared",
-            scatter=np.full(len(output), median(table.scatter)),
-            step=np.full(len(output), np.nan if step is None else step),
-            unit=[record.unit] * len(output),
-            time=own_time if one and time is None else time,
-            line=[record.line] if one and not line else line or [None] * len(output),
+            table=tables[0],
+            output=np.array([record.output for record in records]),
+            coefficients=np.array(coefficients),
+            noise=np.array([noise.factor for noise in noises]),
+            noise_dof=np.array([noise.dof for noise in noises]),
+            declared=np.array([noise.source == "declared" for noise in noises]),
+            scatter=np.array([median(table.scatter) for table in tables]),
+            step=np.array([np.nan if step is None else step for step in steps]),
+            unit=[record.unit for record in records],
+            time=_times(records),
+            line=[record.line for record in records],
             delta0=delta0,
-        )
-
-    @classmethod
-    def joined(cls, stacks: Sequence[TableStack]) -> TableStack:
-        """Put stacks of one plan behind each other."""
-        if len(stacks) == 1:
-            return stacks[0]
-        arrays = ("output", "coefficients", "noise", "noise_dof", "declared", "scatter", "step")
-        whole: dict[str, Any] = {
-            name: np.concatenate([getattr(stack, name) for stack in stacks]) for name in arrays
-        }
-        return replace(
-            stacks[0],
-            **whole,
-            unit=[unit for stack in stacks for unit in stack.unit],
-            time=_times(stacks),
-            line=[line for stack in stacks for line in stack.line],
         )
 
     def __len__(self) -> int:
@@ -208,17 +152,11 @@ class TableStack:
         return reading_name(record, reading, line)
 
 
-def _alone(noise: ReadingNoise) -> tuple[Any, ...]:
-    """Noise as that of a stack of one."""
-    excess = np.nan if noise.excess is None else noise.excess
-    return tuple(np.array([value]) for value in (*noise[:3], excess))
-
-
-def _times(stacks: Sequence[TableStack]) -> Array | None:
-    if all(stack.time is None for stack in stacks):
+def _times(records: Sequence[TumbleRecord]) -> Array | None:
+    if all(record.time is None for record in records):
         return None
-    known = [np.full_like(s.output, np.nan) if s.time is None else s.time for s in stacks]
-    return np.concatenate(known)
+    nothing = np.full(len(records[0]), np.nan)
+    return np.array([nothing if record.time is None else record.time for record in records])
 
 
 def of_one_plan(tables: Sequence[PreparedTable]) -> list[list[int]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +18,7 @@ from accelcal.gates.stack import TableStack, of_one_plan
 from accelcal.gates.verdict import SIGNIFICANT, GateStack
 from accelcal.results.quantity import Gate
 
-__all__ = ["gates_of_plan", "gates_of_stack", "gates_of_tables", "table_gates"]
+__all__ = ["gates_of_stack", "gates_of_tables", "table_gates"]
 
 
 def gates_of_stack(stack: TableStack, tables: int = 1) -> tuple[GateStack, ...]:
@@ -51,37 +50,13 @@ def gates_of_stack(stack: TableStack, tables: int = 1) -> tuple[GateStack, ...]:
     )
 
 
-def gates_of_plan(stacks: Sequence[TableStack]) -> list[tuple[GateStack, ...]]:
-    """Check all tables of R records of one plan, those of one plan of readings together.
-
-    Parameters
-    ----------
-    stacks : sequence of TableStack
-        Each table in all R records, see `TableStack.of_records`. The tables of a record share the
-        false alarms of each gate.
-
-    Returns
-    -------
-    list of tuple of GateStack
-        The gates of each table in all records, see `gates_of_stack`.
-    """
-    found: dict[int, tuple[GateStack, ...]] = {}
-    for places in of_one_plan([stack.table for stack in stacks]):
-        own = [stacks[place] for place in places]
-        gates = gates_of_stack(TableStack.joined(own), len(stacks))
-        ends = np.cumsum([0, *map(len, own)]).tolist()
-        for place, span in zip(places, pairwise(ends), strict=True):
-            found[place] = tuple(gate.part(*span) for gate in gates)
-    return [found[place] for place in range(len(stacks))]
-
-
 def gates_of_tables(
     tables: Sequence[PreparedTable],
     coefficients: Sequence[NDArray[np.float64]],
     noises: Sequence[ReadingNoise],
     delta0: float = 0.0,
 ) -> list[tuple[Gate, ...]]:
-    """Check all tables of one record.
+    """Check all tables of a record, those of one plan together.
 
     Parameters
     ----------
@@ -99,11 +74,13 @@ def gates_of_tables(
     list of tuple of Gate
         The gates of each table, see `gates_of_stack`.
     """
-    stacks = [
-        TableStack.of([table], [k], [noise], delta0)
-        for table, k, noise in zip(tables, coefficients, noises, strict=True)
-    ]
-    return [tuple(gate.gate(0) for gate in gates) for gates in gates_of_plan(stacks)]
+    found: dict[int, tuple[Gate, ...]] = {}
+    for places in of_one_plan(tables):
+        own, k = [tables[i] for i in places], [coefficients[i] for i in places]
+        stack = TableStack.of(own, k, [noises[i] for i in places], delta0)
+        gates = gates_of_stack(stack, len(tables))
+        found |= {place: tuple(g.gate(i) for g in gates) for i, place in enumerate(places)}
+    return [found[place] for place in range(len(tables))]
 
 
 def table_gates(

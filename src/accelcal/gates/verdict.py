@@ -64,17 +64,6 @@ class GateStack(NamedTuple):
         """Return the outcome for one table, with its sentence."""
         return Gate(self.name, VERDICTS[self.verdict[index]], self.finding(index))
 
-    def part(self, start: int, stop: int) -> GateStack:
-        """Return some tables of the stack, from one place to another."""
-        own = slice(start, stop)
-        return GateStack(
-            self.name,
-            self.verdict[own],
-            self.statistic[own],
-            self.p[own],
-            lambda index: self.finding(start + index),
-        )
-
     @property
     def verdicts(self) -> list[str]:
         """The verdicts in words."""

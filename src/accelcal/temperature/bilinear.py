@@ -200,7 +200,7 @@ def stacked_laws(
         sides=tuple(sides),
         values=relative,
         intervals=Intervals(*(part[:, :size] for part in interval_stack(shown))),
-        covariance=np.sum([part.covariance for part in shown.values()], axis=0),
+        covariance=np.asarray(sum(part.covariance for part in shown.values())),
         others=tuple(others),
     )
 

@@ -127,18 +127,21 @@ class _Group(NamedTuple):
     hysteresis: Hysteresis
     off: Mask  # whether bias, scale factor and misalignment follow no law, shape (R, 3)
 
-    def model(self, index: int) -> TemperatureModel:
-        """Laws of one record."""
-        stack = self.stack
-        hysteresis = self.hysteresis.quantity(index)
-        warnings = (
+    def warnings(self, index: int) -> tuple[str, ...]:
+        """Say what is missing in the laws of one record, and why."""
+        stack, loop = self.stack, self.hysteresis.half_widths.shape[1] > 0
+        return (
             *_unmeasured(self.laws.sides),
             *_misfits(self.off[index]),
             *self.hysteresis.said(index),
-            *([] if hysteresis is None else filter(None, [confounded(stack.shift_source[index])])),
+            *(filter(None, [confounded(stack.shift_source[index])]) if loop else ()),
             *_far_reference(float(stack.reference[index]), stack.temperature[index]),
         )
-        unit = stack.unit[index]
+
+    def model(self, index: int) -> TemperatureModel:
+        """Laws of one record."""
+        hysteresis, warnings = self.hysteresis.quantity(index), self.warnings(index)
+        unit = self.stack.unit[index]
         return self.laws.model(index, unit, hysteresis=hysteresis, warnings=warnings)
 
 
@@ -167,6 +170,13 @@ class LawsOfRecords(NamedTuple):
     groups: tuple[_Group, ...]
     group: Places
     member: Places
+
+    def warnings(self, index: int) -> tuple[str, ...]:
+        """Say what is missing in the laws of one record, and why."""
+        group = int(self.group[index])
+        if group < 0:
+            return (_NO_LEVEL_NEAR_T0,) if group == _UNDETERMINED else ()
+        return self.groups[group].warnings(int(self.member[index]))
 
     def model(self, index: int) -> TemperatureModel | None:
         """Laws of one record; None where there is one level only, or a temperature is unknown."""

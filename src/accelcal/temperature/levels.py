@@ -203,7 +203,7 @@ class Levels(NamedTuple):
     @property
     def covariance(self) -> Array:
         """Covariance of the values and of `others`, shape (R, m, m)."""
-        return np.asarray(np.sum([part.covariance for part in self.components.values()], axis=0))
+        return np.asarray(sum(part.covariance for part in self.components.values()))
 
 
 def levels_of(stack: LevelStack) -> Levels:

@@ -89,9 +89,10 @@ def stacked_temperature_uncertainty(
     The mean of n temperatures of scatter s has the standard uncertainty s / sqrt(n). A temperature
     that stands unchanged over several readings was taken once.
     """
-    scatter = np.stack([own.std(axis=1, ddof=1) for own in temperatures], axis=1)
     changes = [np.count_nonzero(np.diff(own, axis=1), axis=1) for own in temperatures]
     taken = 1.0 + np.stack(changes, axis=1)
+    scatter = np.stack([own.std(axis=1, ddof=1) for own in temperatures], axis=1)
+    scatter = np.where(taken > 1.0, scatter, 0.0)  # of equal values it is a rounding error
     seen = scatter * np.sqrt(np.asarray(share) / taken)
     least = declared or 0.0
     return np.maximum(seen, least), np.where(seen > least, np.maximum(taken - 1.0, 1.0), np.inf)
