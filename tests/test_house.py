@@ -54,7 +54,8 @@ FLOORS = (
 )
 """The rooms, top floor first. Imports point downwards, and never to a room of the same floor."""
 
-SHOWN = {("results", "report"), ("results", "plot"), ("results", "page")}
+SHOWN = {(room, "report") for room in ("results", "record", "effects")}
+SHOWN |= {("results", "plot"), ("results", "page")}
 """A result shows itself: it may reach these rooms from below, inside a function only."""
 
 FLOOR_OF = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}

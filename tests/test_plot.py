@@ -14,8 +14,8 @@ pytest.importorskip("matplotlib")
 
 from accelcal.error_budget.budget import budget as budget_of
 from accelcal.io.stability_record import read_stability
-from accelcal.plot.scale import readable
 from accelcal.plot.style import DARK, LIGHT, SMALL, canvas, picture, theme
+from accelcal.report.scale import readable
 from accelcal.results.findings import Change, Share
 from accelcal.results.quantity import Quantity
 from accelcal.results.stand import HeadPosition, StandDiscovery, StandEffect

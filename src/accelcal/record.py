@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 from accelcal.errors import InputError
 from accelcal.geometry import MOUNTINGS, is_mounting
 from accelcal.grouping import distinct
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["Apparatus", "TumbleRecord", "naming"]
 
@@ -219,6 +222,30 @@ class TumbleRecord:
             f"<TumbleRecord {name}: {len(self)} readings, {len(self.run_labels)} runs,"
             f" {distinct(np.mod(self.angle, 360.0)).size} positions>"
         )
+
+    def _repr_html_(self) -> str:
+        from accelcal.report.notebook_results import record_html
+
+        return record_html(self)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Tabulate the readings, a line each, as `accelcal.read_arrays` takes them back.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Columns are the arrays that there are, the run by its label;
+            ``frame.attrs["units"]`` maps columns to units.
+        """
+        import pandas as pd
+
+        columns = self._arrays() | {"run": np.array(self.run_labels, dtype=object)[self.run]}
+        frame = pd.DataFrame({name: columns[name] for name in columns if name != "line"})
+        output = self.unit or "output unit"
+        units = {"output": output, "std": output, "angle": "deg", "time": "s"}
+        units |= {"temperature": "degC"}
+        frame.attrs["units"] = {name: units[name] for name in frame.columns if name in units}
+        return frame
 
     def select(self, mask: NDArray[np.bool_]) -> TumbleRecord:
         """Keep only the readings where `mask` is true, and all run labels.

@@ -146,6 +146,14 @@ class Effect:
             return catalogue.effect, (self.id,)
         return partial(Effect, **{name: getattr(self, name) for name in self.__slots__}), ()
 
+    def __repr__(self) -> str:
+        return f"<Effect {self.id}: {self.name}>"
+
+    def _repr_html_(self) -> str:
+        from accelcal.report.notebook_results import effect_html
+
+        return effect_html(self)
+
     @property
     def amplitudes(self) -> tuple[Parameter, ...]:
         """Parameters that the readings are proportional to, one column each."""

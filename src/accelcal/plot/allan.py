@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from accelcal.plot.scale import readable
 from accelcal.plot.style import canvas, canvases, palette, styled
+from accelcal.report.scale import readable
 from accelcal.stability.noise_terms import TERMS
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from accelcal.plot.residuals import tables_of
-from accelcal.plot.scale import readable
 from accelcal.plot.style import SMALL, canvas, canvases, entitled, palette, styled
 from accelcal.report.numbers import matching_digits, significant
+from accelcal.report.scale import readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from accelcal.plot.scale import readable
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
+from accelcal.report.scale import readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

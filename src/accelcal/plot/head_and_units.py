@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from accelcal.errors import InputError
-from accelcal.plot.scale import readable
 from accelcal.plot.style import canvas, entitled, palette, styled
+from accelcal.report.scale import readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from accelcal.plot.scale import readable
 from accelcal.plot.style import canvases, entitled, palette, styled
+from accelcal.report.scale import readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,8 +10,8 @@ import numpy as np
 from accelcal.discovery.compare import residuals_of
 from accelcal.errors import InputError
 from accelcal.plot.by_angle import Readings
-from accelcal.plot.scale import readable
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
+from accelcal.report.scale import readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from accelcal.discovery.action import Action, action
 from accelcal.plot.by_angle import Readings
-from accelcal.plot.scale import readable
 from accelcal.plot.style import canvas, entitled, palette, styled
+from accelcal.report.scale import readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.effects.conditions import LEVEL_CHANGE
-from accelcal.plot.scale import readable
 from accelcal.plot.style import canvases, entitled, palette, styled
+from accelcal.report.scale import readable
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration

@@ -377,9 +377,9 @@ class Calibration:
         pandas.DataFrame
             A line each, with the columns of `rows`.
         """
-        import pandas as pd
+        from accelcal.results.frames import frame_of
 
-        return pd.DataFrame(self.rows())
+        return frame_of(self.rows())
 
 
 def _check_schema(document: Any) -> None:

@@ -12,6 +12,8 @@ from accelcal.results.quantity import ErrorSource, Quantity, fields_document
 if TYPE_CHECKING:
     from os import PathLike
 
+    import pandas as pd
+
     from accelcal.plot.disagreement import DisagreementPlot
 
 __all__ = ["SCHEMA", "Disagreement", "RunChange"]
@@ -100,6 +102,16 @@ class Disagreement:
 
         return disagreement_text(self)
 
+    def __repr__(self) -> str:
+        worst = max(self.where, key=lambda share: share.share, default=None)
+        told = "" if worst is None or self.p_value > 0.01 else f", mostly by {worst.factor}"
+        return f"<Disagreement {self.serial or self.source}: p = {self.p_value:.2g}{told}>"
+
+    def _repr_html_(self) -> str:
+        from accelcal.report.notebook_results import disagreement_html
+
+        return disagreement_html(self)
+
     @property
     def plot(self) -> DisagreementPlot:
         """Pictures, each a method that returns matplotlib axes."""
@@ -125,6 +137,26 @@ class Disagreement:
             "effects": list(self.effects),
             "notes": list(self.notes),
         }
+
+    def rows(self) -> list[dict[str, Any]]:
+        """List what has changed in each run, a flat dictionary each."""
+        return [
+            {
+                "serial": self.serial,
+                "run": change.run,
+                "temperature_degC": change.temperature_degC,
+                "change": name,
+                **getattr(change, name).to_document(),
+            }
+            for change in self.runs
+            for name in ("bias", "scale_factor", "misalignment")
+        ]
+
+    def to_frame(self) -> pd.DataFrame:
+        """Tabulate what has changed in each run, a line each with the columns of `rows`."""
+        from accelcal.results.frames import frame_of
+
+        return frame_of(self.rows())
 
     def to_json(self, path: str | PathLike[str] | None = None) -> str:
         """Write the comparison as JSON.

@@ -25,6 +25,8 @@ from accelcal.results.quantity import Document, ErrorSource, fields_document
 if TYPE_CHECKING:
     from os import PathLike
 
+    import pandas as pd
+
     from accelcal.plot.discovery import DiscoveryPlot
 
 __all__ = ["SCHEMA", "WRITER", "Discovery"]
@@ -116,6 +118,11 @@ class Discovery:
         found = ", ".join(effect.id for effect in self.effects)
         open_end = "an effect that nothing explains" if self.unexplained else "nothing"
         return f"<Discovery {name}: {found or open_end}>"
+
+    def _repr_html_(self) -> str:
+        from accelcal.report.notebook_results import discovery_html
+
+        return discovery_html(self)
 
     @property
     def plot(self) -> DiscoveryPlot:
@@ -234,6 +241,28 @@ class Discovery:
             source=checked(document, "source", text, "<document>"),
             software=checked(document, "software", text, ""),
         )
+
+    def rows(self) -> list[dict[str, Any]]:
+        """List the parameters of the effects, a flat dictionary each."""
+        return [
+            {
+                "serial": self.serial,
+                "effect": effect.id,
+                "parameter": name,
+                **quantity.to_document(),
+                "p_value": effect.p_value,
+                "gap_before_g": effect.gap_before,
+                "gap_after_g": effect.gap_after,
+            }
+            for effect in self.effects
+            for name, quantity in effect.parameters.items()
+        ]
+
+    def to_frame(self) -> pd.DataFrame:
+        """Tabulate the parameters of the effects, a line each with the columns of `rows`."""
+        from accelcal.results.frames import frame_of
+
+        return frame_of(self.rows())
 
     def to_json(self, path: str | PathLike[str] | None = None) -> str:
         """Write the discovery as JSON.

@@ -111,6 +111,11 @@ class ErrorBudget:
     def __repr__(self) -> str:
         return f"<ErrorBudget {self.serial or self.source}: {self.a_i.size} points>"
 
+    def _repr_html_(self) -> str:
+        from accelcal.report.notebook_results import budget_html
+
+        return budget_html(self)
+
     @property
     def plot(self) -> ErrorBudgetPlot:
         """Pictures, each a method that returns matplotlib axes."""
@@ -175,9 +180,9 @@ class ErrorBudget:
 
     def to_frame(self) -> pd.DataFrame:
         """Tabulate totals and components, a line each with the columns of `rows`."""
-        import pandas as pd
+        from accelcal.results.frames import frame_of
 
-        return pd.DataFrame(self.rows())
+        return frame_of(self.rows(), a_i="g", a_p="g", a_o="g")
 
 
 def _row(part: dict[str, Any]) -> dict[str, Any]:

@@ -93,6 +93,14 @@ class Gate:
     verdict: str
     finding: str
 
+    def __repr__(self) -> str:
+        return f"<Gate {self.name}: {self.verdict}>"
+
+    def _repr_html_(self) -> str:
+        from accelcal.report.notebook_results import gate_html
+
+        return gate_html(self)
+
     @classmethod
     def from_document(cls, document: Document) -> Gate:
         """Read the outcome from its place in a JSON document."""

@@ -171,9 +171,9 @@ class AllanDeviation:
 
     def to_frame(self) -> pd.DataFrame:
         """Tabulate the averaging times, a line each."""
-        import pandas as pd
+        from accelcal.results.frames import frame_of
 
-        return pd.DataFrame(self.rows())
+        return frame_of(self.rows())
 
 
 @dataclass(frozen=True, slots=True)
@@ -239,6 +239,11 @@ class Stability:
         name = f"serial {self.serial}" if self.serial else self.source
         return f"<Stability {name}: {len(self.launches)} launches, in {self.unit}>"
 
+    def _repr_html_(self) -> str:
+        from accelcal.report.notebook_results import stability_html
+
+        return stability_html(self)
+
     @property
     def plot(self) -> StabilityPlot:
         """Pictures, each a method that returns matplotlib axes."""
@@ -288,6 +293,6 @@ class Stability:
 
     def to_frame(self) -> pd.DataFrame:
         """Tabulate components, noise terms and bounds, a line each with the columns of `rows`."""
-        import pandas as pd
+        from accelcal.results.frames import frame_of
 
-        return pd.DataFrame(self.rows())
+        return frame_of(self.rows())

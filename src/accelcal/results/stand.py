@@ -154,6 +154,11 @@ class StandDiscovery:
         found = ", ".join(f"{item.id} ({item.verdict})" for item in self.effects)
         return f"<StandDiscovery of {len(self.units)} units: {found or 'nothing'}>"
 
+    def _repr_html_(self) -> str:
+        from accelcal.report.notebook_results import stand_html
+
+        return stand_html(self)
+
     @property
     def plot(self) -> StandPlot:
         """Pictures, each a method that returns matplotlib axes."""

@@ -170,6 +170,11 @@ class History:
         count = len(self.trends[0].points)
         return f"<History serial {self.serial}: {count} calibrations, {jumps} jumps>"
 
+    def _repr_html_(self) -> str:
+        from accelcal.report.notebook_results import history_html
+
+        return history_html(self)
+
     @property
     def plot(self) -> HistoryPlot:
         """Pictures, each a method that returns matplotlib axes."""
@@ -216,6 +221,6 @@ class History:
 
     def to_frame(self) -> pd.DataFrame:
         """Tabulate the calibrations of all trends, a line each with the columns of `rows`."""
-        import pandas as pd
+        from accelcal.results.frames import frame_of
 
-        return pd.DataFrame(self.rows())
+        return frame_of(self.rows())

@@ -90,6 +90,14 @@ class Verdict:
         """The worst outcome of all."""
         return min((j.outcome for j in self.judgements), key=OUTCOMES.index)
 
+    def __repr__(self) -> str:
+        return f"<Verdict {self.specification}: {self.outcome}, {len(self.judgements)} limits>"
+
+    def _repr_html_(self) -> str:
+        from accelcal.report.notebook_results import verdict_html
+
+        return verdict_html(self.to_document())
+
     def __str__(self) -> str:
         from accelcal.report.verdict import verdict_text
 

@@ -1,4 +1,4 @@
-"""Units of engineers on the axes: µg, µrad, ppm."""
+"""Units of engineers, in pictures and notebooks: µg, µrad, ppm."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ _SIGNS = (("degC", "°C"), ("^2", "²"), ("^3", "³"), ("*", "·"))
 
 
 class Scale(NamedTuple):
-    """What a number is multiplied by to stand on an axis.
+    """What a number is multiplied by to be read easily.
 
     Attributes
     ----------
     factor : float
-        Number on the axis over number in the unit of the result.
+        Number shown over number in the unit of the result.
     unit : str
-        Unit on the axis.
+        Unit shown.
     """
 
     factor: float

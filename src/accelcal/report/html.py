@@ -1,0 +1,94 @@
+"""Fragments of HTML: tables and lists, without scripts and styles of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from html import escape
+
+from accelcal.report.names import visible
+
+__all__ = ["heading", "items", "safe", "table"]
+
+
+def safe(text: str) -> str:
+    r"""Write any text so that a browser shows it as it is.
+
+    Parameters
+    ----------
+    text : str
+        The text.
+
+    Returns
+    -------
+    str
+        HTML.
+
+    Examples
+    --------
+    >>> safe("<script>\x1b")
+    '&lt;script&gt;\\x1b'
+    """
+    return escape(visible(text))
+
+
+def heading(title: str, *rest: str) -> str:
+    """Write the first line of a result.
+
+    Parameters
+    ----------
+    title : str
+        What it is, in bold.
+    *rest : str
+        What else to say of it; what is empty is left out.
+
+    Returns
+    -------
+    str
+        A paragraph.
+    """
+    told = "".join(f", {safe(part)}" for part in rest if part)
+    return f"<p><b>{safe(title)}</b>{told}</p>"
+
+
+def table(caption: str, headings: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """Write a table; one without rows is left out.
+
+    Parameters
+    ----------
+    caption : str
+        What it shows.
+    headings : iterable of str
+        Headings of its columns.
+    rows : iterable of iterable of str
+        Its cells.
+
+    Returns
+    -------
+    str
+        The table.
+    """
+    body = "".join(_line("td", row) for row in rows)
+    if not body:
+        return ""
+    return f"<table><caption>{safe(caption)}</caption>{_line('th', headings)}{body}</table>"
+
+
+def items(found: Iterable[str]) -> str:
+    """Write a list of what is HTML already, each item once; an empty one is left out.
+
+    Parameters
+    ----------
+    found : iterable of str
+        The items.
+
+    Returns
+    -------
+    str
+        The list.
+    """
+    lines = "".join(f"<li>{item}</li>" for item in dict.fromkeys(found))
+    return f"<ul>{lines}</ul>" if lines else ""
+
+
+def _line(tag: str, cells: Iterable[str]) -> str:
+    return f"<tr>{''.join(f'<{tag}>{safe(cell)}</{tag}>' for cell in cells)}</tr>"

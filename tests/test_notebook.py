@@ -1,0 +1,161 @@
+"""Results in a notebook: well-formed, escaped tables, and one short line as repr."""
+
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+import accelcal
+from accelcal.error_budget.budget import budget
+from accelcal.io.specification import read_specification
+from accelcal.io.stability_record import read_stability
+from accelcal.results.findings import Fault, FoundEffect, Gap, Unexplained
+from accelcal.results.quantity import ErrorSource, Gate, Quantity
+from accelcal.results.stand import HeadPosition, StandDiscovery, StandEffect
+from accelcal.stability.analysis import analyse
+from accelcal.verdict import judge
+
+EVIL = "<script>alert(1)</script>"
+SIZE = Quantity(5.02e-5, 2e-7, "rad", 4e-7)
+
+
+@pytest.fixture(scope="module")
+def calibration():
+    record = replace(accelcal.simulate(seed=1), serial=EVIL)
+    return accelcal.fit(record)
+
+
+@pytest.fixture(scope="module")
+def discovery():
+    effect = FoundEffect(
+        id="backlash",
+        name="backlash of the head",
+        parameters={"half_width": SIZE},
+        p_value=1e-9,
+        gap_before=3.4e-5,
+        gap_after=4.6e-6,
+        heldout_before=3.4e-5,
+        heldout_after=None,
+        indistinguishable=("other",),
+        to_tell_apart="",
+    )
+    return accelcal.Discovery(
+        noise=(ErrorSource("reading", 4e-6, "g", 100.0, "estimated"),),
+        before=Gap(3.4e-5, None, 57.0),
+        after=Gap(4.6e-6, 4.8e-6, 1.0),
+        where=(),
+        effects=(effect,),
+        unexplained=Unexplained(f"by time {EVIL}", 0.1, 1e-4),
+        undetectable=(),
+        smallest_detectable=(),
+        faults=(Fault("outlier", f"reading 7 {EVIL}", {}, 1e-6, (6,)),),
+        notes=(EVIL,),
+        serial=EVIL,
+        readings=54,
+    )
+
+
+@pytest.fixture(scope="module")
+def results(calibration, discovery):
+    history = accelcal.history(
+        [
+            accelcal.fit(replace(accelcal.simulate(seed=n), date=f"202{n}-01-01", serial=EVIL))
+            for n in range(3)
+        ]
+    )
+    stand = StandDiscovery(
+        units=(EVIL, "B"),
+        effects=(StandEffect("x", EVIL, "unit", {}, 1e-5, 0.5, 0.1, {EVIL: SIZE}, (EVIL,), ()),),
+        head=(HeadPosition(45.0, SIZE),),
+        coefficients={},
+        common=discovery,
+        notes=(EVIL,),
+    )
+    record = replace(accelcal.simulate(seed=2), serial=EVIL, notes=(EVIL,))
+    stability = replace(analyse(read_stability("examples/stability.csv")), serial=EVIL)
+    return {
+        "Calibration": calibration,
+        "Discovery": discovery,
+        "Disagreement": accelcal.compare(calibration, record),
+        "StandDiscovery": stand,
+        "Stability": stability,
+        "ErrorBudget": budget(calibration, np.linspace(-1, 1, 30), temperature=[40.0] * 30),
+        "Verdict": judge(calibration, read_specification("examples/al15.toml")),
+        "Gate": Gate(EVIL, "warn", EVIL),
+        "History": history,
+        "TumbleRecord": record,
+        "Effect": accelcal.effect("backlash"),
+    }
+
+
+NAMES = (
+    *("Calibration", "Discovery", "Disagreement", "StandDiscovery", "Stability", "ErrorBudget"),
+    *("Verdict", "Gate", "History", "TumbleRecord", "Effect"),
+)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_html_is_well_formed_and_escaped(results, name):
+    html = results[name]._repr_html_()
+    assert "<script" not in html
+    root = ElementTree.fromstring(f"<div>{html}</div>")
+    for table in root.iter("table"):
+        assert len({len(row) for row in table.iter("tr")}) == 1, "rows differ in length"
+        assert table.find("caption").text
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_repr_is_one_short_line(results, name):
+    text = repr(results[name])
+    assert text.startswith(f"<{name} ")
+    assert text.endswith(">")
+    assert len(text.splitlines()) == 1
+    assert len(text) < 160
+
+
+def test_numbers_have_units_that_are_easily_read(discovery):
+    html = discovery._repr_html_()
+    assert "<td>50.20</td><td>0.40</td><td>µrad</td>" in html
+    assert "<td>34.0</td><td></td>" in html
+
+
+def test_a_long_budget_is_cut_and_says_so(calibration):
+    html = budget(calibration, np.linspace(-1, 1, 30))._repr_html_()
+    assert html.count("<tr>") == 61
+    assert "more; <code>.to_frame()</code> has all" in html
+
+
+def test_the_verdict_is_a_table(calibration):
+    verdict = judge(calibration, read_specification("examples/al15.toml"))
+    html = replace(calibration, verdict=verdict)._repr_html_()
+    assert "<pre>" not in html
+    assert "<b>Verdict against" in html
+
+
+# -- frames ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "name", ["Calibration", "Discovery", "Disagreement", "ErrorBudget", "Stability", "History"]
+)
+def test_frames_have_units(results, name):
+    frame = results[name].to_frame()
+    assert len(frame)
+    units = frame.attrs["units"]
+    assert set(units) <= set(frame.columns)
+    assert units
+
+
+def test_a_record_is_a_frame(results):
+    record = results["TumbleRecord"]
+    frame = record.to_frame()
+    assert len(frame) == len(record)
+    assert frame.attrs["units"]["output"] == "mA"
+    assert frame.attrs["units"]["angle"] == "deg"
+    assert frame["output"].to_numpy() == pytest.approx(record.output)
+    assert set(frame["run"]) == set(record.run_labels)
+    again = accelcal.read_arrays(frame)
+    assert again.output == pytest.approx(record.output)
+    assert again.run_labels == record.run_labels
+    assert (again.mounting == record.mounting).all()
