@@ -104,6 +104,9 @@ class TumbleRecord:
         Names of the runs.
     mounting : ndarray of str, shape (n,)
         One of `accelcal.geometry.MOUNTINGS`.
+    clamping : ndarray of float, shape (n,), or None
+        Angle at which the fixture is clamped on the head: its graduation stands at `angle` plus
+        this; one value a run and mounting. None where it is 0 [deg].
     position : ndarray of int, shape (n,)
         Position number J from 1; 0 where the angle was given instead.
     time : ndarray of float, shape (n,), or None
@@ -153,6 +156,7 @@ class TumbleRecord:
     std: NDArray[np.float64] | None = None
     count: NDArray[np.float64] | None = None
     line: NDArray[np.int64] | None = None
+    clamping: NDArray[np.float64] | None = None
     serial: str | None = None
     unit: str | None = None
     positions: int = 8
@@ -195,6 +199,26 @@ class TumbleRecord:
             if not good.all():
                 value = getattr(self, name)[~good][0]
                 raise InputError(f"{name} {value} in a record; it is {rule}")
+        self._check_clampings()
+
+    def _check_clampings(self) -> None:
+        if self.clamping is None:
+            return
+        if not np.isfinite(self.clamping).all():
+            raise InputError("a clamping of a record is not finite; it is a number of degrees")
+        for mask in self.table_masks():
+            met = distinct(self.clamping[mask])
+            if met.size > 1:
+                run = self.run_labels[int(self.run[mask][0])]
+                raise InputError(
+                    f"run {run} holds clampings {met[0]:g} and {met[1]:g} deg; a clamping is a run"
+                    " of its own: name the runs in a column run"
+                )
+
+    @property
+    def graduation(self) -> NDArray[np.float64]:
+        """Graduation of the head at each reading: `angle` plus `clamping` [deg]."""
+        return self.angle if self.clamping is None else self.angle + self.clamping
 
     @property
     def mean_temperature(self) -> float:

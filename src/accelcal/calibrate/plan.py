@@ -146,7 +146,8 @@ def _grouped(keys: Iterable[Hashable]) -> list[list[int]]:
 
 
 def _plan_key(record: TumbleRecord, delta0: float | None) -> Hashable:
-    arrays = (record.angle, record.stroke, record.run, record.mounting, record.std, record.count)
+    names = ("angle", "clamping", "stroke", "run", "mounting", "std", "count")
+    arrays = [getattr(record, name) for name in names]
     return (
         *(None if a is None else (a.dtype.str, a.tobytes()) for a in arrays),
         len(record.run_labels),

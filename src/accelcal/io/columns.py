@@ -18,10 +18,10 @@ __all__ = ["Table", "choose_columns"]
 Engine = Callable[[Layout, Sequence[int], int], Columns]
 """Turns the rows of a table into columns."""
 
-CONSTANTS = ("temperature", "stroke", "run", "mounting", "std", "count")
+CONSTANTS = ("temperature", "stroke", "run", "mounting", "clamping", "std", "count")
 """Columns that a header line may stand for."""
 
-_OPTIONAL = ("run", "time", "serial", "mounting", "std", "count", "unit")
+_OPTIONAL = ("run", "time", "serial", "mounting", "clamping", "std", "count", "unit")
 _OF_ONE_READING = ("time", "std", "count")
 
 

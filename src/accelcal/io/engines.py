@@ -17,7 +17,9 @@ from accelcal.io.layout import Layout, split_line
 
 __all__ = ["NUMERIC", "BulkEngineGivesUp", "columns_by_pandas", "columns_by_split"]
 
-NUMERIC = frozenset({"temperature", "position", "angle", "stroke", "output", "std", "count"})
+NUMERIC = frozenset(
+    {"temperature", "position", "angle", "clamping", "stroke", "output", "std", "count"}
+)
 """Roles of columns that hold numbers, with the strokes of a wide table."""
 
 Columns = Mapping[int, Column]

@@ -145,6 +145,7 @@ def _columns(group: Group, table: Ints, starts: Ints) -> dict[str, Any]:
         "time": numbers["time"] * factor if "time" in numbers else None,
         "std": numbers.get("std"),
         "count": numbers.get("count"),
+        "clamping": None,  # a table with such a column is left to the general reader
         "line": line,
         "serial": codes.get("serial", np.zeros(stroke.size, dtype=np.int64)),
         "odd": odd | misplaced | unknown | _is_empty(group.cells, stroke.size),

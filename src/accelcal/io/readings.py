@@ -58,7 +58,7 @@ class Readings:
         As in a `TumbleRecord`.
     time : ndarray of float or datetime64, or None
         Seconds, or dates of UTC.
-    std, count : ndarray of float, or None
+    clamping, std, count : ndarray of float, or None
         As in a `TumbleRecord`.
     run, serial : ndarray of int, or None
         Indices into the labels.
@@ -78,6 +78,7 @@ class Readings:
     line: Ints
     mounting: NDArray[np.str_]
     time: NDArray[Any] | None
+    clamping: Floats | None
     std: Floats | None
     count: Floats | None
     run: Ints | None
@@ -189,6 +190,7 @@ def _by_row(
         "stroke": _stroke(columns["stroke"]) if "stroke" in columns else None,
         "mounting": _mounting(columns.get("mounting"), temperature.size),
         "time": _time(columns),
+        "clamping": _clamping(columns.get("clamping")),
         "std": _not_below(columns, "std", 0.0),
         "count": _not_below(columns, "count", 1.0),
         "run": run,
@@ -307,6 +309,15 @@ def _mounting(column: Column | None, size: int) -> NDArray[np.str_]:
     good = is_mounting(np.array(canonical))
     column.check(good[index], "{} is unknown", f"it is one of {', '.join(MOUNTINGS)}")
     return np.array(canonical)[index]
+
+
+def _clamping(column: Column | None) -> Floats | None:
+    if column is None:
+        return None
+    values = numbers(column)
+    column.check(~np.isnan(values), "{} is missing", "write the clamping in every row [deg]")
+    column.check(np.abs(values) <= MAXIMUM_ANGLE, "{} is no angle of a head", "write degrees")
+    return values
 
 
 def _time(columns: Mapping[str, Column]) -> NDArray[Any] | None:

@@ -31,7 +31,7 @@ BULK_CHARACTERS = 2_000_000
 """Size of a table from which on pandas reads it."""
 
 _NEEDED = ("output", "angle", "temperature", "stroke", "mounting", "position")
-_OPTIONAL = ("std", "count", "line")
+_OPTIONAL = ("clamping", "std", "count", "line")
 
 
 class TableForm(NamedTuple):
@@ -295,13 +295,9 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
     _require_change(readings, common["source"])
     time, start = _seconds(readings.time)
     values = common | {name: getattr(readings, name) for name in (*_NEEDED, *_OPTIONAL)}
-    return TumbleRecord(
-        **values | {"notes": tuple(notes)},
-        run=runs.index[kept],
-        run_labels=runs.labels,
-        time=time,
-        metadata={**declared.metadata, **start},
-    )
+    values |= {"notes": tuple(notes), "metadata": {**declared.metadata, **start}}
+    values |= {"run": runs.index[kept], "run_labels": runs.labels, "time": time}
+    return located(lambda: TumbleRecord(**values), source=common["source"])
 
 
 def _left_out(lines: NDArray[np.int64], what: str) -> str:

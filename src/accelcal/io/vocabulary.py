@@ -34,6 +34,7 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "time": ("time", "timestamp"),
         "serial": ("serial", "sn", "s_n", "serial_number", "serial_no"),
         "mounting": ("mounting",),
+        "clamping": ("clamping",),
         "std": ("std", "sd", "sigma", "stdev", "std_dev"),
         "count": ("count", "n", "samples"),
         "unit": ("unit", "units"),
@@ -60,6 +61,7 @@ KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "stroke": COLUMNS["stroke"],
         "run": COLUMNS["run"],
         "mounting": COLUMNS["mounting"],
+        "clamping": COLUMNS["clamping"],
         "std": COLUMNS["std"],
         "count": COLUMNS["count"],
     }
@@ -77,6 +79,7 @@ UNITS_OF: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "temperature": _CELSIUS,
         "angle": ("deg", "°", "degree", "degrees"),
+        "clamping": ("deg", "°", "degree", "degrees"),
         "time": tuple(TIME_UNITS),
         "local_gravity": ("m/s^2", "m/s2", "m/s²", "m/s**2"),
         "reference_temperature": _CELSIUS,
@@ -92,7 +95,11 @@ UNITS_OF: Mapping[str, tuple[str, ...]] = MappingProxyType(
 LONGEST = 100
 """Characters of a heading or key that may have a meaning."""
 
-_WRONG_UNITS = {"temperature": ("K", "Kelvin", "F", "°F", "degF"), "angle": ("rad", "mrad", "gon")}
+_WRONG_UNITS = {
+    "temperature": ("K", "Kelvin", "F", "°F", "degF"),
+    "angle": ("rad", "mrad", "gon"),
+    "clamping": ("rad", "mrad", "gon"),
+}
 _ROLES = {name: role for role, names in COLUMNS.items() for name in names}
 _CANONICAL_KEYS = {name: key for key, names in KEYS.items() for name in names}
 _BRACKET = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]")

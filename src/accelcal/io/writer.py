@@ -168,7 +168,7 @@ def _columns(record: TumbleRecord) -> dict[str, list[Any]]:
     columns |= {"stroke": record.stroke.tolist(), "output": record.output.tolist()}
     columns["run"] = [_label(record.run_labels[index]) for index in record.run.tolist()]
     columns["mounting"] = record.mounting.tolist()
-    for name in ("time", "std", "count"):
+    for name in ("clamping", "time", "std", "count"):
         values = getattr(record, name)
         if values is not None:
             columns[name] = values.tolist()
