@@ -75,6 +75,7 @@ def test_the_extras_are_told():
 def test_every_page_of_prose_is_linked():
     """A page that is made of directives is empty where it is not built, and is not linked."""
     pages = {path.name: path.read_text("utf-8") for path in (ROOT / "docs").glob("*.md")}
-    made = ("{eval-rst}", "{command-help}", "{toctree}")
+    made = ("{eval-rst}", "{command-help}", "{include}")
     prose = {name for name, text in pages.items() if not any(word in text for word in made)}
+    prose.remove("index.md")
     assert set(re.findall(r"\(docs/([\w-]+\.md)\)", README)) == prose

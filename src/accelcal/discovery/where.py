@@ -109,7 +109,8 @@ def structure(c: Conditions, runs: Sequence[str], factor: str, shape: Array) -> 
     str
         What it follows, its harmonic, its size and where it is largest.
     """
-    largest = int(np.argmax(np.abs(shape)))
+    # the first of those that are alike, as rounding would choose among them
+    largest = int(np.argmax(np.abs(shape) > (1.0 - 1e-6) * np.abs(shape).max()))
     size = float(np.sqrt(np.mean(shape**2)))
     sense = "forward" if c.rotation[largest] > 0 else "back"
     return (
