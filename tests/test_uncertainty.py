@@ -22,7 +22,7 @@ from tumble_oracle import (
 
 from accelcal.estimate.joint import estimate_jointly
 from accelcal.estimate.tables import prepare
-from accelcal.estimate.uncertainty import Component, intervals, propagate
+from accelcal.estimate.uncertainty import Component, interval_stack, intervals, propagate
 from accelcal.probability import student_quantile
 
 SIGMA = 5e-6
@@ -356,3 +356,35 @@ def test_effective_dof_keep_the_level(share):
         held += abs(e) <= intervals({"few": few, "known": known})[0].expanded
     # 94.2 to 96.3 %, with three standard errors of 0.35 % on either side
     assert 0.931 < held / draws < 0.974
+
+
+# -- many at once ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("level", [0.5, 0.95, 0.9973])
+def test_coverage_factors_of_arrays_are_students(level):
+    dof = np.concatenate([[0.5, 0.9, 1.0, 1e6, np.inf], np.geomspace(1.0, 1e5, 200)])
+    component = Component(np.ones((dof.size, 1, 1)), dof[:, None])
+    found = interval_stack({"a": component}, level).factor[:, 0]
+    assert_allclose(found[:-1], [student_quantile(level, d) for d in dof[:-1]], rtol=5e-6)
+    within = dof < 1e6
+    exact = [student_quantile(level, d) for d in dof[within]]
+    assert_allclose(found[within], exact, rtol=1e-12)
+
+
+def test_a_stack_of_intervals_is_that_of_each():
+    rng = np.random.default_rng(12)
+    parts = {
+        "a": Component(rng.uniform(0.0, 1.0, (6, 2, 2)), rng.uniform(1.0, 9.0, (6, 2))),
+        "b": Component(np.zeros((6, 2, 2)), np.full((6, 2), np.inf)),
+    }
+    parts["b"].covariance[1] = np.nan  # unknown
+    parts["a"].covariance[2] = 0.0  # nothing at all
+    stack = interval_stack(parts)
+    for i in range(6):
+        one = intervals({name: part.of(i) for name, part in parts.items()})
+        for j, interval in enumerate(one):
+            expected = [np.nan if x is None else x for x in interval]
+            assert [float(field[i, j]) for field in stack] == pytest.approx(expected, nan_ok=True)
+    assert intervals({name: part.of(1) for name, part in parts.items()})[0] == (None,) * 4
+    assert stack.standard[2].tolist() == [0.0, 0.0]

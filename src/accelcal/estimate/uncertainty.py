@@ -223,7 +223,7 @@ def _coverage_factors(level: float) -> Callable[[Array], Array]:
     terms[0] /= 2.0
 
     def factors(inverse: Array) -> Array:
-        found = np.exp(_chebyshev_sum(terms.tolist(), 2.0 * inverse - 1.0))
+        found = np.exp(_chebyshev_sum(terms.tolist(), 2.0 * np.minimum(inverse, 1.0) - 1.0))
         few = inverse > 1.0  # less than one degree of freedom
         if few.any():
             found[few] = exact(inverse[few])
