@@ -14,6 +14,7 @@ from accelcal.cli.main import main
 from accelcal.io.specification import read_specification
 from accelcal.page.render import html, markdown
 from accelcal.page.write import form_of, report_page
+from accelcal.report.numbers import matching_digits
 from accelcal.results.quantity import Residuals
 from accelcal.verdict import judge
 
@@ -168,6 +169,26 @@ def test_one_table_and_no_uncertainty():
     told = markdown(report_page([found]))
     assert "No uncertainty" in told
     assert "not determined" in told
+
+
+def test_checks_that_were_not_made_are_counted():
+    found = accelcal.fit(
+        accelcal.read_table(EXAMPLES / "mems_x_plane_y.csv"), coefficients=("K0", "K1", "K2", "M")
+    )
+    text = markdown(report_page([found]))
+    assert text.startswith("# Calibration: mems\\_x\\_plane\\_y.csv\n")
+    assert "No check warns; 6 could not be made." in text
+    assert "as many coefficients were fitted as there are readings" in text
+
+
+def test_a_misalignment_free_of_the_fixture_angle_is_told_first():
+    plan = accelcal.TumblePlan(mountings=("o+", "o-"), temperatures=(20.0,))
+    found = accelcal.fit(accelcal.simulate(plan=plan, seed=4))
+    text = markdown(report_page([found]))
+    free = found.fixture_angle[0].misalignments[0]
+    value, expanded = matching_digits(1e6 * free.value, 1e6 * free.expanded_uncertainty)
+    assert f"- misalignment δ: **{value} µrad** ± {expanded} (95 %)" in text
+    assert "## Fixture angle" in text
 
 
 def test_several_calibrations_have_a_chapter_each(calibration):

@@ -34,3 +34,9 @@ def test_a_document_without_provenance_is_read():
     del document["provenance"]
     assert accelcal.Calibration.from_document(document).provenance == {}
     assert accelcal.Calibration.from_document(calibration.to_document()) == calibration
+
+
+def test_a_discovery_names_its_file():
+    found = accelcal.discover(accelcal.read_table(EXAMPLE))
+    assert found.sha256 == hashlib.sha256(EXAMPLE.read_bytes()).hexdigest()
+    assert accelcal.Discovery.from_document(found.to_document()) == found

@@ -210,6 +210,7 @@ def _discovery(
         readings=len(record),
         source=record.source,
         software=f"accelcal {__version__}",
+        sha256=record.sha256,
     )
 
 

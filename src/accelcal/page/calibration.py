@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from pathlib import PurePath
 from typing import Any
 
 from accelcal.page import coefficients, evidence
@@ -10,6 +11,7 @@ from accelcal.page.blocks import Block, Chapter, Highlight, Note, Section, Tone
 from accelcal.page.typeset import typeset
 from accelcal.report.names import counted
 from accelcal.report.rows import alarms, coefficient_rows, without_uncertainty
+from accelcal.report.text import in_microradians
 from accelcal.results.calibration import Calibration
 
 __all__ = ["calibration_chapter"]
@@ -52,7 +54,7 @@ def calibration_chapter(calibration: Calibration, name: str = "") -> Chapter:
     )
     return Chapter(
         sort="Calibration",
-        title=str(document["serial"] or document["source"]),
+        title=str(document["serial"] or PurePath(document["source"]).name),
         subtitle=_subtitle(document),
         tone=tone,
         outcome=outcome,
@@ -82,7 +84,7 @@ def _outcome(document: Document) -> tuple[Tone, str]:
         return "good", "keeps its data sheet"
     if verdict:
         return "warn", "data sheet: some limits open"
-    return "good", "no check warns"
+    return ("plain" if _not_made(document) else "good"), "no check warns"
 
 
 def _lede(document: Document) -> str:
@@ -124,7 +126,14 @@ def _said_of_checks(document: Document) -> str:
     warned = len(alarms(document))
     if warned:
         return f"{counted(warned, 'check').capitalize()} warn{'s' if warned == 1 else ''}."
-    return "No check warns."
+    skipped = _not_made(document)
+    return f"No check warns; {skipped} could not be made." if skipped else "No check warns."
+
+
+def _not_made(document: Document) -> int:
+    """How many checks could not be made, of all tables and of the record as a whole."""
+    gates = [gate for table in document["tables"] for gate in table["gates"]]
+    return sum(gate["verdict"] not in ("pass", "warn") for gate in (*gates, *document["gates"]))
 
 
 def _main_table(document: Document) -> Document:
@@ -140,13 +149,29 @@ def _main_table(document: Document) -> Document:
 
 
 def _highlights(document: Document) -> Iterator[Highlight]:
-    for row in coefficient_rows(_main_table(document)):
+    table = _main_table(document)
+    free = _free_misalignment(document, table)
+    for row in coefficient_rows(table):
         if row.symbol not in _HIGHLIGHTED or row.value == "not determined":
             continue
+        if row.symbol == "delta" and free is not None:
+            value, expanded, unit = in_microradians(free)
+            row = row._replace(value=value, expanded=expanded, unit=unit)
         unit = _UNITS.get(row.unit, row.unit)
         known = row.expanded not in ("", "unknown")
         detail = f"± {typeset(row.expanded)} (95 %)" if known else "uncertainty unknown"
         yield Highlight(f"{row.name} {typeset(row.symbol)}", typeset(f"{row.value} {unit}"), detail)
+
+
+def _free_misalignment(document: Document, table: Document) -> Document | None:
+    """The misalignment free of the fixture angle at the level of a table, where it is known."""
+    for found in document.get("fixture_angle", ()):
+        for level in found["misalignment"]:
+            near = level["temperature_degC"] == table["temperature_degC"]
+            if found["axis"] == table["mounting"][0] and near:
+                known: Document = level
+                return known
+    return None
 
 
 def _warnings(document: Document) -> Section | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import PurePath
 
 from accelcal.page.blocks import (
     Block,
@@ -67,7 +68,7 @@ def discovery_chapter(
     )
     return Chapter(
         sort="Discovery",
-        title=found.serial or found.source,
+        title=found.serial or PurePath(found.source).name,
         subtitle=f"{found.readings} readings from {found.source}",
         tone=tone,
         outcome=outcome,
@@ -287,12 +288,12 @@ def _provenance(found: Discovery) -> Section:
     facts = [
         ("serial number", found.serial or "not recorded"),
         ("input", found.source),
-        ("SHA-256 of the input", getattr(found, "sha256", None) or "not recorded"),
+        ("SHA-256 of the input", found.sha256 or "not recorded"),
         ("readings", str(found.readings)),
         ("reference temperature", f"{found.T0_degC:g} °C"),
         ("fixture angle taken as given", typeset(f"{_MICRO * found.delta0_rad:g} urad")),
         ("false-alarm rate", f"{found.alpha:g} over the whole catalogue"),
-        ("chance of noise, over all", probability(found.p_value)),
+        ("chance of noise, over all", typeset(probability(found.p_value))),
         ("software", found.software or "not recorded"),
     ]
     return Section("Notes and provenance", [*blocks, Facts(facts)])

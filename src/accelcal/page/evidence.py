@@ -91,6 +91,9 @@ def residuals(calibration: Calibration, document: Document, name: str) -> Sectio
     tables = [table for table in document["tables"] if table["residuals"]["value"]]
     if not tables:
         return None
+    if not any(table["dof"] for table in tables):
+        said = "There are none: as many coefficients were fitted as there are readings."
+        return Section("Residuals", [Paragraph(said)])
     rms = [table["residual_rms"] / abs(table["coefficients"]["K1"]["value"]) for table in tables]
     told = " to ".join(f"{significant(_MICRO * size)}" for size in sorted({min(rms), max(rms)}))
     intro = f"Reading minus model; its rms over the degrees of freedom is {told} µg."

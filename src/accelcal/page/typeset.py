@@ -53,7 +53,7 @@ def typeset(text: str) -> str:
         text = text.replace(ascii_text, printed)
     text = _SYMBOL.sub(_symbol, text)
     text = _COUPLING.sub(_coupling, text)
-    text = _ANGLE.sub(r"\1θ", text)
+    text = _ANGLE.sub(r"\1θ", text).replace("d th =", "dθ =")
     text = _ALONE.sub("δ", text)
     text = _MICRO_G.sub("µg", text)
     text = _POWER.sub(lambda match: match[1].translate(_SUPERSCRIPTS), text)

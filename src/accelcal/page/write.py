@@ -14,6 +14,7 @@ from accelcal.page.paper import pdf
 from accelcal.page.render import html, markdown
 from accelcal.page.stand import stand_chapter
 from accelcal.record import TumbleRecord
+from accelcal.report.names import counted
 from accelcal.results.calibration import Calibration
 from accelcal.results.discovery import Discovery
 from accelcal.results.stand import StandDiscovery
@@ -112,11 +113,16 @@ def report_page(results: Sequence[Result], records: Sequence[TumbleRecord | None
         _chapter(result, record, f"r{i}-" if len(results) > 1 else "")
         for i, (result, record) in enumerate(zip(results, known, strict=True))
     ]
-    first = chapters[0]
-    title = f"{first.sort} of {first.title}"
-    if len(chapters) > 1:
-        title = f"{first.sort} of {len(chapters)} records"
-    return Page(title, chapters, f"accelcal {__version__}")
+    return Page(_title(chapters), chapters, f"accelcal {__version__}")
+
+
+def _title(chapters: Sequence[Chapter]) -> str:
+    first, last = chapters[0], chapters[-1]
+    if len(chapters) == 1:
+        return f"{first.sort}: {first.title}"
+    stands = sum(chapter.sort == "Stand" for chapter in chapters)
+    title = f"{first.sort} of {counted(len(chapters) - stands, 'record')}"
+    return f"{title} and their stand" if last.sort == "Stand" else title
 
 
 def _chapter(result: Result, record: TumbleRecord | None, name: str) -> Chapter:

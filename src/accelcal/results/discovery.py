@@ -83,6 +83,8 @@ class Discovery:
         Number of readings.
     source, software : str
         Where the readings came from, and what looked at them.
+    sha256 : str or None
+        SHA-256 of the bytes of the source, in hexadecimal; None where not recorded.
     """
 
     noise: tuple[ErrorSource, ...]
@@ -107,6 +109,7 @@ class Discovery:
     readings: int = 0
     source: str = "<table>"
     software: str = ""
+    sha256: str | None = None
 
     def __str__(self) -> str:
         from accelcal.report.discovery import discovery_text
@@ -156,6 +159,7 @@ class Discovery:
             "schema": SCHEMA,
             "software": self.software,
             "source": self.source,
+            "sha256": self.sha256,
             "serial": self.serial,
             "T0_degC": self.T0_degC,
             "delta0_rad": self.delta0_rad,
@@ -240,6 +244,7 @@ class Discovery:
             readings=checked(document, "readings", whole, 0),
             source=checked(document, "source", text, "<document>"),
             software=checked(document, "software", text, ""),
+            sha256=checked(document, "sha256", text_or_none, None),
         )
 
     def rows(self) -> list[dict[str, Any]]:
