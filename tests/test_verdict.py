@@ -211,6 +211,17 @@ def test_probability_of_conformity(value, dof):
     assert found.probability == pytest.approx(expected, abs=1e-9)
 
 
+def test_probability_where_the_degrees_of_freedom_are_not_told():
+    """The coverage factor tells them."""
+    calibration = bias(4.9, 0.4, 3)
+    (only,) = calibration.tables
+    model = {name: replace(value, dof=None) for name, value in only.error_model.items()}
+    untold = replace(calibration, tables=(replace(only, error_model=model),))
+    sheet = Specification("trial", (Limit("bias", "mg", maximum=5.0),))
+    (found,), (expected,) = (judge(each, sheet).judgements for each in (untold, calibration))
+    assert found.probability == pytest.approx(expected.probability, abs=1e-9)
+
+
 def test_probability_of_a_minimum():
     sheet = Specification("trial", (Limit("bias", "mg", minimum=3.0),))
     (found,) = judge(bias(3.2, 0.4), sheet).judgements

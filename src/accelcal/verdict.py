@@ -228,7 +228,7 @@ def _judgement(
         maximum=limit.maximum,
         value=value,
         expanded_uncertainty=expanded,
-        probability=_probability(limit, value, standard, expanded),
+        probability=_probability(limit, value, standard, expanded, quantity.dof),
         remark=_remark(finding, expanded),
     )
 
@@ -277,12 +277,16 @@ def _remark(finding: _Finding, expanded: float | None) -> str:
 
 
 def _probability(
-    limit: Limit, value: float, standard: float | None, expanded: float | None
+    limit: Limit,
+    value: float,
+    standard: float | None,
+    expanded: float | None,
+    known_dof: float | None,
 ) -> float | None:
     """Probability that the true value keeps the limit, JCGM 106:2012, 7.2 to 7.4."""
     if not standard or expanded is None:
         return None
-    dof = dof_of_student_quantile(_LEVEL, expanded / standard)
+    dof = known_dof or dof_of_student_quantile(_LEVEL, expanded / standard)
     return sum(
         _above((low - value) / standard, dof) - _above((high - value) / standard, dof)
         for low, high in limit.intervals
