@@ -31,8 +31,9 @@ _WORTH_ARRAYS = 24  # fewer numbers are faster one by one
 def _regularised_beta(a: Number, b: Number, x: Number, y: Number) -> Number:
     """Regularised incomplete beta function I_x(a, b); y = 1 - x keeps the digits where x is near 1.
 
-    Of numbers, or of arrays of one shape. The continued fraction is (DLMF 8.17.22) contracted to
-    its even part, as in TOMS 708; its terms hold y and not 1 - x, so that large a lose no digits.
+    Of numbers, or of arrays x and y of one shape with a and b either way. The continued fraction is
+    (DLMF 8.17.22) contracted to its even part, as in TOMS 708; its terms hold y and not 1 - x, so
+    that large a lose no digits.
     """
     turned = (x * (a + b + 2.0) > a + 1.0) & (y > 0.0)
     if isinstance(x, float):
@@ -40,12 +41,16 @@ def _regularised_beta(a: Number, b: Number, x: Number, y: Number) -> Number:
             return float(x > 0.0)
         tail = _regularised_beta_tail(*((b, a, y, x) if turned else (a, b, x, y)))
         return 1.0 - tail if turned else tail
-    a, b = np.where(turned, b, a), np.where(turned, a, b)
-    first, second = np.where(turned, y, x), np.where(turned, x, y)
-    with np.errstate(all="ignore"):  # where x or y is 0 the value is known
-        tail = _regularised_beta_tail(a, b, first, second)
-    within = np.where(turned, 1.0 - tail, tail)
-    return np.where((x <= 0.0) | (y <= 0.0), np.where(x > 0.0, 1.0, 0.0), within)
+    found = np.where(x > 0.0, 1.0, 0.0)  # where x or y is 0
+    within = (x > 0.0) & (y > 0.0)
+    for own, is_turned in ((within & ~turned, False), (within & turned, True)):
+        if own.any():
+            at = [value if isinstance(value, float) else value[own] for value in (a, b, x, y)]
+            if is_turned:
+                found[own] = 1.0 - _regularised_beta_tail(at[1], at[0], at[3], at[2])
+            else:
+                found[own] = _regularised_beta_tail(*at)
+    return found
 
 
 def _regularised_beta_tail(a: Number, b: Number, x: Number, y: Number) -> Number:
@@ -284,5 +289,10 @@ def _f_survivals(ratio: Array, dof1: Array, dof2: Array) -> Array:
     limited = np.minimum(d2, _AS_GOOD_AS_INFINITE)
     odds = d1 * r / limited
     parts = 1.0 / (1.0 + odds), odds / (1.0 + odds)
-    found[within] = _regularised_beta(limited / 2.0, d1 / 2.0, *parts)
+    found[within] = _regularised_beta(_number(limited / 2.0), _number(d1 / 2.0), *parts)
     return found
+
+
+def _number(values: Array) -> Number:
+    """One number for values that are all alike, which saves most of the work."""
+    return float(values[0]) if (values == values[0]).all() else values
