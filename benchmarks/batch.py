@@ -115,7 +115,7 @@ def compare(count: int, threads: int, runs: int) -> None:
         part = y[:share]
         return {
             ours: (lambda: estimate_tables(part, ANGLES, threads=threads, **options), share),
-            alone: (lambda: estimate_tables(part, ANGLES, **options), share),
+            alone: (lambda: estimate_tables(part, ANGLES, threads=1, **options), share),
         }
 
     jobs = mine(whole, count) | {

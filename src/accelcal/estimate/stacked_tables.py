@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from os import cpu_count
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -75,7 +76,7 @@ def estimate_tables(
     std: ArrayLike | None = None,
     coefficients: Sequence[str] = COEFFICIENTS,
     robust: bool = False,
-    threads: int = 1,
+    threads: int | None = None,
 ) -> TableEstimates:
     """Estimate the coefficients of many tables of one design, by least squares.
 
@@ -95,8 +96,8 @@ def estimate_tables(
         Coefficients to estimate; the others are taken as zero.
     robust : bool, default False
         Make the readings safe against outliers by their replicates first.
-    threads : int, default 1
-        Blocks of tables that are worked on at a time.
+    threads : int, optional
+        Threads that share the tables; by default as many as there are processors.
 
     Returns
     -------
@@ -145,7 +146,7 @@ def estimate_tables(
     kept = estimability(design, coefficients)
     solver = LeastSquares(design[:, kept.columns], spread if spread.ndim == 1 else 1.0)
     stack = _Stack(solver, y, spread, head_positions(angle) if robust else None)
-    return TableEstimates(kept.kept, *stack.estimates(threads), kept.stands_for)
+    return TableEstimates(kept.kept, *stack.estimates(threads or cpu_count() or 1), kept.stands_for)
 
 
 class _Stack(NamedTuple):
@@ -165,7 +166,8 @@ class _Stack(NamedTuple):
             np.empty(tables),
             np.empty(tables, dtype=np.int64),
         )
-        if threads == 1:
+        threads = min(threads, -(-tables // _BLOCK))
+        if threads <= 1:
             self._fill(found, 0, tables)
             return found
         from concurrent.futures import ThreadPoolExecutor
