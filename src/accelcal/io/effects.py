@@ -129,7 +129,7 @@ def _check_acts_on(acts_on: str) -> None:
         raise InputError(f"acts_on is {acts_on!r}; it is one of {', '.join(_ACTS_ON)}")
 
 
-def _made(formula: str, unit: str = "", acts_on: str = "output", **texts: str) -> Effect:
+def _made(formula: str, unit: str = "", acts_on: str = "output", **texts: Any) -> Effect:
     told = f"c ({formula})"
     meaning = f"coefficient c of {told.removeprefix('c ')}"
     return Effect(
