@@ -1,0 +1,330 @@
+"""What a batch over thousands of files costs, beside the floors and what people do today.
+
+Run ``python benchmarks/archives.py`` (minutes) or with ``--smoke`` (seconds). All figures of one
+run are medians of alternating runs over the same files, which lie in the page cache. Ratios count;
+the times are those of the machine at hand.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from statistics import median
+
+os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+from pyarrow import csv
+
+import accelcal
+from accelcal.archive.block import Block, fit_block
+from accelcal.archive.reading import read_files
+from accelcal.archive.settings import Settings
+from accelcal.archive.sources import find_sources
+from accelcal.io import ordinary
+
+JOBS = 2
+BLOCK = 500
+POSITION = np.tile(np.arange(1, 10), 18)
+STROKE = np.tile(np.repeat(np.arange(1, 7), 9), 3)
+TEMPERATURE = np.repeat([20.0, 60.0, -40.0], 54)
+HEADINGS = "temperature,position,stroke,output"
+
+
+def outputs(rng: np.random.Generator) -> np.ndarray:
+    """Readings of one accelerometer [mA]."""
+    angle = np.radians(45.0 * (POSITION - 1))
+    rise = TEMPERATURE - 20.0
+    scale = rng.normal(1.35, 0.02) * (1.0 + 5e-4 * rise)
+    bias = rng.normal(3e-3, 1e-3) - 4e-5 * rise
+    a, b = np.cos(angle), np.sin(angle)
+    output = scale * (bias + a + 1e-4 * a**2 + 9e-5 * a**3 + 1.1e-3 * b + 2e-5 * a * b)
+    return output + rng.normal(0.0, 7e-6, output.size)
+
+
+def rows(rng: np.random.Generator, first: str = "") -> list[str]:
+    """Lines of the 162 readings of one accelerometer."""
+    start = [f"{first}{t},{j},{k}," for t, j, k in zip(TEMPERATURE, POSITION, STROKE, strict=True)]
+    return [f"{s}{y:.7f}" for s, y in zip(start, outputs(rng).tolist(), strict=True)]
+
+
+def write_files(folder: Path, count: int) -> Path:
+    """Write files of one accelerometer each."""
+    folder.mkdir()
+    rng = np.random.default_rng(1)
+    for number in range(count):
+        head = f"# serial: S{number:05d}\n# unit: mA\n# T0: 20\n# date: 2024-05-31\n{HEADINGS}\n"
+        (folder / f"{number:05d}.csv").write_text(head + "\n".join(rows(rng)) + "\n")
+    return folder
+
+
+def write_serials(path: Path, count: int) -> Path:
+    """Write one file of many accelerometers."""
+    rng = np.random.default_rng(2)
+    with path.open("w") as file:
+        file.write(f"# unit: mA\nserial,{HEADINGS}\n")
+        for number in range(count):
+            file.write("\n".join(rows(rng, f"S{number:06d},")) + "\n")
+    return path
+
+
+# -- what is timed ---------------------------------------------------------------------------------
+
+
+def contents(paths: Sequence[Path]) -> list[bytes]:
+    found = []
+    for path in paths:
+        with open(path, "rb", buffering=0) as file:  # noqa: PTH123
+            found.append(file.read())
+    return found
+
+
+def bytes_by_both_cores(paths: Sequence[Path]) -> None:
+    parts = [paths[i : i + BLOCK] for i in range(0, len(paths), BLOCK)]
+    with ThreadPoolExecutor(JOBS) as pool:
+        list(pool.map(contents, parts))
+
+
+def read_and_parse(paths: Sequence[Path]) -> None:
+    """Floor: the bytes of 500 files at a time through pyarrow, in one thread."""
+    for start in range(0, len(paths), BLOCK):
+        bodies = [
+            data[data.index(b"output\n") + 7 :] for data in contents(paths[start : start + BLOCK])
+        ]
+        csv.read_csv(
+            pa.BufferReader(b"".join(bodies)),
+            csv.ReadOptions(use_threads=False, column_names=HEADINGS.split(",")),
+            convert_options=csv.ConvertOptions(
+                column_types=dict.fromkeys(HEADINGS.split(","), pa.float64())
+            ),
+        )
+
+
+def blocks(folder: Path) -> Iterator[Block]:
+    sources = find_sources([str(folder)])
+    for start in range(0, len(sources), BLOCK):
+        yield Block(tuple(sources[start : start + BLOCK]))
+
+
+def reader_alone(folder: Path) -> None:
+    for block in blocks(folder):
+        list(read_files(block.files, {}))
+
+
+def read_and_fit(folder: Path) -> None:
+    for block in blocks(folder):
+        fit_block(block, Settings())
+
+
+def without_pyarrow(function: Callable[[], object]) -> None:
+    """Read by numpy; workers are forked and inherit it."""
+    engine = ordinary.read_engine
+    ordinary.read_engine = lambda _: "numpy"
+    try:
+        function()
+    finally:
+        ordinary.read_engine = engine
+
+
+def pandas_and_lmfit(paths: Sequence[Path]) -> None:
+    import lmfit
+
+    names = ("K0", "K1", "K2", "K3", "M", "Mip")
+    model = lmfit.Model(
+        lambda a, b, K0, K1, K2, K3, M, Mip: (
+            K0 + K1 * a + K2 * a**2 + K3 * a**3 + M * b + Mip * a * b
+        ),
+        independent_vars=["a", "b"],
+    )
+    for path in paths:
+        table = pd.read_csv(path, comment="#")
+        for _, run in table.groupby("temperature"):
+            angle = np.radians(45.0 * (run["position"].to_numpy() - 1))
+            start = model.make_params(**dict.fromkeys(names, 0.1))
+            model.fit(run["output"].to_numpy(), start, a=np.cos(angle), b=np.sin(angle))
+
+
+# -- sections --------------------------------------------------------------------------------------
+
+
+def timed(functions: dict[str, Callable[[], object]], repeats: int) -> dict[str, float]:
+    """Medians of alternating runs [s]."""
+    spent: dict[str, list[float]] = {name: [] for name in functions}
+    for _ in range(repeats):
+        for name, function in functions.items():
+            began = time.perf_counter()
+            function()
+            spent[name].append(time.perf_counter() - began)
+    return {name: median(values) for name, values in spent.items()}
+
+
+def show(title: str, rows: Sequence[tuple[str, ...]]) -> None:
+    print(f"\n## {title}\n")
+    for number, row in enumerate(rows):
+        print("| " + " | ".join(row) + " |")
+        if number == 0:
+            print("| --- " * len(row) + "|")
+    sys.stdout.flush()
+
+
+def files(folder: Path, work: Path, count: int, few: int, repeats: int) -> None:
+    """Many files of 162 readings."""
+    paths = sorted(folder.glob("*.csv"))
+
+    def batch(name: str, jobs: int = JOBS) -> Callable[[], object]:
+        return lambda: accelcal.write_batch(folder, work / name, jobs=jobs)
+
+    spent = timed(
+        {
+            "bytes, both cores": lambda: bytes_by_both_cores(paths),
+            "read and parse by pyarrow, one thread": lambda: read_and_parse(paths),
+            "reader of batch, one process": lambda: reader_alone(folder),
+            "reader and fit, one process": lambda: read_and_fit(folder),
+            "batch to Parquet, one process": batch("r1.parquet", 1),
+            "batch to Parquet": batch("r.parquet"),
+            "batch to CSV": batch("r.csv"),
+            "batch to Parquet without pyarrow in reading": lambda: without_pyarrow(
+                batch("n.parquet")
+            ),
+        },
+        repeats,
+    )
+    per_file = {name: 1e6 * seconds / count for name, seconds in spent.items()}
+    lmfit = timed({"lmfit": lambda: pandas_and_lmfit(paths[:few])}, 1)["lmfit"]
+    per_file["pandas and lmfit, one process"] = 1e6 * lmfit / few
+    parse = per_file["read and parse by pyarrow, one thread"]
+    floor = per_file["bytes, both cores"]
+    table = [("what", "us a file", "times lmfit", "of parse floor", "of byte floor")]
+    for name, cost in per_file.items():
+        times = per_file["pandas and lmfit, one process"] / cost
+        shares = (f"{100 * parse / cost:.0f} %", f"{100 * floor / cost:.0f} %")
+        table.append((name, f"{cost:.0f}", f"{times:.0f}", *shares))
+    show(f"{count} files of 162 readings, {JOBS} processes where not said otherwise", table)
+
+
+def growth(folder: Path, work: Path, count: int, repeats: int) -> None:
+    """A tenth of the files, and all of them."""
+    tenth = f"{folder}/{'[0-9]' * 4}0.csv"
+    spent = timed(
+        {
+            "tenth": lambda: accelcal.write_batch(tenth, work / "t.parquet", jobs=JOBS),
+            "all": lambda: accelcal.write_batch(folder, work / "r.parquet", jobs=JOBS),
+        },
+        repeats,
+    )
+    ratio = spent["all"] / spent["tenth"]
+    lines = [
+        ("files", "s"),
+        (str(count // 10), f"{spent['tenth']:.2f}"),
+        (str(count), f"{spent['all']:.2f}"),
+    ]
+    show(f"Ten times the files: {ratio:.1f} times the time", lines)
+
+
+def peak(path: Path, work: Path, jobs: int) -> float:
+    """Largest memory of one process of a batch [MiB]."""
+    script = (
+        "import resource, sys, accelcal\n"
+        "accelcal.write_batch(sys.argv[1], sys.argv[2], jobs=int(sys.argv[3]))\n"
+        "kinds = resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN\n"
+        "print(max(resource.getrusage(kind).ru_maxrss for kind in kinds) / 1024)\n"
+    )
+    arguments = [sys.executable, "-c", script, str(path), str(work / "p.parquet"), str(jobs)]
+    return float(subprocess.run(arguments, capture_output=True, text=True, check=True).stdout)
+
+
+def one_large_file(work: Path, count: int, repeats: int) -> None:
+    """One file of many serials, and a tenth of it."""
+    large = write_serials(work / "large.csv", count)
+    small = write_serials(work / "small.csv", count // 10)
+    table = pd.read_csv(large, comment="#")
+    table.to_parquet(work / "large.parquet", row_group_size=200_000)
+
+    def reader() -> None:
+        with csv.open_csv(large, csv.ReadOptions(use_threads=False, skip_rows=1)) as stream:
+            for _ in stream:
+                pass
+
+    def batch(name: str) -> Callable[[], object]:
+        return lambda: accelcal.write_batch(work / name, work / "s.parquet", jobs=JOBS)
+
+    names = ("pyarrow reads the CSV, one thread", "batch of the CSV", "batch of the Parquet")
+    spent = timed(
+        dict(zip(names, (reader, batch("large.csv"), batch("large.parquet")), strict=True)), repeats
+    )
+    lines = [("what", "s", "rate to the reader alone", "peak of a process")]
+    peaks = [
+        "",
+        f"{peak(large, work, JOBS):.0f} MiB",
+        f"{peak(work / 'large.parquet', work, JOBS):.0f} MiB",
+    ]
+    for name, most in zip(names, peaks, strict=True):
+        lines.append(
+            (name, f"{spent[name]:.2f}", f"{100 * spent[names[0]] / spent[name]:.0f} %", most)
+        )
+    lines.append(("batch of a tenth of the CSV", "", "", f"{peak(small, work, JOBS):.0f} MiB"))
+    show(
+        f"One file of {count} serials, {162 * count} rows, {large.stat().st_size / 1e6:.0f} MB",
+        lines,
+    )
+
+
+def cluster(folder: Path, work: Path, repeats: int) -> None:
+    """Processes and a Dask cluster that stands."""
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=JOBS, threads_per_worker=1, dashboard_address=None) as standing:
+        address = standing.scheduler_address
+        accelcal.write_batch(f"{folder}/00*.csv", work / "w.parquet", dask=address)  # imports
+        spent = timed(
+            {
+                "processes": lambda: accelcal.write_batch(folder, work / "a.parquet", jobs=JOBS),
+                "Dask": lambda: accelcal.write_batch(folder, work / "b.parquet", dask=address),
+            },
+            repeats,
+        )
+    same = (work / "a.parquet").read_bytes() == (work / "b.parquet").read_bytes()
+    share = f"{100 * spent['processes'] / spent['Dask']:.0f} %"
+    lines = [("workers", "s", "throughput"), ("processes", f"{spent['processes']:.2f}", "100 %")]
+    lines.append(("Dask", f"{spent['Dask']:.2f}", share))
+    show(f"A cluster of {JOBS} workers; the same bytes: {'yes' if same else 'NO'}", lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--files", type=int, default=10_000)
+    parser.add_argument("--serials", type=int, default=100_000)
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--smoke", action="store_true", help="200 files, 100 serials, once")
+    parser.add_argument("--only", choices=["files", "growth", "large", "dask"], action="append")
+    options = parser.parse_args()
+    if options.smoke:
+        options.files, options.serials, options.repeats = 200, 100, 1
+    wanted = options.only or ["files", "growth", "large", "dask"]
+    with tempfile.TemporaryDirectory() as name:
+        work, repeats = Path(name), options.repeats
+        folder = work / "archive"
+        if wanted != ["large"]:
+            write_files(folder, options.files)
+        if "files" in wanted:
+            few = max(options.files // 50, 5)
+            files(folder, work, options.files, few, repeats)
+        if "growth" in wanted:
+            growth(folder, work, options.files, repeats)
+        if "large" in wanted:
+            one_large_file(work, options.serials, repeats)
+        if "dask" in wanted:
+            cluster(folder, work, repeats)
+
+
+if __name__ == "__main__":
+    main()
