@@ -271,7 +271,7 @@ class _Simulation:
 
 def _blank(accelerometer: Accelerometer, plan: TumblePlan) -> TumbleRecord:
     """Form of the readings, in the order of measuring, with nothing written in it."""
-    angles = turn_angles(plan.positions) if plan.angles is None else np.array(plan.angles)
+    angles = turn_angles(plan.positions) if plan.angles is None else np.array(plan.angles, float)
     numbers = np.arange(1, angles.size + 1) * (plan.angles is None)  # 0: the angle was given
     forward = np.arange(angles.size)
     strokes = np.tile(np.concatenate([forward, forward[::-1]]), (plan.strokes + 1) // 2)

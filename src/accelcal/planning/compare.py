@@ -104,7 +104,7 @@ def design(
     --------
     >>> found = design(positions=[8], strokes=[6], effects=False)
     >>> round(found.designs[0].forecast("K2").standard_uncertainty * 1e6, 1)
-    3.6
+    3.9
     """
     asked = checked_targets(targets or {})
     blank = blank_plan(pace, resolution, accelerometer)

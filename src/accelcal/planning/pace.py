@@ -58,7 +58,7 @@ class Pace:
 
 def stops_of(plan: TumblePlan) -> Array:
     """Head angles of a forward stroke in their order, repeats and the return included [deg]."""
-    return turn_angles(plan.positions) if plan.angles is None else np.array(plan.angles)
+    return turn_angles(plan.positions) if plan.angles is None else np.array(plan.angles, float)
 
 
 def readings_of(plan: TumblePlan) -> int:

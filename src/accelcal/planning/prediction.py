@@ -100,32 +100,56 @@ def forecasts(
     Where the weights of the fit are the best ones, a variance is stationary in them; so its growth
     with the variance of one source of error is the share of this source.
     """
-    whole = _variances(plan, noise, accelerometer)
+    foreseen = _foreseen(plan, noise, accelerometer)
+    unseen = _unseen(plan, noise, accelerometer, foreseen)
+    shares = _shares(plan, noise, accelerometer, foreseen)
+    if unseen:
+        shares["temperature"] = unseen
+    calm = replace(noise, reading=_QUIET * noise.reading)
+    quiet = _variances(replace(plan, resolution=0.0), calm, accelerometer)
+    dof = _degrees_of_freedom(plan, noise, accelerometer, declared=declared)
+    return tuple(
+        _forecast(
+            key,
+            found._replace(variance=found.variance + unseen.get(key, 0.0)),
+            {source: part[key] for source, part in shares.items()},
+            quiet[key] + unseen.get(key, 0.0),
+            dof,
+        )
+        for key, found in foreseen.items()
+    )
+
+
+def _shares(
+    plan: TumblePlan,
+    noise: NoiseComponents,
+    accelerometer: Accelerometer,
+    foreseen: Mapping[Key, Figure],
+) -> dict[str, dict[Key, float]]:
+    """Share of each source of error in each variance; rounding has what the others leave."""
     bare = replace(plan, resolution=0.0)
-    base = _variances(bare, noise, accelerometer) if plan.resolution else whole
-    shares: dict[str, dict[Key, float]] = {}
+    base = _variances(bare, noise, accelerometer)
+    shares = {}
     for source in _SOURCES:
         size = getattr(noise, source)
         if size > 0.0:
             more = replace(noise, **{source: size * (1.0 + _STEP) ** 0.5})
             grown = _variances(bare, more, accelerometer)
             shares[source] = {key: max(grown[key] - base[key], 0.0) / _STEP for key in base}
-    if noise.temperature > 0.0 and not _with_slopes(whole):
-        shares["temperature"] = _by_temperature(plan, noise, accelerometer)
-    shares["resolution"] = {key: max(whole[key] - base[key], 0.0) for key in whole}
-    quiet = _variances(bare, replace(noise, reading=_QUIET * noise.reading), accelerometer)
-    dof = _degrees_of_freedom(plan, noise, accelerometer, declared=declared)
-    unseen = shares["temperature"] if "temperature" in shares and not _with_slopes(whole) else {}
-    return tuple(
-        _forecast(
-            key,
-            found._replace(variance=found.variance + unseen.get(key, 0.0)),
-            {s: part[key] for s, part in shares.items()},
-            quiet[key] + unseen.get(key, 0.0),
-            dof,
-        )
-        for key, found in _foreseen(plan, noise, accelerometer).items()
-    )
+    rounded = {key: max(f.variance - base[key], 0.0) for key, f in foreseen.items()}
+    return {**shares, "resolution": rounded}
+
+
+def _unseen(
+    plan: TumblePlan,
+    noise: NoiseComponents,
+    accelerometer: Accelerometer,
+    foreseen: Iterable[Key],
+) -> dict[Key, float]:
+    """Variances by the temperature that the fit cannot state, as the levels tell no slopes."""
+    if noise.temperature == 0.0 or _with_slopes(foreseen):
+        return {}
+    return _by_temperature(plan, noise, accelerometer)
 
 
 def _with_slopes(keys: Iterable[Key]) -> bool:

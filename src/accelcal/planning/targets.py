@@ -40,8 +40,8 @@ def target_value(text: str) -> float:
 
     Examples
     --------
-    >>> target_value("5ppm"), target_value("2 ug/g^2"), target_value("1e-7")
-    (5e-06, 2e-06, 1e-07)
+    >>> target_value("2 ug/g^2"), target_value("1e-7")
+    (2e-06, 1e-07)
     """
     match = re.fullmatch(
         r"\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([a-zµ]*)(?:/(?:g\^?[23]?|degC))?\s*", text

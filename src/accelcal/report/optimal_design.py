@@ -12,6 +12,7 @@ from accelcal.results.optimal_design import OptimalDesign
 __all__ = ["optimal_text"]
 
 _SAME = 1.005
+_TWO_CYCLES = 4
 _PER_LINE = 10
 
 
@@ -57,6 +58,8 @@ def _lines(found: OptimalDesign) -> Iterator[str]:
         " position to position;"
     )
     yield "a harmonic of the head is not, and no choice of angles averages it."
+    if best.strokes < _TWO_CYCLES:
+        yield "Effects that the model lacks show with two cycles or more: --strokes 4."
     yield ""
     yield f"accelcal simulate {_options(found)} -o test.csv"
 
