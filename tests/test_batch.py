@@ -283,10 +283,10 @@ def test_wrong_use_is_one_line(tmp_path, run_cli, arguments, said):
 def test_a_bug_on_one_file_ends_no_batch(archive, monkeypatch):
     from accelcal.archive import fitting
 
-    def calibration_stack(*_):
+    def calibrate_many(*_):
         raise IndexError("index 3 is out of bounds")
 
-    monkeypatch.setattr(fitting, "calibration_stack", calibration_stack)
+    monkeypatch.setattr(fitting, "calibrate_many", calibrate_many)
     found = accelcal.batch(archive / "2024" / "t000.csv")
     assert "a bug in accelcal (IndexError: index 3 is out of bounds)" in found.errors["message"][0]
 
@@ -514,3 +514,52 @@ def test_parts_by_several_jobs(tmp_path):
     for jobs in (1, 3):
         accelcal.write_batch(path, tmp_path / f"r{jobs}.csv", jobs=jobs)
     assert (tmp_path / "r1.csv").read_bytes() == (tmp_path / "r3.csv").read_bytes()
+
+
+# -- rows from arrays ------------------------------------------------------------------------------
+
+PLANS = (
+    accelcal.TumblePlan(),
+    accelcal.TumblePlan(temperatures=(20.0, 60.0, 20.0, -20.0, 20.0)),
+    accelcal.TumblePlan(temperatures=(50.0, 90.0)),
+    accelcal.TumblePlan(temperatures=(10.0, 40.0)),
+    accelcal.TumblePlan(temperatures=(21.0, 23.5), strokes=1),
+    accelcal.TumblePlan(temperatures=(20.0,), positions=4),
+    accelcal.TumblePlan(mountings=("o+", "p+")),
+    accelcal.TumblePlan(mountings=("o+", "o-")),
+)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"robust": True},
+        {"method": "closed-form"},
+        {"method": "sign-corrected"},
+        {"coefficients": ("K0", "K1", "K2", "M")},
+        {"overrides": {"reference_temperature": 25.0, "temperature_uncertainty": 0.1}},
+        {"overrides": {"head_uncertainty": 1e-5, "launch_uncertainty": 1e-5}},
+        {"temperature_laws": "readings"},
+        {"delta0": 0.001},
+    ],
+    ids=str,
+)
+def test_rows_from_arrays_are_those_of_calibrations(tmp_path, monkeypatch, options):
+    from accelcal.archive import fitting
+
+    for index in range(3 * len(PLANS)):
+        record = accelcal.simulate(seed=index, plan=PLANS[index % len(PLANS)])
+        record = record.with_apparatus(
+            head_uncertainty=None,
+            launch_uncertainty=None,
+            launch_sf_uncertainty=None,
+            temperature_uncertainty=None,
+        )
+        accelcal.write_table(record, tmp_path / f"{index:02d}.csv")
+    found = accelcal.batch(tmp_path, **options)
+    monkeypatch.setattr(fitting, "can_be_columns", lambda _: False)
+    expected = accelcal.batch(tmp_path, **options)
+    assert len(expected.tables) > 30
+    for one, other in zip(found, expected, strict=True):
+        pd.testing.assert_frame_equal(one, other, rtol=1e-8, atol=1e-14)

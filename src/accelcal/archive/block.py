@@ -6,15 +6,14 @@ the others.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 from accelcal.archive.columns import LAWS, ROWS
-from accelcal.archive.fitting import calibrate_records
+from accelcal.archive.fitting import fit_records
 from accelcal.archive.formats import Columns, encode
 from accelcal.archive.parts import Part
 from accelcal.archive.reading import Failure, Found, read_files, read_part
-from accelcal.archive.rows import law_rows, table_rows
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import SourceFile
 
@@ -144,23 +143,14 @@ def rows_of(found: Sequence[Found], failures: Sequence[Failure], settings: Setti
     Fitted
         Their rows.
     """
-    tables: list[list[Any]] = []
-    laws: list[list[Any]] = []
-    errors = list(failures)
-    failed = 0
-    calibrations = calibrate_records([item.record for item in found], settings)
-    for (file, record), calibration in zip(found, calibrations, strict=True):
-        if isinstance(calibration, str):
-            errors.append(Failure(file, record.source, calibration))
-            continue
-        tables += table_rows(calibration, record)
-        laws += law_rows(calibration, record)
-        failed += calibration.verdict is not None and calibration.verdict.outcome == "fail"
+    fitted = fit_records([item.record for item in found], settings)
+    errors = [
+        *failures,
+        *(
+            Failure(found[place].file, found[place].record.source, told)
+            for place, told in sorted(fitted.failures.items())
+        ),
+    ]
     told = tuple((e.source, e.message) for e in sorted(errors, key=lambda e: e.file))
-    fitted = len(found) + len(failures) - len(errors)
-    return Fitted(_by_column(ROWS, tables), _by_column(LAWS, laws), told, fitted, failed)
-
-
-def _by_column(names: Iterable[str], rows: Sequence[Sequence[Any]]) -> Columns:
-    cells = zip(*rows, strict=True) if rows else ([] for _ in names)
-    return dict(zip(names, map(list, cells), strict=True))
+    count = len(found) - len(fitted.failures)
+    return Fitted(fitted.tables, fitted.laws, told, count, fitted.failed)

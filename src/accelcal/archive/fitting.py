@@ -1,22 +1,55 @@
-"""From the records of a block to calibrations: those of one plan together."""
+"""From the records of a block to rows: those of one plan together."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
-from accelcal.archive.failures import attempt
+import numpy as np
+
+from accelcal.archive.columns import LAWS, ROWS
+from accelcal.archive.failures import attempt, one_line
+from accelcal.archive.formats import Columns
+from accelcal.archive.rows import law_rows, table_rows
 from accelcal.archive.settings import Settings
-from accelcal.calibrate.plan import OnePlan, plans_of
-from accelcal.calibrate.stack import calibration_stack
+from accelcal.archive.stacked_rows import can_be_columns, stacked_laws, stacked_tables
+from accelcal.calibrate.many import calibrate_many
+from accelcal.calibrate.stack import CalibrationStack
 from accelcal.record import TumbleRecord
-from accelcal.results.calibration import Calibration
 
-__all__ = ["calibrate_records"]
+__all__ = ["FittedRecords", "fit_records"]
 
 
-def calibrate_records(
-    records: Sequence[TumbleRecord], settings: Settings
-) -> list[Calibration | str]:
+class FittedRecords(NamedTuple):
+    """Rows of the records of a block.
+
+    Attributes
+    ----------
+    tables, laws : mapping of str to list
+        Cells by column, in the order of the records.
+    failures : mapping of int to str
+        Place of each record that could not be fitted, and the line that tells why.
+    failed : int
+        Number of records that failed a data sheet.
+    """
+
+    tables: Columns
+    laws: Columns
+    failures: Mapping[int, str]
+    failed: int
+
+
+class _Piece(NamedTuple):
+    """Rows of some records, each with the place of its record."""
+
+    tables: Columns
+    of_table: Sequence[int]
+    laws: Columns
+    of_law: Sequence[int]
+    failed: int = 0
+
+
+def fit_records(records: Sequence[TumbleRecord], settings: Settings) -> FittedRecords:
     """Fit records, and judge them where there is a data sheet.
 
     Parameters
@@ -28,35 +61,96 @@ def calibrate_records(
 
     Returns
     -------
-    list of Calibration or str
-        For each record its calibration, or the line that tells why there is none.
+    FittedRecords
+        Their rows.
     """
-    found: list[Calibration | str] = [""] * len(records)
-    for places in _together(records, settings):
-        own = _calibrated([records[i] for i in places], settings)
-        for place, calibration in zip(places, own, strict=True):
-            found[place] = calibration
+    pieces: list[_Piece] = []
+    failures: dict[int, str] = {}
+    for places, stack in _stacks(records, settings, range(len(records)), failures):
+        piece = attempt("", _of_stack, stack, places) if _is_bulk(stack, settings) else ""
+        if isinstance(piece, _Piece):
+            pieces.append(piece)
+        else:
+            pieces += _one_by_one(stack, places, settings, failures)
+    return FittedRecords(
+        _merged([(piece.tables, piece.of_table) for piece in pieces], ROWS),
+        _merged([(piece.laws, piece.of_law) for piece in pieces], LAWS),
+        failures,
+        sum(piece.failed for piece in pieces),
+    )
+
+
+def _stacks(
+    records: Sequence[TumbleRecord],
+    settings: Settings,
+    places: Sequence[int],
+    failures: dict[int, str],
+) -> Iterator[tuple[list[int], CalibrationStack]]:
+    """Calibrations of the records of each plan; one by one where a bug is in the way."""
+    own = [records[i] for i in places]
+    if not own:
+        return
+    many = attempt(own[0].source, calibrate_many, own, settings.options())
+    if isinstance(many, str) and len(own) == 1:
+        failures[places[0]] = many
+    elif isinstance(many, str):
+        for place in places:
+            yield from _stacks(records, settings, [place], failures)
+    else:
+        failures |= {places[i]: one_line(error) for i, error in many.failures.items()}
+        for rows, stack in many.stacks:
+            yield [places[i] for i in rows.tolist()], stack
+
+
+def _is_bulk(stack: CalibrationStack, settings: Settings) -> bool:
+    return settings.specification is None and can_be_columns(stack)
+
+
+def _of_stack(stack: CalibrationStack, places: Sequence[int]) -> _Piece:
+    laws, record = stacked_laws(stack)
+    of_table = np.repeat(places, len(stack.tables)).tolist()
+    return _Piece(stacked_tables(stack), of_table, laws, [places[i] for i in record.tolist()])
+
+
+def _one_by_one(
+    stack: CalibrationStack, places: Sequence[int], settings: Settings, failures: dict[int, str]
+) -> Iterator[_Piece]:
+    for index, place in enumerate(places):
+        record = stack.plan.records[index]
+        piece = attempt(record.source, _of_one, stack, index, place, settings)
+        if isinstance(piece, str):
+            failures[place] = piece
+        else:
+            yield piece
+
+
+def _of_one(stack: CalibrationStack, index: int, place: int, settings: Settings) -> _Piece:
+    record = stack.plan.records[index]
+    calibration = settings.judged(stack.one(index))
+    tables, laws = list(table_rows(calibration, record)), list(law_rows(calibration, record))
+    failed = calibration.verdict is not None and calibration.verdict.outcome == "fail"
+    return _Piece(
+        _by_column(ROWS, tables),
+        [place] * len(tables),
+        _by_column(LAWS, laws),
+        [place] * len(laws),
+        int(failed),
+    )
+
+
+def _by_column(names: Mapping[str, Any], rows: Sequence[Sequence[Any]]) -> Columns:
+    cells = zip(*rows, strict=True) if rows else ([] for _ in names)
+    return dict(zip(names, map(list, cells), strict=True))
+
+
+def _merged(parts: Sequence[tuple[Columns, Sequence[int]]], names: Mapping[str, Any]) -> Columns:
+    """Put rows in the order of their records."""
+    if len(parts) == 1:
+        return parts[0][0]
+    places = np.array([place for _, own in parts for place in own], dtype=np.int64)
+    order = np.argsort(places, kind="stable").tolist()
+    found: Columns = {}
+    for name in names:
+        cells = [cell for columns, _ in parts for cell in columns[name]]
+        found[name] = [cells[i] for i in order]
     return found
-
-
-def _together(records: Sequence[TumbleRecord], settings: Settings) -> list[list[int]]:
-    """Places of the records that can be fitted together."""
-    alone = [[i] for i in range(len(records))]
-    if settings.model is not None:  # effects are fitted anew to each
-        return alone
-    plans = attempt("", plans_of, records, settings.delta0)
-    return alone if isinstance(plans, str) else [places.tolist() for places, _ in plans]
-
-
-def _calibrated(records: Sequence[TumbleRecord], settings: Settings) -> list[Calibration | str]:
-    """Calibrations of records of one plan; one by one where not all of them can be fitted."""
-    source = records[0].source
-    stack = attempt(source, lambda: calibration_stack(OnePlan.of(records), settings.options()))
-    if isinstance(stack, str):
-        if len(records) == 1:
-            return [stack]
-        return [_calibrated([record], settings)[0] for record in records]
-    return [
-        attempt(record.source, lambda i=i: settings.judged(stack.one(i)))
-        for i, record in enumerate(records)
-    ]

@@ -23,7 +23,7 @@ __all__ = [
 ]
 
 Columns = dict[str, list[Any]]
-"""Cells of a frame by the name of the column, None where there is nothing."""
+"""Cells of a frame by the name of the column, None or NaN where there is nothing."""
 
 FORMS = (".csv.gz", ".csv", ".parquet")
 """Ends of the names of results."""
@@ -182,7 +182,7 @@ def _written(cells: Sequence[Any], kind: str) -> list[str]:
     """Cells as CSV has them; a text is quoted once however often it comes."""
     write: Callable[[Any], str] = _quoted if kind == "text" else repr
     if kind == "number":
-        return ["" if cell is None else write(cell) for cell in cells]
+        return ["" if cell is None or cell != cell else repr(cell) for cell in cells]  # NaN
     memo = {cell: "" if cell is None else write(cell) for cell in set(cells)}
     return [memo[cell] for cell in cells]
 
@@ -211,7 +211,8 @@ def _arrow_bytes(columns: Columns, kinds: Mapping[str, FrameColumn]) -> bytes:
     import pyarrow as pa
 
     schema = _schema(kinds)
-    table = pa.table({name: columns[name] for name in kinds}, schema=schema)
+    arrays = [pa.array(columns[f.name], f.type, from_pandas=True) for f in schema]  # NaN is null
+    table = pa.table(arrays, schema=schema)
     sink = io.BytesIO()
     with pa.ipc.new_stream(sink, schema) as writer:
         writer.write_table(table)

@@ -11,11 +11,12 @@ from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Gate, Quantity
 from accelcal.results.table import TableCalibration
 
-__all__ = ["law_rows", "table_rows"]
+__all__ = ["JOINT", "law_rows", "table_rows"]
 
 Row = list[Any]
 
-_JOINT = " | "
+JOINT = " | "
+"""Between the texts in one cell."""
 
 
 def table_rows(calibration: Calibration, record: TumbleRecord) -> Iterator[Row]:
@@ -59,7 +60,7 @@ def law_rows(calibration: Calibration, record: TumbleRecord) -> Iterator[Row]:
         for term, quantity in laws.quantities() if laws else ():
             cells = {"mounting": mounting, "term": term, **quantity.to_document()}
             yield _row(
-                LAWS, common | cells | {"warnings": _JOINT.join(laws.warnings if laws else ())}
+                LAWS, common | cells | {"warnings": JOINT.join(laws.warnings if laws else ())}
             )
 
 
@@ -83,9 +84,9 @@ def _of_record(calibration: Calibration, record: TumbleRecord) -> dict[str, Any]
     failed = dict.fromkeys(j.limit for j in judged if j.outcome == "fail")
     return {
         "output_unit": calibration.output_unit,
-        "notes": _JOINT.join(record.notes),
+        "notes": JOINT.join(record.notes),
         "verdict": verdict.outcome if verdict else None,
-        "failed_limits": _JOINT.join(failed),
+        "failed_limits": JOINT.join(failed),
         "method": calibration.method,
         "robust": calibration.robust,
         "g_local_m_s2": calibration.g_local_m_s2,
@@ -100,8 +101,8 @@ def _of_table(table: TableCalibration, calibration: Calibration) -> dict[str, An
     names = ("run", "mounting", "temperature_degC", "readings", "dof", "residual_rms")
     meanings = (f"{name}: {meaning}" for name, meaning in table.stands_for.items())
     cells: dict[str, Any] = {name: getattr(table, name) for name in names}
-    cells |= {"stands_for": _JOINT.join(meanings)}
-    cells |= {"warnings": _JOINT.join((*table.warnings, *calibration.warnings))}
+    cells |= {"stands_for": JOINT.join(meanings)}
+    cells |= {"warnings": JOINT.join((*table.warnings, *calibration.warnings))}
     for name, quantity in (*table.coefficients.items(), *table.error_model.items()):
         cells |= _of_quantity(name, quantity)
     return cells | _verdicts(table.gates)

@@ -34,7 +34,7 @@ from accelcal.weaknesses import record_warnings
 if TYPE_CHECKING:
     from accelcal.discovery.correction import Correction
 
-__all__ = ["calibration_of_record", "table_names"]
+__all__ = ["calibration_of_record", "table_names", "warnings_of_record"]
 
 
 def calibration_of_record(
@@ -44,6 +44,7 @@ def calibration_of_record(
     gates: Sequence[tuple[Gate, ...]],
     options: Options,
     known: Correction | None = None,
+    laws: RecordLaws | None = None,
 ) -> Calibration:
     """Make the calibration of one record.
 
@@ -61,6 +62,8 @@ def calibration_of_record(
         What was asked.
     known : Correction or None
         Effects that were taken out.
+    laws : RecordLaws or None
+        Its temperature laws, where they came with those of other records.
 
     Returns
     -------
@@ -69,9 +72,10 @@ def calibration_of_record(
     """
     method, delta0 = options.method, fixture_angle(record, options.delta0)
     reference, chosen = reference_temperature_of(record, options.reference_temperature)
-    found = RecordLaws(None, None)  # laws of misprinted coefficients are no laws
+    # laws of misprinted coefficients are no laws
+    found = RecordLaws(None, None) if laws is None else laws
     estimate = _with_effects(estimate, tables, known, method, delta0)
-    if method != "printed":
+    if method != "printed" and laws is None:
         moving, outputs = tables, estimate.outputs
         at_rest = brought_to_rest(tables, estimate, reference)
         if at_rest.said:
@@ -94,7 +98,7 @@ def calibration_of_record(
         date=record.date,
         error_sources=error_sources(tables, estimate, record.unit),
         gates=record_gates(estimate, table_names(tables)),
-        warnings=tuple(_warnings(record, tables, estimate, found, chosen, method, delta0)),
+        warnings=tuple(warnings_of_record(record, tables, estimate, found, chosen, method, delta0)),
         software=f"accelcal {__version__}",
         temperature_model=found.main,
         second_axis_model=found.second_axis,
@@ -143,7 +147,7 @@ def _with_effects(
     return estimate._replace(components={**estimate.components, "effects": component})
 
 
-def _warnings(
+def warnings_of_record(
     record: TumbleRecord,
     tables: Sequence[PreparedTable],
     estimate: JointEstimate,
@@ -152,6 +156,24 @@ def _warnings(
     method: str,
     delta0: float,
 ) -> Iterator[str]:
+    """Say what a reader must know of a record as a whole.
+
+    Parameters
+    ----------
+    record, tables, estimate
+        As of `calibration_of_record`.
+    found : RecordLaws
+        Its temperature laws.
+    chosen : bool
+        Whether T0 was chosen, as none was given.
+    method, delta0
+        What was asked, see `accelcal.fit`.
+
+    Yields
+    ------
+    str
+        A sentence, without a full stop.
+    """
     declared = record.apparatus.temperature_uncertainty
     yield from record_warnings(estimate, method, delta0, _mountings(tables))
     yield from _of_laws(found.main, chosen=chosen, mountings=set(_mountings(tables)))
