@@ -25,10 +25,17 @@ from coverage import record_of
 from tumble import Stand, Unit, readings
 
 import accelcal
+from accelcal.estimate.linear import linear_estimator
+from accelcal.estimate.noise import reading_noise
+from accelcal.estimate.tables import prepare
+from accelcal.gates.stack import TableStack
+from accelcal.gates.table import gates_of_stack
+from accelcal.gates.verdict import SIGNIFICANT
 
 Columns = dict[str, np.ndarray]
 
-TESTS = ("closure", "drift", "forward against back", "outlier", "lack of fit")
+TESTS_OF_A_TABLE = ("closure", "drift", "forward against back", "outlier")
+TESTS = (*TESTS_OF_A_TABLE, "lack of fit")
 HEAD, THREE = 2e-5, (20.0, 80.0, -40.0)
 SECONDS_PER_READING = 60.0
 
@@ -162,6 +169,26 @@ def warned(regime: Regime, fault: str, seed: int, number: int) -> tuple[set[str]
     )
 
 
+SHARED = (SIGNIFICANT, SIGNIFICANT / 3.0, SIGNIFICANT / 12.0)
+"""Level of one table, of one of three tables, and of one gate of four in one of three tables."""
+
+
+def found_at_levels(fault: str, tables: int, seed: int) -> list[float]:
+    """Share of the tables with a fault of which its gate warns, at each level of `SHARED` [%]."""
+    prepared = []
+    for number in range(tables):
+        rng = np.random.default_rng([seed, number])
+        columns = readings(Unit(), ONE.stand, rng, strokes=ONE.strokes, temperatures=(20.0,))
+        as_arrays = {name: np.array(values) for name, values in columns.items()}
+        FAULTS[fault][1](as_arrays)
+        prepared.append(prepare(record_of(as_arrays, ONE.declared)))
+    noises = [reading_noise([table], [table.record.output])[0] for table in prepared]
+    fits = [linear_estimator(table).coefficients(table.record.output) for table in prepared]
+    gates = gates_of_stack(TableStack.of(prepared, fits, noises))
+    (p,) = (gate.p for gate in gates if gate.name == FAULTS[fault][0])
+    return [100.0 * float((p < level).mean()) for level in SHARED]
+
+
 def rates(regime: Regime, fault: str, records: int, seed: int, pool: Any) -> dict[str, float]:
     """Share of the records of which each gate warns, of all where it looks, and any gate [%]."""
     one = partial(warned, regime, fault, seed)
@@ -189,9 +216,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with ProcessPoolExecutor(options.jobs) as pool:
         too_many = _clean(tables, options.seed, pool)
         _faulty(max(tables // 20, 15), options.seed, pool)
+    _shared(max(tables // 20, 15), options.seed)
     print(f"{time.monotonic() - start:.0f} s with {options.jobs} processes")
     print("too many false alarms: " + (", ".join(too_many) or "none"))
     return 1 if too_many and not options.smoke else 0
+
+
+def _shared(tables: int, seed: int) -> None:
+    """Print what sharing the false alarms costs."""
+    heads = "".join(f"{level:10.5f}" for level in SHARED)
+    print(f"\nfaults found at a level [%], {tables} tables each\n{'':44}{heads}")
+    for fault, (gate, _) in FAULTS.items():
+        if gate in TESTS_OF_A_TABLE:
+            shares = found_at_levels(fault, tables, seed)
+            print(f"  {fault:42}" + "".join(f"{share:10.1f}" for share in shares))
 
 
 def _clean(tables: int, seed: int, pool: Any) -> list[str]:
