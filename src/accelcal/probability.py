@@ -87,7 +87,7 @@ def _log_power(a: Number, excess: Number, total: Number) -> Number:
     if isinstance(total, float):
         return a * (math.log1p(excess / a) if abs(excess) < 0.5 * a else math.log(total / a))
     near = np.abs(excess) < 0.5 * a
-    return a * np.where(near, np.log1p(excess / a), np.log(total / a))
+    return a * np.where(near, np.log1p(np.where(near, excess / a, 0.0)), np.log(total / a))
 
 
 def _beyond_stirling(z: Number) -> Number:
