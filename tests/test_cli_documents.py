@@ -36,6 +36,7 @@ COMMANDS = (
         "--extrapolate",
     ],
     ["export", "cal.json", "--format", "c", "-o", "out.h"],
+    ["report", "cal.json", "-o", "out.md"],
     ["export", "cal.json", "--format", "yaml", "-o", "out.yaml"],
     ["stability", "record.csv", "--calibration", "cal.json"],
 )

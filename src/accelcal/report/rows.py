@@ -197,7 +197,7 @@ def temperature_rows(document: Document) -> list[tuple[str, str, str, str, str]]
 def _law_row(
     name: str, symbol: str, quantity: Document | None, factor: float, unit: str
 ) -> tuple[str, str, str, str, str]:
-    if quantity is None:
+    if quantity is None or quantity["value"] is None:
         return name, symbol, "not determined", "", unit
     expanded = quantity["expanded_uncertainty"]
     shown = matching_digits(

@@ -231,7 +231,7 @@ class Calibration:
                 ),
                 verdict=checked(document, "verdict", parts.verdict, None),
                 effects=checked(document, "effects", list_of(parts.effect), ()),
-                provenance=checked(document, "provenance", parts.any_object, FrozenMapping({})),
+                provenance=checked(document, "provenance", parts.provenance, FrozenMapping({})),
             )._with_reference()
         except KeyError as error:
             raise DocumentError(

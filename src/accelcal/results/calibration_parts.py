@@ -5,7 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from accelcal.results.checked import list_of
+from accelcal.results.checked import (
+    Kind,
+    checked,
+    list_of,
+    mapping_of,
+    number,
+    text,
+    text_or_none,
+)
 from accelcal.results.mapping import FrozenMapping, frozen
 from accelcal.results.quantity import Document
 from accelcal.results.table import TableCalibration
@@ -14,7 +22,15 @@ from accelcal.results.temperature import TemperatureModel
 if TYPE_CHECKING:
     from accelcal.results.verdict import Verdict
 
-__all__ = ["any_object", "effect", "laws", "tables", "verdict"]
+__all__ = ["any_object", "effect", "laws", "provenance", "tables", "verdict"]
+
+_PROVENANCE: dict[str, Kind[Any]] = {
+    "sha256": text_or_none,
+    "metadata": mapping_of(text),
+    "declared": mapping_of(number),
+    "notes": list_of(text),
+    "options": lambda part: any_object(part),  # defined below
+}
 
 
 def tables(document: Any) -> tuple[TableCalibration, ...]:
@@ -35,6 +51,14 @@ def any_object(document: Any) -> FrozenMapping[Any]:
     if not isinstance(document, Mapping):
         raise TypeError(f"{document!r:.40} in place of an object")
     return FrozenMapping({name: frozen(part) for name, part in document.items()})
+
+
+def provenance(document: Any) -> FrozenMapping[Any]:
+    """Take what tells of the input, of which any part may be missing."""
+    found = any_object(document)
+    for name, kind in _PROVENANCE.items():
+        checked(document, name, kind, None)
+    return found
 
 
 def effect(document: Any) -> FrozenMapping[Any]:
