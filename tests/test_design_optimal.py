@@ -3,6 +3,7 @@
 import csv
 import io
 from itertools import combinations_with_replacement
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -215,13 +216,21 @@ def test_a_sheet_tells_the_order_and_the_way():
     assert [float(row[6]) for row in rows[8:]] == [360.0, 300.0, 240.0, 180.0, 120.0, 60.0, 0.0]
 
 
-def test_the_example_plan_is_what_the_command_writes():
-    from pathlib import Path
-
+def test_the_example_plan_is_a_sheet_to_be_filled_in():
     example = Path(__file__).parents[1] / "examples" / "design_plan.csv"
-    rows = [line for line in example.read_text("utf-8").splitlines() if not line.startswith("#")]
-    assert rows[0] == ",".join(COLUMNS)
-    assert all(row.endswith(",") for row in rows[1:])
+    told, *_ = lines = example.read_text("utf-8").splitlines()
+    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    assert told.startswith(f"# plan: {len(rows)} readings")
+    assert tuple(rows[0]) == COLUMNS
+    assert {row["output"] for row in rows} == {""}
+    plan = TumblePlan(
+        angles=tuple(float(row["angle"]) for row in rows[: len(rows) // 6]),
+        strokes=2,
+        temperatures=(-40.0, 20.0, 80.0),
+    )
+    form = simulate(plan=plan, seed=0)
+    assert [int(row["stroke"]) for row in rows] == form.stroke.tolist()
+    assert [float(row["angle"]) for row in rows] == form.angle.tolist()
 
 
 def test_simulated_repetitions_can_be_read(tmp_path):
