@@ -159,3 +159,14 @@ def test_design():
     printed = run("design.py", "--harmonics")
     seen = re.findall(r"^(\d+) +1 +([\d.]+)", printed, re.MULTILINE)
     assert seen == [(n, "14.14") for n in ("6", "8", "12", "24", "36")]
+
+
+def test_archives():
+    printed = run("archives.py", "--smoke")
+    assert re.search(
+        r"^\| batch to Parquet \| \d+ \| \d+ \| \d+ % \| \d+ % \|$", printed, re.MULTILINE
+    )
+    assert "the same bytes: yes" in printed
+    assert re.search(
+        r"^\| batch of the CSV \| [\d.]+ \| \d+ % \| \d+ MiB \|$", printed, re.MULTILINE
+    )

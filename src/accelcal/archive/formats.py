@@ -25,6 +25,8 @@ __all__ = [
 Columns = dict[str, list[Any]]
 """Cells of a frame by the name of the column, None or NaN where there is nothing."""
 
+_ROW_GROUP = 50_000  # rows that are compressed together
+
 FORMS = (".csv.gz", ".csv", ".parquet")
 """Ends of the names of results."""
 
@@ -226,7 +228,11 @@ def _write_parquet(
     import pyarrow.parquet as pq
 
     with pq.ParquetWriter(file, _schema(kinds), compression="zstd") as writer:
+        waiting: list[Any] = []
         for part in parts:
-            table = pa.ipc.open_stream(part).read_all()
-            if table.num_rows:
-                writer.write_table(table)
+            waiting.append(pa.ipc.open_stream(part).read_all())
+            if sum(table.num_rows for table in waiting) >= _ROW_GROUP:
+                writer.write_table(pa.concat_tables(waiting))
+                waiting = []
+        if any(table.num_rows for table in waiting):
+            writer.write_table(pa.concat_tables(waiting))

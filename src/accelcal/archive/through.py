@@ -25,7 +25,7 @@ MOST_FILES = 500
 LEAST_FILES = 25
 """Files of a block, in a small archive."""
 
-BLOCKS = 16
+BLOCKS = 8
 """Blocks that a small archive is divided into."""
 
 MOST_BYTES = 2**25
