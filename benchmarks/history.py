@@ -1,6 +1,7 @@
 """Coverage of the drift intervals of `accelcal.history`, false alarms and finds of its jumps.
 
     python benchmarks/history.py            # 400 units a line, some minutes
+    python benchmarks/history.py --choices  # other intervals that were tried
     python benchmarks/history.py --smoke    # 60 units a line
 
 The units are drawn here, without accelcal: dates at random over ten years, stated uncertainties
@@ -21,7 +22,7 @@ import pandas as pd
 
 import accelcal
 from accelcal.probability import student_quantile
-from accelcal.recalibrations.regression import fit_line
+from accelcal.recalibrations.regression import fit_line, scatter_beyond
 
 UG = 1e-6
 
@@ -120,6 +121,56 @@ def trial(kind: Kind, rng: np.random.Generator) -> tuple[bool, ...]:
     )
 
 
+def paule_mandel(columns: np.ndarray, values: np.ndarray, uncertainty: np.ndarray) -> float:
+    """Scatter beyond the stated uncertainties by Paule and Mandel (1982), by bisection."""
+    dof = values.size - columns.shape[1]
+
+    def squares(tau: float) -> float:
+        weights = 1.0 / (uncertainty**2 + tau**2)
+        normal = columns.T @ (weights[:, None] * columns)
+        residual = values - columns @ np.linalg.solve(normal, columns.T @ (weights * values))
+        return float(weights @ residual**2)
+
+    low, high = 0.0, 2.0 * float(np.ptp(values))
+    if squares(0.0) <= dof:
+        return 0.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if squares(middle) > dof else (low, middle)
+    return high
+
+
+def choices(kind: Kind, rng: np.random.Generator) -> list[bool]:
+    """Whether each of five intervals of the drift holds the truth."""
+    frame = unit(kind, rng)
+    time = pd.to_datetime(frame["date"]).to_numpy("datetime64[D]").astype(float) / 365.25
+    columns = np.stack([np.ones(time.size), time - time.mean()], axis=1)
+    values = frame["k0"].to_numpy()
+    uncertainty = frame["k0_standard_uncertainty"].to_numpy()
+    dof, found = kind.count - 2, []
+    for estimate in (scatter_beyond, paule_mandel):
+        weights = 1.0 / (uncertainty**2 + estimate(columns, values, uncertainty) ** 2)
+        inverse = np.linalg.inv(columns.T @ (weights[:, None] * columns))
+        coefficients = inverse @ (columns.T @ (weights * values))
+        factor = float(weights @ (values - columns @ coefficients) ** 2) / dof
+        off, size = abs(coefficients[1] - UG * DRIFT), inverse[1, 1] ** 0.5
+        student = student_quantile(0.975, dof)
+        found += [off <= student * size * q**0.5 for q in (factor, max(factor, 1.0))]
+    return [*found, off <= student_quantile(0.975, math.inf) * size]
+
+
+def print_choices(units: int) -> None:
+    """Print the coverage of the intervals that were tried."""
+    print(f"{units} units a line; percent whose 95 % interval of the drift holds the truth")
+    print("                              REML          Paule-Mandel")
+    print("calibrations  scatter  shared    KH   >= 1     KH   >= 1  normal")
+    for number, kind in enumerate(KINDS):
+        rng = np.random.default_rng([30, number])
+        share = 100.0 * np.array([choices(kind, rng) for _ in range(units)]).mean(axis=0)
+        cells = "".join(f"{one:7.1f}" for one in share)
+        print(f"{kind.count:12d}  {kind.scatter:7g}  {kind.shared:6g}{cells}")
+
+
 def lines(kinds: tuple[Kind, ...], units: int) -> Iterator[tuple[Kind, list[float]]]:
     """Percent of the units, kind by kind."""
     for number, kind in enumerate(kinds):
@@ -133,8 +184,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--smoke", action="store_true", help="60 units a line, four lines")
     parser.add_argument("--units", type=int, default=400, help="units a line")
+    parser.add_argument("--choices", action="store_true", help="intervals that were tried")
     asked = parser.parse_args()
     units = 60 if asked.smoke else asked.units
+    if asked.choices:
+        print_choices(units)
+        return
     print(f"{units} units a line; stated standard uncertainty about {STATED:g} ug")
     print(f"Percent of units whose 95 % interval of the drift ({DRIFT:g} ug/year) holds the truth,")
     print("and of units without a jump in which one is named")

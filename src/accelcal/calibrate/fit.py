@@ -10,6 +10,7 @@ from accelcal.calibrate.plan import OnePlan
 from accelcal.calibrate.stack import calibration_stack
 from accelcal.errors import InputError
 from accelcal.estimate.linear import METHODS
+from accelcal.logs import tell
 from accelcal.model import COEFFICIENTS
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
@@ -99,6 +100,7 @@ def fit(
         model=model,
     )
     options.check()
+    tell("fitting %r: %d tables by %s", record.source, sum(1 for _ in record.table_masks()), method)
     return calibration_stack(OnePlan.of([record]), options).one(0)
 
 

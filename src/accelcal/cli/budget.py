@@ -128,7 +128,7 @@ def budget(
     if path is not None:
         deliver(_json(found), path)
     if path != "-":
-        deliver(_shown(found, form))
+        deliver(_shown(found, form), words=form == "text")
 
 
 def _random(calibration: Calibration, options: dict[str, Any]) -> RandomPart:

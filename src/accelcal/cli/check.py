@@ -31,4 +31,4 @@ def check(data: str, form: str) -> None:
 
         deliver(json.dumps(summary(records, written), indent=2, ensure_ascii=False))
     else:
-        deliver("\n\n".join(describe(record, written) for record in records))
+        deliver("\n\n".join(describe(record, written) for record in records), words=True)

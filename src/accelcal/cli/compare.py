@@ -43,7 +43,7 @@ def compare(calibration: str, data: str, form: str, **declared: float | None) ->
         simulate_and_compare(known.choose(record.serial), record)
         for record in read_tables(data, overrides=declared)
     ]
-    deliver(_json(found) if form == "json" else "\n\n".join(map(str, found)))
+    deliver(_json(found) if form == "json" else "\n\n".join(map(str, found)), words=form == "text")
 
 
 def _json(found: list[Disagreement]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -20,7 +21,11 @@ __all__ = [
 ]
 
 
-def deliver(text: str, path: str | None = None) -> None:
+_WORDS = re.compile(r"\b(PASS|FAIL|WARNING|JUMP|undecided|not tested)\b")
+_COLOURS = {"PASS": "green", "FAIL": "red", "JUMP": "red"}
+
+
+def deliver(text: str, path: str | None = None, *, words: bool = False) -> None:
     """Write a result.
 
     Parameters
@@ -29,6 +34,8 @@ def deliver(text: str, path: str | None = None) -> None:
         The result; a line feed is added at its end where there is none.
     path : str, optional
         File to write, as UTF-8; None or ``"-"`` is standard output.
+    words : bool, default False
+        Whether it is for people, so that a terminal shows verdicts and warnings in colour.
 
     Raises
     ------
@@ -37,7 +44,7 @@ def deliver(text: str, path: str | None = None) -> None:
     """
     text = text if text.endswith("\n") else text + "\n"
     if path is None or path == "-":
-        _print(text)
+        _print(_coloured(text) if words else text)
         return
     from accelcal.atomic import write_atomically
 
@@ -123,6 +130,15 @@ def refuse_stdin_twice(sources: Sequence[str]) -> None:
     """
     if list(sources).count("-") > 1:
         raise InputError("- is given twice; standard input can be read once, so name it once")
+
+
+def _coloured(text: str) -> str:
+    """Verdicts and warnings in colour; click takes it out again where it goes to no terminal."""
+
+    def styled(word: re.Match[str]) -> str:
+        return click.style(word[0], fg=_COLOURS.get(word[0], "yellow"), bold=True)
+
+    return _WORDS.sub(styled, text)
 
 
 def _print(text: str) -> None:

@@ -114,7 +114,9 @@ def discover(
     if path != "-":
         told = [*map(str, found), *([str(stand or why_not)] if len(records) > 1 else [])]
         texts = ("\n\n" + "=" * 100 + "\n\n").join(told)
-        deliver(discoveries_to_json(found, stand) if form == "json" else texts)
+        deliver(
+            discoveries_to_json(found, stand) if form == "json" else texts, words=form == "text"
+        )
 
 
 def _stand(

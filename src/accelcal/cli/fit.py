@@ -94,7 +94,7 @@ def fit(
     if page is not None:
         _report(calibrations, page)
     if path != "-":
-        deliver(_shown(calibrations, form))
+        deliver(_shown(calibrations, form), words=form == "text")
     if any(c.verdict is not None and c.verdict.outcome == "fail" for c in calibrations):
         click.get_current_context().exit(1)
 

@@ -71,7 +71,7 @@ def history(
     if path is not None:
         deliver(found.to_json(), path)
     if path != "-":
-        deliver(_shown(found, form))
+        deliver(_shown(found, form), words=form == "text")
 
 
 def _shown(found: History, form: str) -> str:

@@ -86,8 +86,10 @@ def _run(arguments: Sequence[str]) -> int:
 
 
 def _colour() -> bool | None:
-    """Colour as click has it: False is never, None is on a terminal only."""
-    return False if os.environ.get("NO_COLOR") else None
+    """Colour as click has it: False is never, True is always, None is on a terminal only."""
+    if os.environ.get("NO_COLOR"):
+        return False
+    return True if os.environ.get("FORCE_COLOR") else None
 
 
 def _escape_what_cannot_be_encoded() -> None:

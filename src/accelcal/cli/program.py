@@ -29,6 +29,33 @@ COMMANDS = (
 """Commands in the order of the help; NAME is the function NAME of the module accelcal.cli.NAME."""
 
 
+def show_log() -> None:
+    """Show on standard error what the library logs."""
+    import logging
+
+    handler = logging.StreamHandler()
+    handler.setFormatter(logging.Formatter("%(asctime)s %(message)s", "%H:%M:%S"))
+    logger = logging.getLogger("accelcal")
+    logger.handlers = [handler]
+    logger.setLevel(logging.INFO)
+
+
+def _if_asked(_context: click.Context, _option: click.Parameter, value: bool) -> None:
+    if value:
+        show_log()
+
+
+_VERBOSE = click.Option(
+    ["-v", "--verbose"],
+    is_flag=True,
+    expose_value=False,
+    callback=_if_asked,
+    envvar="ACCELCAL_LOG",
+    help="Tell on standard error what is done; also by the environment variable ACCELCAL_LOG=1.",
+)
+"""An option of every command."""
+
+
 class LazyGroup(click.Group):
     """A group of the commands in `COMMANDS`, none of them imported beforehand."""
 
@@ -42,6 +69,8 @@ class LazyGroup(click.Group):
             return None
         command = getattr(import_module(f"accelcal.cli.{cmd_name}"), cmd_name)
         assert isinstance(command, click.Command)
+        if _VERBOSE not in command.params:
+            command.params.append(_VERBOSE)
         return command
 
 

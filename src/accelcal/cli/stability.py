@@ -119,7 +119,7 @@ def stability(
     if path is not None:
         deliver(result.to_json(), path)
     if path != "-":
-        deliver(_shown(result, form))
+        deliver(_shown(result, form), words=form == "text")
 
 
 def _calibrated(path: str, scale_factor: float | None, record: StabilityRecord) -> float:

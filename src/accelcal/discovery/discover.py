@@ -28,6 +28,7 @@ from accelcal.discovery.where import pattern, shares, structure
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
+from accelcal.logs import tell
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
@@ -131,6 +132,7 @@ def discover(
         seed=seed,
         empirical=empirical,
     )
+    tell("searching %r among %d effects", record.source, len(question.effects))
     with naming(record):
         found, mended = faults(record, question.reference, question.delta0, alpha)
         return _discovery(_searched(mended, question), record, found, question)

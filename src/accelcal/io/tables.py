@@ -22,6 +22,7 @@ from accelcal.io.layout import Layout, counted, listed, read_layout, shown
 from accelcal.io.readings import Readings, notes_of_turn, read_readings
 from accelcal.io.runs import runs_of
 from accelcal.io.text import Source, SourceText, read_text
+from accelcal.logs import tell
 from accelcal.record import TumbleRecord
 from accelcal.units import is_output_unit, output_unit
 
@@ -94,7 +95,10 @@ def read_tables(
     >>> read_tables(io.StringIO(text))
     (<TumbleRecord '<table>': 4 readings, 1 runs, 2 positions>,)
     """
-    return survey(source, overrides=overrides)[1]
+    records = survey(source, overrides=overrides)[1]
+    for record in records:
+        tell("read %r, serial %r: %d readings", record.source, record.serial, len(record))
+    return records
 
 
 def read_table(source: Source, *, overrides: Mapping[str, object] | None = None) -> TumbleRecord:
