@@ -654,6 +654,19 @@ def test_directions_that_meet_at_no_angle_are_not_compared():
     assert (gate.name, gate.verdict) == (AGAINST, "not assessed")
 
 
+def test_one_head_position_has_no_other_orders():
+    """Two readings at 0 deg tell K1 alone."""
+    text = "# temperature: 20\nangle,stroke,output\n0,1,1.3\n0,2,1.31\n"
+    calibration = accelcal.fit(accelcal.read_table(io.StringIO(text)), coefficients=["K1"])
+    assert {gate.name: gate.verdict for gate in calibration.tables[0].gates}[ORDER] == "pass"
+
+
+def test_strokes_of_zeros_are_of_another_size():
+    """An input that was not connected."""
+    warned = warnings_of(fitted(times(0.0, 2, 4)))
+    assert_said(warned, UNITS, "^stroke 2 is .* times, stroke 4 is .* times as large as the other")
+
+
 # -- false alarms ----------------------------------------------------------------------------------
 
 TESTS = ("closure", "drift", AGAINST, "outlier")

@@ -239,7 +239,7 @@ def _other_orders(table: PreparedTable) -> Iterator[_Order]:
     """Mirror, shifts by one position or two, either way, or by half a turn, and other sign."""
     angle = table.record.angle
     yield _Order("mirrored (J counted against the turn)", -angle)
-    step = float(np.diff(distinct(table.head)).min())
+    step = float(np.diff(distinct(table.head)).min(initial=360.0))
     for count, word in ((1, "one position"), (2, "two positions")):
         if step * count < 180.0:
             yield _Order(f"shifted by {word}", angle + count * step)

@@ -170,12 +170,12 @@ def alike(stack: LevelStack) -> list[Places]:
         cooling, on the same sides of T0, and with the same one nearest to it. Those with one level
         only, or with an unknown one, are in none.
     """
-    rise = stack.rise
+    rise, temperature = stack.rise, stack.temperature
     if rise.shape[1] < 2:
         return []
-    met = np.diff(rise[:, stack.order], axis=1)
-    sort = np.argsort(rise, axis=1, kind="stable")
-    apart = np.diff(np.take_along_axis(rise, sort, axis=1), axis=1) > SAME_LEVEL
+    met = np.diff(temperature[:, stack.order], axis=1)
+    sort = np.argsort(temperature, axis=1, kind="stable")
+    apart = np.diff(np.take_along_axis(temperature, sort, axis=1), axis=1) > SAME_LEVEL
     course = np.sign(met) * (np.abs(met) > SAME_LEVEL)
     sides = [rise.max(axis=1) > LEAST_RISE, rise.min(axis=1) < -LEAST_RISE]
     nearest = np.abs(rise).argmin(axis=1)
