@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.calibrate.head import at_true_angles
 from accelcal.calibrate.of_record import calibration_of_record, table_names
-from accelcal.calibrate.options import Options
+from accelcal.calibrate.options import TEMPERATURE_LAWS, Options
 from accelcal.calibrate.plan import OnePlan
 from accelcal.estimate.estimability import check_names
 from accelcal.estimate.joint import JointStack, estimate_stack
@@ -26,7 +27,7 @@ from accelcal.grouping import median
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.calibration import Calibration
-from accelcal.temperature.of_record import StackLaws, laws_of_stack
+from accelcal.temperature.of_record import RecordLaws, StackLaws, laws_of_stack
 
 if TYPE_CHECKING:
     from accelcal.discovery.correction import Correction
@@ -83,7 +84,31 @@ class CalibrationStack:
         tables = [t._replace(record=r) for t, r in zip(self.tables, own.tables(), strict=True)]
         gates = [tuple(g.gate(start + record) for g in found) for found, start in self.gates]
         estimate = self.estimate.one(record)
-        return calibration_of_record(own, tables, estimate, gates, self.options, self.known)
+        laws = self.laws_of(record)
+        return calibration_of_record(own, tables, estimate, gates, self.options, self.known, laws)
+
+    def laws_of(self, record: int) -> RecordLaws | None:
+        """Return the laws of one record; None where they take steps of their own.
+
+        Parameters
+        ----------
+        record : int
+            Its place in the stack.
+
+        Returns
+        -------
+        RecordLaws or None
+            The laws from its tables.
+        """
+        if self.is_alone or self.options.temperature_laws != TEMPERATURE_LAWS[0]:
+            return None
+        main, second = (
+            laws.model(record) if laws is not None else None
+            for laws in (self.laws.main, self.laws.second_axis)
+        )
+        known = main is not None and main.K1.at_T0 is not None
+        heat = self.laws.of_tables
+        return RecordLaws(main, second, heat.of(record) if heat is not None and known else None)
 
     @cached_property
     def is_alone(self) -> bool:
@@ -178,6 +203,10 @@ def calibration_stack(plan: OnePlan, options: Options) -> CalibrationStack:
     """
     record = plan.records[0]
     delta0 = fixture_angle(record, options.delta0)
+    head = options.head_for(record)
+    if head is not None:
+        plan = at_true_angles(plan, head, _prepared(record, delta0, options), delta0)
+        record = plan.records[0]
     known = _known_effects(record, options, delta0)
     plan = plan if known is None else OnePlan.of([known.record])
     tables = _prepared(plan.records[0], delta0, options)
@@ -190,6 +219,7 @@ def calibration_stack(plan: OnePlan, options: Options) -> CalibrationStack:
             method=options.method,
             robust=options.robust,
             delta0=delta0,
+            head=head,
         )
     return CalibrationStack(plan, tables, estimate, options, delta0, known)
 
