@@ -115,8 +115,7 @@ class _Groups(NamedTuple):
 
     def products(self, values: Array, columns: Array) -> Array:
         """Sum values times columns over the readings of each group, shape (groups, T, k)."""
-        strokes = np.split(self.strokes.order, self.strokes.start[1:])
-        each = np.stack([values[:, own] @ columns[own] for own in strokes])
+        each = np.stack([values[:, own] @ columns[own] for own in self.strokes.parts])
         return np.tensordot(self.members, each, 1)
 
     def readings(self, group: int) -> Mask:
@@ -256,7 +255,7 @@ def _design(stack: TableStack, order: _Order) -> Array:
 
 def _squares_without(fit: _Fit, groups: _Groups) -> Array:
     """Squared residuals after refitting without each group, shape (T, groups)."""
-    return _refitted(fit, groups, np.zeros_like(fit.basis), np.zeros_like(fit.residual))
+    return _refitted(fit, *(-own for own in _sums(groups, fit.basis, fit.residual)))
 
 
 def _squares_of_groups(
@@ -265,22 +264,29 @@ def _squares_of_groups(
     """Squared residuals after refitting with each group in another order, shape (T, groups)."""
     basis = _design(stack, order) @ fit.to_basis
     residual = order.sign * output - fit.values @ basis.T
-    return _refitted(fit, groups, basis, residual)
+    pairs = zip(_sums(groups, basis, residual), _sums(groups, fit.basis, fit.residual), strict=True)
+    return _refitted(fit, *(other - own for other, own in pairs))
 
 
-def _refitted(fit: _Fit, groups: _Groups, basis: Array, residual: Array) -> Array:
+def _sums(groups: _Groups, basis: Array, residual: Array) -> tuple[Array, Array, Array]:
+    """What each group adds to the squares, to the right-hand side and to the normal matrix."""
+    return (
+        groups.sums(residual**2),
+        groups.products(residual, basis),
+        groups.products(basis.T, basis),
+    )
+
+
+def _refitted(fit: _Fit, squares: Array, right: Array, normal: Array) -> Array:
     """Squared residuals after refitting with the rows of each group changed, shape (T, groups).
 
     Other rows change the normal matrix 1 by D, the right-hand side by d and the squares by q, each
     a sum over the readings concerned; refitting leaves squares + q - d (1 + D)^-1 d. So no design
     of a whole table is needed for each group, and D is the same for all tables.
     """
-    q = groups.sums(residual**2 - fit.residual**2)
-    d = groups.products(residual, basis) - groups.products(fit.residual, fit.basis)
-    change = groups.products(basis.T, basis) - groups.products(fit.basis.T, fit.basis)
-    normal = np.eye(basis.shape[1]) + change
-    inverse = np.linalg.pinv(normal, rcond=1e-9, hermitian=True)
-    return np.asarray(fit.squares[:, None] + (q - (d @ inverse * d).sum(axis=2)).T)
+    whole = np.eye(normal.shape[1]) + normal
+    inverse = np.linalg.pinv(whole, rcond=1e-9, hermitian=True)
+    return np.asarray(fit.squares[:, None] + (squares - (right @ inverse * right).sum(axis=2)).T)
 
 
 def _squares(stack: TableStack, output: Array, order: _Order, chosen: Mask) -> Array:

@@ -84,7 +84,7 @@ def best_swap(output: Array, residual: Array, basis: Array, strokes: Cells, bett
 
 def _blocks(strokes: Cells) -> Iterator[tuple[Places, Places]]:
     """Some readings of a stroke, and all of it."""
-    for own in np.split(strokes.order, strokes.start[1:]):
+    for own in strokes.parts:
         for start in range(0, own.size if own.size > 1 else 0, _BLOCK):
             yield own[start : start + _BLOCK], own
 

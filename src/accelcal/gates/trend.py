@@ -6,6 +6,7 @@ all tables have the same times or none, and runs over the T tables elsewhere.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -79,6 +80,12 @@ class Cells(NamedTuple):
         key, cell, members = grouped(keys)
         start = np.concatenate([[0], np.cumsum(members)[:-1]])
         return cls(key, cell, members, np.argsort(cell, kind="stable"), start)
+
+    @property
+    def parts(self) -> list[Places]:
+        """Readings of each cell."""
+        edges = [*self.start.tolist(), self.order.size]
+        return [self.order[start:stop] for start, stop in pairwise(edges)]
 
     def sums(self, values: Array) -> Array:
         """Sum over the readings of each cell, from shape (T, n, ...) to shape (T, m, ...)."""
