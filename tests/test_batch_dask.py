@@ -65,7 +65,7 @@ def test_a_killed_worker_changes_nothing(archive, tmp_path):
     os.kill(victims[0], signal.SIGKILL)
     said = process.communicate(timeout=120)[1]
     assert process.returncode == 1, said
-    assert "80 calibrations from 81 files; 1 errors" in said
+    assert "80 calibrations from 81 files; 1 error" in said
     for part in ("", ".laws", ".errors"):
         assert (tmp_path / f"r{part}.csv").read_bytes() == (
             tmp_path / f"calm{part}.csv"

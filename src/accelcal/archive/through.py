@@ -128,7 +128,8 @@ def work_through(
     first = list(blocks)
     _work(first, function, keeper, jobs, dask, tell)
     final = _refusing(first, keeper)
-    _work([block for block in final if block not in first], function, keeper, jobs, dask, None)
+    anew = [block for block, before in zip(final, first, strict=True) if block is not before]
+    _work(anew, function, keeper, jobs, dask, None)
     return final
 
 

@@ -102,10 +102,11 @@ def _tell(counts: BatchCounts, path: str) -> None:
     where = results(path)["errors"]
     if not counts.fitted:
         first = counts.errors[0][1]
-        raise InputError(f"none of {_files(counts.files)} can be used, see {where}; first: {first}")
-    said = f"{counts.fitted} calibrations from {_files(counts.files)}"
+        files = _counted(counts.files, "file")
+        raise InputError(f"none of {files} can be used, see {where}; first: {first}")
+    said = f"{_counted(counts.fitted, 'calibration')} from {_counted(counts.files, 'file')}"
     if counts.errors:
-        said += f"; {len(counts.errors)} errors, see {where}"
+        said += f"; {_counted(len(counts.errors), 'error')}, see {where}"
     if counts.failed:
         said += f"; {counts.failed} fail the data sheet"
     click.echo(said, err=True)
@@ -113,8 +114,8 @@ def _tell(counts: BatchCounts, path: str) -> None:
         click.get_current_context().exit(1)
 
 
-def _files(count: int) -> str:
-    return f"{count} file{'' if count == 1 else 's'}"
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}{'' if count == 1 else 's'}"
 
 
 @contextmanager
@@ -146,6 +147,7 @@ def _progress() -> Iterator[Callable[[int, int], None] | None]:
             nonlocal before
             before = done if before < 0 else before
             bar.length = total
+            bar.render_progress()
             rate = (done - before) / max(time.monotonic() - began, 1e-3)
             bar.update(done - bar.pos, f"{rate:.0f} files/s" if done > before else "")
 
