@@ -62,10 +62,10 @@ def _csv(path: str, text: str) -> pd.DataFrame:
     as_text: Any = {"serial": str, "date": str, "run": str, "source": str}
     try:
         return pd.read_csv(StringIO(text), dtype=as_text)
-    except (ValueError, pd.errors.ParserError) as error:
+    except ValueError:  # that of the parser is one too
         raise InputError(
-            f"{path}: not a frame of results ({str(error).splitlines()[0]}); give what accelcal"
-            " batch -o RESULTS.csv wrote"
+            f"{path}: not a frame of results; give what accelcal batch -o RESULTS.csv wrote, or"
+            " fit the table first"
         ) from None
 
 
