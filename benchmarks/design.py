@@ -45,6 +45,7 @@ REGIMES = {
     "all": NoiseComponents(temperature=0.03),
 }
 UNDECLARED = "all, undeclared"
+AT_T0 = {"lam": "k0 at T0", "beta": "K1 at T0", "gam": "delta at T0"}
 
 HARMONICS = (1, 2, 3)
 ANGLES_OF_PHASE = 36
@@ -100,6 +101,7 @@ def slopes(k: Array, levels: Array) -> dict[str, Array]:
         found = np.linalg.solve(law, values)
         whole = found[0] if name == "beta" else 1.0
         told |= {f"{name}1": found[1] / whole, f"{name}2": found[2] / whole}
+        told[AT_T0[name]] = found[0]
     return told
 
 
@@ -126,7 +128,7 @@ def ratios(design: Design, draws: int) -> tuple[Design, dict[str, float], float]
     found = {}
     for f in foreseen:
         values = np.concatenate([part[f.name] for part in parts])
-        unit = AL15.scale_factor.at_reference if f.name == "K1" else 1.0
+        unit = AL15.scale_factor.at_reference if f.name in ("K1", "K1 at T0") else 1.0
         found[f.name] = float(values.std(ddof=1)) / unit / f.standard_uncertainty
     return design, found, time.perf_counter() - began
 

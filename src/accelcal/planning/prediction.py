@@ -26,7 +26,7 @@ from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
 from accelcal.simulation import NOISE_FREE, NoiseComponents, TumblePlan, simulate
 
-__all__ = ["SLOPES", "figures", "forecasts", "lost_coefficients"]
+__all__ = ["AT_T0", "SLOPES", "figures", "forecasts", "lost_coefficients"]
 
 SLOPES = {
     "lam1": ("k0", "above", "g/degC"),
@@ -37,6 +37,9 @@ SLOPES = {
     "gam2": ("delta", "below", "rad/degC"),
 }
 """Name of a slope -> law, side and unit."""
+
+AT_T0 = {"k0 at T0": ("k0", "g"), "K1 at T0": ("K1", "1"), "delta at T0": ("delta", "rad")}
+"""Name of a value at T0, from the runs at all levels -> law and unit."""
 
 _UNITS = {"K1": "1", "M": "rad"} | {name: f"g/g^{n}" for name, n in POWERS.items() if n > 1}
 _NO_NOISE = 1e-12  # g: stands for none, as a reading without any cannot be declared
@@ -305,6 +308,12 @@ def _of_table(table: TableCalibration) -> dict[Key, Figure]:
 
 
 def _of_laws(laws: TemperatureModel | None, mounting: str) -> Iterator[tuple[Key, Figure]]:
+    for name, (law, unit) in AT_T0.items():
+        value = None if laws is None else getattr(laws, law).at_T0
+        if value is not None and value.value:
+            scale = value.value if law == "K1" else 1.0
+            variance = ((value.standard_uncertainty or 0.0) / scale) ** 2
+            yield (name, mounting), Figure(value.value, variance, unit)
     for name, (law, side, unit) in SLOPES.items():
         slope = None if laws is None else getattr(getattr(laws, law), side)
         if slope is not None and slope.value is not None:

@@ -8,12 +8,12 @@ from collections.abc import Mapping, Sequence
 
 from accelcal.errors import InputError
 from accelcal.model import COEFFICIENTS, ERROR_TERMS
-from accelcal.planning.prediction import SLOPES
+from accelcal.planning.prediction import AT_T0, SLOPES
 from accelcal.results.designs import Forecast, TestDesign
 
 __all__ = ["NAMES", "checked_targets", "refuse_impossible", "target_value"]
 
-NAMES = (*COEFFICIENTS, *ERROR_TERMS.values(), *SLOPES, "delta0")
+NAMES = (*COEFFICIENTS, *ERROR_TERMS.values(), *AT_T0, *SLOPES, "delta0")
 """Everything of which an uncertainty can be asked for."""
 
 _SCALES = {"": 1.0, "g": 1.0, "rad": 1.0, "ppm": 1e-6, "ug": 1e-6, "urad": 1e-6, "mg": 1e-3}

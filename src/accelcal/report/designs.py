@@ -12,7 +12,8 @@ from accelcal.results.designs import DesignComparison, Forecast, TestDesign, Vis
 __all__ = ["comparison_text", "scaled", "stand_line"]
 
 COEFFICIENTS = ("K0", "K1", "K2", "K3", "M", "M_ip")
-_SLOPES = ("lam1", "lam2", "beta1", "beta2", "gam1", "gam2", "delta0")
+_SLOPES = ("lam1", "lam2", "beta1", "beta2", "gam1", "gam2")
+_OTHERS = ("k0 at T0", "K1 at T0", "delta at T0", "delta0")
 _LETTERS = {
     "reading": "r",
     "head": "h",
@@ -60,7 +61,7 @@ def _lines(found: DesignComparison) -> Iterator[str]:
         f" {found.pace['soak']:g} h, a mounting {found.pace['mount']:g} h"
     )
     told = set(found.names())
-    for names in (COEFFICIENTS, _SLOPES):
+    for names in (COEFFICIENTS, _SLOPES, _shown_others(found)):
         chosen = [name for name in names if name in told]
         if chosen:
             yield ""
@@ -78,6 +79,12 @@ def _lines(found: DesignComparison) -> Iterator[str]:
     if others:
         yield ""
     yield from (f"note: {note}" for note in others)
+
+
+def _shown_others(found: DesignComparison) -> Sequence[str]:
+    """Values at T0 from all runs, where some test meets a level twice; and the fixture angle."""
+    repeated = any(len(set(d.temperatures)) < len(d.temperatures) for d in found.designs)
+    return _OTHERS if repeated else _OTHERS[-1:]
 
 
 def stand_line(stand: Mapping[str, float], *, declared: bool = True) -> str:
@@ -163,7 +170,8 @@ def _booking(found: DesignComparison) -> Iterator[str]:
         else:
             yield f"None of these meets {wanted}; more strokes would, as no floor is above it"
         yield ""
-    fronts = {n: [found.designs[i] for i in found.front(n)] for n in (*COEFFICIENTS, *_SLOPES)}
+    names = (*COEFFICIENTS, *_SLOPES, *_shown_others(found))
+    fronts = {name: [found.designs[i] for i in found.front(name)] for name in names}
     rows = [_worth(name, front) for name, front in fronts.items() if front]
     if rows:
         yield "What more time buys: the best of these, and the quickest within 10 % of it"
