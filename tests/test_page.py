@@ -16,6 +16,7 @@ from accelcal.page.render import html, markdown
 from accelcal.page.write import form_of, report_page
 from accelcal.report.numbers import matching_digits
 from accelcal.results.quantity import Residuals
+from accelcal.results.stand import HeadPosition, StandDiscovery, StandEffect
 from accelcal.verdict import judge
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -230,6 +231,32 @@ def test_nothing_found_is_told():
     told = " ".join(Outline(html(report_page([found]))).text)
     assert "nothing is missing that shows" in told
     assert "before and after" not in told
+
+
+def test_terms_of_one_name_have_one_picture(discovery, record):
+    twice = replace(discovery, effects=discovery.effects * 2)
+    outline = Outline(html(report_page([twice], [record])))
+    assert len(outline.ids) == len(set(outline.ids))
+    assert " ".join(outline.text).count("Signature of") == 1
+
+
+def test_a_stand_is_a_chapter_beside_its_units(discovery):
+    change, change_of_effect = discovery.coefficients[0], discovery.effects[0]
+    size = next(iter(change_of_effect.parameters.values()))
+    effect = StandEffect(
+        *("backlash", "backlash of the head", "stand", {"lag": size}, 1e-9, 0.5, 0.1),
+        *({"A": size, "B": size}, (), ("hysteresis",)),
+    )
+    head = (HeadPosition(0.0, size), HeadPosition(45.0, size))
+    gains = {"A": (change,), "B": (change,)}
+    stand = StandDiscovery(("A", "B"), (effect,), head, gains, discovery, ("a note",))
+    page = report_page([discovery, stand])
+    assert page.title == "Discovery of 1 record and the stand"
+    outline = Outline(html(page))
+    assert len(outline.ids) == len(set(outline.ids))
+    told = " ".join(outline.text)
+    for part in ("The stand of 2 units", "size in B", "The head", "joint estimate", "a note"):
+        assert part in told
 
 
 def test_faults_come_first(discovery, record):

@@ -59,7 +59,7 @@ def discovery_chapter(
     sections = (
         _faults(found),
         _where(found, name),
-        *(_effect(found, effect, record, name) for effect in found.effects),
+        *(_effect(found, place, record, name) for place in range(len(found.effects))),
         _gap(found, name),
         _changes(found, name),
         _open(found),
@@ -153,9 +153,8 @@ def _where(found: Discovery, name: str) -> Section | None:
     return Section("Where simulation and measurement disagree", blocks)
 
 
-def _effect(
-    found: Discovery, effect: FoundEffect, record: TumbleRecord | None, name: str
-) -> Section:
+def _effect(found: Discovery, place: int, record: TumbleRecord | None, name: str) -> Section:
+    effect = found.effects[place]
     entry = entry_of(effect.id, effect.parameters)
     blocks: list[Block] = []
     if entry is not None:
@@ -168,8 +167,11 @@ def _effect(
     if record is None:
         said = "The signature is drawn over the residuals where the readings are given as well."
         blocks += [size, Paragraph(said)]
+    elif effect.id in (earlier.id for earlier in found.effects[:place]):  # one picture has both
+        blocks.append(size)
     else:
-        blocks.append(Gallery([*_signature(found, effect, record, name), size]))
+        drawn = _signature(found, effect, record, f"{name}signature-{place}")
+        blocks.append(Gallery([*drawn, size]))
     if effect.indistinguishable:
         blocks.append(_aliases(effect))
     return Section(f"{_sentence(effect.name)} ({effect.id})", blocks)
@@ -193,7 +195,7 @@ def _signature(
     def draw(ax: object) -> object:
         return found.plot.signature(record, effect.id, ax)  # type: ignore[arg-type]
 
-    return pictures(f"{name}signature-{effect.id}", draw, [words], _SIZE)
+    return pictures(name, draw, [words], _SIZE)
 
 
 def _aliases(effect: FoundEffect) -> Note:

@@ -37,7 +37,7 @@ def stand_chapter(found: StandDiscovery, name: str = "") -> Chapter:
         Its report.
     """
     sections = (
-        *(_effect(found, effect, name) for effect in found.effects),
+        *(_effect(found, e, f"{name}sizes-{i}") for i, e in enumerate(found.effects)),
         _unexplained(found),
         _head(found, name),
         _gains(found),
@@ -78,7 +78,7 @@ def _effect(found: StandDiscovery, effect: StandEffect, name: str) -> Section:
     table = Table("Sizes", ("of", "value (95 %)"), sizes)
     blocks: list[Block] = [
         Paragraph(f"It is {_WHOSE[effect.verdict]}. {p}"),
-        Gallery([*pictures(f"{name}sizes-{effect.id}", draw, [words], _SIZE), table]),
+        Gallery([*pictures(name, draw, [words], _SIZE), table]),
     ]
     if effect.indistinguishable:
         other = f"It could as well be: {', '.join(effect.indistinguishable)}."

@@ -122,7 +122,7 @@ def _title(chapters: Sequence[Chapter]) -> str:
         return f"{first.sort}: {first.title}"
     stands = sum(chapter.sort == "Stand" for chapter in chapters)
     title = f"{first.sort} of {counted(len(chapters) - stands, 'record')}"
-    return f"{title} and their stand" if last.sort == "Stand" else title
+    return f"{title} and the stand" if last.sort == "Stand" else title
 
 
 def _chapter(result: Result, record: TumbleRecord | None, name: str) -> Chapter:
