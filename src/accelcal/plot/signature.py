@@ -27,7 +27,7 @@ _ONE_OF = 0.9
 
 
 class _Along(NamedTuple):
-    """What the action is drawn along."""
+    """What the action is drawn along; where directions lie apart, each has its own line."""
 
     label: str
     value: Array
@@ -44,15 +44,21 @@ def signature(
     ax = canvas(ax)
     colours, (factor, unit) = palette(), readable("g", found.residual)
     ax.axhline(0.0, color=colours.ink, lw=0.8)
-    readings = Readings(along.value, np.asarray(record.stroke), found.residual)
-    acting = Readings(along.value, np.asarray(record.stroke), found.change)
-    pairs = zip(readings.directions(), acting.directions(), strict=True)
-    for (number, name, part), (_, _, change) in pairs:
-        colour, shift = colours.series[number], along.jitter * (2 * number - 1)
-        at = part.angle + shift
-        ax.scatter(at, factor * part.value, s=10, alpha=0.45, lw=0, color=colour, label=name)
-        at, line, _ = change.means()
-        ax.plot(at + shift, factor * line, color=colour, label=f"effect, {name}")
+    stroke = np.asarray(record.stroke)
+    readings = Readings(along.value, stroke, factor * found.residual)
+    acting = Readings(along.value, stroke, factor * found.change)
+    for number, name, part in readings.directions():
+        at = part.angle + along.jitter * (2 * number - 1)
+        colour = colours.series[number]
+        ax.scatter(at, part.value, s=10, alpha=0.45, lw=0, color=colour, label=name)
+    if along.jitter:
+        for number, name, part in acting.directions():
+            at, line, _ = part.means()
+            colour, shift = colours.series[number], along.jitter * (2 * number - 1)
+            ax.plot(at + shift, line, color=colour, label=f"effect, {name}")
+    else:
+        at, line, _ = acting.means()
+        ax.plot(at, line, color=colours.ink, label="effect")
     ax.set(xlabel=along.label, ylabel=f"reading − model without it [{unit}]")
     if along.label.startswith("head"):
         ax.set_xticks(np.arange(0.0, 361.0, 45.0))
@@ -66,8 +72,8 @@ def _along(found: Action) -> _Along:
     tried = (
         (_Along("head angle [°]", c.angle, 1.5), direction),
         (_Along("temperature − T0 [°C]", np.round(c.excess, 0), 0.4), direction),
-        (_Along("stroke", c.stroke.astype(float), 0.0), np.zeros(c.stroke.size)),
         (_Along("time in the run [min]", np.round(c.run_time / 60.0), 0.0), direction),
+        (_Along("stroke", c.stroke.astype(float), 0.0), np.zeros(c.stroke.size)),
     )
     for along, other in tried:
         if _followed(found.change, along.value, other) > _ONE_OF:
