@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import accelcal
+from accelcal.calibrate import plan
 from accelcal.calibrate.columns import columns_of, columns_of_one
 from accelcal.calibrate.many import calibrate_many
 from accelcal.calibrate.options import Options
@@ -28,9 +29,9 @@ DECLARED = Apparatus(
 )
 
 
-def records(number=4, apparatus=None, **plan):
+def records(number=4, apparatus=None, **design):
     found = [
-        accelcal.simulate(plan=accelcal.TumblePlan(**plan), seed=seed) for seed in range(number)
+        accelcal.simulate(plan=accelcal.TumblePlan(**design), seed=seed) for seed in range(number)
     ]
     return found if apparatus is None else [replace(r, apparatus=apparatus) for r in found]
 
@@ -64,9 +65,9 @@ def assert_stack_is_its_records(given, options=None, **arguments):
 
 
 @pytest.mark.parametrize("declared", [None, DECLARED], ids=["nothing declared", "declared"])
-@pytest.mark.parametrize("plan", PLANS.values(), ids=PLANS)
-def test_a_stack_is_its_records(plan, declared):
-    found = assert_stack_is_its_records(records(apparatus=declared, **plan))
+@pytest.mark.parametrize("design", PLANS.values(), ids=PLANS)
+def test_a_stack_is_its_records(design, declared):
+    found = assert_stack_is_its_records(records(apparatus=declared, **design))
     assert [len(stack) for _, stack in found.stacks] == [4]
 
 
@@ -116,6 +117,13 @@ def test_what_makes_another_plan():
         record.select(np.arange(n) != 7),
     ]
     assert plans([record, *others, record]) == [[0, 6], [1], [2], [3], [4], [5]]
+
+
+def test_many_records_of_a_plan_come_in_parts(monkeypatch):
+    monkeypatch.setattr(plan, "_AT_A_TIME", 2)
+    given = records(5)
+    assert plans(given) == [[0, 1], [2, 3], [4]]
+    assert_stack_is_its_records(given)
 
 
 def at_levels(record, *levels):
@@ -172,6 +180,14 @@ def test_a_record_that_fails_harms_no_other():
     with pytest.raises(InputError) as raised:
         accelcal.fit(spoilt)
     assert str(found.failures[1]) == str(raised.value)
+
+
+def test_a_fixture_angle_that_is_none_harms_no_other():
+    given = records(2)
+    given.insert(1, replace(given[0], metadata={"delta0": "steep"}))
+    found = calibrate_many(given)
+    assert [places.tolist() for places, _ in found.stacks] == [[0, 2]]
+    assert "delta0 is 'steep'; it is a number in rad" in str(found.failures[1])
 
 
 def test_records_whose_plan_fails_fail_each_for_itself():

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import is_usable
 from accelcal.record import TumbleRecord
@@ -16,6 +17,9 @@ from accelcal.reference import fixture_angle, reference_temperature_of
 __all__ = ["OnePlan", "plans_of"]
 
 Array = NDArray[np.float64]
+
+_AT_A_TIME = 1000
+"""Records of a plan: their searches for the head error take some 100 MB together."""
 
 
 class OnePlan(NamedTuple):
@@ -113,14 +117,10 @@ def plans_of(
     Returns
     -------
     list of tuple
-        Places of the records of each plan, and their readings. A record is alone where its
+        Places of the records of each plan, and their readings; those of many records in parts of
+        a thousand. A record is alone where its
         temperatures move within a run, where both sides of an axis were measured, and where its
-        readings are none of an accelerometer, so that it harms no other.
-
-    Raises
-    ------
-    InputError
-        If a record declares a fixture angle that is none.
+        readings or its fixture angle are none, so that it harms no other.
 
     Notes
     -----
@@ -132,8 +132,9 @@ def plans_of(
         whole = OnePlan.of([records[i] for i in places])
         keys = zip(whole.can_be_stacked().tolist(), _level_keys(whole.levels), places, strict=True)
         for own in _grouped(key if good else place for good, key, place in keys):
-            rows = np.array(own)
-            found.append((np.array(places)[rows], whole.of_records(rows)))
+            for start in range(0, len(own), _AT_A_TIME):
+                rows = np.array(own[start : start + _AT_A_TIME])
+                found.append((np.array(places)[rows], whole.of_records(rows)))
     return found
 
 
@@ -148,12 +149,16 @@ def _grouped(keys: Iterable[Hashable]) -> list[list[int]]:
 def _plan_key(record: TumbleRecord, delta0: float | None) -> Hashable:
     names = ("angle", "clamping", "stroke", "run", "mounting", "std", "count")
     arrays = [getattr(record, name) for name in names]
+    try:
+        angle = fixture_angle(record, delta0)
+    except InputError:
+        return object()  # like no other: it fails by itself
     return (
         *(None if a is None else (a.dtype.str, a.tobytes()) for a in arrays),
         len(record.run_labels),
         record.apparatus,
         record.unit,
-        fixture_angle(record, delta0),
+        angle,
     )
 
 
