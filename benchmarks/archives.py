@@ -230,15 +230,15 @@ def growth(folder: Path, work: Path, count: int, repeats: int) -> None:
     show(f"Ten times the files: {ratio:.1f} times the time", lines)
 
 
-def peak(path: Path, work: Path, jobs: int) -> float:
-    """Largest memory of one process of a batch [MiB]."""
+def peak(path: Path, work: Path) -> float:
+    """Largest memory of a batch in one process [MiB]; Linux only."""
     script = (
-        "import resource, sys, accelcal\n"
-        "accelcal.write_batch(sys.argv[1], sys.argv[2], jobs=int(sys.argv[3]))\n"
-        "kinds = resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN\n"
-        "print(max(resource.getrusage(kind).ru_maxrss for kind in kinds) / 1024)\n"
+        "import sys, accelcal\n"
+        "accelcal.write_batch(sys.argv[1], sys.argv[2])\n"
+        "status = open('/proc/self/status').read()\n"
+        "print(int(status.split('VmHWM:')[1].split()[0]) / 1024)\n"
     )
-    arguments = [sys.executable, "-c", script, str(path), str(work / "p.parquet"), str(jobs)]
+    arguments = [sys.executable, "-c", script, str(path), str(work / "p.parquet")]
     return float(subprocess.run(arguments, capture_output=True, text=True, check=True).stdout)
 
 
@@ -261,17 +261,17 @@ def one_large_file(work: Path, count: int, repeats: int) -> None:
     spent = timed(
         dict(zip(names, (reader, batch("large.csv"), batch("large.parquet")), strict=True)), repeats
     )
-    lines = [("what", "s", "rate to the reader alone", "peak of a process")]
+    lines = [("what", "s", "rate to the reader alone", "peak in one process")]
     peaks = [
         "",
-        f"{peak(large, work, JOBS):.0f} MiB",
-        f"{peak(work / 'large.parquet', work, JOBS):.0f} MiB",
+        f"{peak(large, work):.0f} MiB",
+        f"{peak(work / 'large.parquet', work):.0f} MiB",
     ]
     for name, most in zip(names, peaks, strict=True):
         lines.append(
             (name, f"{spent[name]:.2f}", f"{100 * spent[names[0]] / spent[name]:.0f} %", most)
         )
-    lines.append(("batch of a tenth of the CSV", "", "", f"{peak(small, work, JOBS):.0f} MiB"))
+    lines.append(("batch of a tenth of the CSV", "", "", f"{peak(small, work):.0f} MiB"))
     show(
         f"One file of {count} serials, {162 * count} rows, {large.stat().st_size / 1e6:.0f} MB",
         lines,

@@ -65,6 +65,7 @@ def reference_temperature_of(
     declared = record.reference_temperature if given is None else given
     if declared is not None:
         return declared, False
-    runs = (record.select(record.run == i) for i in range(len(record.run_labels)))
-    levels = [run.mean_temperature for run in runs if np.isfinite(run.mean_temperature)]
+    known = np.isfinite(record.temperature)
+    runs = (record.temperature[known & (record.run == i)] for i in range(len(record.run_labels)))
+    levels = [float(run.mean()) for run in runs if run.size]
     return min(levels, key=lambda level: abs(level - _USUAL_TEMPERATURE), default=None), True
