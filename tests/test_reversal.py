@@ -141,3 +141,93 @@ def test_a_second_axis_of_one_level_says_what_is_assumed():
         "delta_P, by which a_o acts, was measured at 20 degC only, and is taken to be the same at"
         " all temperatures"
     ) in found.assumptions
+
+
+# -- four mountings, and clampings -----------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def four():
+    return accelcal.fit(record(mountings=("o+", "o-", "p+", "p-"), temperatures=(20.0,)))
+
+
+def test_four_mountings_tell_both_misalignments_and_couplings(four):
+    o, p = four.fixture_angle
+    assert (o.axis, p.axis) == ("o", "p")
+    for found in (o, p):
+        assert abs(found.angle.value - DELTA0) < 2.0 * found.angle.expanded_uncertainty
+        assert abs(found.misalignments[0].value - DELTA) < 2e-6
+        sides = [t.error_model["delta_ip"] for t in four.tables if t.mounting[0] == found.axis]
+        mean = sum(side.value for side in sides) / 2.0
+        assert found.couplings[0].value == pytest.approx(mean, abs=1e-7)
+        assert found.couplings[0].standard_uncertainty < sides[0].standard_uncertainty
+        assert found.couplings[0].unit == "g/g^2"
+
+
+def test_the_covariance_holds_the_uncertainties(four):
+    for found in four.fixture_angle:
+        names, matrix = found.covariance
+        assert names == ("delta0", "delta_1", "delta_ip_1")
+        told = (found.angle, *found.misalignments, *found.couplings)
+        sizes = [quantity.standard_uncertainty for quantity in told]
+        np.testing.assert_allclose(np.sqrt(np.diagonal(matrix)), sizes, rtol=1e-9)
+
+
+def test_coupling_is_free_of_the_fixture_angle():
+    """On one side -2 k2 delta0 is in delta_ip."""
+    exact = record(seed=None, delta0=0.02, temperatures=(20.0,))
+    fit = accelcal.fit(exact)
+    plain = accelcal.fit(record(seed=None, delta0=0.0, temperatures=(20.0,)))
+    (found,), (free,) = fit.fixture_angle, plain.fixture_angle
+    one_side = fit.tables[0].error_model["delta_ip"].value
+    k2 = plain.tables[0].error_model["k2"].value
+    assert one_side - free.couplings[0].value == pytest.approx(-2.0 * k2 * 0.02, rel=0.1)
+    assert found.couplings[0].value == pytest.approx(free.couplings[0].value, abs=2e-7)
+
+
+def test_ieee_1293_turns_the_sign_of_one_misalignment(four):
+    o, p = four.fixture_angle
+    assert set(o.ieee_1293()) == {"delta_o", "K_ip"}
+    assert o.ieee_1293(20.0)["delta_o"].value == o.misalignments[0].value
+    assert set(p.ieee_1293()) == {"delta_p", "K_io"}
+    assert p.ieee_1293()["delta_p"].value == -p.misalignments[0].value
+    assert p.ieee_1293()["K_io"] == p.couplings[0]
+
+
+def test_all_comes_back_from_json_and_is_printed(four):
+    again = accelcal.Calibration.from_json(four.to_json())
+    assert again.fixture_angle == four.fixture_angle
+    assert "cross-coupling" in str(four)
+    assert "delta_io" in str(four)
+
+
+def test_an_old_document_has_no_couplings(four):
+    document = four.fixture_angle[0].to_document()
+    for key in ("cross_coupling", "covariance", "clamping_deg"):
+        del document[key]
+    found = type(four.fixture_angle[0]).from_document(document)
+    assert found.couplings == ()
+    assert set(found.ieee_1293()) == {"delta_o"}
+
+
+def test_each_clamping_has_a_fixture_angle_of_its_own():
+    """Two visits, the fixture askew by other angles on other graduations."""
+    first = record(seed=1, temperatures=(20.0,))
+    second = record(seed=2, temperatures=(20.0,), delta0=-2e-3)
+    n = len(first)
+    both = dataclasses.replace(
+        first,
+        **{
+            name: np.concatenate([getattr(first, name), getattr(second, name)])
+            for name in ("output", "angle", "temperature", "stroke", "mounting", "position")
+        },
+        time=None,
+        line=None,
+        run=np.concatenate([first.run, second.run + len(first.run_labels)]),
+        run_labels=tuple(f"run {i}" for i in range(2 * len(first.run_labels))),
+        clamping=np.repeat([0.0, 90.0], n),
+    )
+    found = accelcal.fit(both).fixture_angle
+    assert [item.clamping_deg for item in found] == [0.0, 90.0]
+    for item, truth in zip(found, (DELTA0, -2e-3), strict=True):
+        assert abs(item.angle.value - truth) < 2.0 * item.angle.expanded_uncertainty

@@ -88,6 +88,7 @@ if TYPE_CHECKING:
     from accelcal.errors import DocumentError as DocumentError
     from accelcal.errors import InputError as InputError
     from accelcal.errors import TableError as TableError
+    from accelcal.estimate.self_calibration import calibrate_head as calibrate_head
     from accelcal.estimate.stacked_tables import TableEstimates as TableEstimates
     from accelcal.estimate.stacked_tables import estimate_tables as estimate_tables
     from accelcal.geometry import accelerations as accelerations
@@ -95,6 +96,7 @@ if TYPE_CHECKING:
     from accelcal.io.arrays import read_arrays as read_arrays
     from accelcal.io.discoveries import read_discovery as read_discovery
     from accelcal.io.effects import read_effects as read_effects
+    from accelcal.io.head import read_head as read_head
     from accelcal.io.stand import read_stand as read_stand
     from accelcal.io.tables import read_table as read_table
     from accelcal.io.tables import read_tables as read_tables
@@ -105,14 +107,15 @@ if TYPE_CHECKING:
     from accelcal.planning.compare import design as design
     from accelcal.planning.optimum import optimal_design as optimal_design
     from accelcal.planning.pace import Pace as Pace
+    from accelcal.recalibrations.history import history as history
     from accelcal.record import Apparatus as Apparatus
     from accelcal.record import TumbleRecord as TumbleRecord
-    from accelcal.recalibrations.history import history as history
     from accelcal.results.calibration import Calibration as Calibration
     from accelcal.results.designs import DesignComparison as DesignComparison
     from accelcal.results.designs import TestDesign as TestDesign
     from accelcal.results.disagreement import Disagreement as Disagreement
     from accelcal.results.discovery import Discovery as Discovery
+    from accelcal.results.head_calibration import HeadCalibration as HeadCalibration
     from accelcal.results.optimal_design import OptimalDesign as OptimalDesign
     from accelcal.results.quantity import Quantity as Quantity
     from accelcal.results.stand import StandDiscovery as StandDiscovery
@@ -144,6 +147,7 @@ __all__ = [
     "Discovery",
     "DocumentError",
     "Effect",
+    "HeadCalibration",
     "InputError",
     "MeasuredAcceleration",
     "NoiseComponents",
@@ -166,6 +170,7 @@ __all__ = [
     "accelerations",
     "apply",
     "batch",
+    "calibrate_head",
     "calibrate_triad",
     "catalogue",
     "compare",
@@ -183,6 +188,7 @@ __all__ = [
     "read_arrays",
     "read_discovery",
     "read_effects",
+    "read_head",
     "read_stand",
     "read_table",
     "read_tables",
@@ -234,7 +240,10 @@ _HOME = {
     "accelerations": "accelcal.geometry",
     "apply": "accelcal.compensate.apply",
     "batch": "accelcal.archive.batch",
+    "HeadCalibration": "accelcal.results.head_calibration",
+    "calibrate_head": "accelcal.estimate.self_calibration",
     "calibrate_triad": "accelcal.triad.calibrate",
+    "read_head": "accelcal.io.head",
     "catalogue": "accelcal.effects.catalogue",
     "compare": "accelcal.discovery.compare",
     "design_matrix": "accelcal.model",

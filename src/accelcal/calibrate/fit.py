@@ -17,6 +17,7 @@ from accelcal.results.calibration import Calibration
 
 if TYPE_CHECKING:
     from accelcal.results.discovery import Discovery
+    from accelcal.results.head_calibration import HeadCalibration
 
 __all__ = ["fit"]
 
@@ -32,6 +33,7 @@ def fit(
     strict: bool = False,
     temperature_laws: str = "tables",
     model: Discovery | None = None,
+    head: HeadCalibration | None = None,
 ) -> Calibration:
     """Calibrate an accelerometer from the record of its tumble test.
 
@@ -58,6 +60,10 @@ def fit(
         each at its own temperature.
     model : Discovery, optional
         Effects to take out of the readings first; their sizes are fitted anew.
+    head : HeadCalibration, optional
+        Calibration or certificate of the head: the readings are corrected to the true angles, and
+        what it leaves uncertain takes the place of the declared uncertainty of the head. What the
+        record itself told of the head is left out.
 
     Returns
     -------
@@ -98,6 +104,7 @@ def fit(
         strict=strict,
         temperature_laws=temperature_laws,
         model=model,
+        head=head,
     )
     options.check()
     tell("fitting %r: %d tables by %s", record.source, sum(1 for _ in record.table_masks()), method)

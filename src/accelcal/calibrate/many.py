@@ -80,7 +80,7 @@ def _attempts(
 ) -> Iterator[tuple[Places, CalibrationStack | InputError]]:
     """Calibrate records of a plan together, or each by itself where that fails."""
     try:
-        if options.model is None or len(places) == 1:
+        if (options.model is None and options.head is None) or len(places) == 1:
             yield places, calibration_stack(plan, options)
             return
     except InputError as error:

@@ -123,6 +123,7 @@ def _estimated_anew(
             method=options.method,
             robust=options.robust,
             delta0=delta0,
+            head=options.head_for(record),
         )
     return _with_effects(estimate, tables, known, options.method, delta0)
 

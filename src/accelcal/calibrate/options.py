@@ -12,7 +12,9 @@ from accelcal.estimate.linear import METHODS
 from accelcal.model import COEFFICIENTS
 
 if TYPE_CHECKING:
+    from accelcal.record import TumbleRecord
     from accelcal.results.discovery import Discovery
+    from accelcal.results.head_calibration import HeadCalibration
 
 __all__ = ["TEMPERATURE_LAWS", "Options"]
 
@@ -25,7 +27,8 @@ class Options(NamedTuple):
 
     Attributes
     ----------
-    method, robust, delta0, reference_temperature, coefficients, strict, temperature_laws, model
+    method, robust, delta0, reference_temperature, coefficients, strict, temperature_laws, model,
+    head
         See there.
     """
 
@@ -37,6 +40,11 @@ class Options(NamedTuple):
     strict: bool = False
     temperature_laws: str = TEMPERATURE_LAWS[0]
     model: Discovery | None = None
+    head: HeadCalibration | None = None
+
+    def head_for(self, record: TumbleRecord) -> HeadCalibration | None:
+        """What others than this record tell of the head."""
+        return None if self.head is None else self.head.without(record.sha256)
 
     def check(self) -> None:
         """Refuse what no fit takes.
@@ -72,4 +80,5 @@ class Options(NamedTuple):
             "strict": self.strict,
             "temperature_laws": self.temperature_laws,
             "model": None if self.model is None else self.model.source,
+            "head": None if self.head is None else self.head.source,
         }

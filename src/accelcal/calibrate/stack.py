@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.calibrate.head import at_true_angles
 from accelcal.calibrate.of_record import calibration_of_record, table_names
 from accelcal.calibrate.options import TEMPERATURE_LAWS, Options
 from accelcal.calibrate.plan import OnePlan
@@ -202,6 +203,10 @@ def calibration_stack(plan: OnePlan, options: Options) -> CalibrationStack:
     """
     record = plan.records[0]
     delta0 = fixture_angle(record, options.delta0)
+    head = options.head_for(record)
+    if head is not None:
+        plan = at_true_angles(plan, head, _prepared(record, delta0, options), delta0)
+        record = plan.records[0]
     known = _known_effects(record, options, delta0)
     plan = plan if known is None else OnePlan.of([known.record])
     tables = _prepared(plan.records[0], delta0, options)
@@ -214,6 +219,7 @@ def calibration_stack(plan: OnePlan, options: Options) -> CalibrationStack:
             method=options.method,
             robust=options.robust,
             delta0=delta0,
+            head=head,
         )
     return CalibrationStack(plan, tables, estimate, options, delta0, known)
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from accelcal.record import TumbleRecord
     from accelcal.results.calibration import Calibration
     from accelcal.results.discovery import Discovery
+    from accelcal.results.head_calibration import HeadCalibration
 
 __all__ = ["fit"]
 
@@ -34,6 +35,11 @@ __all__ = ["fit"]
 @data_argument(many=True)
 @output_option("the calibration as JSON", metavar="CAL.json")
 @calibration_options
+@click.option(
+    "--head",
+    metavar="HEAD.json|CERT.csv",
+    help="Correct for the errors of the head: of accelcal head, or of a certificate.",
+)
 @click.option("--serial", metavar="TEXT", help="Serial number of the accelerometer.")
 @effects_option
 @report_option
@@ -48,6 +54,7 @@ def fit(
     strict: bool,
     temperature_laws: str,
     model: str | None,
+    head: str | None,
     spec: str | None,
     page: str | None,
     form: str,
@@ -73,6 +80,7 @@ def fit(
     from accelcal.io.tables import read_tables
 
     known = None if model is None else _model(model)
+    of_head = None if head is None else _head(head)
     calibrations = [
         calibrate(
             record,
@@ -83,6 +91,7 @@ def fit(
             strict=strict,
             temperature_laws=temperature_laws,
             model=known,
+            head=of_head,
         )
         for source in data
         for record in _noted(read_tables(source, overrides=declared))
@@ -111,6 +120,12 @@ def _model(path: str) -> Discovery:
     from accelcal.io.discoveries import read_model
 
     return read_model(path)
+
+
+def _head(path: str) -> HeadCalibration:
+    from accelcal.io.head import read_head
+
+    return read_head(path)
 
 
 def _judged(calibrations: Sequence[Calibration], spec: str) -> list[Calibration]:

@@ -24,6 +24,7 @@ COMMANDS = (
     "design",
     "batch",
     "triad",
+    "head",
     "history",
 )
 """Commands in the order of the help; NAME is the function NAME of the module accelcal.cli.NAME."""

@@ -109,6 +109,20 @@ class HeadError(NamedTuple):
     unseen: Array
     from_noise: Array
 
+    def shaped(self, root: Array) -> HeadError:
+        """Return the errors where `root` makes them of independent ones of one size.
+
+        Parameters
+        ----------
+        root : ndarray, shape (J, J)
+            Root of the covariance over the square of `uncertainty`.
+        """
+        return self._replace(
+            predicted=self.predicted @ root.T,
+            unseen=root @ self.unseen,
+            from_noise=root @ self.from_noise,
+        )
+
     def without_prediction(self) -> HeadError:
         """Return the same head error with nothing of it taken out of the readings."""
         return self._replace(
@@ -156,6 +170,7 @@ def lack_of_fit(
     outputs: Sequence[Array],
     noises: Sequence[NoiseStack],
     coefficients: Sequence[Array],
+    root: Array | None = None,
 ) -> LackOfFit:
     """Contrasts of the position means that no coefficient can absorb.
 
@@ -169,6 +184,9 @@ def lack_of_fit(
         Their noise.
     coefficients : sequence of ndarray, shape (R, 6)
         Least-squares coefficients of each table.
+    root : ndarray, shape (J, J), optional
+        What makes the errors of the positions of independent ones, see `HeadError.shaped`; the
+        strengths and directions are those of the independent ones then.
 
     Returns
     -------
@@ -190,7 +208,9 @@ def lack_of_fit(
         # taking the fit off first keeps the digits: the contrasts ignore it anyway
         left = (y - k @ table.design.T) / (noise.factor[:, None] * table.scatter)
         readings.append(left @ means.weights.T)
-    return _contrasts(positions, np.concatenate(seen, axis=1), np.concatenate(readings, 1), whole)
+    shown = np.concatenate(seen, axis=1)
+    shown = shown if root is None else shown @ root
+    return _contrasts(positions, shown, np.concatenate(readings, 1), whole)
 
 
 class _PositionMeans(NamedTuple):

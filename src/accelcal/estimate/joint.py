@@ -21,8 +21,10 @@ from accelcal.estimate.noise import NoiseStack, ReadingNoise, noise_of_stack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.estimate.unrepeated import told_apart
+from accelcal.grouping import distinct
 from accelcal.model import COEFFICIENTS
 from accelcal.record import Apparatus
+from accelcal.results.head_calibration import HeadCalibration
 
 __all__ = ["JointEstimate", "JointStack", "estimate_jointly", "estimate_stack"]
 
@@ -143,6 +145,7 @@ def estimate_jointly(
     method: str = METHODS[0],
     robust: bool = False,
     delta0: float = 0.0,
+    head: HeadCalibration | None = None,
 ) -> JointEstimate:
     """Estimate the coefficients of all tables of one record.
 
@@ -158,6 +161,9 @@ def estimate_jointly(
         Make the readings safe against outliers first.
     delta0 : float, default 0
         Fixture angle [rad].
+    head : HeadCalibration, optional
+        Calibration of the head, by which the readings were corrected already: what it leaves
+        uncertain takes the place of the declared uncertainty.
 
     Returns
     -------
@@ -174,7 +180,7 @@ def estimate_jointly(
     outputs = [table.record.output[None] for table in tables]
     levels = np.array([[table.record.mean_temperature for table in tables]])
     stack = estimate_stack(
-        tables, outputs, levels, apparatus, method=method, robust=robust, delta0=delta0
+        tables, outputs, levels, apparatus, method=method, robust=robust, delta0=delta0, head=head
     )
     return stack.one(0)
 
@@ -188,6 +194,7 @@ def estimate_stack(
     method: str = METHODS[0],
     robust: bool = False,
     delta0: float = 0.0,
+    head: HeadCalibration | None = None,
 ) -> JointStack:
     """Estimate the coefficients of all tables of R records of one plan.
 
@@ -203,7 +210,7 @@ def estimate_stack(
         share a level, and were reached alike.
     apparatus : Apparatus
         What is declared of the stand.
-    method, robust, delta0
+    method, robust, delta0, head
         As in `estimate_jointly`.
 
     Returns
@@ -227,7 +234,7 @@ def estimate_stack(
     estimators = [linear_estimator(table, method, delta0) for table in tables]
     readings = [_readings(table, y, robust) for table, y in zip(tables, outputs, strict=True)]
     errors = Errors.of(
-        estimators, _judge(tables, readings, apparatus, predict=method == METHODS[0])
+        estimators, _judge(tables, readings, apparatus, head, predict=method == METHODS[0])
     )
     coefficients = [
         # two terms, because taking the small one off the readings would round them
@@ -280,6 +287,7 @@ def _judge(
     tables: Sequence[PreparedTable],
     readings: Sequence[Array],
     apparatus: Apparatus,
+    known: HeadCalibration | None,
     *,
     predict: bool,
 ) -> ErrorsOfReadings:
@@ -287,8 +295,11 @@ def _judge(
         linear_estimator(table).coefficients(y) for table, y in zip(tables, readings, strict=True)
     ]
     noises = noise_of_stack(tables, readings)
-    found = lack_of_fit(tables, readings, noises, coefficients)
-    declared = apparatus.head_uncertainty
+    declared, root = apparatus.head_uncertainty, None
+    if known is not None:
+        positions = distinct(np.concatenate([table.head for table in tables]))
+        declared, root = known.spread_over(positions)
+    found = lack_of_fit(tables, readings, noises, coefficients, root)
     # noise that is not declared is known in the same way in all records
     sources = {source for noise in noises for source in noise.source[:1].tolist()}
     if found.strengths.any() and sources == {"residuals"}:
@@ -298,9 +309,9 @@ def _judge(
         head = head_error(found, declared, told_apart=told.head)
     else:
         head = head_error(found, declared, separable=not sources & {"residuals", "none"})
-    return ErrorsOfReadings(
-        coefficients, noises, found, head if predict else head.without_prediction()
-    )
+    head = head if predict else head.without_prediction()
+    head = head if root is None else head.shaped(root)
+    return ErrorsOfReadings(coefficients, noises, found, head)
 
 
 def _run_shifts(

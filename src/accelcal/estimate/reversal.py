@@ -5,11 +5,16 @@ misalignment of -d0 on the side + and of +d0 on the side -, where the cross axis
 sign. So the mean of both sides is the misalignment and half the difference, - minus +, the angle.
 The errors of the head are common to both sides and turn with the angle: they leave the mean and
 stay in the angle. The covariance of all tables, which has them in common, knows that by itself.
+
+The cross-coupling is the mean of both sides too: there the -2 K2 delta0 that the angle adds to it,
+and what the head's first harmonic adds, which no position of one side shows, change their signs.
+Each clamping of the fixture on the head has an angle of its own.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,8 +23,9 @@ from numpy.typing import NDArray
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import PreparedTable
-from accelcal.estimate.uncertainty import Interval, intervals, propagate
+from accelcal.estimate.uncertainty import Component, Interval, intervals, propagate
 from accelcal.model import COEFFICIENTS
+from accelcal.results.checked import Covariance
 from accelcal.results.fixture_angle import FixtureAngle
 from accelcal.results.quantity import Quantity
 
@@ -28,6 +34,8 @@ __all__ = ["fixture_angles", "free_of_fixture_angle"]
 Array = NDArray[np.float64]
 
 _K1, _M = (COEFFICIENTS.index(name) for name in ("K1", "M"))
+
+_G = "g/g^2"
 
 
 class _Reversal(NamedTuple):
@@ -38,6 +46,7 @@ class _Reversal(NamedTuple):
     """
 
     axis: str
+    clamping: float
     angle: Array
     levels: tuple[float, ...]
     misalignments: Array
@@ -61,22 +70,54 @@ def fixture_angles(
     Returns
     -------
     tuple of FixtureAngle
-        None, one or two.
+        One for each axis that was measured on both sides, and for each clamping of the fixture.
 
     Notes
     -----
     At each level delta = (delta+ + delta-)/2 and delta0 = given + (delta- - delta+)/2, of the
     means over the runs of each side; delta0 is the mean over the levels.
     """
+    return tuple(_told(each, estimate, delta0) for each in _reversals(tables, estimate))
+
+
+def _told(reversal: _Reversal, estimate: JointEstimate, delta0: float) -> FixtureAngle:
     effective, jacobian = _effective(estimate)
-    found = []
-    for reversal in _reversals(tables, estimate):
-        weights = np.vstack([reversal.angle, reversal.misalignments])
-        known = intervals(propagate(estimate.components, weights @ jacobian))
-        angle, *misalignments = map(_radians, weights @ effective + _first(delta0, weights), known)
-        levels = tuple(float(t) if np.isfinite(t) else None for t in reversal.levels)
-        found.append(FixtureAngle(reversal.axis, angle, levels, tuple(misalignments)))
-    return tuple(found)
+    weights = np.vstack([reversal.angle, reversal.misalignments])
+    values, through = weights @ effective + _first(delta0, weights), weights @ jacobian
+    levels = len(reversal.levels)
+    if _tells_couplings(estimate, reversal.misalignments):
+        coupling, by_all = _effective(estimate, "M_ip")
+        values = np.concatenate([values, reversal.misalignments @ coupling])
+        through = np.vstack([through, reversal.misalignments @ by_all])
+    components = propagate(estimate.components, through)
+    known = intervals(components)
+    angle, *rest = (
+        _quantity(value, interval, "rad" if i <= levels else _G)
+        for i, (value, interval) in enumerate(zip(values, known, strict=True))
+    )
+    return FixtureAngle(
+        axis=reversal.axis,
+        angle=angle,
+        temperatures=tuple(float(t) if np.isfinite(t) else None for t in reversal.levels),
+        misalignments=tuple(rest[:levels]),
+        couplings=tuple(rest[levels:]),
+        covariance=_covariance(components, levels),
+        clamping_deg=reversal.clamping,
+    )
+
+
+def _covariance(components: Mapping[str, Component], levels: int) -> Covariance:
+    matrix = np.sum([part.covariance for part in components.values()], axis=0)
+    if not np.isfinite(matrix).all():
+        return (), ()
+    each = range(1, levels + 1)
+    names = ["delta0", *(f"delta_{i}" for i in each), *(f"delta_ip_{i}" for i in each)]
+    return tuple(names[: len(matrix)]), tuple(map(tuple, matrix.tolist()))
+
+
+def _tells_couplings(estimate: JointEstimate, weights: Array) -> bool:
+    used = np.flatnonzero(weights.any(axis=0)).tolist()
+    return all("M_ip" in estimate.names[i] and "M_ip" not in estimate.stands_for[i] for i in used)
 
 
 def free_of_fixture_angle(
@@ -120,16 +161,23 @@ def free_of_fixture_angle(
 
 def _reversals(tables: Sequence[PreparedTable], estimate: JointEstimate) -> Iterator[_Reversal]:
     mountings = [str(table.record.mounting[0]) for table in tables]
-    for axis in "op":
+    clampings = [_clamping(table) for table in tables]
+    for axis, clamping in itertools.product("op", sorted(set(clampings))):
         sides = np.array(
             [
-                (1.0 if m[1] == "+" else -1.0) * (m[0] == axis and _tells_misalignment(estimate, i))
-                for i, m in enumerate(mountings)
+                (1.0 if m[1] == "+" else -1.0)
+                * (m[0] == axis and c == clamping and _tells_misalignment(estimate, i))
+                for i, (m, c) in enumerate(zip(mountings, clampings, strict=True))
             ]
         )
         levels = list(_levels([table.record.mean_temperature for table in tables], sides))
         if levels:
-            yield _reversal(axis, sides, levels)
+            yield _reversal(axis, clamping, sides, levels)
+
+
+def _clamping(table: PreparedTable) -> float:
+    clamping = table.record.clamping
+    return 0.0 if clamping is None else float(clamping[0])
 
 
 def _tells_misalignment(estimate: JointEstimate, table: int) -> bool:
@@ -148,7 +196,9 @@ def _levels(temperatures: Sequence[float], sides: Array) -> Iterator[tuple[float
             yield float(at[here].mean()), here
 
 
-def _reversal(axis: str, sides: Array, levels: Sequence[tuple[float, Array]]) -> _Reversal:
+def _reversal(
+    axis: str, clamping: float, sides: Array, levels: Sequence[tuple[float, Array]]
+) -> _Reversal:
     means = np.array([[_mean(here & (sides == s)) for s in (1.0, -1.0)] for _, here in levels])
     plus, minus = means[:, 0], means[:, 1]
     angles = (minus - plus) / 2.0
@@ -156,23 +206,25 @@ def _reversal(axis: str, sides: Array, levels: Sequence[tuple[float, Array]]) ->
     for (_, here), angle in zip(levels, angles, strict=True):
         correction[here] = np.outer(sides[here], angle)
     temperatures = tuple(temperature for temperature, _ in levels)
-    return _Reversal(axis, angles.mean(axis=0), temperatures, (plus + minus) / 2.0, correction)
+    middle = (plus + minus) / 2.0
+    return _Reversal(axis, clamping, angles.mean(axis=0), temperatures, middle, correction)
 
 
 def _mean(chosen: NDArray[np.bool_]) -> Array:
     return np.asarray(chosen / chosen.sum())
 
 
-def _effective(estimate: JointEstimate) -> tuple[Array, Array]:
-    """Effective misalignment M/K1 of each table, and its derivatives by all coefficients."""
+def _effective(estimate: JointEstimate, name: str = "M") -> tuple[Array, Array]:
+    """Quotient by K1 of a coefficient of each table, and its derivatives by all coefficients."""
+    place = COEFFICIENTS.index(name)
     size = sum(len(names) for names in estimate.names)
     jacobian = np.zeros((len(estimate.names), size))
     values = np.zeros(len(estimate.names))
     for i, k in enumerate(estimate.coefficients):
-        values[i] = k[_M] / k[_K1]
-        if "M" in estimate.names[i]:
-            jacobian[i, _place(estimate, i, "M")] = 1.0 / k[_K1]
-            jacobian[i, _place(estimate, i, "K1")] = -k[_M] / k[_K1] ** 2
+        values[i] = k[place] / k[_K1]
+        if name in estimate.names[i]:
+            jacobian[i, _place(estimate, i, name)] = 1.0 / k[_K1]
+            jacobian[i, _place(estimate, i, "K1")] = -k[place] / k[_K1] ** 2
     return values, jacobian
 
 
@@ -184,6 +236,6 @@ def _first(value: float, like: Array) -> Array:
     return np.pad([value], (0, like.shape[0] - 1))
 
 
-def _radians(value: float, interval: Interval) -> Quantity:
+def _quantity(value: float, interval: Interval, unit: str) -> Quantity:
     dof = interval.dof if interval.dof is not None and np.isfinite(interval.dof) else None
-    return Quantity(float(value), interval.standard, "rad", interval.expanded, dof)
+    return Quantity(float(value), interval.standard, unit, interval.expanded, dof)

@@ -86,10 +86,12 @@ def read_small_table(
             found = ", ".join(heading.text for heading in layout.headings)
             raise _refusal(layout, f"no column {role} among {shown(found)}", remedy)
     split = columns_by_split(layout, sorted(places.values()), 1 + max(places.values(), default=0))
+    text = "".join(layout.rows)
+    decimal = "," if layout.separator != "," and text.count(",") > text.count(".") else "."
     return SmallTable(
         source=layout.source,
         declared=layout.declared,
-        columns={role: split[index] for role, index in places.items()},
+        columns={role: split[i]._replace(decimal=decimal) for role, i in places.items()},
         headings_line=layout.headings_line,
         notes=layout.notes,
     )

@@ -158,12 +158,16 @@ def _fixture_angles(angles: Sequence[Document]) -> Iterator[str]:
     """What both sides of an axis tell; the tables above hold M with the angle in it."""
     for found in angles:
         axis = found["axis"]
-        yield f"Fixture angle apart from the misalignment, mountings {axis}+ and {axis}-"
+        clamped = f", clamped at {found['clamping_deg']:g} deg" if found.get("clamping_deg") else ""
+        yield f"Fixture angle apart from the misalignment, mountings {axis}+ and {axis}-{clamped}"
         rows = [("fixture angle", "delta0", *in_microradians(found))]
         for level in found["misalignment"]:
             t = level["temperature_degC"]
             where = "" if t is None else f" at {t:.4g} degC"
             rows.append((f"misalignment{where}", "delta", *in_microradians(level)))
+        for quantity in found.get("cross_coupling", ()):
+            name = "delta_ip" if axis == "o" else "delta_io"
+            rows.append(("cross-coupling", name, *in_microradians(quantity)[:2], "ug/g^2"))
         heading = ("", "", "value", "U (95 %)", "unit")
         yield from (f"  {line}" for line in aligned([heading, *rows], right={2, 3}))
 

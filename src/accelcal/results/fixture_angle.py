@@ -1,14 +1,31 @@
-"""The fixture angle, freed from the misalignment by a reversed mounting."""
+"""The fixture angle, freed from the misalignment by a reversed mounting.
+
+The axis along the shaft says which terms are told: where OA lies there (``o``), PA is in the plane
+of rotation, and the terms are M_O a_p and M_ip a_i a_p; where PA lies there (``p``), they are
+M_P a_o and M_io a_i a_o. The paper writes both misalignments with +, IEEE Std 1293 writes
++ delta_o a_p - delta_p a_o: `FixtureAngle.ieee_1293` converts.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
-from accelcal.results.checked import checked, list_of, number_or_none, text
+from accelcal.results.checked import (
+    Covariance,
+    checked,
+    covariance,
+    list_of,
+    number,
+    number_or_none,
+    text,
+)
 from accelcal.results.quantity import Document, Quantity
 
 __all__ = ["FixtureAngle"]
+
+_IEEE_1293 = {"o": ("delta_o", 1.0, "K_ip"), "p": ("delta_p", -1.0, "K_io")}
+"""Axis along the shaft -> name and sign of its misalignment, and name of its cross-coupling."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,21 +42,60 @@ class FixtureAngle:
         Levels at which both sides were measured [degC].
     misalignments : tuple of Quantity
         Misalignment M/K1 at each of these levels, free of the fixture angle [rad].
+    couplings : tuple of Quantity
+        Cross-coupling M_ip/K1, or M_io/K1 for the axis ``"p"``, at each of these levels, as the
+        mean of both sides; empty where the positions do not tell it [g/g^2].
+    covariance : tuple
+        Names and matrix of ``delta0``, ``delta_1`` ... (level by level) and ``delta_ip_1`` ...;
+        empty where it is unknown.
+    clamping_deg : float
+        Clamping of the fixture on the head; each has an angle of its own [deg].
     """
 
     axis: str
     angle: Quantity
     temperatures: tuple[float | None, ...]
     misalignments: tuple[Quantity, ...]
+    couplings: tuple[Quantity, ...] = ()
+    covariance: Covariance = ((), ())
+    clamping_deg: float = 0.0
+
+    def ieee_1293(self, temperature: float | None = None) -> dict[str, Quantity]:
+        """Return the terms by the names and signs of IEEE Std 1293.
+
+        Parameters
+        ----------
+        temperature : float, optional
+            The level nearest to it is taken; by default the first [degC].
+
+        Returns
+        -------
+        dict of str to Quantity
+            ``delta_o`` and ``K_ip``, or ``delta_p`` and ``K_io``, of the model equation
+            A + ... + delta_o a_p - delta_p a_o + K_ip a_i a_p + K_io a_i a_o.
+
+        Examples
+        --------
+        >>> angle, delta = Quantity(0.0, 1e-6, "rad"), Quantity(1e-3, 1e-6, "rad")
+        >>> found = FixtureAngle("p", angle, (20.0,), (delta,))
+        >>> found.ieee_1293()["delta_p"].value
+        -0.001
+        """
+        name, sign, coupling = _IEEE_1293[self.axis]
+        level = self._nearest_level(temperature)
+        own = self.misalignments[level]
+        found = {name: replace(own, value=None if own.value is None else sign * own.value)}
+        return found | ({coupling: self.couplings[level]} if self.couplings else {})
 
     def nearest(self, temperature: float | None) -> Quantity:
         """Misalignment at the level nearest to a temperature [degC]."""
+        return self.misalignments[self._nearest_level(temperature)]
 
+    def _nearest_level(self, temperature: float | None) -> int:
         def distance(level: float | None) -> float:
             return 0.0 if None in (level, temperature) else abs(level - temperature)  # type: ignore[operator]
 
-        places = range(len(self.temperatures))
-        return self.misalignments[min(places, key=lambda i: distance(self.temperatures[i]))]
+        return min(range(len(self.temperatures)), key=lambda i: distance(self.temperatures[i]))
 
     def to_document(self) -> dict[str, Any]:
         """Return the angle as it stands in the JSON document."""
@@ -48,6 +104,12 @@ class FixtureAngle:
             "axis": self.axis,
             **self.angle.to_document(),
             "misalignment": [{"temperature_degC": t, **q.to_document()} for t, q in levels],
+            "cross_coupling": [quantity.to_document() for quantity in self.couplings],
+            "covariance": {
+                "names": list(self.covariance[0]),
+                "matrix": [list(row) for row in self.covariance[1]],
+            },
+            "clamping_deg": self.clamping_deg,
         }
 
     @classmethod
@@ -58,7 +120,20 @@ class FixtureAngle:
             raise TypeError("misalignment is empty, in place of a level or more")
         temperatures, misalignments = zip(*levels, strict=True)
         axis = checked(document, "axis", text)
-        return cls(axis, Quantity.from_document(document), temperatures, misalignments)
+        none: tuple[Quantity, ...] = ()
+        unknown: Covariance = ((), ())
+        couplings = checked(document, "cross_coupling", list_of(Quantity.from_document), none)
+        if couplings and len(couplings) != len(levels):
+            raise TypeError("cross_coupling has not as many levels as misalignment")
+        return cls(
+            axis,
+            Quantity.from_document(document),
+            temperatures,
+            misalignments,
+            couplings,
+            checked(document, "covariance", covariance, unknown),
+            checked(document, "clamping_deg", number, 0.0),
+        )
 
 
 def _level(document: Document) -> tuple[float | None, Quantity]:

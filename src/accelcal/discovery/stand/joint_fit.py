@@ -27,6 +27,7 @@ from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.space import space_of, whitener_of
 from accelcal.discovery.stand.mean_unit import Unit, amplitudes
 from accelcal.results.findings import Change
+from accelcal.results.head_calibration import posterior
 
 __all__ = ["Knowledge", "beside_the_others", "coefficients", "known", "shared_columns"]
 __all__ += ["without_head"]
@@ -96,12 +97,7 @@ def known(units: Sequence[Unit], shared: Sequence[Instance], head: float, size: 
         shown = without(unit.comparison.space.see(columns), _own_part(unit))
         information = information + shown.T @ shown
         pull = pull + shown.T @ unit.comparison.seen
-    scale = np.sqrt(np.diagonal(information))
-    scale = np.where(scale > 0.0, scale, 1.0)
-    values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
-    root = vectors / np.sqrt(np.maximum(values, _LEAST))
-    covariance = root @ root.T / np.outer(scale, scale)
-    return Knowledge(covariance @ pull, covariance)
+    return Knowledge(*posterior(information, pull, _LEAST))
 
 
 def without_head(

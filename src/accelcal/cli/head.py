@@ -1,0 +1,77 @@
+"""accelcal head: the errors of the head from the tables of units that were measured on it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import click
+
+from accelcal.cli.deliver import deliver, refuse_stdin_twice, refuse_to_overwrite
+from accelcal.cli.options import (
+    data_argument,
+    fixture_angle_option,
+    format_option,
+    number,
+    output_option,
+)
+
+if TYPE_CHECKING:
+    from accelcal.results.head_calibration import HeadCalibration
+
+__all__ = ["head"]
+
+
+@click.command()
+@data_argument(many=True)
+@output_option("the calibration of the head as JSON", metavar="HEAD.json")
+@click.option(
+    "--head-uncertainty",
+    type=number,
+    metavar="G",
+    help="Standard uncertainty of one head position before any reading [rad, or g].",
+)
+@fixture_angle_option
+@format_option("text", "json", "csv")
+def head(
+    data: Sequence[str],
+    path: str | None,
+    head_uncertainty: float | None,
+    delta0: float | None,
+    form: str,
+) -> None:
+    """Calibrate the head of a stand by the units that were measured on it.
+
+    DATA are tables of one unit whose fixture was clamped on the head at several angles (column
+    clamping), of several units of one stand, or both. Gives the error of each head position, what
+    cannot be told of it, and the coefficients of each unit fitted jointly. `accelcal fit --head`
+    takes the result.
+
+    \b
+    Examples:
+      accelcal head clamped_0_and_90.csv -o head.json
+      accelcal head archive/*.csv -o head.json
+      accelcal fit other.csv --head head.json
+    """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
+    refuse_stdin_twice(data)
+    refuse_to_overwrite(data, path)
+    from accelcal.estimate.self_calibration import calibrate_head
+    from accelcal.io.tables import read_tables
+
+    declared = {"head_uncertainty": head_uncertainty}
+    records = [record for source in data for record in read_tables(source, overrides=declared)]
+    found = calibrate_head(records, delta0=delta0)
+    if path is not None:
+        deliver(found.to_json(), path)
+    if path != "-":
+        deliver(_shown(found, form))
+
+
+def _shown(found: HeadCalibration, form: str) -> str:
+    if form == "json":
+        return found.to_json()
+    if form == "text":
+        return str(found)
+    rows = zip(found.angles_deg, found.quantities(), strict=True)
+    lines = [f"{angle!r},{q.value!r},{q.standard_uncertainty!r}" for angle, q in rows]
+    return "\n".join(["angle [deg],error [rad],uncertainty [rad]", *lines])

@@ -1,0 +1,300 @@
+"""The head calibrates itself: its errors together with the coefficients of units measured on it.
+
+A position of the head is wrong by the same angle whatever stands on it. On one clamping, what looks
+like coefficients cannot be told from them; where the fixture is clamped at another angle, the same
+errors look like others, and K2, K3 and M_ip do not change. So k2, k3 and delta_ip are common to all
+clampings of one unit (for each axis along the shaft), while k0, K1 and delta are free in each run,
+where the launch and the angle of the clamp change them. The declared uncertainty of a position is
+the start, and where nothing tells more, it stays.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.errors import InputError
+from accelcal.estimate.linear import linear_estimator
+from accelcal.estimate.noise import noise_of_stack
+from accelcal.estimate.tables import PreparedTable, prepare
+from accelcal.grouping import distinct
+from accelcal.model import COEFFICIENTS
+from accelcal.probability import f_survival, student_quantile
+from accelcal.record import TumbleRecord, naming
+from accelcal.reference import fixture_angle
+from accelcal.results.findings import Change
+from accelcal.results.head_calibration import (
+    HeadCalibration,
+    HeadHarmonic,
+    UnitOnHead,
+    posterior,
+)
+from accelcal.results.quantity import Gate, Quantity
+from accelcal.version import __version__
+
+__all__ = ["calibrate_head"]
+
+Array = NDArray[np.float64]
+
+_OF_UNIT = {"K2": "k2", "K3": "k3", "M_ip": "delta_ip"}
+_UNITS = {"k2": "g/g^2", "k3": "g/g^3", "delta_ip": "g/g^2"}
+_ABSORBED = {
+    "mean": "M",
+    "cos 1": "M_ip",
+    "sin 1": "K0, K2",
+    "cos 2": "M, in part",
+    "sin 2": "K1, K3",
+}
+_FALSE_ALARM = 0.01
+
+
+class _Unit(NamedTuple):
+    """One record in units of g over its noise: z = nuisance x + head e + noise of 1."""
+
+    record: TumbleRecord
+    names: tuple[str, ...]
+    nuisance: Array
+    head: Array
+    z: Array
+    dof: float
+
+    def information(self) -> tuple[Array, Array]:
+        """What is told of e beside the nuisance: S^T S and S^T z."""
+        basis = _basis(self.nuisance)
+        shown = self.head - basis @ (basis.T @ self.head)
+        return shown.T @ shown, shown.T @ self.z
+
+
+def calibrate_head(
+    records: Sequence[TumbleRecord], *, delta0: float | None = None
+) -> HeadCalibration:
+    """Estimate the errors of a head from records of units that were measured on it.
+
+    Parameters
+    ----------
+    records : sequence of TumbleRecord
+        One unit in two clampings or more, several units of one stand, or both. All declare the
+        same uncertainty of a head position.
+    delta0 : float, optional
+        Fixture angle of all; by default each record declares its own [rad].
+
+    Returns
+    -------
+    HeadCalibration
+        Error of each position, its covariance, its harmonics with what cannot be told of them,
+        and the coefficients of each unit fitted alone and jointly.
+
+    Raises
+    ------
+    InputError
+        If no uncertainty is declared, or several are, or nothing tells the noise of a record.
+
+    Notes
+    -----
+    The joint posterior of e and the coefficients x of all units, e having the prior N(0, u^2) of
+    the declaration and x none. Each record adds S^T S to what is known of e, with S the part of
+    its dependence on e that its x cannot absorb; then x given e is least squares.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> found = calibrate_head([accelcal.simulate(seed=seed) for seed in (1, 2)])
+    >>> len(found.errors), found.harmonics[0].name, round(found.harmonics[0].told, 3)
+    (8, 'mean', 0.0)
+    """
+    declared = _declared(records)
+    tables = [_tables(record, delta0) for record in records]
+    positions = distinct(np.concatenate([t.head for own in tables for t in own]))
+    units = [_unit(r, own, positions) for r, own in zip(records, tables, strict=True)]
+    told = [unit.information() for unit in units]
+    prior = np.eye(positions.size) / declared**2
+    errors, covariance = posterior(
+        prior + sum(matrix for matrix, _ in told), np.sum([pull for _, pull in told], axis=0)
+    )
+    return HeadCalibration(
+        angles_deg=tuple(positions.tolist()),
+        errors=tuple(errors.tolist()),
+        covariance=_rows(covariance),
+        origin="self-calibration",
+        declared_uncertainty=declared,
+        harmonics=tuple(_harmonics(positions, errors, covariance, declared)),
+        units=tuple(
+            UnitOnHead(
+                name=unit.record.serial or unit.record.source,
+                sha256=unit.record.sha256,
+                information=_rows(matrix),
+                pull=tuple(pull.tolist()),
+                coefficients=_changes(unit, posterior(prior + matrix, pull), (errors, covariance)),
+            )
+            for unit, (matrix, pull) in zip(units, told, strict=True)
+        ),
+        gates=(_clampings(records), _left_over(units, errors, positions.size)),
+        source=", ".join(dict.fromkeys(record.source for record in records)),
+        software=f"accelcal {__version__}",
+    )
+
+
+def _declared(records: Sequence[TumbleRecord]) -> float:
+    if not records:
+        raise InputError("no record; give the tables of one unit in several clampings, or of units")
+    found = {record.apparatus.head_uncertainty for record in records}
+    if len(found) > 1 or not next(iter(found)):
+        shown = " and ".join("nothing" if u is None else f"{u:g}" for u in found)
+        raise InputError(
+            f"head_uncertainty is declared as {shown} rad; what no reading tells of the head stays"
+            " as uncertain as declared: declare one above 0, by --head-uncertainty"
+        )
+    return float(found.pop() or 0.0)
+
+
+def _tables(record: TumbleRecord, delta0: float | None) -> list[PreparedTable]:
+    found = []
+    for table in record.tables():
+        with naming(table):
+            found.append(prepare(table, delta0=fixture_angle(record, delta0)))
+    return found
+
+
+def _unit(record: TumbleRecord, tables: Sequence[PreparedTable], positions: Array) -> _Unit:
+    """Stack the tables of a record, each divided by its scale factor and its noise."""
+    factors, dof = _noise(record, tables)
+    names: list[str] = []
+    rows, heads, outputs = [], [], []
+    for number, (table, factor) in enumerate(zip(tables, factors, strict=True)):
+        k = linear_estimator(table).coefficients(table.record.output)
+        size = factor * table.scatter / k[1]
+        own = _places(names, table, number)
+        block = np.zeros((len(size), len(names)))
+        block[:, own] = table.design / size[:, None]
+        rows.append(block)
+        at = np.equal(table.head[:, None], positions)
+        heads.append((table.angular @ k / k[1] / size)[:, None] * at)
+        outputs.append(table.record.output / k[1] / size)
+    nuisance = np.vstack([np.pad(b, ((0, 0), (0, len(names) - b.shape[1]))) for b in rows])
+    return _Unit(record, tuple(names), nuisance, np.vstack(heads), np.concatenate(outputs), dof)
+
+
+def _noise(record: TumbleRecord, tables: Sequence[PreparedTable]) -> tuple[list[float], float]:
+    """Reading noise of each table and its degrees of freedom; one noise where replicates tell."""
+    found = [n.one(0) for n in noise_of_stack(tables, [t.record.output[None] for t in tables])]
+    factors, dofs = [n.factor for n in found], [n.dof for n in found]
+    if not min(factors) > 0.0:
+        with naming(record):
+            raise InputError("nothing tells the noise; read each position twice or more")
+    if not all(map(math.isfinite, dofs)) or len({n.source for n in found}) > 1:
+        return factors, min(dofs)
+    square = sum(d * f * f for d, f in zip(dofs, factors, strict=True)) / sum(dofs)
+    return [math.sqrt(square)] * len(found), sum(dofs)
+
+
+def _places(names: list[str], table: PreparedTable, number: int) -> list[int]:
+    """Columns of the coefficients of a table among those of its unit, new ones added."""
+    axis = str(table.record.mounting[0])[0]
+    own = [
+        f"{_OF_UNIT[name]}_{axis}" if name in _OF_UNIT else f"{name} of table {number}"
+        for name in COEFFICIENTS
+    ]
+    names.extend(name for name in own if name not in names)
+    return [names.index(name) for name in own]
+
+
+def _basis(matrix: Array) -> Array:
+    """Orthonormal basis of the columns, as many as they have rank."""
+    scale = np.linalg.norm(matrix, axis=0)
+    left, values, _ = np.linalg.svd(matrix / np.where(scale > 0.0, scale, 1.0), full_matrices=False)
+    return np.asarray(left[:, values > 1e-9 * values[0]])
+
+
+def _changes(
+    unit: _Unit, alone: tuple[Array, Array], joint: tuple[Array, Array]
+) -> dict[str, Change]:
+    """Coefficients that all clampings have in common, with what each tells of the head."""
+    inverse = np.asarray(np.linalg.pinv(unit.nuisance, rcond=1e-9), dtype=np.float64)
+    told = np.abs(np.diagonal(inverse @ unit.nuisance) - 1.0) < 1e-6
+    before, after = (_quantities(unit, inverse, *known) for known in (alone, joint))
+    shared = [i for i, name in enumerate(unit.names) if " of table " not in name and told[i]]
+    return {
+        unit.names[i]: Change(unit.names[i], before[unit.names[i]], after[unit.names[i]])
+        for i in shared
+    }
+
+
+def _quantities(
+    unit: _Unit, inverse: Array, errors: Array, covariance: Array
+) -> dict[str, Quantity]:
+    through = inverse @ unit.head
+    factor = student_quantile(0.95, unit.dof)
+    values = inverse @ (unit.z - unit.head @ errors)
+    variance = np.sum(inverse**2, axis=1) + np.einsum("ij,jk,ik->i", through, covariance, through)
+    return {
+        name: Quantity(
+            float(value),
+            float(np.sqrt(v)),
+            _UNITS.get(name[:-2], ""),
+            factor * float(np.sqrt(v)),
+            unit.dof if math.isfinite(unit.dof) else None,
+        )
+        for name, value, v in zip(unit.names, values, variance, strict=True)
+    }
+
+
+def _harmonics(
+    positions: Array, errors: Array, covariance: Array, declared: float
+) -> Iterator[HeadHarmonic]:
+    for name, pattern in _patterns(np.deg2rad(positions)):
+        weight = pattern / (pattern @ pattern)
+        variance = float(weight @ covariance @ weight)
+        u = math.sqrt(max(variance, 0.0))
+        yield HeadHarmonic(
+            name=name,
+            amplitude=Quantity(
+                float(weight @ errors), u, "rad", student_quantile(0.95, math.inf) * u
+            ),
+            told=min(1.0, max(0.0, 1.0 - variance / (declared**2 * float(weight @ weight)))),
+            absorbed_by=_ABSORBED.get(name, ""),
+        )
+
+
+def _patterns(phi: Array) -> Iterator[tuple[str, Array]]:
+    yield "mean", np.ones(phi.size)
+    for order in range(1, phi.size // 2 + 1):
+        yield f"cos {order}", np.cos(order * phi)
+        if np.abs(np.sin(order * phi)).max() > 1e-6:
+            yield f"sin {order}", np.sin(order * phi)
+
+
+def _clampings(records: Sequence[TumbleRecord]) -> Gate:
+    found = {0.0} if any(r.clamping is None for r in records) else set()
+    found |= {float(c) % 360.0 for r in records if r.clamping is not None for c in r.clamping}
+    told = f"clamped at {', '.join(f'{c:g}' for c in sorted(found))} deg"
+    if len(found) > 1:
+        return Gate("clampings", "pass", told)
+    told += " alone: what looks like coefficients in every unit stays as uncertain as declared"
+    return Gate("clampings", "warn", told + "; clamp the fixture at another angle too")
+
+
+def _left_over(units: Sequence[_Unit], errors: Array, positions: int) -> Gate:
+    """Whether head and coefficients explain the readings within their noise."""
+    square, dof = 0.0, -positions
+    for unit in units:
+        basis = _basis(unit.nuisance)
+        left = unit.z - unit.head @ errors
+        left = left - basis @ (basis.T @ left)
+        square += float(left @ left)
+        dof += left.size - basis.shape[1]
+    if dof < 1:
+        return Gate("what is left", "not assessed", "too few readings")
+    chance = f_survival(square / dof, float(dof), float(dof))
+    told = f"residuals are {math.sqrt(square / dof):.2f} times the noise (p = {chance:.2g})"
+    if chance < _FALSE_ALARM:
+        told += "; something else disturbs them: accelcal discover names it"
+        return Gate("what is left", "warn", told)
+    return Gate("what is left", "pass", told)
+
+
+def _rows(matrix: Array) -> tuple[tuple[float, ...], ...]:
+    return tuple(map(tuple, matrix.tolist()))

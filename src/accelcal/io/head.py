@@ -1,0 +1,176 @@
+"""Heads: files of ``accelcal head``, and certificates as tables of angle and error."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.errors import DocumentError, TableError, located
+from accelcal.io.cells import Column, numbers
+from accelcal.io.small_table import SmallTable, read_small_table
+from accelcal.io.text import Source, read_text
+from accelcal.io.vocabulary import Heading, split_unit
+from accelcal.results.head_calibration import HeadCalibration
+
+__all__ = ["read_head"]
+
+Array = NDArray[np.float64]
+
+_RADIANS = {
+    "rad": 1.0,
+    "mrad": 1e-3,
+    "urad": 1e-6,
+    "µrad": 1e-6,
+    "deg": np.pi / 180.0,
+    "arcmin": np.pi / 10800.0,
+    "arcsec": np.pi / 648000.0,
+    '"': np.pi / 648000.0,
+}
+_ROLES = {
+    "angle": "angle",
+    "position": "angle",
+    "error": "error",
+    "correction": "correction",
+    "uncertainty": "uncertainty",
+    "standard uncertainty": "uncertainty",
+    "standard_uncertainty": "uncertainty",
+    "u": "uncertainty",
+    "std": "uncertainty",
+}
+_SUFFIX = re.compile(r"(.+)[_ ](\S+)")
+_REMEDY = "name the columns angle and error, and give units, as in error [arcsec]"
+_HOW_SURE = "add a column uncertainty [arcsec], or a line '# uncertainty: 0.5 arcsec'"
+_LARGEST = 0.1
+"""Errors beyond it are none of a head [rad]."""
+
+
+def read_head(source: Source) -> HeadCalibration:
+    r"""Read the calibration of a head.
+
+    Parameters
+    ----------
+    source : path, "-" or file object
+        A file of ``accelcal head``, or a certificate: a table with the columns ``angle`` [deg],
+        ``error`` (true minus nominal) and ``uncertainty`` (standard), the last two in arcsec,
+        arcmin, urad, mrad, rad or deg by their headings. A line ``# uncertainty: 0.5 arcsec``
+        stands for the column, and ``# coverage: 2`` says that it is expanded by that factor.
+
+    Returns
+    -------
+    HeadCalibration
+        The head. The errors of a certificate are taken as independent of each other.
+
+    Raises
+    ------
+    DocumentError
+        If it is JSON of something else.
+    TableError
+        If the certificate is unusable; the message names the line and the remedy.
+
+    Examples
+    --------
+    >>> import io
+    >>> text = "# uncertainty: 0.5 arcsec\nangle,error [arcsec]\n0,1\n90,-1\n"
+    >>> [round(1e6 * error, 2) for error in read_head(io.StringIO(text)).errors]
+    [4.85, -4.85]
+    """
+    given = read_text(source, "head")
+    if given.text.lstrip().startswith("{"):
+        try:
+            return HeadCalibration.from_json(given.text)
+        except DocumentError as error:
+            raise error.at(given.name) from None
+    import io
+
+    text = io.StringIO(given.text)
+    text.name = given.name
+    table = read_small_table(text, _heading, ("angle",), _REMEDY, "head")
+    return located(_certificate, table, source=table.source)
+
+
+def _heading(text: str) -> Heading:
+    name, unit = split_unit(text.strip())
+    folded = name.strip().casefold()
+    suffix = _SUFFIX.fullmatch(folded)
+    if folded not in _ROLES and not unit and suffix and suffix[2] in _RADIANS:
+        folded, unit = suffix[1], suffix[2]
+    return Heading(text, _ROLES.get(folded), unit or None)
+
+
+def _certificate(table: SmallTable) -> HeadCalibration:
+    there = [role for role in ("error", "correction") if role in table.columns]
+    if len(there) != 1:
+        raise _refusal(table, "no column error, or correction beside it", _REMEDY)
+    angle = _known(table.columns["angle"]) * (
+        _factor(table.columns["angle"], "deg") * 180.0 / np.pi
+    )
+    sign = 1.0 if there[0] == "error" else -1.0
+    column = table.columns[there[0]]
+    error = sign * _known(column) * _factor(column)
+    column.check(np.abs(error) < _LARGEST, "{} is no error of a head", "check its unit")
+    place, order = np.unique(np.mod(np.round(angle, 6), 360.0), return_index=True)
+    for i in range(angle.size):
+        same = order[np.searchsorted(place, np.mod(np.round(angle[i], 6), 360.0))]
+        if abs(error[i] - error[same]) > 1e-12:
+            raise column.refuse(i, "{} of a position that has another error above", "keep one")
+    variance = _uncertainty(table, angle.size)[order] ** 2
+    return HeadCalibration(
+        angles_deg=tuple(place.tolist()),
+        errors=tuple(error[order].tolist()),
+        covariance=tuple(map(tuple, np.diag(variance).tolist())),
+        origin="certificate",
+        source=table.source,
+    )
+
+
+def _known(column: Column) -> Array:
+    values = numbers(column)
+    column.check(~np.isnan(values), "{} is missing", "complete the row or delete it")
+    return values
+
+
+def _factor(column: Column, default: str | None = None) -> float:
+    """Radians of a unit of a column."""
+    unit = column.unit or default
+    if unit is None or unit.casefold() not in _RADIANS:
+        what = "has no unit" if unit is None else f"is in {unit}"
+        problem, remedy = f"column {column.heading} {what}", f"give it in {', '.join(_RADIANS)}"
+        raise TableError(problem, remedy, source=column.source)
+    return float(_RADIANS[unit.casefold()])
+
+
+def _uncertainty(table: SmallTable, size: int) -> Array:
+    """Standard uncertainty of each position [rad]."""
+    cover = _header_number(table, "coverage", 1.0)
+    if "uncertainty" in table.columns:
+        column = table.columns["uncertainty"]
+        values = _known(column) * _factor(column)
+        column.check(values > 0.0, "{} is not above 0", "write the standard uncertainty")
+        return values / cover
+    if "uncertainty" not in table.declared:
+        raise _refusal(table, "nothing tells how sure the errors are", _HOW_SURE)
+    value, _, unit = table.declared["uncertainty"].value.partition(" ")
+    if unit.strip().casefold() not in _RADIANS:
+        raise _refusal(table, f"uncertainty {value!r} has no unit of an angle", _HOW_SURE)
+    number = _header_number(table, "uncertainty", 0.0) * _RADIANS[unit.strip().casefold()]
+    return np.full(size, number / cover)
+
+
+def _header_number(table: SmallTable, key: str, default: float) -> float:
+    if key not in table.declared:
+        return default
+    try:
+        found = float(table.declared[key].value.split()[0])
+    except (ValueError, IndexError):
+        found = float("nan")
+    if not 0.0 < found < np.inf:
+        line = table.declared[key].line
+        problem = f"{key} is {table.declared[key].value!r}"
+        raise TableError(problem, "write a number above 0", source=table.source, line=line)
+    return found
+
+
+def _refusal(table: SmallTable, problem: str, remedy: str) -> TableError:
+    return TableError(problem, remedy, source=table.source, line=table.headings_line)

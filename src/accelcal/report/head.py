@@ -1,0 +1,88 @@
+"""The calibration of a head as text for a terminal."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+
+from accelcal.report.columns import aligned
+from accelcal.report.numbers import matching_digits, significant
+from accelcal.results.head_calibration import HeadCalibration
+from accelcal.results.quantity import Quantity
+
+__all__ = ["head_text"]
+
+_WIDTH = 100
+_MICRO = 1e6
+_TOLD = 0.5
+"""Share of the declared variance below which a harmonic counts as not told."""
+
+
+def head_text(found: HeadCalibration) -> str:
+    """Write the calibration of a head as text.
+
+    Parameters
+    ----------
+    found : HeadCalibration
+        The head.
+
+    Returns
+    -------
+    str
+        Lines of at most 100 characters, in ASCII but for names of the user.
+    """
+    lines = [*_head(found), "", *_positions(found)]
+    if found.harmonics:
+        lines += ["", *_harmonics(found)]
+    if found.units:
+        lines += ["", *_units(found)]
+    return "\n".join([*lines, *_gates(found)])
+
+
+def _head(found: HeadCalibration) -> Iterator[str]:
+    yield from textwrap.wrap(f"Head, {found.origin} from {found.source}", _WIDTH)
+    told = f"{len(found.errors)} positions, {_MICRO * found.uncertainty:.3g} urad rms uncertainty"
+    if found.declared_uncertainty is not None:
+        told += f"; {_MICRO * found.declared_uncertainty:.3g} urad declared"
+    yield told
+
+
+def _positions(found: HeadCalibration) -> Iterator[str]:
+    rows = [("position", "error", "+- 95 %", "")]
+    for angle, q in zip(found.angles_deg, found.quantities(), strict=True):
+        rows.append((f"{angle:g} deg", *_micro(q), "urad"))
+    yield from (f"  {line}" for line in aligned(rows, right={0, 1, 2}))
+
+
+def _harmonics(found: HeadCalibration) -> Iterator[str]:
+    rows = [("harmonic", "amplitude", "+- 95 %", "", "told", "")]
+    for item in found.harmonics:
+        lost = item.told < _TOLD
+        why = f"cannot be told apart from {item.absorbed_by}" if item.absorbed_by else "not told"
+        share = f"{100 * item.told:.0f} %"
+        rows.append((item.name, *_micro(item.amplitude), "urad", share, why if lost else ""))
+    yield from (f"  {line}" for line in aligned(rows, right={1, 2, 4}))
+
+
+def _units(found: HeadCalibration) -> Iterator[str]:
+    yield "Coefficients, with the head by each unit alone and by all [ug/g^n]"
+    rows = [("", "", "alone", "+- 95 %", "jointly", "+- 95 %")]
+    for unit in found.units:
+        for name, change in unit.coefficients.items():
+            rows.append((unit.name, name, *_micro(change.before), *_micro(change.after)))
+    yield from (f"  {line}" for line in aligned(rows, right={2, 3, 4, 5}))
+
+
+def _gates(found: HeadCalibration) -> Iterator[str]:
+    for gate in found.gates:
+        verdict = "WARNING" if gate.verdict == "warn" else gate.verdict
+        yield from textwrap.wrap(
+            f"- {verdict}: {gate.name}: {gate.finding}", _WIDTH, subsequent_indent="  "
+        )
+
+
+def _micro(quantity: Quantity) -> tuple[str, str]:
+    value, u = _MICRO * (quantity.value or 0.0), quantity.expanded_uncertainty
+    if not u:
+        return significant(value), "0"
+    return matching_digits(value, _MICRO * u)

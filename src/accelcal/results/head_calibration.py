@@ -1,0 +1,387 @@
+"""The errors of a head, from its own calibration by re-clampings or units, or a certificate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.errors import DocumentError, InputError
+from accelcal.results.checked import (
+    checked,
+    list_of,
+    mapping_of,
+    number,
+    number_or_none,
+    size_or_none,
+    text,
+    text_or_none,
+)
+from accelcal.results.findings import Change
+from accelcal.results.json_text import document_in, json_text
+from accelcal.results.quantity import Gate, Quantity, fields_document
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+__all__ = ["SCHEMA", "HeadCalibration", "HeadHarmonic", "UnitOnHead", "posterior"]
+
+SCHEMA = "accelcal/head/1"
+WRITER = "accelcal head"
+
+Array = NDArray[np.float64]
+Rows = tuple[tuple[float, ...], ...]
+
+_LEVEL = 1.959963984540054
+_LEAST = 1e-12
+"""Information below it, over that of each position alone, is rounding."""
+
+
+def posterior(information: Array, pull: Array, least: float = _LEAST) -> tuple[Array, Array]:
+    """Estimate from information that was added up, with its covariance.
+
+    Parameters
+    ----------
+    information : ndarray, shape (k, k)
+        Sum of S^T S over all that tells of the k errors, the declaration included.
+    pull : ndarray, shape (k,)
+        Sum of S^T z.
+    least : float
+        Information below it, over that of each error alone, is taken for rounding.
+
+    Returns
+    -------
+    value : ndarray, shape (k,)
+        Estimate.
+    covariance : ndarray, shape (k, k)
+        Its covariance.
+    """
+    scale = np.sqrt(np.diagonal(information))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
+    root = vectors / np.sqrt(np.maximum(values, least))
+    covariance = np.asarray(root @ root.T / np.outer(scale, scale))
+    return covariance @ pull, covariance
+
+
+@dataclass(frozen=True, slots=True)
+class HeadHarmonic:
+    """A pattern of the errors over the positions.
+
+    Attributes
+    ----------
+    name : str
+        ``"mean"``, ``"cos 1"``, ``"sin 1"`` ... of the graduation.
+    amplitude : Quantity
+        Its amplitude [rad].
+    told : float
+        One minus the variance that is left over the declared one: 1 where the readings tell it,
+        0 where it is as uncertain as declared.
+    absorbed_by : str
+        Coefficients that it looks like on one clamping; empty where it leaves residuals.
+    """
+
+    name: str
+    amplitude: Quantity
+    told: float
+    absorbed_by: str = ""
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the harmonic as it stands in the JSON document."""
+        plain = {"name": self.name, "told": self.told, "absorbed_by": self.absorbed_by}
+        return {**plain, "amplitude": self.amplitude.to_document()}
+
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any]) -> HeadHarmonic:
+        """Read the harmonic from its place in a JSON document."""
+        return cls(
+            checked(document, "name", text),
+            checked(document, "amplitude", Quantity.from_document),
+            checked(document, "told", number),
+            checked(document, "absorbed_by", text),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class UnitOnHead:
+    """What one record tells of the head, and what it gains.
+
+    Attributes
+    ----------
+    name : str
+        Serial number, or source.
+    sha256 : str or None
+        SHA-256 of its table, by which a fit knows it again.
+    information : tuple of tuple of float, shape (J, J)
+        Information on the errors of the positions [1/rad^2].
+    pull : tuple of float, shape (J,)
+        Information times estimate [1/rad].
+    coefficients : mapping of str to Change
+        k2, k3 and delta_ip (of each axis), fitted with this record alone and with all.
+    """
+
+    name: str
+    sha256: str | None
+    information: Rows
+    pull: tuple[float, ...]
+    coefficients: Mapping[str, Change]
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the record as it stands in the JSON document."""
+        return {
+            "name": self.name,
+            "sha256": self.sha256,
+            "information": [list(row) for row in self.information],
+            "pull": list(self.pull),
+            "coefficients": {name: c.to_document() for name, c in self.coefficients.items()},
+        }
+
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any]) -> UnitOnHead:
+        """Read the record from its place in a JSON document."""
+        return cls(
+            checked(document, "name", text),
+            checked(document, "sha256", text_or_none),
+            checked(document, "information", list_of(list_of(number))),
+            checked(document, "pull", list_of(number)),
+            checked(document, "coefficients", mapping_of(Change.from_document)),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class HeadCalibration:
+    """Errors of the positions of a head, true minus nominal, with their covariance.
+
+    Attributes
+    ----------
+    angles_deg : tuple of float
+        Graduations of the head, from 0 to 360 [deg].
+    errors : tuple of float
+        Error of each [rad].
+    covariance : tuple of tuple of float
+        Of the errors [rad^2].
+    origin : str
+        ``"self-calibration"`` or ``"certificate"``.
+    declared_uncertainty : float or None
+        Standard uncertainty of a position before any reading [rad]; None for a certificate.
+    harmonics : tuple of HeadHarmonic
+        The same errors as harmonics, with what cannot be told of them.
+    units : tuple of UnitOnHead
+        Records that told them.
+    gates : tuple of Gate
+        Checks with their findings.
+    source : str
+        File or files.
+    software : str
+        Name and version of what made it.
+    """
+
+    angles_deg: tuple[float, ...]
+    errors: tuple[float, ...]
+    covariance: Rows
+    origin: str
+    declared_uncertainty: float | None = None
+    harmonics: tuple[HeadHarmonic, ...] = ()
+    units: tuple[UnitOnHead, ...] = ()
+    gates: tuple[Gate, ...] = ()
+    source: str = "<head>"
+    software: str = ""
+
+    def __post_init__(self) -> None:
+        n = len(self.angles_deg)
+        matrix = np.array(self.covariance, dtype=np.float64)
+        if not n or len(self.errors) != n or matrix.shape != (n, n):
+            raise InputError(f"a head of {n} positions with other numbers of errors or variances")
+        if list(self.angles_deg) != sorted({angle % 360.0 for angle in self.angles_deg}):
+            raise InputError("positions of a head are different angles from 0 to 360, in order")
+        size = np.sqrt(np.maximum(np.diagonal(matrix), 0.0))
+        if not np.isfinite(matrix).all() or (np.abs(matrix) > np.outer(size, size) + 1e-24).any():
+            raise InputError("the covariance of a head is none; it is symmetric and not negative")
+
+    def __str__(self) -> str:
+        from accelcal.report.head import head_text
+
+        return head_text(self)
+
+    def __repr__(self) -> str:
+        return f"<HeadCalibration {self.source}: {len(self.errors)} positions, {self.origin}>"
+
+    @property
+    def uncertainty(self) -> float:
+        """Root mean square of the standard uncertainties of the positions [rad]."""
+        return float(np.sqrt(np.mean(np.diagonal(np.array(self.covariance)))))
+
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Errors with their uncertainties, position by position."""
+        sizes = np.sqrt(np.diagonal(np.array(self.covariance))).tolist()
+        return tuple(
+            Quantity(e, u, "rad", _LEVEL * u) for e, u in zip(self.errors, sizes, strict=True)
+        )
+
+    def without(self, sha256: str | None) -> HeadCalibration:
+        """Return what the other records tell, so that no reading is used twice.
+
+        Parameters
+        ----------
+        sha256 : str or None
+            SHA-256 of the table to be left out.
+
+        Returns
+        -------
+        HeadCalibration
+            The same object where the table told nothing of the head.
+        """
+        rest = tuple(unit for unit in self.units if unit.sha256 != sha256)
+        if sha256 is None or len(rest) == len(self.units) or self.declared_uncertainty is None:
+            return self
+        n = len(self.errors)
+        information = np.eye(n) / self.declared_uncertainty**2
+        pull = np.zeros(n)
+        for unit in rest:
+            information = information + np.array(unit.information)
+            pull = pull + np.array(unit.pull)
+        errors, covariance = posterior(information, pull)
+        return replace(
+            self,
+            errors=tuple(errors.tolist()),
+            covariance=tuple(map(tuple, covariance.tolist())),
+            harmonics=(),
+            units=rest,
+        )
+
+    def at(self, graduations: Array) -> tuple[Array, Array]:
+        """Errors at some graduations, with their covariance.
+
+        Parameters
+        ----------
+        graduations : ndarray, shape (J,)
+            Positions from 0 to 360 [deg].
+
+        Returns
+        -------
+        errors : ndarray, shape (J,)
+            Errors [rad].
+        covariance : ndarray, shape (J, J)
+            Their covariance [rad^2].
+
+        Raises
+        ------
+        InputError
+            If one is no position of this head: nothing tells what lies between two.
+        """
+        known = np.array(self.angles_deg)
+        away = np.abs(np.mod(graduations[:, None] - known + 180.0, 360.0) - 180.0)
+        place = np.argmin(away, axis=1)
+        missed = away[np.arange(len(place)), place] > 1e-5
+        if missed.any():
+            raise InputError(
+                f"head position {graduations[missed][0]:g} deg is not among the {len(known)} of"
+                f" {self.source}; calibrate the head at the positions of the test"
+            )
+        matrix = np.array(self.covariance)
+        return np.array(self.errors)[place], matrix[np.ix_(place, place)]
+
+    def spread_over(self, graduations: Array) -> tuple[float, Array]:
+        """Uncertainty of some positions as one size and a shape.
+
+        Parameters
+        ----------
+        graduations : ndarray, shape (J,)
+            Positions [deg].
+
+        Returns
+        -------
+        size : float
+            Root mean square of their standard uncertainties [rad].
+        root : ndarray, shape (J, J)
+            L of the covariance size^2 L L^T.
+        """
+        _, matrix = self.at(graduations)
+        size = float(np.sqrt(np.mean(np.diagonal(matrix))))
+        values, vectors = np.linalg.eigh(matrix / size**2 if size else matrix)
+        return size, np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the head as the JSON document of schema `SCHEMA`."""
+        positions = zip(self.angles_deg, self.quantities(), strict=True)
+        return {
+            "schema": SCHEMA,
+            "software": self.software,
+            "origin": self.origin,
+            "source": self.source,
+            "declared_uncertainty_rad": self.declared_uncertainty,
+            "positions": [{"angle_deg": a, "error": q.to_document()} for a, q in positions],
+            "covariance": [list(row) for row in self.covariance],
+            "harmonics": [item.to_document() for item in self.harmonics],
+            "units": [unit.to_document() for unit in self.units],
+            "gates": [fields_document(gate) for gate in self.gates],
+        }
+
+    def to_json(self, path: str | PathLike[str] | None = None) -> str:
+        """Write the head as JSON.
+
+        Parameters
+        ----------
+        path : path, optional
+            File to write, whole or not at all; without it the text is only returned.
+
+        Returns
+        -------
+        str
+            The JSON text; numbers keep all their digits.
+        """
+        return json_text(self.to_document(), path)
+
+    @classmethod
+    def from_json(cls, source: str | PathLike[str]) -> HeadCalibration:
+        """Read a head.
+
+        Parameters
+        ----------
+        source : str or path
+            JSON text, or the path of a file that holds it.
+
+        Returns
+        -------
+        HeadCalibration
+            The head.
+
+        Raises
+        ------
+        DocumentError
+            If it is no such document.
+        """
+        document = document_in(source, writer=WRITER)
+        schema = document.get("schema") if isinstance(document, dict) else None
+        if schema != SCHEMA:
+            raise DocumentError(f"schema {schema!r} is not {SCHEMA!r}; give a file of {WRITER}")
+        try:
+            return _read(document)
+        except KeyError as error:
+            raise DocumentError(f"{error.args[0]} is missing; write it with {WRITER}") from None
+        except (TypeError, InputError) as error:
+            raise DocumentError(f"{error}; write the file again with {WRITER}") from None
+
+
+def _read(document: Mapping[str, Any]) -> HeadCalibration:
+    positions = checked(document, "positions", list_of(_position))
+    return HeadCalibration(
+        angles_deg=tuple(angle for angle, _ in positions),
+        errors=tuple(error for _, error in positions),
+        covariance=checked(document, "covariance", list_of(list_of(number))),
+        origin=checked(document, "origin", text),
+        declared_uncertainty=checked(document, "declared_uncertainty_rad", size_or_none),
+        harmonics=checked(document, "harmonics", list_of(HeadHarmonic.from_document)),
+        units=checked(document, "units", list_of(UnitOnHead.from_document)),
+        gates=checked(document, "gates", list_of(Gate.from_document)),
+        source=checked(document, "source", text),
+        software=checked(document, "software", text),
+    )
+
+
+def _position(document: Mapping[str, Any]) -> tuple[float, float]:
+    error = checked(document, "error", Quantity.from_document)
+    return checked(document, "angle_deg", number), number(number_or_none(error.value) or 0.0)

@@ -1,0 +1,323 @@
+"""The head calibrates itself, its certificate, and what both do for a fit."""
+
+import dataclasses
+import io
+import json
+
+import numpy as np
+import pytest
+from hidden.clampings import units_on_one_head
+
+import accelcal
+from accelcal.cli.main import main
+from accelcal.results.head_calibration import posterior
+
+NAMES = ("k2", "k3", "delta_ip")
+
+
+def read(unit):
+    return accelcal.read_table(io.StringIO(unit.text))
+
+
+def measured(seed, **options):
+    graduation, units = units_on_one_head(np.random.default_rng(seed), **options)
+    return graduation, units, [read(unit) for unit in units]
+
+
+def one_clamping(record):
+    return dataclasses.replace(record.select(record.run == 0), run_labels=("first",))
+
+
+def harmonic(found, name):
+    return next(item for item in found.harmonics if item.name == name)
+
+
+# -- the column clamping ---------------------------------------------------------------------------
+
+
+def test_clamping_is_read_and_written(tmp_path):
+    _, _, (record,) = measured(1)
+    assert sorted(set(record.clamping.tolist())) == [0.0, 90.0]
+    np.testing.assert_array_equal(record.graduation, record.angle + record.clamping)
+    path = tmp_path / "again.csv"
+    accelcal.write_table(record, path)
+    assert accelcal.read_table(path) == record
+
+
+def test_a_header_line_stands_for_the_column():
+    text = "# clamping: 90 deg\ntemperature,position,stroke,output\n20,1,1,1.3\n20,5,1,-1.3\n"
+    assert accelcal.read_table(io.StringIO(text)).graduation.tolist() == [90.0, 270.0]
+
+
+@pytest.mark.parametrize(
+    ("column", "message"),
+    [
+        ("0,0,90", "run 20 holds clampings 0 and 90 deg; a clamping is a run of its own"),
+        ("0,x,0", "clamping 'x' is not a number"),
+        ("0,,0", "clamping is missing"),
+        ("0,0,1e9", "is no angle of a head"),
+    ],
+)
+def test_wrong_clampings_are_told_in_a_line(column, message):
+    rows = zip((1, 3, 5), (1.3, 0.1, -1.3), column.split(","), strict=True)
+    lines = [f"20,{place},1,{output},{c}" for place, output, c in rows]
+    text = "\n".join(["temperature,position,stroke,output,clamping", *lines])
+    with pytest.raises(accelcal.InputError, match=message) as caught:
+        accelcal.read_table(io.StringIO(text))
+    assert str(caught.value).startswith("<table>")
+
+
+def test_a_clamping_in_radians_is_refused():
+    text = "temperature,position,stroke,output,clamping [rad]\n20,1,1,1.3,0\n20,5,1,-1.3,0\n"
+    with pytest.raises(accelcal.TableError, match="is in rad; give it in deg"):
+        accelcal.read_table(io.StringIO(text))
+
+
+# -- self-calibration ------------------------------------------------------------------------------
+
+
+def test_one_clamping_leaves_what_looks_like_coefficients():
+    _, _, records = measured(2, units=3, clampings=(0.0,))
+    found = accelcal.calibrate_head(records)
+    for name in ("mean", "cos 1", "sin 1", "sin 2"):
+        assert harmonic(found, name).told == pytest.approx(0.0, abs=1e-3)
+        size = harmonic(found, name).amplitude.standard_uncertainty
+        assert size == pytest.approx(2e-5 / np.sqrt(8 if name == "mean" else 4), rel=1e-3)
+    assert harmonic(found, "sin 3").told > 0.95
+    assert found.gates[0].verdict == "warn"
+    assert "cannot be told apart from K0, K2" in str(found)
+
+
+def test_a_second_clamping_tells_all_but_the_mean():
+    graduation, _, records = measured(3, units=3)
+    found = accelcal.calibrate_head(records)
+    assert harmonic(found, "mean").told == pytest.approx(0.0, abs=1e-6)
+    assert min(item.told for item in found.harmonics[1:]) > 0.9
+    off = np.array(found.errors) - (graduation - graduation.mean())
+    assert np.abs(off).max() < 1e-5
+    assert found.gates[0].verdict == found.gates[1].verdict == "pass"
+
+
+def test_intervals_hold_the_truth():
+    inside, heads = [], []
+    for seed in range(100):
+        graduation, units, records = measured(seed)
+        found = accelcal.calibrate_head(records)
+        heads += [
+            abs(q.value - e) <= q.expanded_uncertainty
+            for q, e in zip(found.quantities(), graduation, strict=True)
+        ]
+        inside += [
+            abs(q.value - getattr(units[0], name)) <= q.expanded_uncertainty
+            for name in NAMES
+            if (q := found.units[0].coefficients[f"{name}_o"].after)
+        ]
+    assert 0.92 <= np.mean(inside) <= 0.98
+    assert 0.92 <= np.mean(heads) <= 0.98
+
+
+def test_two_clampings_shrink_the_uncertainty_of_k2():
+    _, _, (record,) = measured(4)
+    (both,) = accelcal.calibrate_head([record]).units
+    (one,) = accelcal.calibrate_head([one_clamping(record)]).units
+    size = [u.coefficients["k2_o"].after.standard_uncertainty for u in (one, both)]
+    assert size[1] < size[0] / 3.0
+
+
+def test_something_else_is_told():
+    """What turns with the unit, and not with the head, is no error of the head."""
+    _, _, (record,) = measured(5, clampings=(0.0, 90.0, 180.0, 270.0))
+    disturbed = record.output + 1e-4 * np.cos(4 * np.deg2rad(record.angle))
+    found = accelcal.calibrate_head([dataclasses.replace(record, output=disturbed)])
+    assert found.gates[1].verdict == "warn"
+
+
+@pytest.mark.parametrize(
+    ("sizes", "message"),
+    [((None, None), "as nothing rad"), ((2e-5, 1e-5), "declared as"), ((0.0, 0.0), "as 0 rad")],
+)
+def test_the_declaration_is_needed_and_one(sizes, message):
+    _, _, records = measured(6, units=2)
+    declared = [
+        r.with_apparatus(head_uncertainty=size) for r, size in zip(records, sizes, strict=True)
+    ]
+    with pytest.raises(accelcal.InputError, match=message):
+        accelcal.calibrate_head(declared)
+
+
+def test_a_single_stroke_tells_no_noise_from_repetition():
+    _, _, (record,) = measured(7, strokes=1)
+    found = accelcal.calibrate_head([record])
+    assert found.uncertainty < 2e-5
+
+
+def test_posterior_is_that_of_normal_equations():
+    rng = np.random.default_rng(8)
+    design, truth = rng.normal(size=(20, 4)), np.arange(4.0)
+    value, covariance = posterior(design.T @ design, design.T @ (design @ truth))
+    np.testing.assert_allclose(value, truth, atol=1e-10)
+    np.testing.assert_allclose(covariance, np.linalg.inv(design.T @ design), rtol=1e-9)
+
+
+# -- in a fit --------------------------------------------------------------------------------------
+
+
+def error_model(record, head=None):
+    return accelcal.fit(record, head=head).tables[0].error_model
+
+
+def test_the_head_of_one_unit_corrects_another():
+    errors = []
+    for seed in range(16):
+        _, units, (first, other) = measured(seed, units=2)
+        head = accelcal.calibrate_head([first])
+        other = one_clamping(other)
+        for model in (error_model(other), error_model(other, head)):
+            errors += [(model[name].value - getattr(units[1], name)) for name in NAMES]
+    off = np.array(errors).reshape(-1, 2, 3)
+    factor = np.sqrt(np.mean(off[:, 0] ** 2, axis=0) / np.mean(off[:, 1] ** 2, axis=0))
+    assert factor.min() > 2.0
+
+
+def test_intervals_of_a_corrected_fit_hold_the_truth():
+    inside = []
+    for seed in range(40):
+        _, units, (first, other) = measured(seed, units=2)
+        model = error_model(one_clamping(other), accelcal.calibrate_head([first]))
+        inside += [
+            abs(model[name].value - getattr(units[1], name)) <= model[name].expanded_uncertainty
+            for name in NAMES
+        ]
+    assert np.mean(inside) > 0.87  # of 120: 95 % and 4 standard deviations less
+
+
+def test_a_perfect_certificate_takes_the_errors_out():
+    graduation, units, (record,) = measured(9, clampings=(0.0,), strokes=6)
+    rows = [f"{45 * i},{error!r}" for i, error in enumerate(graduation.tolist())]
+    text = "\n".join(["# uncertainty: 1e-9 rad", "angle,error [rad]", *rows])
+    head = accelcal.read_head(io.StringIO(text))
+    model = error_model(record, head)
+    for name in NAMES:
+        assert abs(model[name].value - getattr(units[0], name)) < 6e-6
+        assert model[name].standard_uncertainty < 4e-6
+    plain = error_model(record)
+    assert plain["k2"].standard_uncertainty > 5.0 * model["k2"].standard_uncertainty
+
+
+def test_a_table_is_not_used_twice(tmp_path):
+    _, units, _ = measured(10, units=2)
+    records = []
+    for number, unit in enumerate(units):
+        path = tmp_path / f"{number}.csv"
+        path.write_text(unit.text, "utf-8")
+        records.append(accelcal.read_table(path))
+    both = accelcal.calibrate_head(records)
+    other = accelcal.calibrate_head(records[1:])
+    left = both.without(records[0].sha256)
+    np.testing.assert_allclose(left.errors, other.errors, rtol=1e-9, atol=1e-15)
+    mine, theirs = (error_model(records[0], head)["k2"] for head in (both, other))
+    assert mine.value == pytest.approx(theirs.value, rel=1e-9)
+    assert mine.standard_uncertainty == pytest.approx(theirs.standard_uncertainty, rel=1e-9)
+
+
+def test_positions_that_the_head_does_not_know_are_refused():
+    _, _, (record,) = measured(11)
+    head = accelcal.read_head(io.StringIO("# uncertainty: 1 arcsec\nangle,error [arcsec]\n0,1\n"))
+    with pytest.raises(accelcal.InputError, match="head position 45 deg is not among the 1"):
+        accelcal.fit(record, head=head)
+
+
+# -- files and the command -------------------------------------------------------------------------
+
+
+def run(capsys, *arguments):
+    code = main([str(item) for item in arguments])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+@pytest.fixture
+def tables(tmp_path):
+    _, units, _ = measured(12, units=2)
+    paths = [tmp_path / "first.csv", tmp_path / "second.csv"]
+    for path, unit in zip(paths, units, strict=True):
+        path.write_text(unit.text, "utf-8")
+    return paths
+
+
+def test_head_goes_through_files(tables, tmp_path, capsys):
+    path = tmp_path / "head.json"
+    code, out, _ = run(capsys, "head", tables[0], "-o", path)
+    assert code == 0
+    assert "cos 1" in out
+    assert json.loads(path.read_text("utf-8"))["schema"] == "accelcal/head/1"
+    found = accelcal.read_head(path)
+    assert found == accelcal.HeadCalibration.from_json(found.to_json())
+    code, out, _ = run(capsys, "fit", tables[1], "--head", path, "--format", "json")
+    fitted = json.loads(out)
+    assert code == 0
+    assert fitted["provenance"]["options"]["head"] == str(tables[0])
+    plain = json.loads(run(capsys, "fit", tables[1], "--format", "json")[1])
+    size = [
+        document["tables"][0]["error_model"]["k2"]["standard_uncertainty"]
+        for document in (fitted, plain)
+    ]
+    assert size[0] < size[1] / 2.0
+
+
+def test_csv_of_the_head_is_a_certificate(tables, tmp_path, capsys):
+    path = tmp_path / "head.csv"
+    path.write_text(run(capsys, "head", tables[0], "--format", "csv")[1], "utf-8")
+    own, found = accelcal.calibrate_head([accelcal.read_table(tables[0])]), accelcal.read_head(path)
+    np.testing.assert_allclose(found.errors, own.errors, rtol=1e-12)
+    sizes = np.sqrt(np.diagonal(np.array(found.covariance)))
+    np.testing.assert_allclose(sizes, np.sqrt(np.diagonal(np.array(own.covariance))), rtol=1e-12)
+
+
+def test_units_and_coverage_of_a_certificate():
+    text = "# coverage: 2\nangle;correction_arcsec;u [urad]\n0;-1;2\n90;0,5;2\n360;-1;2\n"
+    found = accelcal.read_head(io.StringIO(text))
+    arcsec = np.pi / 648000.0
+    np.testing.assert_allclose(found.errors, [arcsec, -0.5 * arcsec], rtol=1e-12)
+    np.testing.assert_allclose(np.array(found.covariance), 1e-12 * np.eye(2), rtol=1e-9)
+
+
+CERTIFICATE = "# uncertainty: 0.5 arcsec\nangle,error [arcsec]\n0,1\n45,2\n"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("error [arcsec]", "error", "has no unit"),
+        ("error [arcsec]", "error [gon]", "is in gon"),
+        ("error", "miss", "no column error"),
+        ("# uncertainty: 0.5 arcsec\n", "", "nothing tells how sure"),
+        ("0.5 arcsec", "0.5", "has no unit of an angle"),
+        ("0.5 arcsec", "-1 arcsec", "write a number above 0"),
+        ("45,2", "45,2e6", "is no error of a head"),
+        ("45,2", "360,2", "of a position that has another error"),
+        ("45,2", "45,", "is missing"),
+        ("45,2", "45,two", "is not a number"),
+        (CERTIFICATE, "", "the file is empty"),
+        (CERTIFICATE, "{}", "schema None is not"),
+    ],
+)
+def test_bad_certificates_are_told_in_a_line(tables, tmp_path, capsys, old, new, message):
+    path = tmp_path / "certificate.csv"
+    path.write_text(CERTIFICATE.replace(old, new, 1), "utf-8")
+    code, out, err = run(capsys, "fit", tables[0], "--head", path)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert message in err
+    assert str(path) in err
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"angles_deg": (0.0,)}, {"angles_deg": (90.0, 0.0)}, {"covariance": ((0.0, 1.0),) * 2}],
+)
+def test_a_head_is_whole(change):
+    whole = {"angles_deg": (0.0, 90.0), "errors": (0.0, 0.0), "origin": "certificate"}
+    whole["covariance"] = ((1e-12, 0.0), (0.0, 1e-12))
+    accelcal.HeadCalibration(**whole)
+    with pytest.raises(accelcal.InputError):
+        accelcal.HeadCalibration(**whole | change)
