@@ -191,15 +191,25 @@ class _Stack(NamedTuple):
             y = pseudo_values(y, self.cells, spread)
         if self.spread.ndim == 2:
             return _with_weights(self.solver, y, spread**-2.0, work)
-        with np.errstate(invalid="ignore"):  # what is not finite is looked at below
-            found = self.solver.fit(y, work[:, : len(y)])
-        parts = _with_scatter(found, np.full(*y.shape))
-        gaps = np.isnan(parts[2])
-        if gaps.any():
-            some = _with_weights(self.solver, y[gaps], np.ones(y.shape[1]), work)
-            for whole, part in zip(parts, some, strict=True):
-                whole[gaps] = part
-        return parts
+        with np.errstate(invalid="ignore"):
+            gaps = ~np.isfinite(y @ np.ones(y.shape[1]))
+        if not gaps.any():
+            return self._whole(y, work)
+        some = _with_weights(self.solver, y[gaps], np.ones(y.shape[1]), work)
+        if gaps.all():
+            return some
+        pairs = zip(some, self._whole(y[~gaps], work), strict=True)
+        return tuple(_merged(gaps, part, rest) for part, rest in pairs)
+
+    def _whole(self, y: Array, work: Array) -> tuple[Array, ...]:
+        return _with_scatter(self.solver.fit(y, work[:, : len(y)]), np.full(*y.shape))
+
+
+def _merged(chosen: NDArray[np.bool_], part: Array, rest: Array) -> Array:
+    """Put the results of the chosen tables and of the others into their order."""
+    whole = np.empty((chosen.size, *part.shape[1:]), part.dtype)
+    whole[chosen], whole[~chosen] = part, rest
+    return whole
 
 
 def _with_weights(solver: LeastSquares, y: Array, weight: Array, work: Array) -> tuple[Array, ...]:
