@@ -35,6 +35,12 @@ def _time_constants(c: Conditions) -> Array:
     return np.geomspace(shortest, longest, 1 + math.ceil(2.0 * math.log(longest / shortest)))
 
 
+def _first_run_alone(c: Conditions) -> Array:
+    """A decay in the first run that the others do not have."""
+    length = max(float(c.run_time.max()), 1.0)
+    return np.where(c.run == c.run[c.order[0]], np.exp(-4.0 * c.run_time / length), 0.0)
+
+
 def _moments(c: Conditions) -> Array:
     """First readings after a step that shows in some readings of a run, or lies between runs."""
     run = c.run[c.order]
@@ -124,6 +130,7 @@ EFFECTS = (
             ),
         ),
         term=lambda c, amplitude, tau: amplitude * np.exp(-c.run_time / tau),
+        bend=_first_run_alone,
     ),
     Effect(
         id="bias-step",
