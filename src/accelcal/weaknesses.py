@@ -164,7 +164,7 @@ def _rests_on_few_residuals(estimate: JointEstimate) -> bool:
 def _is_lost_in_noise(estimate: JointEstimate) -> bool:
     """Whether an estimated head error is of the size of what the noise makes of it."""
     shown = estimate.head.uncertainty * float(estimate.lack_of_fit.strengths.max())
-    return estimate.head.dof < _FEW_REPEATS and shown < _AS_LARGE_AS_NOISE
+    return bool(estimate.head.dof < _FEW_REPEATS and shown < _AS_LARGE_AS_NOISE)
 
 
 def _of_launch(estimate: JointEstimate) -> list[str]:
