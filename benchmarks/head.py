@@ -86,7 +86,7 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=400)
     parser.add_argument("--smoke", action="store_true", help="few runs")
     arguments = parser.parse_args()
-    runs = 30 if arguments.smoke else arguments.runs
+    runs = 12 if arguments.smoke else arguments.runs
     print(f"{runs} tests each; k2, delta_ip in ug/g^2, k3 in ug/g^3")
     for clampings in ((0,), (0, 45), (0, 180), (0, 90), (0, 90, 180, 270)):
         told = ", ".join(map(str, clampings))

@@ -134,7 +134,12 @@ def test_something_else_is_told():
 
 @pytest.mark.parametrize(
     ("sizes", "message"),
-    [((None, None), "as nothing rad"), ((2e-5, 1e-5), "declared as"), ((0.0, 0.0), "as 0 rad")],
+    [
+        ((None, None), "is not declared; what"),
+        ((2e-5, 1e-5), "is 1e-05 rad and 2e-05 rad"),
+        ((2e-5, None), "is 2e-05 rad and not declared"),
+        ((0.0, 0.0), "is 0 rad"),
+    ],
 )
 def test_the_declaration_is_needed_and_one(sizes, message):
     _, _, records = measured(6, units=2)
@@ -218,6 +223,10 @@ def test_a_table_is_not_used_twice(tmp_path):
     mine, theirs = (error_model(records[0], head)["k2"] for head in (both, other))
     assert mine.value == pytest.approx(theirs.value, rel=1e-9)
     assert mine.standard_uncertainty == pytest.approx(theirs.standard_uncertainty, rel=1e-9)
+    assert any(
+        "this table told of the head" in w for w in accelcal.fit(records[0], head=both).warnings
+    )
+    assert not any("of the head:" in w for w in accelcal.fit(records[0], head=other).warnings)
 
 
 def test_positions_that_the_head_does_not_know_are_refused():

@@ -98,7 +98,10 @@ def calibration_of_record(
         date=record.date,
         error_sources=error_sources(tables, estimate, record.unit),
         gates=record_gates(estimate, table_names(tables)),
-        warnings=tuple(warnings_of_record(record, tables, estimate, found, chosen, method, delta0)),
+        warnings=(
+            *warnings_of_record(record, tables, estimate, found, chosen, method, delta0),
+            *_of_head(record, options),
+        ),
         software=f"accelcal {__version__}",
         temperature_model=found.main,
         second_axis_model=found.second_axis,
@@ -181,6 +184,14 @@ def warnings_of_record(
     yield from undeclared_temperature(found.main, declared)
     yield from without_slopes(declared, found.of_tables)
     yield from found.said
+
+
+def _of_head(record: TumbleRecord, options: Options) -> Iterator[str]:
+    if options.head_for(record) is not options.head:
+        yield (
+            "this table told of the head: that is left out here, and the rest used; the coefficients"
+            " fitted jointly with the head are those of accelcal head"
+        )
 
 
 def _judged(tables: Sequence[PreparedTable]) -> list[NDArray[np.float64]]:

@@ -143,10 +143,11 @@ def _declared(records: Sequence[TumbleRecord]) -> float:
         raise InputError("no record; give the tables of one unit in several clampings, or of units")
     found = {record.apparatus.head_uncertainty for record in records}
     if len(found) > 1 or not next(iter(found)):
-        shown = " and ".join("nothing" if u is None else f"{u:g}" for u in found)
+        known = [f"{u:g} rad" for u in sorted(u for u in found if u is not None)]
+        shown = " and ".join([*known, *(["not declared"] if None in found else [])])
         raise InputError(
-            f"head_uncertainty is declared as {shown} rad; what no reading tells of the head stays"
-            " as uncertain as declared: declare one above 0, by --head-uncertainty"
+            f"{records[0].source}: head_uncertainty is {shown}; what no reading tells of the head"
+            " stays as uncertain as declared: declare one above 0, by --head-uncertainty"
         )
     return float(found.pop() or 0.0)
 

@@ -150,6 +150,7 @@ def _run_summary(table: TumbleRecord, name: str) -> dict[str, Any]:
     return {
         "run": name,
         "mounting": str(table.mounting[0]),
+        "clamping_deg": 0.0 if table.clamping is None else float(table.clamping[0]),
         "readings": len(table),
         "temperature_degC": [float(known.min()), float(known.max())] if known.size else None,
         "angles_deg": np.unique(table.angle).tolist(),
@@ -166,8 +167,9 @@ def _run_text(table: TumbleRecord) -> str:
         temperature = f"{low} degC" if low == high else f"{low} to {high} degC"
     strokes = facts["strokes"]
     which = f"strokes {strokes[0]} to {strokes[-1]}" if len(strokes) > 1 else f"stroke {strokes[0]}"
+    clamped = f" clamped at {facts['clamping_deg']:g} deg" if facts["clamping_deg"] else ""
     return (
-        f"{facts['readings']} readings, {temperature}, mounting {facts['mounting']},"
+        f"{facts['readings']} readings, {temperature}, mounting {facts['mounting']}{clamped},"
         f" {len(facts['angles_deg'])} positions, {which}"
     )
 
