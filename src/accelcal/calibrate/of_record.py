@@ -189,8 +189,8 @@ def warnings_of_record(
 def _of_head(record: TumbleRecord, options: Options) -> Iterator[str]:
     if options.head_for(record) is not options.head:
         yield (
-            "this table told of the head: that is left out here, and the rest used; the coefficients"
-            " fitted jointly with the head are those of accelcal head"
+            "this table told of the head: that is left out here, and the rest used; the"
+            " coefficients fitted jointly with the head are those of accelcal head"
         )
 
 
