@@ -10,7 +10,7 @@ from hidden.clampings import units_on_one_head
 
 import accelcal
 from accelcal.cli.main import main
-from accelcal.results.head_calibration import posterior
+from accelcal.results.head_calibration import UnitOnHead, posterior
 
 NAMES = ("k2", "k3", "delta_ip")
 
@@ -322,7 +322,13 @@ def test_bad_certificates_are_told_in_a_line(tables, tmp_path, capsys, old, new,
 
 @pytest.mark.parametrize(
     "change",
-    [{"angles_deg": (0.0,)}, {"angles_deg": (90.0, 0.0)}, {"covariance": ((0.0, 1.0),) * 2}],
+    [
+        {"angles_deg": (0.0,)},
+        {"angles_deg": (90.0, 0.0)},
+        {"covariance": ((0.0, 1.0),) * 2},
+        {"declared_uncertainty": 0.0},
+        {"units": (UnitOnHead("a", None, ((1.0,),), (1.0,), {}),)},
+    ],
 )
 def test_a_head_is_whole(change):
     whole = {"angles_deg": (0.0, 90.0), "errors": (0.0, 0.0), "origin": "certificate"}

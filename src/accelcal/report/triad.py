@@ -45,7 +45,7 @@ def _head(found: TriadCalibration) -> Iterator[str]:
         f"{found.attitudes} attitudes, {found.dof} degrees of freedom;"
         f" residual of {what} {1e3 * found.residual_rms:.3g} mg rms"
     )
-    yield f"frame: {_FRAMES[found.frame]}"
+    yield f"frame: {_FRAMES.get(found.frame, found.frame)}"
 
 
 def _table(found: TriadCalibration) -> Iterator[str]:

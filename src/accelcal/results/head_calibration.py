@@ -198,6 +198,11 @@ class HeadCalibration:
         if list(self.angles_deg) != sorted({angle % 360.0 for angle in self.angles_deg}):
             raise InputError("positions of a head are different angles from 0 to 360, in order")
         size = np.sqrt(np.maximum(np.diagonal(matrix), 0.0))
+        sizes = [{len(u.pull), len(u.information), *map(len, u.information)} for u in self.units]
+        if any(size != {n} for size in sizes):
+            raise InputError("a unit tells of another number of positions than the head has")
+        if self.declared_uncertainty is not None and not self.declared_uncertainty > 0.0:
+            raise InputError("the declared uncertainty of a head is above 0 rad")
         if not np.isfinite(matrix).all() or (np.abs(matrix) > np.outer(size, size) + 1e-24).any():
             raise InputError("the covariance of a head is none; it is symmetric and not negative")
 

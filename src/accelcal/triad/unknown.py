@@ -31,7 +31,10 @@ _STEPS = 100
 _DONE = 1e-10
 _ROUNDING = 1e-12
 _FLATTEST = 0.05
-_REMEDY = "turn the block about two axes or more, so that up takes all directions in it"
+_REMEDY = (
+    "turn the block about two axes or more, so that up takes all directions in it, and give mean"
+    " outputs at rest"
+)
 
 
 class _Distance(NamedTuple):
