@@ -61,6 +61,10 @@ class Options(NamedTuple):
         """
         if self.reference_temperature is not None and not np.isfinite(self.reference_temperature):
             raise InputError(f"T0 is {self.reference_temperature}; it is a finite number of degC")
+        if self.head is not None and not hasattr(self.head, "spread_over"):
+            raise InputError(
+                f"{type(self.head).__name__} in place of a head; read one by accelcal.read_head"
+            )
         if self.temperature_laws not in TEMPERATURE_LAWS:
             raise InputError(
                 f"temperature_laws is {self.temperature_laws!r}; choose from"

@@ -64,7 +64,8 @@ class TriadCalibration:
     dof : int
         Degrees of freedom.
     residual_rms : float
-        Of the length of a less 1, or of the channels over their scale factors where attitudes were known [g].
+        Of the length of a less 1, or of the channels over their scale factors where attitudes were
+        known [g].
     gates : tuple of Gate
         Checks with their findings.
     local_gravity : float or None
