@@ -306,3 +306,38 @@ def test_taking_a_column_out_is_a_new_fit():
     assert fitted.dof == 25.0
     gain = pure_error(readings, columns).gains(more[:, None])[0]
     assert gain == pytest.approx(pure_error(readings, columns).squares - fitted.squares)
+
+
+# -- what cannot be judged -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("digits", [1, 2, 3])
+def test_replicates_that_are_alike_are_said_and_no_traceback(digits):
+    full = accelcal.simulate(seed=1)
+    coarse = replace(full, output=np.round(full.output, digits))
+    with pytest.raises(accelcal.InputError, match="alike to the last digit"):
+        accelcal.discover(coarse)
+    found = accelcal.compare(accelcal.fit(full), coarse)
+    assert found.noise[0].source == "calibration"
+    noiseless = accelcal.simulate(noise=accelcal.NoiseComponents(reading=0.0), seed=1)
+    assert accelcal.compare(accelcal.fit(full), noiseless).p_value > 0.01
+
+
+def test_one_reading_is_said_and_no_warning():
+    first = np.arange(162) == 0
+    one = accelcal.simulate(seed=1).select(first)
+    with pytest.raises(accelcal.InputError, match=r"^<simulated>: the readings do not follow"):
+        accelcal.discover(one)
+
+
+def test_sizes_and_kinds_that_cannot_be_compared_are_refused():
+    record = accelcal.simulate(seed=1)
+    calibration = accelcal.fit(record)
+    with pytest.raises(accelcal.InputError, match=r"readings of up to .*e\+300 g"):
+        accelcal.compare(calibration, replace(record, output=record.output * 1e300))
+    with pytest.raises(accelcal.InputError, match="str in place of a record"):
+        accelcal.compare(calibration, "new.csv")
+    with pytest.raises(accelcal.InputError, match="TumbleRecord in place of a calibration"):
+        accelcal.compare(record, calibration)
+    with pytest.raises(accelcal.InputError, match="str in place of a record"):
+        accelcal.discover("new.csv")

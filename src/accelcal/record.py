@@ -22,7 +22,7 @@ from accelcal.grouping import distinct
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Apparatus", "TumbleRecord", "naming"]
+__all__ = ["Apparatus", "TumbleRecord", "check_record", "naming"]
 
 
 _LARGEST = {
@@ -335,6 +335,27 @@ class TumbleRecord:
             A new record.
         """
         return replace(self, apparatus=replace(self.apparatus, **declared))
+
+
+def check_record(record: object) -> None:
+    """Refuse what is no record, such as the path of one.
+
+    Parameters
+    ----------
+    record : object
+        What was given.
+
+    Raises
+    ------
+    InputError
+        If it is not a `TumbleRecord`.
+    """
+    if not isinstance(record, TumbleRecord):
+        raise InputError(
+            f"{type(record).__name__} in place of a record; make one by"
+            " accelcal.read_table('file.csv'), or by accelcal.read_arrays(columns) of arrays or a"
+            " DataFrame"
+        )
 
 
 @contextmanager

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING
 from accelcal.calibrate.options import Options
 from accelcal.calibrate.plan import OnePlan
 from accelcal.calibrate.stack import calibration_stack
-from accelcal.errors import InputError
 from accelcal.estimate.linear import METHODS
 from accelcal.logs import tell
 from accelcal.model import COEFFICIENTS
-from accelcal.record import TumbleRecord
+from accelcal.record import TumbleRecord, check_record
 from accelcal.results.calibration import Calibration
 
 if TYPE_CHECKING:
@@ -94,7 +93,7 @@ def fit(
     >>> calibration.tables[0].error_model["k0"].unit
     'g'
     """
-    _check_record(record)
+    check_record(record)
     options = Options(
         method=method,
         robust=robust,
@@ -109,12 +108,3 @@ def fit(
     options.check()
     tell("fitting %r: %d tables by %s", record.source, sum(1 for _ in record.table_masks()), method)
     return calibration_stack(OnePlan.of([record]), options).one(0)
-
-
-def _check_record(record: object) -> None:
-    if not isinstance(record, TumbleRecord):
-        raise InputError(
-            f"{type(record).__name__} in place of a record; make one by"
-            " accelcal.read_table('file.csv'), or by accelcal.read_arrays(columns) of arrays or a"
-            " DataFrame"
-        )

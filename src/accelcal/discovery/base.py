@@ -107,8 +107,8 @@ def base_model(
     nominal = float(centred @ record.output / (centred @ centred or np.inf))
     if not abs(nominal) > 1e-3 * np.abs(record.output - record.output.mean()).max():
         raise InputError(
-            f"{record.source}: the readings do not follow the angle of the head; discovery needs"
-            " a tumble test of an accelerometer"
+            "the readings do not follow the angle of the head; discovery needs a tumble test of an"
+            " accelerometer"
         )
     law, names = _law(ideal.excess)
     runs = (ideal.run[:, None] == np.arange(ideal.run.max() + 1)).astype(float)

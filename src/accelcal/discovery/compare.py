@@ -25,8 +25,9 @@ from accelcal.discovery.where import pattern, shares, structure
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.errors import InputError
 from accelcal.estimate.tables import head_positions
+from accelcal.grouping import decimal_step
 from accelcal.probability import student_quantile
-from accelcal.record import Apparatus, TumbleRecord
+from accelcal.record import Apparatus, TumbleRecord, check_record
 from accelcal.reference import fixture_angle
 from accelcal.results.calibration import Calibration
 from accelcal.results.disagreement import Disagreement, RunChange
@@ -40,6 +41,8 @@ Array = NDArray[np.float64]
 
 _LEVEL = 0.975
 _SIGNIFICANT = 0.01
+_LARGEST = 1e6
+"""Reading of a tumble test above which it is none [g]."""
 
 
 class _Simulated(NamedTuple):
@@ -73,8 +76,8 @@ def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
     Raises
     ------
     InputError
-        If the record is in another unit, outside the calibrated temperatures, or in a mounting
-        that was not calibrated.
+        If the record is in another unit, outside the calibrated temperatures, in a mounting that
+        was not calibrated, or no record at all.
 
     Notes
     -----
@@ -90,7 +93,7 @@ def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
     >>> found.p_value > 0.01
     True
     """
-    found = compensation(calibration)
+    found = _compensation(calibration)
     _check(calibration, found, record)
     simulated = _simulated(calibration, found, record)
     declared = _declared(calibration, record)
@@ -143,17 +146,33 @@ def residuals_of(calibration: Calibration, record: TumbleRecord) -> Array:
     InputError
         If the record does not suit the calibration, see `compare`.
     """
-    found = compensation(calibration)
+    found = _compensation(calibration)
     _check(calibration, found, record)
     return _simulated(calibration, found, record).residual
 
 
+def _compensation(calibration: object) -> Compensation:
+    if not isinstance(calibration, Calibration):
+        raise InputError(
+            f"{type(calibration).__name__} in place of a calibration; make one by accelcal.fit, or"
+            " by accelcal.Calibration.from_json('file.json')"
+        )
+    return compensation(calibration)
+
+
 def _check(calibration: Calibration, found: Compensation, record: TumbleRecord) -> None:
+    check_record(record)
     units = {calibration.output_unit, record.unit} - {None}
     if len(units) > 1:
         raise InputError(
             f"{record.source}: readings in {record.unit}, but the calibration is in"
             f" {calibration.output_unit}; give readings in its unit"
+        )
+    largest = float(np.abs(record.output).max() / abs(found.K1.at_T0))
+    if largest > _LARGEST:
+        raise InputError(
+            f"{record.source}: readings of up to {largest:.3g} g by this calibration; give readings"
+            " of its accelerometer, in the unit of the calibration"
         )
     if found.temperatures is None:
         return
@@ -243,7 +262,8 @@ def _noise(
     """Noise of the readings from replicates, else as the calibration had it."""
     c = simulated.conditions
     try:
-        return reading_noise(c, simulated.residual, saturated(c, record.mounting))
+        within = saturated(c, record.mounting)
+        return reading_noise(c, simulated.residual, within, _step(found, record))
     except InputError:
         known = [s.value for s in calibration.error_sources if s.name == "reading" and s.value]
         if not known:
@@ -260,10 +280,19 @@ def _space(
     found: Compensation,
 ) -> Space:
     c = simulated.conditions
-    spread = covariance(c, noise, declared, head_positions(record.angle))
+    head = head_positions(record.angle)
+    spread = covariance(c, noise, declared, head, _step(found, record))
     spread = spread + _of_calibration(found, simulated) / noise.sigma**2
     whitener = whitener_of(spread, noise.sigma)
-    return space_of(whitener, np.empty((len(record), 0)), saturated(c, record.mounting))
+    # noise of no degrees of freedom is known: no replicates tell it anew
+    repeating = saturated(c, record.mounting) if noise.dof else np.eye(len(record))
+    return space_of(whitener, np.empty((len(record), 0)), repeating)
+
+
+def _step(found: Compensation, record: TumbleRecord) -> float:
+    """Step of the readings, as declared or as their digits show it [g]."""
+    step = max(record.apparatus.resolution or 0.0, decimal_step(record.output))
+    return step / abs(found.K1.at_T0)
 
 
 def _of_calibration(found: Compensation, simulated: _Simulated) -> Array:

@@ -90,7 +90,8 @@ def compared(
     repeating = saturated(model.conditions, record.mounting)
     columns = [column_of(item, model.conditions)[:, None] for item in known]
     first = model.residual(solve(model))
-    noise = reading_noise(model.conditions, first, np.hstack([repeating, *columns]))
+    within = np.hstack([repeating, *columns])
+    noise = reading_noise(model.conditions, first, within, _step(record, model))
     spread = _spread(record, model, noise)
     space_whitener = whitener_of(spread, noise.sigma)
     parameters = solve(model, space_whitener)
@@ -102,9 +103,13 @@ def compared(
 
 def _spread(record: TumbleRecord, model: BaseModel, noise: ReadingNoise) -> Array:
     """Covariance of the errors of the readings, in units of ``noise.sigma ** 2``."""
-    step = (record.apparatus.resolution or 0.0) / abs(model.nominal)
     head = head_positions(record.angle)
-    return covariance(model.conditions, noise, record.apparatus, head, step)
+    return covariance(model.conditions, noise, record.apparatus, head, _step(record, model))
+
+
+def _step(record: TumbleRecord, model: BaseModel) -> float:
+    """Declared step of the readings [g]."""
+    return (record.apparatus.resolution or 0.0) / abs(model.nominal)
 
 
 def _roots(

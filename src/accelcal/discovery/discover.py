@@ -29,7 +29,7 @@ from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.logs import tell
-from accelcal.record import TumbleRecord, naming
+from accelcal.record import TumbleRecord, check_record, naming
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import Detectable, Fault, FoundEffect, Gap, Unexplained
@@ -121,6 +121,7 @@ def discover(
     >>> accelcal.discover(record)
     <Discovery serial AL-15: backlash>
     """
+    check_record(record)
     _check(alpha, max_effects)
     t0, _ = reference_temperature_of(record, reference_temperature)
     question = _Question(

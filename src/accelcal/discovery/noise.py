@@ -33,6 +33,10 @@ Array = NDArray[np.float64]
 FEWEST_REPLICATES = 8
 """Degrees of freedom of pure error below which nothing can be discovered."""
 
+_LEAST_NOISE, _OF_STEP = 1e-9, 1e-2
+"""Noise [g], and part of a step of the readings, below which replicates are alike: they tell
+nothing of what readings scatter by."""
+
 _RHOS = np.linspace(-0.3, 0.9, 121)
 _LAGS = 40
 _TAILS = ((1.0, 5.0), (0.4, 9.0))
@@ -119,7 +123,9 @@ def orthonormal(columns: Array) -> Array:
     return np.asarray(kept @ (vectors[:, good] / np.sqrt(values[good])))
 
 
-def reading_noise(c: Conditions, residual: Array, all_that_repeats: Array) -> ReadingNoise:
+def reading_noise(
+    c: Conditions, residual: Array, all_that_repeats: Array, step: float = 0.0
+) -> ReadingNoise:
     """Estimate the noise of the readings from their replicates.
 
     Parameters
@@ -130,6 +136,8 @@ def reading_noise(c: Conditions, residual: Array, all_that_repeats: Array) -> Re
         Reading minus some model that is the same for replicates [g].
     all_that_repeats : ndarray, shape (n, k)
         From `saturated`.
+    step : float, default 0
+        Step of the readings [g].
 
     Returns
     -------
@@ -139,7 +147,7 @@ def reading_noise(c: Conditions, residual: Array, all_that_repeats: Array) -> Re
     Raises
     ------
     InputError
-        If there are too few replicates.
+        If there are too few replicates, or all are alike.
 
     Notes
     -----
@@ -159,6 +167,11 @@ def reading_noise(c: Conditions, residual: Array, all_that_repeats: Array) -> Re
     projector = np.eye(residual.size) - basis[order] @ basis[order].T
     error = projector @ residual[order]
     rho, variance = _autocorrelation(error, projector, c.run[order])
+    if not np.sqrt(variance) > max(_LEAST_NOISE, _OF_STEP * step):
+        raise InputError(
+            "replicates are alike to the last digit, so that nothing tells the noise of the"
+            " readings; read more digits, or simulate some noise"
+        )
     tails = _tails(_excess_kurtosis(error, projector, variance))
     return ReadingNoise(float(np.sqrt(variance)), rho, dof, tails)
 
@@ -182,7 +195,7 @@ def _autocorrelation(error: Array, projector: Array, run: NDArray[np.int64]) -> 
     of_products = _lag_sums(projector @ shifted, run)
     of_squares = _lag_sums(projector, run)
     powers = _RHOS[:, None] ** np.arange(of_squares.size)
-    observed = float((neighbours * error[1:] * error[:-1]).sum() / (error @ error))
+    observed = float((neighbours * error[1:] * error[:-1]).sum() / (error @ error or np.inf))
     expected = (powers @ of_products) / (powers @ of_squares)
     best = int(np.argmin(np.abs(expected - observed)))
     if abs(_RHOS[best]) < 2.0 / np.sqrt(projector.trace()):

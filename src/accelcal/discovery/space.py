@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.discovery.noise import orthonormal
+from accelcal.errors import InputError
 
 __all__ = ["Space", "space_of", "whitener_of"]
 
@@ -65,10 +66,21 @@ def whitener_of(covariance: Array, sigma: float) -> Array:
     -------
     ndarray, shape (n, n)
         Inverse of its Cholesky factor over sigma [1/g].
+
+    Raises
+    ------
+    InputError
+        If it is not positive definite in double precision.
     """
     from scipy.linalg import solve_triangular  # type: ignore[import-untyped]
 
-    lower = np.linalg.cholesky(covariance)
+    try:
+        lower = np.linalg.cholesky(covariance)
+    except np.linalg.LinAlgError:
+        raise InputError(
+            f"the declared errors are too large beside a noise of the readings of {sigma:.3g} g;"
+            " declare them smaller, or read more digits"
+        ) from None
     return np.asarray(solve_triangular(lower, np.eye(lower.shape[0]), lower=True)) / sigma
 
 

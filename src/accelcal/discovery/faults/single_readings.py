@@ -39,14 +39,15 @@ def nominal_scale(
     Returns
     -------
     float
-        Scale factor [output unit / g]; half the range of the readings where there is no slope.
+        Scale factor [output unit / g]; half the range of the readings where there is no slope,
+        1 where there is no range.
     """
     away = np.abs(c.excess)
     own = away <= away.min() + LEVEL_CHANGE
     own &= True if kept is None else kept
     x = c.input[own] - c.input[own].mean() if own.any() else np.zeros(0)
     slope = float(x @ record.output[own] / ((x @ x) or np.inf))
-    return slope or float(np.ptp(record.output)) / 2.0
+    return slope or float(np.ptp(record.output)) / 2.0 or 1.0
 
 
 def single_readings(
