@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from accelcal.errors import TableError
 from accelcal.geometry import MOUNTINGS, is_mounting
+from accelcal.grouping import distinct
 from accelcal.io.cells import Column, labels, numbers, times, whole_numbers
 from accelcal.io.columns import Table
 from accelcal.io.layout import all_of
@@ -166,7 +167,7 @@ def notes_of_turn(readings: Readings, positions: int) -> list[str]:
         A sentence, where positions 1 to a last one occur and the rest of the turn never does.
     """
     last = int(readings.position.max(initial=0))
-    met = np.unique(readings.position)
+    met = distinct(readings.position)
     whole = met.size == last >= FEWEST_IN_TURN and met[0] == 1
     if not whole or last >= positions:
         return []
