@@ -63,7 +63,7 @@ FLOOR_OF = {room: number for number, rooms in enumerate(FLOORS) for room in room
 LONGEST_MODULE = 400
 LONGEST_FUNCTION = 40
 
-HEAVY = {"numpy", "pandas", "scipy", "matplotlib", "importlib.metadata"}
+HEAVY = {"numpy", "numpy.ma", "pandas", "scipy", "matplotlib", "importlib.metadata"}
 
 
 def name_of(path):
