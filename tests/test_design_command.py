@@ -5,7 +5,9 @@ from pathlib import Path
 
 import pytest
 
+import accelcal
 from accelcal.cli.main import main
+from accelcal.plot.designs import designs_by_hours
 
 QUICK = ["design", "--positions", "8", "--strokes", "2", "--no-effects"]
 
@@ -49,6 +51,14 @@ def test_picture(capsys, tmp_path, form):
     code, _, err = ran(capsys, *QUICK, "--target", "K1=12ppm", "--plot", path)
     assert (code, err) == (0, "")
     assert path.stat().st_size > 10_000
+
+
+def test_ticks_of_a_picture_say_whole_values():
+    pytest.importorskip("matplotlib")
+    found = accelcal.design(positions=[8, 12], temperatures=[(20.0, 80.0, -40.0)], effects=False)
+    axes = designs_by_hours(found)
+    axes[0].figure.canvas.draw()
+    assert {ax.yaxis.get_offset_text().get_text() for ax in axes} == {""}
 
 
 def test_options_reach_the_stand_and_the_pace(capsys):

@@ -420,6 +420,11 @@ def test_the_data_sheet_of_the_paper():
     }
 
 
+def test_a_data_sheet_that_is_not_there_is_called_one():
+    with pytest.raises(InputError, match="no such file; give the path of a data sheet"):
+        read_specification("none.toml")
+
+
 SHEET = """schema = "accelcal/specification/1"
 name = "trial"
 [limits.bias]

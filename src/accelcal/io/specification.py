@@ -52,7 +52,7 @@ def read_specification(source: Source) -> Specification:
     >>> read_specification(StringIO(text)).limits
     (Limit(name='bias', unit='mg', minimum=None, maximum=5.0, at='T0', condition=''),)
     """
-    given = read_text(source)
+    given = read_text(source, "data sheet")
     try:
         return _specification(tomllib.loads(given.text))
     except tomllib.TOMLDecodeError as error:

@@ -132,6 +132,8 @@ def _scales(ax: Any) -> None:
             axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
             axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.3g}"))
             axis.set_minor_formatter(NullFormatter())
+        else:
+            ax.ticklabel_format(axis=which, useOffset=False)
 
 
 def _kind(design: TestDesign) -> str:

@@ -101,7 +101,7 @@ def where(found: Sequence[Share], alpha: float, ax: Axes | None) -> Axes:
 
 
 def _in_words(factor: str) -> str:
-    return factor.replace("*", " × ").replace("stroke", "direction")
+    return factor.replace("*", " × ")
 
 
 # -- changes ---------------------------------------------------------------------------------------
