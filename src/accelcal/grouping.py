@@ -103,7 +103,8 @@ def decimal_step(values: NDArray[np.float64]) -> float:
     Returns
     -------
     float
-        The largest such step from 1 to 1e-12; 0 where there is none.
+        The largest such step from 1 to 1e-12 that the largest value has a hundred of; 0 where there
+        is none.
 
     Examples
     --------
@@ -125,7 +126,8 @@ def decimal_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
     Returns
     -------
     ndarray, shape (T,)
-        The largest such step from 1 to 1e-12; 0 where there is none.
+        The largest such step from 1 to 1e-12 that the largest value has a hundred of; 0 where there
+        is none.
 
     Examples
     --------
