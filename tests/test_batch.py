@@ -341,10 +341,20 @@ def test_a_hundred_kills_lose_nothing(tmp_path, name):
     assert finished < kills
 
 
+def listen():
+    """Let SIGINT do what it does in a terminal."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def interrupt(folder, output, kind=signal.SIGKILL, *arguments):
     """Start a batch and end it after its first block; return what it said."""
     command = [sys.executable, "-m", "accelcal", "batch", folder, "-o", output, *arguments]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        command,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=listen,  # a run in the background has SIGINT ignored, and hands that on
+    )
     journal = output.with_name(output.name + ".journal")
     while not any(journal.glob("*.block")):
         assert process.poll() is None, process.stderr.read()

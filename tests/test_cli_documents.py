@@ -277,3 +277,23 @@ def test_an_effect_that_is_not_in_the_catalogue_is_one_of_the_model(folder, caps
     code, err = run(["fit", "--model", "model.json", "data.csv"], capsys)
     assert code == 2
     assert err.startswith("model.json: effect 'backlush' is not in the catalogue"), err
+
+
+def test_a_discovery_in_place_of_a_calibration_is_told_its_use(folder, capsys):
+    accelcal.discover(accelcal.simulate(seed=1)).to_json(folder / "model.json")
+    code, err = run(["compare", "model.json", "data.csv"], capsys)
+    assert code == 2
+    assert err.startswith("model.json: schema 'accelcal/discovery/1' in place of")
+    assert err.rstrip().endswith(
+        "use it by accelcal fit --model, and give the calibration that this makes"
+    )
+
+
+def test_a_path_in_place_of_a_calibration_is_refused():
+    with pytest.raises(accelcal.InputError, match="str in place of a calibration; make one by"):
+        accelcal.apply("cal.json", [1.0])
+
+
+def test_a_record_in_place_of_several_is_refused():
+    with pytest.raises(accelcal.InputError, match="one record; what belongs to the stand"):
+        accelcal.discover_stand(accelcal.simulate(seed=1))

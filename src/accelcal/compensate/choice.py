@@ -29,7 +29,11 @@ from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
-from accelcal.results.usable import refuse_misprinted, refuse_undetermined_laws
+from accelcal.results.usable import (
+    check_calibration,
+    refuse_misprinted,
+    refuse_undetermined_laws,
+)
 
 __all__ = ["compensation"]
 
@@ -81,6 +85,7 @@ def compensation(
     >>> found.temperatures, found.assumptions
     ((-40.0, 80.0), ())
     """
+    check_calibration(calibration)
     refuse_misprinted(calibration)
     tables = [table for table in calibration.tables if run is None or table.run == run]
     if not tables:

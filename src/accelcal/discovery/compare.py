@@ -93,7 +93,7 @@ def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
     >>> found.p_value > 0.01
     True
     """
-    found = _compensation(calibration)
+    found = compensation(calibration)
     _check(calibration, found, record)
     simulated = _simulated(calibration, found, record)
     declared = _declared(calibration, record)
@@ -146,18 +146,9 @@ def residuals_of(calibration: Calibration, record: TumbleRecord) -> Array:
     InputError
         If the record does not suit the calibration, see `compare`.
     """
-    found = _compensation(calibration)
+    found = compensation(calibration)
     _check(calibration, found, record)
     return _simulated(calibration, found, record).residual
-
-
-def _compensation(calibration: object) -> Compensation:
-    if not isinstance(calibration, Calibration):
-        raise InputError(
-            f"{type(calibration).__name__} in place of a calibration; make one by accelcal.fit, or"
-            " by accelcal.Calibration.from_json('file.json')"
-        )
-    return compensation(calibration)
 
 
 def _check(calibration: Calibration, found: Compensation, record: TumbleRecord) -> None:

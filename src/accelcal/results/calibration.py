@@ -385,9 +385,10 @@ class Calibration:
 def _check_schema(document: Any) -> None:
     schema = document.get("schema") if isinstance(document, Mapping) else None
     if schema != SCHEMA:
-        raise DocumentError(
-            f"schema {schema!r} in place of {SCHEMA!r}; give a file written by accelcal fit"
-        )
+        remedy = "give a file written by accelcal fit"
+        if str(schema).startswith("accelcal/discovery/"):
+            remedy = "use it by accelcal fit --model, and give the calibration that this makes"
+        raise DocumentError(f"schema {schema!r} in place of {SCHEMA!r}; {remedy}")
     unit = document.get("acceleration_unit")
     if unit != "g_local":
         raise DocumentError(

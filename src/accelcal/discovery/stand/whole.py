@@ -23,7 +23,7 @@ from accelcal.discovery.stand.whose import Own, common_effects, head_of, instanc
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
-from accelcal.record import TumbleRecord
+from accelcal.record import TumbleRecord, check_record
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
 from accelcal.results.stand import StandDiscovery
@@ -117,6 +117,9 @@ def discover_stand(
     >>> [(item.id, item.verdict) for item in found.effects]
     [('backlash', 'stand')]
     """
+    records = [records] if isinstance(records, TumbleRecord) else list(records)
+    for record in records:
+        check_record(record)
     check_one_plan(records)
     records = on_one_stand(records)
     settings = _Settings(
