@@ -289,6 +289,13 @@ def test_damaged_document_is_refused_in_a_line(discovery, key):
         Discovery.from_document({**document, key: 7})
 
 
+def test_text_tells_what_the_test_would_show(discovery):
+    text = " ".join(str(discovery).split())
+    assert "What this test would show nine times in ten, from this size on" in text
+    (least,) = [item for item in discovery.smallest_detectable if item.id == "bias-step"]
+    assert f"bias-step {1e6 * least.value:.2g} ug" in text
+
+
 def test_text_reads_like_a_finding(discovery):
     text = str(discovery)
     told = " ".join(text.split())

@@ -9,14 +9,17 @@ from accelcal.errors import InputError
 from accelcal.report.columns import aligned
 from accelcal.report.findings import chance, factor_rows, noise_line, wrapped
 from accelcal.report.numbers import matching_digits, significant
+from accelcal.report.scale import readable
 from accelcal.results.discovery import Discovery
-from accelcal.results.findings import Change, FoundEffect
+from accelcal.results.findings import Change, Detectable, FoundEffect
 from accelcal.results.quantity import Quantity
 
 if TYPE_CHECKING:
     from accelcal.effects.effect import Effect
 
 __all__ = ["SCALES", "change_row", "discovery_text", "entry_of", "told"]
+
+_PLAIN = str.maketrans({"µ": "u", "°": "deg", "²": "^2", "³": "^3", "·": "*"})
 
 
 def discovery_text(found: Discovery) -> str:
@@ -173,6 +176,9 @@ def _digits(value: float, item: Change, scale: float) -> str:
 
 
 def _open(found: Discovery) -> Iterator[str]:
+    if found.smallest_detectable:
+        yield "What this test would show nine times in ten, from this size on"
+        yield from wrapped(", ".join(map(_detectable, found.smallest_detectable)), "  ")
     if found.undetectable:
         yield "What this test cannot show, and what would take it up"
         for item in found.undetectable:
@@ -180,6 +186,11 @@ def _open(found: Discovery) -> Iterator[str]:
     if found.next_measurement:
         yield "Next measurement"
         yield from wrapped(found.next_measurement, "  ")
+
+
+def _detectable(item: Detectable) -> str:
+    factor, unit = readable(item.unit, item.value)
+    return f"{item.id} {factor * item.value:.2g} {unit.translate(_PLAIN)}"
 
 
 def _notes(found: Discovery) -> Iterator[str]:
