@@ -233,7 +233,11 @@ def test_a_full_device_is_one_line(arguments):
 @posix_only
 def test_ctrl_c_while_reading_standard_input():
     process = subprocess.Popen(
-        [sys.executable, "-c", WAITING], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        [sys.executable, "-c", WAITING],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        # a run in the background has SIGINT ignored, and hands that on
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     assert process.stdout.readline() == b"reading\n"
     process.send_signal(signal.SIGINT)

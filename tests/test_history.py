@@ -53,7 +53,7 @@ def results(tmp_path):
 
 
 def test_the_line_is_that_of_statsmodels_where_nothing_scatters_beyond():
-    import statsmodels.api as sm
+    sm = pytest.importorskip("statsmodels.api")
 
     rng = np.random.default_rng(5)
     time = np.sort(rng.uniform(0, 10, 12))
