@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import accelcal
+from accelcal.cli.program import COMMANDS
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted((ROOT / "docs").glob("*.md"))
@@ -22,6 +23,13 @@ def module(path):
 real_output = module(ROOT / "docs" / "real_output.py")
 
 SHOWING = [page for page in PAGES if "<!-- run" in page.read_text("utf-8")]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_shows_its_output(command):
+    text = (ROOT / "docs" / "commands.md").read_text("utf-8")
+    (own,) = re.findall(rf"^## {command}\n(.*?)(?=^## |\Z)", text, re.DOTALL | re.MULTILINE)
+    assert f"\n$ accelcal {command} " in own
 
 
 def test_some_pages_show_output():
