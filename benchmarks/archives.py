@@ -210,7 +210,8 @@ def files(folder: Path, work: Path, count: int, few: int, repeats: int) -> None:
     for name, cost in per_file.items():
         times = per_file["pandas and lmfit, one process"] / cost
         shares = (f"{100 * parse / cost:.0f} %", f"{100 * floor / cost:.0f} %")
-        table.append((name, f"{cost:.0f}", f"{times:.0f}", *shares))
+        told = f"{times:.0f}" if np.isfinite(times) else "not installed"
+        table.append((name, f"{cost:.0f}", told, *shares))
     show(f"{count} files of 162 readings, {JOBS} processes where not said otherwise", table)
 
 
