@@ -124,16 +124,16 @@ def compare(count: int, threads: int, runs: int) -> None:
         "lmfit": (lambda: by_lmfit(few[:30]), 30),
         "reading the memory, 1 thread": (whole.sum, count),
     }
-    show("complete tables of 54 readings", medians(jobs, runs), ours)
+    show("complete tables of 54 readings", medians(jobs, runs), alone)
     jobs = mine(gaps, count) | {
         "numpy.linalg.lstsq": (lambda: by_lstsq(few_gaps), FEW),
         "statsmodels OLS": (lambda: by_statsmodels(few_gaps), FEW),
     }
-    show("5 % of the readings missing", medians(jobs, runs), ours)
+    show("5 % of the readings missing", medians(jobs, runs), alone)
     jobs = mine(whole, max(count // 10, 1), robust=True) | {
         "statsmodels RLM, 10 iterations": (lambda: by_robust_statsmodels(few[:100]), 100)
     }
-    show("robust, until the centres have settled", medians(jobs, runs), ours)
+    show("robust, until the centres have settled", medians(jobs, runs), alone)
 
 
 def growth(count: int, threads: int, runs: int) -> None:

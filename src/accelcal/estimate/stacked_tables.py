@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from os import cpu_count
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -76,7 +75,7 @@ def estimate_tables(
     std: ArrayLike | None = None,
     coefficients: Sequence[str] = COEFFICIENTS,
     robust: bool = False,
-    threads: int | None = None,
+    threads: int = 1,
 ) -> TableEstimates:
     """Estimate the coefficients of many tables of one design, by least squares.
 
@@ -96,8 +95,9 @@ def estimate_tables(
         Coefficients to estimate; the others are taken as zero.
     robust : bool, default False
         Make the readings safe against outliers by their replicates first.
-    threads : int, optional
-        Threads that share the tables; by default as many as there are processors.
+    threads : int, default 1
+        Threads that share the tables. On two processors two are slower than one
+        (``benchmarks/batch.py``): the tables are small.
 
     Returns
     -------
@@ -146,7 +146,7 @@ def estimate_tables(
     kept = estimability(design, coefficients)
     solver = LeastSquares(design[:, kept.columns], spread if spread.ndim == 1 else 1.0)
     stack = _Stack(solver, y, spread, head_positions(angle) if robust else None)
-    return TableEstimates(kept.kept, *stack.estimates(threads or cpu_count() or 1), kept.stands_for)
+    return TableEstimates(kept.kept, *stack.estimates(threads), kept.stands_for)
 
 
 class _Stack(NamedTuple):
