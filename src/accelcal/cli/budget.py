@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from accelcal.cli.deliver import deliver
+from accelcal.cli.forms import in_form
 from accelcal.cli.options import (
     SECONDS,
     durations,
@@ -126,9 +127,9 @@ def budget(
     if picture is not None:
         _draw(picture, found)
     if path is not None:
-        deliver(_json(found), path)
+        deliver(in_form(found, "json"), path)
     if path != "-":
-        deliver(_shown(found, form), words=form == "text")
+        deliver(in_form(found, form), words=form == "text")
 
 
 def _random(calibration: Calibration, options: dict[str, Any]) -> RandomPart:
@@ -192,25 +193,3 @@ def _draw(path: str, found: ErrorBudget | StandBudget) -> None:
 
     draw = found.plot.pareto if isinstance(found, StandBudget) else found.plot.stack
     deliver_picture(draw, path)
-
-
-def _json(found: ErrorBudget | StandBudget) -> str:
-    from accelcal.results.json_text import json_text
-
-    return json_text(found.to_document())
-
-
-def _shown(found: ErrorBudget | StandBudget, form: str) -> str:
-    if form == "text":
-        return str(found)
-    if form == "json":
-        return _json(found)
-    import csv
-    import io
-
-    rows = found.rows()
-    text = io.StringIO()
-    writer = csv.DictWriter(text, rows[0], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from accelcal.cli.deliver import deliver, deliver_picture
+from accelcal.cli.forms import in_form
 from accelcal.cli.options import (
     apparatus_options,
     effects_option,
@@ -158,7 +159,7 @@ def design(
     if path is not None:
         deliver(found.to_json(), path)
     if path != "-":
-        deliver(_shown(found, form))
+        deliver(in_form(found, form))
 
 
 def _arguments(options: dict[str, Any]) -> dict[str, Any]:
@@ -250,19 +251,3 @@ def _draw(path: str, found: Any) -> None:
     from accelcal.plot.designs import designs_by_hours
 
     deliver_picture(lambda: designs_by_hours(found), path)
-
-
-def _shown(found: Any, form: str) -> str:
-    if form == "text":
-        return str(found)
-    if form == "json":
-        return str(found.to_json())
-    import csv
-    import io
-
-    rows = found.rows()
-    text = io.StringIO()
-    writer = csv.DictWriter(text, rows[0], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()

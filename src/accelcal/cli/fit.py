@@ -161,16 +161,12 @@ def _json(calibrations: Sequence[Calibration]) -> str:
 
 
 def _csv(calibrations: Sequence[Calibration]) -> str:
-    import csv
-    import io
+    from accelcal.cli.forms import csv_of
 
-    rows = [
-        {"source": calibration.source, **row}
-        for calibration in calibrations
-        for row in calibration.rows()
-    ]
-    text = io.StringIO()
-    writer = csv.DictWriter(text, rows[0], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
+    return csv_of(
+        [
+            {"source": calibration.source, **row}
+            for calibration in calibrations
+            for row in calibration.rows()
+        ]
+    )

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import click
 
 from accelcal.cli.deliver import deliver, deliver_picture, refuse_to_overwrite
+from accelcal.cli.forms import in_form
 from accelcal.cli.options import format_option, mounting_option, number, output_option
-
-if TYPE_CHECKING:
-    from accelcal.results.unit_history import History
 
 __all__ = ["history"]
 
@@ -71,20 +68,4 @@ def history(
     if path is not None:
         deliver(found.to_json(), path)
     if path != "-":
-        deliver(_shown(found, form), words=form == "text")
-
-
-def _shown(found: History, form: str) -> str:
-    if form == "text":
-        return str(found)
-    if form == "json":
-        return found.to_json()
-    import csv
-    import io
-
-    rows = found.rows()
-    text = io.StringIO()
-    writer = csv.DictWriter(text, rows[0], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
+        deliver(in_form(found, form), words=form == "text")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from accelcal.cli.deliver import deliver, refuse_stdin_twice
+from accelcal.cli.forms import in_form
 from accelcal.cli.options import (
     data_argument,
     duration,
@@ -119,7 +120,7 @@ def stability(
     if path is not None:
         deliver(result.to_json(), path)
     if path != "-":
-        deliver(_shown(result, form), words=form == "text")
+        deliver(in_form(result, form), words=form == "text")
 
 
 def _calibrated(path: str, scale_factor: float | None, record: StabilityRecord) -> float:
@@ -140,19 +141,3 @@ def _draw(path: str, result: Stability, record: StabilityRecord) -> None:
     from accelcal.plot.allan import both
 
     deliver_picture(lambda: both(result, record), path)
-
-
-def _shown(result: Stability, form: str) -> str:
-    if form == "text":
-        return str(result)
-    if form == "json":
-        return result.to_json()
-    import csv
-    import io
-
-    rows = result.rows()
-    text = io.StringIO()
-    writer = csv.DictWriter(text, rows[0], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import click
 
 from accelcal.cli.deliver import deliver, refuse_to_overwrite
+from accelcal.cli.forms import in_form
 from accelcal.cli.options import data_argument, format_option, number, output_option
-
-if TYPE_CHECKING:
-    from accelcal.results.triad import TriadCalibration
 
 __all__ = ["triad"]
 
@@ -66,20 +62,4 @@ def triad(
     if path is not None:
         deliver(found.to_json(), path)
     if path != "-":
-        deliver(_shown(found, form))
-
-
-def _shown(found: TriadCalibration, form: str) -> str:
-    if form == "text":
-        return str(found)
-    if form == "json":
-        return found.to_json()
-    import csv
-    import io
-
-    rows = found.rows()
-    text = io.StringIO()
-    writer = csv.DictWriter(text, rows[0], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
+        deliver(in_form(found, form))

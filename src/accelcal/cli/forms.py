@@ -1,0 +1,70 @@
+"""The forms in which a result is shown: text, JSON and CSV."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+__all__ = ["csv_of", "in_form"]
+
+
+class Result(Protocol):
+    """What can be shown in each form; as a string it is the text."""
+
+    def to_document(self) -> Mapping[str, Any]:
+        """Return the JSON document."""
+
+    def rows(self) -> Sequence[Mapping[str, Any]]:
+        """Return the rows of the CSV."""
+
+
+def in_form(found: Result, form: str) -> str:
+    """Write a result in the form that was asked for.
+
+    Parameters
+    ----------
+    found : Result
+        The result.
+    form : {"text", "json", "csv"}
+        The form.
+
+    Returns
+    -------
+    str
+        The result.
+    """
+    if form == "text":
+        return str(found)
+    if form == "csv":
+        return csv_of(found.rows())
+    from accelcal.results.json_text import json_text
+
+    return json_text(found.to_document())
+
+
+def csv_of(rows: Sequence[Mapping[str, Any]]) -> str:
+    r"""Write rows as CSV, under the names of the first one.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        One or more rows with the same names.
+
+    Returns
+    -------
+    str
+        The CSV.
+
+    Examples
+    --------
+    >>> csv_of([{"a": 1, "b": None}, {"a": 0.5, "b": "x"}])
+    'a,b\n1,\n0.5,x\n'
+    """
+    import csv
+    import io
+
+    text = io.StringIO()
+    writer = csv.DictWriter(text, rows[0], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
