@@ -9,8 +9,9 @@ from os.path import realpath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from accelcal.archive.block import Block, fit_block, work
+from accelcal.archive.cells import Columns, put_together
 from accelcal.archive.columns import ERRORS, LAWS, ROWS, FrameColumn, units_of
-from accelcal.archive.formats import Columns, form_of, join, require_form, results, write_errors
+from accelcal.archive.formats import form_of, join, require_form, results, write_errors
 from accelcal.archive.journal import Journal, Summary, open_journal
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import SourceFile, find_sources, is_url
@@ -227,8 +228,8 @@ def _frame(parts: Sequence[Columns], kinds: Mapping[str, FrameColumn]) -> pd.Dat
     import pandas as pd
 
     columns = {
-        name: pd.Series([cell for part in parts for cell in part[name]], dtype=_TYPES[column.kind])
-        for name, column in kinds.items()
+        name: pd.Series(cells, dtype=_TYPES[kinds[name].kind])
+        for name, cells in put_together(parts).items()
     }
     frame = pd.DataFrame(columns)
     frame.attrs["units"] = units_of(kinds)

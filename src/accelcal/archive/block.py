@@ -9,9 +9,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from accelcal.archive.cells import Columns
 from accelcal.archive.columns import LAWS, ROWS
 from accelcal.archive.fitting import fit_records
-from accelcal.archive.formats import Columns, encode
+from accelcal.archive.formats import encode
 from accelcal.archive.parts import Part
 from accelcal.archive.reading import Failure, Found, read_files, read_part
 from accelcal.archive.settings import Settings
@@ -40,7 +41,7 @@ class Fitted(NamedTuple):
 
     Attributes
     ----------
-    tables, laws : mapping of str to list
+    tables, laws : mapping of str to list or ndarray
         Cells by column.
     errors : tuple of tuple of str
         Source and message of what could not be read or fitted.

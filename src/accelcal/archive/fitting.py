@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.archive.columns import LAWS, ROWS
+from accelcal.archive.cells import Columns, columns_of_rows, put_together
+from accelcal.archive.columns import LAWS, ROWS, FrameColumn
 from accelcal.archive.failures import attempt, one_line
-from accelcal.archive.formats import Columns
 from accelcal.archive.rows import law_rows, table_rows
 from accelcal.archive.settings import Settings
 from accelcal.archive.stacked_rows import can_be_columns, stacked_laws, stacked_tables
@@ -25,7 +25,7 @@ class FittedRecords(NamedTuple):
 
     Attributes
     ----------
-    tables, laws : mapping of str to list
+    tables, laws : mapping of str to list or ndarray
         Cells by column, in the order of the records.
     failures : mapping of int to str
         Place of each record that could not be fitted, and the line that tells why.
@@ -130,27 +130,20 @@ def _of_one(stack: CalibrationStack, index: int, place: int, settings: Settings)
     tables, laws = list(table_rows(calibration, record)), list(law_rows(calibration, record))
     failed = calibration.verdict is not None and calibration.verdict.outcome == "fail"
     return _Piece(
-        _by_column(ROWS, tables),
+        columns_of_rows(tables, ROWS),
         [place] * len(tables),
-        _by_column(LAWS, laws),
+        columns_of_rows(laws, LAWS),
         [place] * len(laws),
         int(failed),
     )
 
 
-def _by_column(names: Mapping[str, Any], rows: Sequence[Sequence[Any]]) -> Columns:
-    cells = zip(*rows, strict=True) if rows else ([] for _ in names)
-    return dict(zip(names, map(list, cells), strict=True))
-
-
-def _merged(parts: Sequence[tuple[Columns, Sequence[int]]], names: Mapping[str, Any]) -> Columns:
+def _merged(
+    parts: Sequence[tuple[Columns, Sequence[int]]], kinds: Mapping[str, FrameColumn]
+) -> Columns:
     """Put rows in the order of their records."""
     if len(parts) == 1:
         return parts[0][0]
     places = np.array([place for _, own in parts for place in own], dtype=np.int64)
-    order = np.argsort(places, kind="stable").tolist()
-    found: Columns = {}
-    for name in names:
-        cells = [cell for columns, _ in parts for cell in columns[name]]
-        found[name] = [cells[i] for i in order]
-    return found
+    frames = [columns_of_rows([], kinds), *(columns for columns, _ in parts)]
+    return put_together(frames, np.argsort(places, kind="stable"))

@@ -8,12 +8,14 @@ import io
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import IO, Any
 
+import numpy as np
+
+from accelcal.archive.cells import Cells, Columns
 from accelcal.archive.columns import ERRORS, FrameColumn
 from accelcal.errors import InputError
 
 __all__ = [
     "FORMS",
-    "Columns",
     "encode",
     "form_of",
     "join",
@@ -21,9 +23,6 @@ __all__ = [
     "results",
     "write_errors",
 ]
-
-Columns = dict[str, list[Any]]
-"""Cells of a frame by the name of the column, None or NaN where there is nothing."""
 
 _ROW_GROUP = 50_000  # rows that are compressed together
 
@@ -111,7 +110,7 @@ def encode(columns: Columns, kinds: Mapping[str, FrameColumn], form: str) -> byt
 
     Parameters
     ----------
-    columns : mapping of str to list
+    columns : mapping of str to list or ndarray
         Cells by column.
     kinds : mapping of str to FrameColumn
         The columns in their order.
@@ -180,11 +179,11 @@ def _csv_lines(cells: Sequence[Sequence[str]]) -> bytes:
     return (text + "\n").encode("utf-8", errors="backslashreplace") if text else b""
 
 
-def _written(cells: Sequence[Any], kind: str) -> list[str]:
-    """Cells as CSV has them; a text is quoted once however often it comes."""
+def _written(cells: Cells, kind: str) -> list[str]:
+    """Cells as CSV has them; what is no number is written once however often it comes."""
+    if isinstance(cells, np.ndarray):
+        return ["" if cell != cell else repr(cell) for cell in cells.tolist()]  # NaN
     write: Callable[[Any], str] = _quoted if kind == "text" else repr
-    if kind == "number":
-        return ["" if cell is None or cell != cell else repr(cell) for cell in cells]  # NaN
     memo = {cell: "" if cell is None else write(cell) for cell in set(cells)}
     return [memo[cell] for cell in cells]
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.archive.columns import LAWS, ROWS
-from accelcal.archive.formats import Columns
+from accelcal.archive.cells import Cells, Columns
+from accelcal.archive.columns import LAWS, ROWS, FrameColumn
 from accelcal.archive.rows import JOINT
 from accelcal.archive.warned import warnings_of
 from accelcal.calibrate.columns import columns_of
@@ -53,24 +53,29 @@ def stacked_tables(stack: CalibrationStack) -> Columns:
 
     Returns
     -------
-    mapping of str to list
-        R * t cells of each of `ROWS`, None or NaN where there is nothing.
+    mapping of str to list or ndarray
+        R * t cells of each of `ROWS`.
     """
     records, tables = stack.plan.records, stack.tables
-    found: Columns = {name: column.tolist() for name, column in columns_of(stack).items()}
+    table = np.tile(np.arange(len(tables)), len(records))
+    record = np.repeat(np.arange(len(records)), len(tables))
     stands_for = [
         JOINT.join(f"{n}: {m}" for n, m in own.items()) for own in stack.estimate.stands_for
     ]
     warned = [(JOINT.join(said), own) for said, own in warnings_of(stack)]
     warnings = [JOINT.join((*own, said)) for said, each in warned for own in each]
-    per_record = {**_of_records(records), "T0_degC": stack.references.tolist()}
-    found |= {name: _repeated(cells, len(tables)) for name, cells in per_record.items()}
-    found |= {"stands_for": stands_for * len(records), "warnings": warnings}
-    same = {"method": stack.options.method, "robust": stack.options.robust}
-    same |= {"delta0_rad": stack.delta0, "software": f"accelcal {__version__}"}
-    count = len(records) * len(tables)
-    found |= {name: [cell] * count for name, cell in same.items()}
-    return {name: found.get(name, [None] * count) for name in ROWS}
+    found: dict[str, Any] = {
+        **columns_of(stack),
+        **_of_records(records, record),
+        "stands_for": np.array(stands_for, dtype=object)[table],
+        "warnings": warnings,
+        "T0_degC": stack.references[record],
+        "method": stack.options.method,
+        "robust": stack.options.robust,
+        "delta0_rad": stack.delta0,
+        "failed_limits": "",
+    }
+    return _columns(found, ROWS, record.size)
 
 
 def stacked_laws(stack: CalibrationStack) -> tuple[Columns, NDArray[np.intp]]:
@@ -83,58 +88,64 @@ def stacked_laws(stack: CalibrationStack) -> tuple[Columns, NDArray[np.intp]]:
 
     Returns
     -------
-    columns : mapping of str to list
+    columns : mapping of str to list or ndarray
         Cells of each of `LAWS`.
     record : ndarray of int
         Place in the stack of the record of each row.
     """
     laws = stack.laws.main
     if laws is None:
-        return {name: [] for name in LAWS}, np.zeros(0, dtype=np.intp)
+        nothing = np.zeros(0, dtype=np.intp)
+        return _columns({}, LAWS, 0), nothing
     record, term = np.nonzero(~np.isnan(laws.value))
     records = stack.plan.records
-    warnings = [JOINT.join(laws.warnings(i)) for i in range(len(records))]
-    per_record = {
-        **_of_records(records),
-        "T0_degC": stack.references.tolist(),
-        "warnings": warnings,
-    }
-    place = record.tolist()
-    found: Columns = {name: [cells[i] for i in place] for name, cells in per_record.items()}
     units = [_law_unit(name, records[0].unit) for name in laws.names]
-    numbers = {"value": laws.value, "standard_uncertainty": laws.standard}
-    numbers |= {
-        "expanded_uncertainty": laws.expanded,
-        "dof": np.where(np.isinf(laws.dof), np.nan, laws.dof),
-    }
-    found |= {name: values[record, term].tolist() for name, values in numbers.items()}
-    found |= {
-        "term": [laws.names[i] for i in term.tolist()],
-        "unit": [units[i] for i in term.tolist()],
-    }
+    warnings = [JOINT.join(laws.warnings(i)) for i in range(len(records))]
     mountings = [str(table.record.mounting[0]) for table in stack.tables]
-    same = {"mounting": max(mountings, key=mountings.count), "software": f"accelcal {__version__}"}
-    found |= {name: [cell] * record.size for name, cell in same.items()}
-    return {name: found[name] for name in LAWS}, record
-
-
-def _of_records(records: Sequence[TumbleRecord]) -> dict[str, list[Any]]:
-    cells: dict[str, Callable[[TumbleRecord], Any]] = {
-        "source": lambda r: r.source,
-        "line": lambda r: None if r.line is None else int(r.line[0]),
-        "serial": lambda r: r.serial,
-        "date": lambda r: r.date,
-        "output_unit": lambda r: r.unit,
-        "notes": lambda r: JOINT.join(r.notes),
-        "failed_limits": lambda _: "",
-        "g_local_m_s2": lambda r: r.apparatus.local_gravity,
-        "sha256": lambda r: r.sha256,
+    dof = laws.dof[record, term]
+    found: dict[str, Any] = {
+        **_of_records(records, record),
+        "mounting": max(mountings, key=mountings.count),
+        "term": np.array(laws.names, dtype=object)[term],
+        "value": laws.value[record, term],
+        "standard_uncertainty": laws.standard[record, term],
+        "expanded_uncertainty": laws.expanded[record, term],
+        "dof": np.where(np.isinf(dof), np.nan, dof),
+        "unit": np.array(units, dtype=object)[term],
+        "T0_degC": stack.references[record],
+        "warnings": np.array(warnings, dtype=object)[record],
     }
-    return {name: [cell(record) for record in records] for name, cell in cells.items()}
+    return _columns(found, LAWS, record.size), record
 
 
-def _repeated(cells: Sequence[Any], times: int) -> list[Any]:
-    return [cell for cell in cells for _ in range(times)]
+def _of_records(records: Sequence[TumbleRecord], row: NDArray[np.intp]) -> dict[str, Any]:
+    """Cells that rows have from their records."""
+    cells = {
+        "source": [r.source for r in records],
+        "line": [None if r.line is None else int(r.line[0]) for r in records],
+        "serial": [r.serial for r in records],
+        "date": [r.date for r in records],
+        "output_unit": [r.unit for r in records],
+        "notes": [JOINT.join(r.notes) for r in records],
+        "sha256": [r.sha256 for r in records],
+    }
+    gravity = np.array([r.apparatus.local_gravity for r in records], dtype=np.float64)
+    of_rows = {name: np.array(own, dtype=object)[row] for name, own in cells.items()}
+    return {**of_rows, "g_local_m_s2": gravity[row]}
+
+
+def _columns(found: Mapping[str, Any], kinds: Mapping[str, FrameColumn], rows: int) -> Columns:
+    """Cells of all columns; one that is not found is empty, a single cell that of all rows."""
+    every = {**dict.fromkeys(kinds), **found, "software": f"accelcal {__version__}"}
+    return {name: _cells(every[name], kind.kind, rows) for name, kind in kinds.items()}
+
+
+def _cells(found: Any, kind: str, rows: int) -> Cells:
+    if kind == "number":
+        return np.broadcast_to(np.asarray(found, dtype=np.float64), rows)
+    if isinstance(found, np.ndarray):
+        return list(found.tolist())
+    return found if isinstance(found, list) else [found] * rows
 
 
 def _law_unit(term: str, unit: str | None) -> str:
