@@ -510,6 +510,17 @@ def test_robust_readings_reach_the_laws(by):
         assert abs(a.value - b.value) < a.expanded_uncertainty
 
 
+@pytest.mark.parametrize("by", ["tables", "readings"])
+def test_a_declared_noise_of_endless_freedom_gives_the_normal_interval(by):
+    data = record(THREE, noise=5e-6, head_uncertainty=1e-5)
+    declared = dataclasses.replace(data, std=np.full(len(data), 5e-6 * K1N))
+    found = accelcal.fit(declared, temperature_laws=by).temperature_model
+    for _, quantity in found.quantities():
+        assert quantity.expanded_uncertainty == pytest.approx(
+            1.959964 * quantity.standard_uncertainty
+        )
+
+
 def test_tables_that_absorb_a_coefficient_stay_out_of_the_laws():
     whole = record((20.0, 20.0, 80.0, -40.0), head_uncertainty=0.0)
     four = (whole.run == 0) & (np.mod(whole.angle, 90.0) != 0.0)

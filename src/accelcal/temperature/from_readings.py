@@ -296,7 +296,8 @@ def _sources(problem: _Problem, state: _State, point: Point) -> dict[str, _Sourc
     of_table = _by_table(tables)
     noises = pooled_noise(_noises(problem, state, point), [t.scatter_dof is None for t in tables])
     spread = [noise.factor * table.scatter for noise, table in zip(noises, tables, strict=True)]
-    dof_of_noise = of_table @ [noise.dof for noise in noises]
+    # repeated, as `of_table` would take its zeros times the infinite ones of a declared noise
+    dof_of_noise = np.repeat([noise.dof for noise in noises], [len(t.record) for t in tables])
     head = [
         sensitivity(table, estimate.coefficients[i], estimate.head.positions)
         for table, i in zip(tables, problem.indices, strict=True)
