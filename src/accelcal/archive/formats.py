@@ -226,7 +226,9 @@ def _write_parquet(
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    with pq.ParquetWriter(file, _schema(kinds), compression="zstd") as writer:
+    texts = [name for name, column in kinds.items() if column.kind == "text"]
+    options = {"compression": "zstd", "use_dictionary": texts}  # numbers hardly repeat
+    with pq.ParquetWriter(file, _schema(kinds), **options) as writer:
         waiting: list[Any] = []
         for part in parts:
             waiting.append(pa.ipc.open_stream(part).read_all())

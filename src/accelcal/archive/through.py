@@ -19,7 +19,7 @@ Kept = TypeVar("Kept", contravariant=True)
 Progress = Callable[[int, int], None]
 """Is told the number of files, or of parts of large ones, that are done, and that of all."""
 
-MOST_FILES = 500
+MOST_FILES = 1000
 """Files of a block, in a large archive."""
 
 LEAST_FILES = 25
