@@ -215,23 +215,58 @@ def files(folder: Path, work: Path, count: int, few: int, repeats: int) -> None:
     show(f"{count} files of 162 readings, {JOBS} processes where not said otherwise", table)
 
 
-def growth(folder: Path, work: Path, count: int, repeats: int) -> None:
-    """A tenth of the files, and all of them."""
-    tenth = f"{folder}/{'[0-9]' * 4}0.csv"
-    spent = timed(
-        {
-            "tenth": lambda: accelcal.write_batch(tenth, work / "t.parquet", jobs=JOBS),
-            "all": lambda: accelcal.write_batch(folder, work / "r.parquet", jobs=JOBS),
-        },
-        repeats,
-    )
-    ratio = spent["all"] / spent["tenth"]
-    lines = [
-        ("files", "s"),
-        (str(count // 10), f"{spent['tenth']:.2f}"),
-        (str(count), f"{spent['all']:.2f}"),
-    ]
-    show(f"Ten times the files: {ratio:.1f} times the time", lines)
+def growth(folder: Path, work: Path, repeats: int) -> None:
+    """Ten times the files, which are the same under ten names, and ten times the readings."""
+    many = ten_names(folder, work / "many")
+    few = sorted(folder.glob("*.csv"))[::10]
+    short, long = work / "short", work / "long"
+    for target, turns in ((short, 1), (long, 10)):
+        target.mkdir()
+        for path in few:
+            with_more_strokes(path, target / path.name, turns)
+    cases = {"files": (folder, many), "readings": (short, long)}
+    lines = [("ten times the", "s", "ten times as many, s", "ratio", "peaks in one process, MiB")]
+    for name, (small, large) in cases.items():
+        spent = timed(
+            {
+                "small": lambda small=small: to_parquet(small, work),
+                "large": lambda large=large: to_parquet(large, work),
+            },
+            repeats,
+        )
+        ratio = f"{spent['large'] / spent['small']:.1f}"
+        peaks = f"{peak(small, work):.0f}, {peak(large, work):.0f}"
+        lines.append((name, f"{spent['small']:.2f}", f"{spent['large']:.2f}", ratio, peaks))
+    count = sum(1 for _ in folder.glob("*.csv"))
+    show(f"Growth: {count} files of 162 readings, {len(few)} of 162 readings", lines)
+
+
+def to_parquet(folder: Path, work: Path) -> None:
+    accelcal.write_batch(folder, work / "growth.parquet", jobs=JOBS)
+
+
+def ten_names(folder: Path, target: Path) -> Path:
+    """A folder in which each file has ten names."""
+    target.mkdir()
+    for path in folder.glob("*.csv"):
+        for digit in range(10):
+            (target / f"{path.stem}{digit}.csv").hardlink_to(path)
+    return target
+
+
+def with_more_strokes(path: Path, target: Path, turns: int) -> None:
+    """Write the readings of each run several times, with strokes that go on counting."""
+    text = path.read_text()
+    end = text.index(HEADINGS) + len(HEADINGS) + 1
+    head, lines = text[:end], text[end:].splitlines()
+    per_run = len(lines) // 3
+    found = []
+    for run in range(0, len(lines), per_run):
+        for turn in range(turns):
+            for line in lines[run : run + per_run]:
+                temperature, position, stroke, output = line.split(",")
+                found.append(f"{temperature},{position},{int(stroke) + 6 * turn},{output}")
+    target.write_text(head + "\n".join(found) + "\n")
 
 
 def peak(path: Path, work: Path) -> float:
@@ -323,7 +358,7 @@ def main() -> None:
             few = max(options.files // 50, 5)
             files(folder, work, options.files, few, repeats)
         if "growth" in wanted:
-            growth(folder, work, options.files, repeats)
+            growth(folder, work, repeats)
         if "large" in wanted:
             one_large_file(work, options.serials, repeats)
         if "dask" in wanted:
