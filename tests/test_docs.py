@@ -10,7 +10,7 @@ import accelcal
 from accelcal.cli.program import COMMANDS
 
 ROOT = Path(__file__).parents[1]
-PAGES = sorted((ROOT / "docs").glob("*.md"))
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
 def module(path):
@@ -104,3 +104,10 @@ def test_pages_of_effects_know_the_designs():
     page = effect_pages.page(accelcal.effect("odd-quadratic"))
     assert "| 8 | no, taken up by K1, K3 | | |" in page
     assert "| 24 | yes |" in page
+
+
+def test_the_picture_of_the_readme_can_be_made(tmp_path, monkeypatch):
+    pytest.importorskip("matplotlib")
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    module(ROOT / "docs" / "gap_picture.py").write(tmp_path / "gap.png")
+    assert (tmp_path / "gap.png").read_bytes().startswith(b"\x89PNG")
