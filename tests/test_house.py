@@ -43,6 +43,7 @@ FLOORS = (
         "triad",
         "recalibrations",
     },
+    {"conformity"},
     {"estimate", "effects"},
     {"printed"},
     {"reference"},

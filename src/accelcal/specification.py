@@ -7,6 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
+import numpy as np
+from numpy.typing import NDArray
+
 from accelcal.errors import InputError
 from accelcal.units import canonical_unit, is_output_unit
 
@@ -21,6 +24,9 @@ __all__ = [
     "Specification",
     "conversion_factor",
 ]
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,8 +227,9 @@ class Limit:
 
     Examples
     --------
-    >>> Limit("bias", "mg", maximum=5.0).within(0.0, 5.1, -5.1)
-    (True, False, False)
+    >>> value = np.array([0.0, 5.1, -5.1])
+    >>> Limit("bias", "mg", maximum=5.0).kept_by(value, value).tolist()
+    [True, False, False]
     """
 
     name: str
@@ -267,9 +274,15 @@ class Limit:
         assert self.minimum is not None
         return ((-math.inf, -self.minimum), (self.minimum, math.inf))
 
-    def within(self, *values: float) -> tuple[bool, ...]:
-        """Tell of each value in `unit` whether it keeps the limit."""
-        return tuple(any(low <= v <= high for low, high in self.intervals) for v in values)
+    def kept_by(self, low: Array, high: Array) -> Mask:
+        """Tell where all from `low` to `high` keeps the limit [`unit`]; nowhere by NaN."""
+        within = [(least <= low) & (high <= most) for least, most in self.intervals]
+        return np.asarray(np.any(within, axis=0))
+
+    def broken_by(self, low: Array, high: Array) -> Mask:
+        """Tell where nothing from `low` to `high` keeps the limit [`unit`]; nowhere by NaN."""
+        beside = [(high < least) | (low > most) for least, most in self.intervals]
+        return np.asarray(np.all(beside, axis=0))
 
 
 @dataclass(frozen=True, slots=True)

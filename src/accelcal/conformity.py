@@ -1,0 +1,245 @@
+"""What calibrations say against the limits of a data sheet: the rule by which each is judged.
+
+A limit passes where the interval value +- w lies within it, fails where that interval lies outside,
+and is undecided where the interval straddles it; w is the guard band of the decision rule. What a
+tumble test does not tell is "not tested", and never passes. The rule takes many calibrations of one
+plan as it takes one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.estimate.launch import SAME_LEVEL
+from accelcal.results.verdict import OUTCOMES
+from accelcal.specification import (
+    PLACES,
+    QUANTITIES,
+    RULES,
+    Limit,
+    Specification,
+    conversion_factor,
+)
+
+__all__ = ["ANOTHER_TEST", "Conformity", "Found", "Measured", "Place", "conformity", "in_unit"]
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Codes = NDArray[np.int64]
+
+Place = int | str | None
+"""Where a quantity is found: a table by its index, a term of the laws by its name, or nowhere."""
+
+ANOTHER_TEST = MappingProxyType(
+    {  # symbol -> what tests it, and the error source of the calibration that comes near it
+        "k0L": ("repeated launches, see accelcal stability", "launch"),
+        "k0D": ("a record over the time of a launch, see accelcal stability", None),
+        "k0F": ("a record over the time of a launch, see accelcal stability", None),
+        "p": ("inputs of the size of the threshold", None),
+        "k1": ("calibrations repeated over its time", "launch_sf"),
+    }
+)
+"""Symbols of what no tumble test tells."""
+
+_LAWS = MappingProxyType(
+    {"k0": "k0", "lam": "k0", "K1": "K1", "beta": "K1"} | {"delta": "delta", "gam": "delta"}
+)
+_FAIL, _UNDECIDED, _NOT_TESTED, _PASS = map(
+    OUTCOMES.index, ("fail", "undecided", "not tested", "pass")
+)
+
+
+class Found(NamedTuple):
+    """A quantity in R calibrations.
+
+    Attributes
+    ----------
+    value : ndarray, shape (R,)
+        What was found; NaN where nothing was.
+    expanded : ndarray, shape (R,)
+        Its expanded uncertainty (95 %); NaN where unknown.
+    """
+
+    value: Array
+    expanded: Array
+
+
+class Measured(NamedTuple):
+    """What limits ask of R calibrations by one plan.
+
+    Attributes
+    ----------
+    output_unit : str or None
+        Output unit.
+    mountings : sequence of str
+        Mounting of each table.
+    temperatures : ndarray, shape (R, tables)
+        Temperature of each table; NaN where unknown [degC].
+    reference : ndarray, shape (R,)
+        T0; NaN where unknown [degC].
+    quantity : callable
+        Symbol and place -> what was found there, such as ``("K1", 0)`` and ``("k0", "k0 at_T0")``.
+    """
+
+    output_unit: str | None
+    mountings: Sequence[str]
+    temperatures: Array
+    reference: Array
+    quantity: Callable[[str, int | str], Found]
+
+
+class Conformity(NamedTuple):
+    """How R calibrations stand to a limit in one place.
+
+    Attributes
+    ----------
+    limit : Limit
+        The limit.
+    symbol : str
+        Symbol of the quantity.
+    place : int, str or None
+        Where it was looked for.
+    holds : ndarray of bool, shape (R,)
+        Which of the calibrations are judged in this place.
+    outcome : ndarray of int, shape (R,)
+        Places in `OUTCOMES`.
+    """
+
+    limit: Limit
+    symbol: str
+    place: Place
+    holds: Mask
+    outcome: Codes
+
+
+def conformity(specification: Specification, measured: Measured) -> Iterator[Conformity]:
+    """Judge calibrations by all limits of a data sheet.
+
+    Parameters
+    ----------
+    specification : Specification
+        The limits and the decision rule.
+    measured : Measured
+        What was found.
+
+    Yields
+    ------
+    Conformity
+        In the order of the limits; one for each place where any calibration is judged.
+
+    Raises
+    ------
+    InputError
+        If the unit of the scale factor does not fit the output of the calibrations.
+
+    Notes
+    -----
+    With the expanded uncertainty U (95 %) and the guard band w = r U of the rule, a value x passes
+    where all of x - w .. x + w keeps the limit, fails where none of it does, and is undecided
+    otherwise. Where U is unknown, a value beyond its limit fails and one within stays undecided,
+    except by simple acceptance.
+    """
+    guard_band = RULES[specification.rule].guard_band
+    for limit in specification.limits:
+        for symbol, place, holds in _places(limit, measured):
+            if holds.any():
+                outcome = _outcome(limit, symbol, place, measured, guard_band)
+                yield Conformity(limit, symbol, place, holds, outcome)
+
+
+# -- where a limit holds ---------------------------------------------------------------------------
+
+
+def _places(limit: Limit, measured: Measured) -> Iterator[tuple[str, Place, Mask]]:
+    """Symbol and place of all that a limit is about, and the calibrations where it is."""
+    symbol, per = QUANTITIES[limit.name].symbol, QUANTITIES[limit.name].per
+    everywhere = np.ones(measured.reference.shape, dtype=np.bool_)
+    if symbol in ANOTHER_TEST or symbol == "T":
+        yield symbol, None, everywhere
+    elif symbol == "h_T":
+        yield symbol, "hysteresis", everywhere
+    elif per == "degC":
+        yield f"{symbol}1", f"{_LAWS[symbol]} above", everywhere
+        yield f"{symbol}2", f"{_LAWS[symbol]} below", everywhere
+    elif limit.at == PLACES[0]:
+        yield from _at_reference(symbol, measured)
+    else:
+        yield from ((symbol, table, everywhere) for table in range(len(measured.mountings)))
+
+
+def _at_reference(symbol: str, measured: Measured) -> Iterator[tuple[str, Place, Mask]]:
+    """The law where it is that of all tables at T0, else these tables, else a table alone."""
+    at = np.abs(measured.temperatures - measured.reference[:, None]) <= SAME_LEVEL
+    of_law = np.zeros(measured.reference.shape, dtype=np.bool_)
+    if symbol in _LAWS:
+        term = f"{_LAWS[symbol]} at_T0"
+        known = ~np.isnan(measured.quantity(symbol, term).value)
+        of_law = known & (_mountings_at(at, measured.mountings) < 2)
+        yield symbol, term, of_law
+    at |= at.shape[1] == 1
+    for table in range(at.shape[1]):
+        yield symbol, table, at[:, table] & ~of_law
+    yield symbol, None, ~at.any(axis=1) & ~of_law
+
+
+def _mountings_at(at: Mask, mountings: Sequence[str]) -> Codes:
+    """Number of mountings among some tables, shape (R,)."""
+    own = np.array(mountings)
+    return np.sum([at[:, own == each].any(axis=1) for each in set(mountings)], axis=0, dtype=int)
+
+
+# -- what that means -------------------------------------------------------------------------------
+
+
+def _outcome(
+    limit: Limit, symbol: str, place: Place, measured: Measured, guard_band: float
+) -> Codes:
+    if symbol == "T":
+        return _operating_temperatures(limit, measured.temperatures)
+    if place is None or (symbol == "K1" and measured.output_unit is None):
+        return np.full(measured.reference.shape, _NOT_TESTED)
+    factor = conversion_factor(limit.unit, limit.name, measured.output_unit)
+    value, expanded = (in_unit(part, factor) for part in measured.quantity(symbol, place))
+    return _decided(limit, value, expanded, guard_band)
+
+
+def in_unit(values: Array, factor: float) -> Array:
+    """Convert values to the unit of a limit.
+
+    Parameters
+    ----------
+    values : ndarray
+        Values in the unit of a calibration; NaN where unknown.
+    factor : float
+        Of `conversion_factor`.
+
+    Returns
+    -------
+    ndarray
+        The same in the unit of the limit, by 12 digits, so that 500e-6 is 500 ppm and not a little
+        more.
+    """
+    return np.array([float(f"{value:.12g}") for value in (values / factor).tolist()])
+
+
+def _decided(limit: Limit, value: Array, expanded: Array, guard_band: float) -> Codes:
+    is_sure = ~np.isnan(expanded) | (guard_band == 0.0)
+    width = guard_band * np.nan_to_num(expanded)
+    low, high = value - width, value + width
+    kept = np.where(limit.kept_by(low, high) & is_sure, _PASS, _UNDECIDED)
+    decided = np.where(limit.broken_by(low, high), _FAIL, kept)
+    return np.where(np.isnan(value), _NOT_TESTED, decided)
+
+
+def _operating_temperatures(limit: Limit, temperatures: Array) -> Codes:
+    """Pass where the test went to both ends; the accelerometer is tested no further than that."""
+    assert limit.minimum is not None
+    assert limit.maximum is not None
+    to_low = (temperatures <= limit.minimum + SAME_LEVEL).any(axis=1)
+    to_high = (temperatures >= limit.maximum - SAME_LEVEL).any(axis=1)
+    return np.where(to_low & to_high, _PASS, _NOT_TESTED)
