@@ -190,7 +190,8 @@ def _at_reference(symbol: str, measured: Measured) -> Iterator[tuple[str, Place,
 def _mountings_at(at: Mask, mountings: Sequence[str]) -> Codes:
     """Number of mountings among some tables, shape (R,)."""
     own = np.array(mountings)
-    return np.sum([at[:, own == each].any(axis=1) for each in set(mountings)], axis=0, dtype=int)
+    among = [at[:, own == mounting].any(axis=1) for mounting in set(mountings)]
+    return np.asarray(np.sum(among, axis=0))
 
 
 # -- what that means -------------------------------------------------------------------------------
@@ -228,8 +229,9 @@ def in_unit(values: Array, factor: float) -> Array:
 
 
 def _decided(limit: Limit, value: Array, expanded: Array, guard_band: float) -> Codes:
-    is_sure = ~np.isnan(expanded) | (guard_band == 0.0)
-    width = guard_band * np.nan_to_num(expanded)
+    unknown = np.isnan(expanded)
+    is_sure = ~unknown | (guard_band == 0.0)
+    width = guard_band * np.where(unknown, 0.0, expanded)
     low, high = value - width, value + width
     kept = np.where(limit.kept_by(low, high) & is_sure, _PASS, _UNDECIDED)
     decided = np.where(limit.broken_by(low, high), _FAIL, kept)

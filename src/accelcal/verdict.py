@@ -189,14 +189,14 @@ def _why_not_tested(found: Conformity, calibration: Calibration) -> str:
     if found.symbol == "T":
         known = bool(_tested_range(calibration))
         return "the test did not cover the range" if known else "the temperatures are unknown"
+    if found.place is None:
+        return "the test has no table at T0"
     if found.symbol == "K1" and calibration.output_unit is None:
         return "the record names no output unit"
     return _why_missing(found.place)
 
 
-def _why_missing(place: Place) -> str:
-    if place is None:
-        return "the test has no table at T0"
+def _why_missing(place: int | str) -> str:
     if isinstance(place, int):
         return "this record does not determine it"
     if place == "hysteresis":

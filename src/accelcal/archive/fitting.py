@@ -10,6 +10,7 @@ import numpy as np
 from accelcal.archive.cells import Columns, columns_of_rows, put_together
 from accelcal.archive.columns import LAWS, ROWS, FrameColumn
 from accelcal.archive.failures import attempt, one_line
+from accelcal.archive.judged import verdicts_of
 from accelcal.archive.rows import law_rows, table_rows
 from accelcal.archive.settings import Settings
 from accelcal.archive.stacked_rows import can_be_columns, stacked_laws, stacked_tables
@@ -67,7 +68,8 @@ def fit_records(records: Sequence[TumbleRecord], settings: Settings) -> FittedRe
     pieces: list[_Piece] = []
     failures: dict[int, str] = {}
     for places, stack in _stacks(records, settings, range(len(records)), failures):
-        piece = attempt("", _of_stack, stack, places) if _is_bulk(stack, settings) else ""
+        bulk = can_be_columns(stack)
+        piece = attempt("", _of_stack, stack, places, settings) if bulk else ""
         if isinstance(piece, _Piece):
             pieces.append(piece)
         else:
@@ -102,14 +104,20 @@ def _stacks(
             yield [places[i] for i in rows.tolist()], stack
 
 
-def _is_bulk(stack: CalibrationStack, settings: Settings) -> bool:
-    return settings.specification is None and can_be_columns(stack)
+def _of_stack(stack: CalibrationStack, places: Sequence[int], settings: Settings) -> _Piece:
+    count = len(stack.tables)
+    tables, (laws, record) = stacked_tables(stack), stacked_laws(stack)
+    of_table, of_law = np.repeat(places, count).tolist(), [places[i] for i in record.tolist()]
+    if settings.specification is None:
+        return _Piece(tables, of_table, laws, of_law)
+    verdicts = verdicts_of(stack, tables, settings.specification)
+    judged = {"verdict": verdicts.outcomes, "failed_limits": verdicts.failed_limits}
+    tables = tables | {name: _repeated(cells, count) for name, cells in judged.items()}
+    return _Piece(tables, of_table, laws, of_law, verdicts.outcomes.count("fail"))
 
 
-def _of_stack(stack: CalibrationStack, places: Sequence[int]) -> _Piece:
-    laws, record = stacked_laws(stack)
-    of_table = np.repeat(places, len(stack.tables)).tolist()
-    return _Piece(stacked_tables(stack), of_table, laws, [places[i] for i in record.tolist()])
+def _repeated(cells: Sequence[str], times: int) -> list[str]:
+    return [cell for cell in cells for _ in range(times)]
 
 
 def _one_by_one(

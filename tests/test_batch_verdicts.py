@@ -1,0 +1,158 @@
+"""Verdicts of many records at once are those of each by itself."""
+
+import io
+import re
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+import accelcal
+from accelcal.archive import fitting
+from accelcal.archive.judged import verdicts_of
+from accelcal.archive.stacked_rows import can_be_columns, stacked_tables
+from accelcal.calibrate.many import calibrate_many
+from accelcal.calibrate.options import Options
+from accelcal.io.specification import read_specification
+from accelcal.specification import PLACES, QUANTITIES, RULES, Limit, Specification
+from accelcal.verdict import judge
+
+AL15 = read_specification(Path(__file__).parents[1] / "examples" / "al15.toml")
+
+PLANS = (
+    accelcal.TumblePlan(temperatures=(20.0, 80.0, -40.0), strokes=2),
+    accelcal.TumblePlan(temperatures=(20.0, 60.0, 20.0, -20.0, 20.0), strokes=2),
+    accelcal.TumblePlan(temperatures=(50.0, 90.0), strokes=2),
+    accelcal.TumblePlan(temperatures=(10.0, 40.0), strokes=2),
+    accelcal.TumblePlan(temperatures=(20.3, 21.1, 23.5), strokes=1),
+    accelcal.TumblePlan(temperatures=(20.0,), positions=4, strokes=2),
+    accelcal.TumblePlan(temperatures=(20.0,), mountings=("o+", "p+"), strokes=2),
+    accelcal.TumblePlan(mountings=("o+", "o-"), strokes=2),
+    accelcal.TumblePlan(mountings=("o+", "p+"), strokes=2),
+)
+UNITS = {"acceleration": "ug", "angle": "urad", "ratio": "ppm", "output": "mA"}
+SIZES = {"bias": 3300.0, "scale_factor": 1.36, "misalignment": 1150.0, "third_order": 10.0}
+SIZES |= {"scale_factor_temperature_sensitivity": 500.0, "second_order": 30.0}
+
+
+def written(record, changes=()):
+    """A table in which nothing is declared, with changes of some lines."""
+    bare = record.with_apparatus(
+        head_uncertainty=None,
+        launch_uncertainty=None,
+        launch_sf_uncertainty=None,
+        temperature_uncertainty=None,
+    )
+    file = io.StringIO()
+    accelcal.write_table(bare, file)
+    text = file.getvalue()
+    for old, new in changes:
+        text = re.sub(old, new, text, flags=re.MULTILINE)
+    return text
+
+
+def texts():
+    for index, plan in enumerate(PLANS):
+        for seed in range(3):
+            yield written(accelcal.simulate(seed=10 * index + seed, plan=plan))
+    for seed in (1, 2):
+        yield written(accelcal.simulate(seed=seed, plan=PLANS[0]), [("^# unit.*\n", "")])
+        alone = accelcal.simulate(seed=seed, plan=PLANS[6])
+        yield written(alone, [("^# T0.*\n", ""), (r"^20\.0(?=,)", "unknown")])
+
+
+@pytest.fixture(scope="module")
+def records():
+    return [accelcal.read_table(io.StringIO(text)) for text in texts()]
+
+
+def limits(name):
+    """Limits of all kinds on a quantity, about what is found."""
+    quantity, size = QUANTITIES[name], SIZES.get(name, 40.0)
+    if quantity.kind == "temperature":
+        return [Limit(name, "degC", -20.0, 60.0)]
+    unit = UNITS[quantity.kind] + (f"/{quantity.per}" if quantity.per else "")
+    return [
+        Limit(name, unit, *bounds, at=place)
+        for place in PLACES
+        for bounds in ((None, size), (size, None), (0.999 * size, 1.001 * size), (-size, size))
+    ]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"robust": True},
+        {"method": "closed-form"},
+        {"method": "printed"},
+        {"coefficients": ("K0", "K1", "M")},
+        {"delta0": 0.001},
+    ],
+    ids=str,
+)
+@pytest.mark.filterwarnings("ignore::accelcal.errors.AccelcalWarning")
+def test_verdicts_of_many_are_those_of_each(records, options):
+    seen = Counter()
+    for _, stack in calibrate_many(records, Options(**options)).stacks:
+        if not can_be_columns(stack):
+            continue
+        tables = stacked_tables(stack)
+        each = [stack.one(index) for index in range(len(stack))]
+        sheets = [
+            Specification(name, (limit,), rule=rule)
+            for name in QUANTITIES
+            for limit in limits(name)
+            for rule in RULES
+            if stack.plan.records[0].unit in ("mA", None)
+        ]
+        for sheet in [*sheets, AL15]:
+            expected = [judge(calibration, sheet) for calibration in each]
+            found = verdicts_of(stack, tables, sheet)
+            assert found.outcomes == [verdict.outcome for verdict in expected]
+            assert found.failed_limits == [failed(verdict) for verdict in expected]
+            seen.update(found.outcomes)
+    assert min(seen[outcome] for outcome in ("fail", "undecided", "not tested", "pass")) > 20
+
+
+def failed(verdict):
+    return " | ".join(dict.fromkeys(j.limit for j in verdict.judgements if j.outcome == "fail"))
+
+
+@pytest.fixture(scope="module")
+def archive(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("judged")
+    for number, text in enumerate(texts()):
+        (folder / f"t{number:02d}.csv").write_text(text)
+    return folder
+
+
+def test_a_batch_judges_as_a_fit_does(archive):
+    found = accelcal.batch(archive, specification=AL15).tables
+    told = found.drop_duplicates("source").set_index("source")
+    for path in sorted(archive.glob("*.csv")):
+        verdict = judge(accelcal.fit(accelcal.read_table(path)), AL15)
+        row = told.loc[str(path)]
+        assert (row["verdict"], row["failed_limits"]) == (verdict.outcome, failed(verdict))
+
+
+def test_a_data_sheet_takes_no_record_by_itself(archive, monkeypatch):
+    monkeypatch.setattr(fitting, "_one_by_one", lambda *_: pytest.fail("one by one"))
+    files = sorted(archive.glob("*.csv"))[:18]
+    assert len(accelcal.batch(files, specification=AL15).errors) == 0
+
+
+def test_failures_are_counted(archive, tmp_path):
+    sheet = Specification(
+        "none passes", (Limit("misalignment", "urad", maximum=1.0, at=PLACES[1]),)
+    )
+    counts = accelcal.write_batch(archive, tmp_path / "r.csv", specification=sheet)
+    assert counts.failed == counts.fitted == len(list(archive.glob("*.csv")))
+
+
+def test_a_unit_that_does_not_fit_is_told_of_each_file(archive):
+    sheet = Specification("volts", (Limit("scale_factor", "V/g", 1.0, 2.0),))
+    files = sorted(archive.glob("*.csv"))[:3]
+    errors = accelcal.batch(files, specification=sheet).errors
+    assert len(errors) == 3
+    assert errors["message"].str.contains("unit 'V/g' does not fit a calibration in mA").all()
