@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from accelcal.errors import AccelcalError, AccelcalWarning
 
-__all__ = ["attempt", "one_line"]
+__all__ = ["attempt", "caught", "one_line"]
 
 Result = TypeVar("Result")
 
@@ -32,15 +32,31 @@ def attempt(source: str, function: Callable[..., Result], *arguments: object) ->
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AccelcalWarning)  # told once, before the batch
-        try:
-            return function(*arguments)
-        except AccelcalError as error:
-            return one_line(error)
-        except OSError as error:
-            return f"{source}: cannot be read ({error.strerror or error}); give a file that can be"
-        except Exception as error:  # a bug on one file must not cost the other thousands
-            told = f"{type(error).__name__}: {' '.join(str(error).split())}"
-            return f"{source}: a bug in accelcal ({told}); please report it with this file"
+        return caught(source, function, *arguments)
+
+
+def caught(source: str, function: Callable[..., Result], *arguments: object) -> Result | str:
+    """Call a function that must not end a batch, and that warns of nothing.
+
+    Parameters
+    ----------
+    source, function, *arguments
+        As of `attempt`.
+
+    Returns
+    -------
+    object or str
+        What it returns, or the line that tells why it failed.
+    """
+    try:
+        return function(*arguments)
+    except AccelcalError as error:
+        return one_line(error)
+    except OSError as error:
+        return f"{source}: cannot be read ({error.strerror or error}); give a file that can be"
+    except Exception as error:  # a bug on one file must not cost the other thousands
+        told = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        return f"{source}: a bug in accelcal ({told}); please report it with this file"
 
 
 def one_line(error: AccelcalError) -> str:

@@ -9,7 +9,7 @@ from contextlib import suppress
 from typing import Any, NamedTuple
 
 from accelcal.archive.columns import ERRORS, LAWS, ROWS
-from accelcal.archive.failures import attempt
+from accelcal.archive.failures import attempt, caught
 from accelcal.archive.parts import Part, part_content, stretches
 from accelcal.archive.sources import SourceFile, is_url, read_bytes
 from accelcal.io.ordinary import Content, read_ordinary
@@ -78,7 +78,7 @@ def read_files(
     Found or Failure
         The records of each file in its order, or why it could not be read.
     """
-    contents = [attempt(file.path, read_bytes, file.path) for file in files]
+    contents = [caught(file.path, read_bytes, file.path) for file in files]
     ordinary = read_ordinary(
         [
             Content(file.path, b"" if isinstance(content, str) else content)

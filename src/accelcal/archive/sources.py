@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Collection, Iterator, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 from accelcal.archive.parquet import as_csv
@@ -17,6 +18,7 @@ SUFFIXES = (".csv", ".csv.gz", ".txt", ".tsv", ".parquet")
 
 _SUFFIXES_TOLD = ", ".join(f"*{suffix}" for suffix in SUFFIXES)
 _MAGIC = frozenset("*?[")
+_READ = os.O_RDONLY | getattr(os, "O_BINARY", 0)  # Windows has a mode for text
 
 
 class SourceFile(NamedTuple):
@@ -116,8 +118,11 @@ def read_bytes(path: str) -> bytes:
         return as_csv(io.BytesIO(content)) if parquet else content
     if parquet:
         return as_csv(path)
-    with open(path, "rb", buffering=0) as file:  # noqa: PTH123  (pathlib costs time, a file each)
-        return file.read()
+    file = os.open(path, _READ)  # half the time of open, which counts in thousands of small files
+    try:
+        return b"".join(iter(partial(os.read, file, 2**16), b""))
+    finally:
+        os.close(file)
 
 
 def _of_path(path: str, aside: Collection[str]) -> list[SourceFile]:

@@ -12,7 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CellBlock", "Unreadable", "has_pyarrow", "parse_cells", "read_engine"]
+__all__ = ["CellBlock", "Unreadable", "has_pyarrow", "is_plain", "parse_cells", "read_engine"]
+
+_PLAIN = b"0123456789.,-eE\n"
+_LETTERS = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_+/:()"
 
 
 class Unreadable(Exception):  # noqa: N818  (a signal between two functions, no error)
@@ -57,7 +60,7 @@ def parse_cells(
     Parameters
     ----------
     body : bytes
-        Rows of cells separated by commas, each ended by a line feed, none blank.
+        Rows of cells separated by commas, each ended by a line feed.
     roles : sequence of str
         What the columns hold.
     labels : collection of str
@@ -73,7 +76,7 @@ def parse_cells(
     Raises
     ------
     Unreadable
-        If a row has another number of cells, or a cell is no number.
+        If a row has another number of cells, or a cell is not plain.
 
     Examples
     --------
@@ -81,8 +84,41 @@ def parse_cells(
     >>> block.numbers["output"].tolist(), block.codes["run"].tolist(), block.labels["run"]
     ([1.5, 2.0], [0, 1], ['a', 'b'])
     """
+    if not _has_plain_characters(body, roles, labels):
+        raise Unreadable
     parse = _by_pyarrow if engine == "pyarrow" else _by_numpy
     return parse(body, roles, labels)
+
+
+def is_plain(body: bytes, roles: Sequence[str], labels: Collection[str]) -> bool:
+    r"""Tell whether rows may be such as `parse_cells` reads, as far as bytes tell.
+
+    Parameters
+    ----------
+    body, roles, labels
+        As of `parse_cells`.
+
+    Returns
+    -------
+    bool
+        False where one of them is certainly not.
+
+    Examples
+    --------
+    >>> is_plain(b"a,1\n", ["run", "output"], {"run"}), is_plain(b"1\n", ["run", "output"], {"run"})
+    (True, False)
+    """
+    return (
+        _has_plain_characters(body, roles, labels)
+        and not body.startswith(b"\n")
+        and b"\n\n" not in body
+        and body.count(b",") == (len(roles) - 1) * body.count(b"\n")
+    )
+
+
+def _has_plain_characters(body: bytes, roles: Sequence[str], labels: Collection[str]) -> bool:
+    allowed = _PLAIN + _LETTERS if any(role in labels for role in roles) else _PLAIN
+    return not body.translate(None, allowed)
 
 
 def _by_pyarrow(body: bytes, roles: Sequence[str], labels: Collection[str]) -> CellBlock:
@@ -95,7 +131,7 @@ def _by_pyarrow(body: bytes, roles: Sequence[str], labels: Collection[str]) -> C
         table = csv.read_csv(
             pa.BufferReader(body),
             csv.ReadOptions(use_threads=False, block_size=len(body) + 1, column_names=list(roles)),
-            csv.ParseOptions(quote_char=False),
+            csv.ParseOptions(quote_char=False, ignore_empty_lines=False),
             csv.ConvertOptions(column_types=types, null_values=[], strings_can_be_null=False),
         )
     except pa.ArrowInvalid as error:

@@ -11,16 +11,17 @@ import gzip
 import re
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import lru_cache
 from hashlib import sha256
 from typing import Any, NamedTuple
 
 from accelcal.errors import InputError
-from accelcal.io.cell_blocks import CellBlock, Unreadable, parse_cells, read_engine
+from accelcal.io.cell_blocks import CellBlock, Unreadable, is_plain, parse_cells, read_engine
 from accelcal.io.columns import CONSTANTS
 from accelcal.io.declarations import Declarations, declarations
 from accelcal.io.layout import Layout, read_layout
-from accelcal.io.ordinary_rows import Group, Plain, records_of
+from accelcal.io.ordinary_rows import Group, Plain, Rules, records_of
 from accelcal.io.text import SourceText
 from accelcal.io.vocabulary import KEYS, TIME_UNITS, UNITS_OF, Heading, canonical_key, has_unit
 from accelcal.record import TumbleRecord
@@ -28,13 +29,11 @@ from accelcal.units import output_unit
 
 __all__ = ["Content", "ordinary_head", "read_ordinary"]
 
-_LABELS = frozenset({"run", "serial", "mounting"})
+LABELS = frozenset({"run", "serial", "mounting"})
 _ORDINARY = frozenset(
     {"temperature", "position", "angle", "stroke", "output", "time", "std", "count"}
-).union(_LABELS)
-_PLAIN = b"0123456789.,-eE\n"
-_LETTERS = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_+/:()"
-_DECLARATION = re.compile(r"^# ([A-Za-z][A-Za-z0-9_]*): ([^\s,;](?:.*[^\s,;])?)$", re.MULTILINE)
+).union(LABELS)
+_DECLARATION = re.compile(r"# ([A-Za-z][A-Za-z0-9_]*): ([^\s,;](?:.*[^\s,;])?)")
 _BOM = b"\xef\xbb\xbf"
 
 
@@ -87,16 +86,16 @@ def read_ordinary(
     chosen = read_engine(engine)
     read: list[tuple[TumbleRecord, ...] | None] = [None] * len(tables)
     heads = _Heads(overrides)
-    by_roles: dict[tuple[str, ...], list[tuple[int, Plain]]] = {}
+    alike: dict[Rules, list[tuple[int, Plain]]] = {}
     for index, content in enumerate(tables):
-        plain = heads.plain(content)
-        if plain is not None:
-            by_roles.setdefault(plain.roles, []).append((index, plain))
-    for roles, members in by_roles.items():
-        for part, cells in _parsed([plain for _, plain in members], roles, chosen):
-            found = records_of(Group([members[i][1] for i in part], cells))
-            for i, records in zip(part, found, strict=True):
-                read[members[i][0]] = records
+        found = heads.plain(content)
+        if found is not None:
+            alike.setdefault(found[0], []).append((index, found[1]))
+    for rules, members in alike.items():
+        for part, cells in _parsed([plain for _, plain in members], rules.roles, chosen):
+            records = records_of(Group(rules, [members[i][1] for i in part], cells))
+            for i, own in zip(part, records, strict=True):
+                read[members[i][0]] = own
     return read
 
 
@@ -121,23 +120,24 @@ def ordinary_head(data: bytes) -> tuple[bytes, tuple[str, ...]] | None:
     end = 0
     for _ in range(split[0].count("\n")):
         end = data.index(b"\n", end) + 1
-    return data[:end], understood[1].roles
+    return data[:end], understood[1].rules.roles
 
 
 def _parsed(
     tables: Sequence[Plain], roles: Sequence[str], engine: str
 ) -> Iterator[tuple[list[int], CellBlock]]:
-    """Parse tables together, and by halves where one of them does not parse."""
+    """Parse tables together; where that fails, without the odd ones, and then by halves."""
     waiting = [list(range(len(tables)))]
     while waiting:
         part = waiting.pop()
         body = b"".join([tables[i].body for i in part])
         try:
-            cells = parse_cells(body, roles, _LABELS, engine)
+            cells = parse_cells(body, roles, LABELS, engine)
         except Unreadable:
+            even = [i for i in part if is_plain(tables[i].body, roles, LABELS)]
             half = len(part) // 2
-            if half:
-                waiting += [part[half:], part[:half]]
+            smaller = [part[half:], part[:half]] if len(even) == len(part) > 1 else [even]
+            waiting += [some for some in smaller if 0 < len(some) < len(part)]
         else:
             yield part, cells
 
@@ -145,9 +145,8 @@ def _parsed(
 class _Shared(NamedTuple):
     """What tables with the same headings and the same numbers in their header lines share."""
 
-    roles: tuple[str, ...]
+    rules: Rules
     declared: Declarations
-    factor: float  # of the times
 
 
 class _Heads:
@@ -157,31 +156,31 @@ class _Heads:
         self._overrides = overrides
         self._known: dict[Any, _Shared | None] = {}
 
-    def plain(self, content: Content) -> Plain | None:
+    def plain(self, content: Content) -> tuple[Rules, Plain] | None:
         """Take a table apart; None where it is out of the ordinary."""
         name, data, skipped = content
-        digest = sha256(data).hexdigest() if skipped is None else None
         split = _split(data)
-        if split is None:
-            return None
-        head, body = split
-        understood = self.understood(head)
-        if understood is None or not _is_plain(body, understood[1].roles):
+        understood = None if split is None else self.understood(split[0])
+        if split is None or understood is None:
             return None
         declared, shared = understood
         fields = _own_fields(declared, shared, self._overrides.get("serial"))
         if fields is None:
             return None
-        fields |= {"source": name, "sha256": digest}
-        first = head.count("\n") + 1 + (skipped or 0)
-        return Plain(body, body.count(b"\n"), first, shared.roles, shared.factor, fields)
+        fields["source"] = name
+        fields["sha256"] = sha256(data).hexdigest() if skipped is None else None
+        head, body = split
+        line = head.count("\n") + 1 + (skipped or 0)
+        return shared.rules, Plain(body, body.count(b"\n"), line, fields)
 
     def understood(self, head: str) -> tuple[dict[str, str], _Shared] | None:
         """Header lines, and what the general reader makes of them and the headings."""
-        declared = _declared(head)
-        if len(declared) != head.count("\n") - 1:
+        *lines, heading, _ = head.split("\n")
+        found = [_declaration(line) for line in lines]
+        declared = {key: value for key, value in found if key}
+        if len(declared) != len(lines):
             return None
-        shared = self._shared(head[head.rfind("\n", 0, -1) + 1 :], declared)
+        shared = self._shared(heading, declared)
         return None if shared is None else (declared, shared)
 
     def _shared(self, heading: str, declared: Mapping[str, str]) -> _Shared | None:
@@ -193,21 +192,17 @@ class _Heads:
 
 
 @lru_cache(maxsize=1000)
-def _key(text: str) -> str:
-    """Canonical key, or the key as written."""
-    return canonical_key(text) or text
+def _declaration(line: str) -> tuple[str, str]:
+    """Key, in its canonical form where it has one, and value of a header line; empty if odd."""
+    match = _DECLARATION.fullmatch(line)
+    key = (canonical_key(match[1]) or match[1]) if match else "sep"
+    return ("", "") if match is None or key == "sep" else (key, match[2])
 
 
 @lru_cache(maxsize=1000)
 def _kind(key: str) -> str:
     """Kind of what a header line declares: a text of the table's own, a number, metadata."""
     return "text" if key in ("serial", "date") else "number" if key in KEYS else "metadata"
-
-
-def _declared(head: str) -> dict[str, str]:
-    """Values of the header lines by their keys; fewer than lines where one is odd."""
-    found = {_key(key): value for key, value in _DECLARATION.findall(head)}
-    return {} if "sep" in found else found
 
 
 def _split(content: bytes) -> tuple[str, bytes] | None:
@@ -217,39 +212,28 @@ def _split(content: bytes) -> tuple[str, bytes] | None:
             content = gzip.decompress(content)
         except (OSError, EOFError, zlib.error):
             return None
-    content = content.removeprefix(_BOM).replace(b"\r\n", b"\n")
+    content = content.removeprefix(_BOM)
+    if b"\r" in content:
+        content = content.replace(b"\r\n", b"\n")
     start = 0
     while content.startswith(b"#", start):
         start = content.find(b"\n", start) + 1
         if not start:
             return None
     end = content.find(b"\n", start) + 1
-    body = content[end:]
-    if not end or not body or b"\r" in content or b"\0" in content:
+    head, body = content[:end], content[end:]
+    if not end or not body or b"\r" in head or b"\0" in head:
         return None
-    try:
-        head = content[:end].decode("utf-8")
-    except UnicodeDecodeError:
-        return None
-    return head, body if body.endswith(b"\n") else body + b"\n"
-
-
-def _is_plain(body: bytes, roles: Sequence[str]) -> bool:
-    """Tell whether rows hold nothing but plain cells, none of them blank, as far as bytes tell."""
-    allowed = _PLAIN if _LABELS.isdisjoint(roles) else _PLAIN + _LETTERS
-    return (
-        not body.translate(None, allowed)
-        and not body.startswith(b"\n")
-        and b"\n\n" not in body
-        and body.count(b",") == (len(roles) - 1) * body.count(b"\n")
-    )
+    with suppress(UnicodeDecodeError):
+        return head.decode("utf-8"), body if body.endswith(b"\n") else body + b"\n"
+    return None
 
 
 def _shared(
     heading: str, numeric: Mapping[str, str], overrides: Mapping[str, Any]
 ) -> _Shared | None:
     """Let the general reader read the headings and numbers of a head."""
-    text = "".join(f"# {key}: {value}\n" for key, value in numeric.items()) + heading + "1\n"
+    text = "".join(f"# {key}: {value}\n" for key, value in numeric.items()) + heading + "\n1\n"
     try:
         layout = read_layout(SourceText("", text, "utf-8", compressed=False))
         roles = _roles(layout.headings) if layout.separator == "," else None
@@ -259,7 +243,8 @@ def _shared(
     except InputError:
         return None
     time = next((h.unit for h in layout.headings if h.role == "time"), None)
-    return _Shared(roles, declared, TIME_UNITS.get((time or "s").casefold(), 1.0))
+    factor = TIME_UNITS.get((time or "s").casefold(), 1.0)
+    return _Shared(Rules(roles, declared.record["positions"], factor), declared)
 
 
 def _roles(headings: Sequence[Heading]) -> tuple[str, ...] | None:
@@ -303,7 +288,7 @@ def _own_fields(
 ) -> dict[str, Any] | None:
     """Fields of the record but for its readings; None where two serials may be declared."""
     serial = given or declared.get("serial")
-    if serial is not None and "serial" in shared.roles:
+    if serial is not None and "serial" in shared.rules.roles:
         return None
     metadata = {
         key: shared.declared.metadata["delta0"] if key == "delta0" else value

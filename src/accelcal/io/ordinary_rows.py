@@ -6,13 +6,13 @@ have more to say than the plain reading, gets no record here.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.geometry import MOUNTINGS, is_mounting
+from accelcal.geometry import MOUNTINGS
 from accelcal.io.cell_blocks import CellBlock
 from accelcal.io.readings import (
     FEWEST_IN_TURN,
@@ -23,13 +23,31 @@ from accelcal.io.readings import (
 from accelcal.io.runs import LEVEL_GAP
 from accelcal.record import TumbleRecord
 
-__all__ = ["Group", "Plain", "records_of"]
+__all__ = ["Group", "Plain", "Rules", "records_of"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 _MOST = 10_000  # strokes, positions: more are no ordinary test
+
+
+class Rules(NamedTuple):
+    """What must be the same for tables that are read together.
+
+    Attributes
+    ----------
+    roles : tuple of str
+        What the columns hold.
+    positions : int
+        Number of positions in a full turn.
+    factor : float
+        Unit of the times [s].
+    """
+
+    roles: tuple[str, ...]
+    positions: int
+    factor: float
 
 
 class Plain(NamedTuple):
@@ -41,10 +59,6 @@ class Plain(NamedTuple):
         The rows.
     rows, line : int
         Their number, and the line of the first.
-    roles : tuple of str
-        What the columns hold.
-    factor : float
-        Unit of the times [s].
     fields : mapping of str to object
         Fields of the record that the rows do not hold.
     """
@@ -52,22 +66,23 @@ class Plain(NamedTuple):
     body: bytes
     rows: int
     line: int
-    roles: tuple[str, ...]
-    factor: float
     fields: Mapping[str, Any]
 
 
 class Group(NamedTuple):
-    """Ordinary tables with the same columns.
+    """Ordinary tables that are read together.
 
     Attributes
     ----------
+    rules : Rules
+        What is the same for them.
     tables : list of Plain
         The tables.
     cells : CellBlock
         Their cells, table below table.
     """
 
+    rules: Rules
     tables: list[Plain]
     cells: CellBlock
 
@@ -86,16 +101,21 @@ def records_of(group: Group) -> list[tuple[TumbleRecord, ...] | None]:
         Records of each table, one a serial; None where the general reader must read it.
     """
     rows = np.array([table.rows for table in group.tables])
-    starts = np.concatenate([[0], np.cumsum(rows)[:-1]])
-    table = np.repeat(np.arange(rows.size), rows)
-    columns = _columns(group, table, starts)
-    odd = np.logical_or.reduceat(columns.pop("odd"), starts) | _odd_turns(columns, group, starts)
-    parts = _parts(columns.pop("serial"), table)
+    starts = np.cumsum(rows) - rows
+    parts = _parts(group.cells.codes.get("serial"), rows, starts)
+    columns, odd_row = _columns(group)
+    odd = np.logical_or.reduceat(odd_row, starts) | _odd_turns(columns, group, starts)
     runs = _runs(columns, group.cells, parts)
     odd[parts.table[runs.odd | _repeated(columns, runs, parts) | _all_equal(columns, parts)]] = True
     odd |= np.bincount(parts.table[parts.again], minlength=rows.size) > 0
-    columns["run"] = runs.of_row
-    return _records(group, columns, parts, runs, odd)
+    line = np.array([table.line for table in group.tables])
+    arrays = {
+        **columns,
+        "mounting": np.array(MOUNTINGS)[columns["mounting"]],
+        "run": runs.of_row,
+        "line": np.repeat(line - starts, rows) + np.arange(runs.of_row.size),
+    }
+    return _records(group, arrays, parts, runs, odd)
 
 
 class _Parts(NamedTuple):
@@ -121,47 +141,52 @@ class _Runs(NamedTuple):
 # -- rows ------------------------------------------------------------------------------------------
 
 
-def _columns(group: Group, table: Ints, starts: Ints) -> dict[str, Any]:
-    """Arrays of the record by name, and which rows are odd."""
-    numbers, codes = group.cells.numbers, group.cells.codes
-    positions = np.array([t.fields["positions"] for t in group.tables])[table]
+def _columns(group: Group) -> tuple[dict[str, Any], Mask]:
+    """Arrays of the record by name, mountings by number, and which rows are odd."""
+    numbers = group.cells.numbers
     odd: Mask = ~np.logical_and.reduce([np.isfinite(values) for values in numbers.values()])
-    numbers = {role: np.where(odd, 1.0, values) for role, values in numbers.items()}
-    temperature, stroke = numbers["temperature"], numbers["stroke"]
+    if odd.any():
+        numbers = {role: np.where(odd, 1.0, values) for role, values in numbers.items()}
+    temperature, stroke, output = (numbers[role] for role in ("temperature", "stroke", "output"))
     odd |= (temperature < -273.15) | (temperature > MAXIMUM_TEMPERATURE)
-    odd |= ~_is_whole(stroke, _MOST) | np.isin(np.abs(numbers["output"]), MARKERS)
-    odd |= (numbers.get("std", stroke) < 0.0) | (numbers.get("count", stroke) < 1.0)
-    position, angle, misplaced = _places(numbers, positions)
+    odd |= ~_is_whole(stroke, _MOST) | _is_marker(output)
+    if "std" in numbers:
+        odd |= numbers["std"] < 0.0
+    if "count" in numbers:
+        odd |= numbers["count"] < 1.0
+    position, angle, misplaced = _places(numbers, group.rules.positions)
     mounting, unknown = _mounting(group.cells, stroke.size)
-    factor = np.array([t.factor for t in group.tables])[table]
-    line = np.array([t.line for t in group.tables])[table] + np.arange(table.size) - starts[table]
-    return {
-        "output": numbers["output"],
+    columns = {
+        "output": output,
         "angle": angle,
         "temperature": temperature,
         "stroke": stroke.astype(np.int64),
         "mounting": mounting,
         "position": position,
-        "time": numbers["time"] * factor if "time" in numbers else None,
+        "time": numbers["time"] * group.rules.factor if "time" in numbers else None,
         "std": numbers.get("std"),
         "count": numbers.get("count"),
         "clamping": None,  # a table with such a column is left to the general reader
-        "line": line,
-        "serial": codes.get("serial", np.zeros(stroke.size, dtype=np.int64)),
-        "odd": odd | misplaced | unknown | _is_empty(group.cells, stroke.size),
     }
+    return columns, odd | misplaced | unknown | _is_empty(group.cells, stroke.size)
 
 
-def _is_whole(values: Floats, most: Any) -> Mask:
+def _is_whole(values: Floats, most: float) -> Mask:
     return np.asarray((values >= 1.0) & (values <= most) & (values == np.floor(values)))
 
 
-def _places(numbers: Mapping[str, Floats], positions: Ints) -> tuple[Ints, Floats, Any]:
+def _is_marker(output: Floats) -> Any:
+    """Tell which readings may be what loggers write for a missing one."""
+    size = np.abs(output)
+    return np.isin(size, MARKERS) if size.max() >= min(MARKERS) else False
+
+
+def _places(numbers: Mapping[str, Floats], positions: int) -> tuple[Ints, Floats, Any]:
     """Position, head angle, and which rows have none that is ordinary."""
     if "position" not in numbers:
         angle = numbers["angle"]
         return np.zeros(angle.size, dtype=np.int64), angle, np.abs(angle) > MAXIMUM_ANGLE
-    odd = ~_is_whole(numbers["position"], np.minimum(positions + 1, _MOST))
+    odd = ~_is_whole(numbers["position"], min(positions + 1, _MOST))
     position = np.where(odd, 1, numbers["position"]).astype(np.int64)
     nominal = (position - 1) * 360.0 / positions
     if "angle" not in numbers:
@@ -171,15 +196,15 @@ def _places(numbers: Mapping[str, Floats], positions: Ints) -> tuple[Ints, Float
     return position, angle, odd | away | (np.abs(angle) > MAXIMUM_ANGLE)
 
 
-def _mounting(cells: CellBlock, size: int) -> tuple[NDArray[np.str_], Any]:
-    """Mounting of each row, and which rows have none that is known."""
+def _mounting(cells: CellBlock, size: int) -> tuple[Ints, Any]:
+    """Mounting of each row as a place in `MOUNTINGS`, and which rows have none that is known."""
     if "mounting" not in cells.codes:
-        return np.full(size, MOUNTINGS[0]), False
+        return np.zeros(size, dtype=np.int64), False
     names = [name.casefold() for name in cells.labels["mounting"]]
     names = [name + "+" if name in ("o", "p") else name for name in names]
-    good = is_mounting(np.array(names))
-    known = np.array([name if ok else MOUNTINGS[0] for name, ok in zip(names, good, strict=True)])
-    return known[cells.codes["mounting"]], ~good[cells.codes["mounting"]]
+    place = np.array([MOUNTINGS.index(name) if name in MOUNTINGS else -1 for name in names])
+    of_row = place[cells.codes["mounting"]]
+    return np.maximum(of_row, 0), of_row < 0
 
 
 def _is_empty(cells: CellBlock, size: int) -> Mask:
@@ -202,22 +227,26 @@ def _odd_turns(columns: Mapping[str, Any], group: Group, starts: Ints) -> Mask:
         odd |= (high - low >= 1.5) & (np.maximum(high, -low) <= 2.0001 * np.pi)
     if "position" in group.cells.numbers:
         last = np.maximum.reduceat(columns["position"], starts)
-        positions = np.array([table.fields["positions"] for table in group.tables])
-        odd |= (last >= FEWEST_IN_TURN) & (last < positions)
+        odd |= (last >= FEWEST_IN_TURN) & (last < group.rules.positions)
     return odd
 
 
-def _parts(serial: Ints, table: Ints) -> _Parts:
-    first = np.concatenate([[True], (table[1:] != table[:-1]) | (serial[1:] != serial[:-1])])
+def _parts(serial: Ints | None, rows: Ints, starts: Ints) -> _Parts:
+    table = np.arange(rows.size)
+    if serial is None:
+        nothing = np.zeros_like(table)
+        return _Parts(np.repeat(table, rows), starts, starts + rows, table, nothing, nothing > 0)
+    first = np.concatenate([[True], serial[1:] != serial[:-1]])
+    first[starts] = True
     start = np.flatnonzero(first)
-    end = np.append(start[1:], table.size)
+    table = np.repeat(table, rows)[start]
     return _Parts(
         of_row=np.cumsum(first) - 1,
         start=start,
-        end=end,
-        table=table[start],
+        end=np.append(start[1:], serial.size),
+        table=table,
         code=serial[start],
-        again=_met_before(table[start], serial[start]),
+        again=_met_before(table, serial[start]),
     )
 
 
@@ -249,25 +278,28 @@ def _runs(columns: Mapping[str, Any], cells: CellBlock, parts: _Parts) -> _Runs:
     else:
         odd |= _goes_back(columns["time"], parts)
         means = np.bincount(run, weights=columns["temperature"]) / np.bincount(run)
-        labels = [f"{round(mean) + 0.0:g}" for mean in means.tolist()]
+        degrees = (np.rint(means) + 0.0).tolist()  # + 0.0 makes -0 a 0
+        label = {degree: f"{degree:g}" for degree in set(degrees)}
+        labels = [label[degree] for degree in degrees]
     first = np.searchsorted(owner, np.arange(parts.start.size + 1))
     return _Runs(run - first[parts.of_row], first, labels, odd)
 
 
 def _levels(temperature: Floats, parts: _Parts, odd: Mask) -> Ints:
     """Levels of temperature, as `runs` splits them; parts with a wide level become odd."""
-    order = np.lexsort((temperature, parts.of_row))
-    ordered = temperature[order]
-    jump = np.diff(ordered) > LEVEL_GAP
-    jump[parts.start[1:] - 1] = True  # rows of a part stay together in this order
-    level = np.concatenate([[0], np.cumsum(jump)])
+    change = np.concatenate([[True], temperature[1:] != temperature[:-1]])
+    change[parts.start] = True
+    start = np.flatnonzero(change)  # of stretches of one temperature, to be put in order
+    owner, value = parts.of_row[start], temperature[start]
+    order = np.lexsort((value, owner))
+    ordered = value[order]
+    jump = (np.diff(ordered) > LEVEL_GAP) | (owner[1:] > owner[:-1])  # owners are in order
     first = np.concatenate([[0], np.flatnonzero(jump) + 1])
     last = np.append(first[1:], order.size) - 1
-    wide = ordered[last] - ordered[first] > LEVEL_GAP
-    odd[parts.of_row[order][first[wide]]] = True
-    found = np.empty(order.size, dtype=np.int64)
-    found[order] = level
-    return found
+    odd[owner[first[ordered[last] - ordered[first] > LEVEL_GAP]]] = True
+    level = np.empty(order.size, dtype=np.int64)
+    level[order] = np.concatenate([[0], np.cumsum(jump)])
+    return np.repeat(level, np.diff(start, append=temperature.size))
 
 
 def _goes_back(time: Floats | None, parts: _Parts) -> Mask:
@@ -283,18 +315,30 @@ def _repeated(columns: Mapping[str, Any], runs: _Runs, parts: _Parts) -> Mask:
     """Parts that have a reading twice."""
     place = columns["position"]
     if not place.any():
-        place = np.unique(columns["angle"], return_inverse=True)[1]
-    mounting = np.searchsorted(MOUNTINGS, columns["mounting"])
+        place = _codes(columns["angle"], parts.end[0])
     key = parts.of_row
     size = 1
-    for code in (runs.of_row, mounting, np.minimum(columns["stroke"], _MOST), place):
+    for code in (runs.of_row, columns["mounting"], np.minimum(columns["stroke"], _MOST), place):
         span = int(code.max()) + 1
         key = key * span + code
         size *= span
-    key = np.sort(key)
     odd = np.zeros(parts.start.size, dtype=bool)
-    odd[key[1:][key[1:] == key[:-1]] // size] = True
+    odd[_met_twice(key) // size] = True
     return odd
+
+
+def _codes(values: Floats, few: int) -> Ints:
+    """Number the values so that equal ones have one number; all are mostly among the first few."""
+    known = np.unique(values[:few])
+    code = np.minimum(np.searchsorted(known, values), known.size - 1)
+    return code if (known[code] == values).all() else np.unique(values, return_inverse=True)[1]
+
+
+def _met_twice(key: Ints) -> Ints:
+    if key.max() < 8 * key.size:  # counting is quicker than sorting
+        return np.flatnonzero(np.bincount(key) > 1)
+    key = np.sort(key)
+    return np.asarray(key[1:][key[1:] == key[:-1]])
 
 
 def _all_equal(columns: Mapping[str, Any], parts: _Parts) -> Mask:
@@ -307,32 +351,39 @@ def _all_equal(columns: Mapping[str, Any], parts: _Parts) -> Mask:
 
 
 def _records(
-    group: Group, columns: Mapping[str, Any], parts: _Parts, runs: _Runs, odd: Mask
+    group: Group, arrays: Mapping[str, Any], parts: _Parts, runs: _Runs, odd: Mask
 ) -> list[tuple[TumbleRecord, ...] | None]:
+    good = np.flatnonzero(~odd[parts.table])
+    of_table = parts.table[good].tolist()
+    rows = list(map(slice, parts.start[good].tolist(), parts.end[good].tolist()))
+    records = [object.__new__(TumbleRecord) for _ in rows]
+    for name, array in arrays.items():
+        _fill(records, name, [None] * len(rows) if array is None else _cut(array, rows))
+    fields = [group.tables[table].fields for table in of_table]
+    for name in group.tables[0].fields:
+        _fill(records, name, [own[name] for own in fields])
+    _fill(records, "run_labels", _labels_of(runs, good))
+    if "serial" in group.cells.labels:
+        serials = group.cells.labels["serial"]
+        _fill(records, "serial", [serials[i] for i in parts.code[good].tolist()])
     found: list[list[TumbleRecord]] = [[] for _ in group.tables]
-    arrays = {name: array for name, array in columns.items() if array is not None}
-    absent = dict.fromkeys(columns.keys() - arrays.keys())
-    for array in arrays.values():
-        array.setflags(write=False)
-    serials = group.cells.labels.get("serial")
-    bounds = zip(parts.start.tolist(), parts.end.tolist(), strict=True)
-    of_table, of_serial, first = parts.table.tolist(), parts.code.tolist(), runs.first.tolist()
-    for index, (start, end) in enumerate(bounds):
-        table = of_table[index]
-        if odd[table]:
-            continue
-        values = {name: array[start:end] for name, array in arrays.items()}
-        values |= absent | group.tables[table].fields
-        values["run_labels"] = tuple(runs.labels[first[index] : first[index + 1]])
-        if serials is not None:
-            values["serial"] = serials[of_serial[index]]
-        found[table].append(_checked_record(values))
-    return [None if odd[table] else tuple(found[table]) for table in range(len(found))]
+    for table, record in zip(of_table, records, strict=True):
+        found[table].append(record)
+    return [None if bad else tuple(own) for bad, own in zip(odd.tolist(), found, strict=True)]
 
 
-def _checked_record(values: Mapping[str, Any]) -> TumbleRecord:
-    """Make a record of values that have passed all its checks here, in a fraction of the time."""
-    record = object.__new__(TumbleRecord)
-    for name, value in values.items():
-        object.__setattr__(record, name, value)
-    return record
+def _cut(array: NDArray[Any], rows: Sequence[slice]) -> list[NDArray[Any]]:
+    array.setflags(write=False)
+    return [array[own] for own in rows]
+
+
+def _labels_of(runs: _Runs, parts: Ints) -> list[tuple[str, ...]]:
+    first = runs.first.tolist()
+    return [tuple(runs.labels[first[i] : first[i + 1]]) for i in parts.tolist()]
+
+
+def _fill(records: Sequence[TumbleRecord], name: str, values: Sequence[Any]) -> None:
+    """Set a field of new records, whose values have passed all checks of a record here."""
+    put = getattr(TumbleRecord, name).__set__
+    for record, value in zip(records, values, strict=True):
+        put(record, value)
