@@ -61,7 +61,14 @@ def assert_stack_is_its_records(given, options=None, **arguments):
             expected = columns_of_one(calibration)
             assert_same(of_record(whole, row) | {"record": expected["record"]}, expected)
             assert stack.one(row).to_document().keys() == calibration.to_document().keys()
+            if not stack.is_alone and stack.options.temperature_laws == "tables":
+                assert_same_warnings(stack.warnings, row, calibration)
     return found
+
+
+def assert_same_warnings(found, row, calibration):
+    assert found.of_record[row] == calibration.warnings
+    assert [own[row] for own in found.of_tables] == [t.warnings for t in calibration.tables]
 
 
 @pytest.mark.parametrize("declared", [None, DECLARED], ids=["nothing declared", "declared"])
@@ -166,6 +173,15 @@ def test_declared_scatter_that_all_have():
     given = [replace(r, std=np.full(len(r), 2e-5), count=np.full(len(r), 50.0)) for r in records(3)]
     scattered = replace(given[1], output=given[1].output + 3e-5 * (-1.0) ** given[1].stroke)
     assert_stack_is_its_records([given[0], scattered, given[2]])
+
+
+def test_each_record_has_the_warnings_it_needs():
+    """Of one plan, the first shows a head error above the noise, the last has no T0."""
+    plain = [replace(r, reference_temperature=20.0) for r in records(2, Apparatus(), strokes=6)]
+    given = [*plain, replace(plain[1], reference_temperature=None)]
+    found = assert_stack_is_its_records(given).stacks[0][1].warnings.of_record
+    assert ["T0 was not given" in " ".join(said) for said in found] == [False, False, True]
+    assert ["cannot tell the two apart" in " ".join(said) for said in found] == [False, True, True]
 
 
 # -- what fails ------------------------------------------------------------------------------------

@@ -32,7 +32,6 @@ FLOORS = (
     {"discovery"},
     {
         "gates",
-        "weaknesses",
         "temperature",
         "simulation",
         "verdict",
@@ -50,7 +49,7 @@ FLOORS = (
     {"record", "results", "specification", "accelerometer"},
     {"model"},
     {"geometry"},
-    {"units", "probability", "grouping", "atomic"},
+    {"units", "probability", "grouping", "atomic", "sentences"},
     {"errors", "version", "logs"},
 )
 """The rooms, top floor first. Imports point downwards, and never to a room of the same floor."""

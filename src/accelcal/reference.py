@@ -8,7 +8,7 @@ from accelcal.errors import InputError
 from accelcal.geometry import checked_fixture_angle
 from accelcal.record import TumbleRecord
 
-__all__ = ["fixture_angle", "reference_temperature_of"]
+__all__ = ["fixture_angle", "has_reference_temperature", "reference_temperature_of"]
 
 _USUAL_TEMPERATURE = 20.0
 
@@ -43,9 +43,25 @@ def fixture_angle(record: TumbleRecord, given: float | None = None) -> float:
     return checked_fixture_angle(found)
 
 
-def reference_temperature_of(
-    record: TumbleRecord, given: float | None = None
-) -> tuple[float | None, bool]:
+def has_reference_temperature(record: TumbleRecord, given: float | None = None) -> bool:
+    """Tell whether T0 is given, or declared by the record.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        The record.
+    given : float, optional
+        T0 [degC].
+
+    Returns
+    -------
+    bool
+        Whether it is; otherwise `reference_temperature_of` chooses it.
+    """
+    return given is not None or record.reference_temperature is not None
+
+
+def reference_temperature_of(record: TumbleRecord, given: float | None = None) -> float | None:
     """Take T0 as given, else as the record declares it, else the level nearest to 20 degC.
 
     Parameters
@@ -57,15 +73,12 @@ def reference_temperature_of(
 
     Returns
     -------
-    temperature : float or None
+    float or None
         T0; None where no temperature is known [degC].
-    chosen : bool
-        Whether it was chosen here, as none was given.
     """
-    declared = record.reference_temperature if given is None else given
-    if declared is not None:
-        return declared, False
+    if has_reference_temperature(record, given):
+        return record.reference_temperature if given is None else given
     known = np.isfinite(record.temperature)
     runs = (record.temperature[known & (record.run == i)] for i in range(len(record.run_labels)))
     levels = [float(run.mean()) for run in runs if run.size]
-    return min(levels, key=lambda level: abs(level - _USUAL_TEMPERATURE), default=None), True
+    return min(levels, key=lambda level: abs(level - _USUAL_TEMPERATURE), default=None)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from accelcal.archive.cells import Cells, Columns
 from accelcal.archive.columns import LAWS, ROWS, FrameColumn
 from accelcal.archive.rows import JOINT
-from accelcal.archive.warned import warnings_of
+from accelcal.archive.warned import warning_cells
 from accelcal.calibrate.columns import columns_of
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.record import TumbleRecord
@@ -62,13 +62,11 @@ def stacked_tables(stack: CalibrationStack) -> Columns:
     stands_for = [
         JOINT.join(f"{n}: {m}" for n, m in own.items()) for own in stack.estimate.stands_for
     ]
-    warned = [(JOINT.join(said), own) for said, own in warnings_of(stack)]
-    warnings = [JOINT.join((*own, said)) for said, each in warned for own in each]
     found: dict[str, Any] = {
         **columns_of(stack),
         **_of_records(records, record),
         "stands_for": np.array(stands_for, dtype=object)[table],
-        "warnings": warnings,
+        "warnings": warning_cells(stack),
         "T0_degC": stack.references[record],
         "method": stack.options.method,
         "robust": stack.options.robust,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,31 +10,30 @@ from numpy.typing import NDArray
 
 from accelcal.calibrate.of_table import table_calibrations
 from accelcal.calibrate.options import Options
+from accelcal.calibrate.weaknesses import Fitted, Warned, warnings_of
 from accelcal.estimate.error_sources import error_sources
 from accelcal.estimate.joint import JointEstimate, estimate_jointly
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.reversal import fixture_angles
+from accelcal.estimate.stack_of_one import stack_of_one
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.gates.record import record_gates
 from accelcal.gates.table import gates_of_tables
 from accelcal.record import TumbleRecord, naming
-from accelcal.reference import fixture_angle, reference_temperature_of
+from accelcal.reference import fixture_angle, has_reference_temperature, reference_temperature_of
 from accelcal.results.calibration import Calibration
 from accelcal.results.mapping import frozen
 from accelcal.results.quantity import Gate
-from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.at_rest import brought_to_rest
 from accelcal.temperature.of_record import RecordLaws, laws_of_record
-from accelcal.temperature.of_tables import without_slopes
-from accelcal.temperature.run_temperatures import undeclared_temperature
+from accelcal.temperature.of_tables import Slopes
 from accelcal.version import __version__
-from accelcal.weaknesses import record_warnings
 
 if TYPE_CHECKING:
     from accelcal.discovery.correction import Correction
 
-__all__ = ["calibration_of_record", "table_names", "warnings_of_record"]
+__all__ = ["calibration_of_record", "table_names"]
 
 
 def calibration_of_record(
@@ -71,7 +70,7 @@ def calibration_of_record(
         With its temperature laws.
     """
     method, delta0 = options.method, fixture_angle(record, options.delta0)
-    reference, chosen = reference_temperature_of(record, options.reference_temperature)
+    reference = reference_temperature_of(record, options.reference_temperature)
     # laws of misprinted coefficients are no laws
     found = RecordLaws(None, None) if laws is None else laws
     estimate = _with_effects(estimate, tables, known, method, delta0)
@@ -85,11 +84,15 @@ def calibration_of_record(
         found = laws_of_record(
             at_rest, estimate, reference, options.temperature_laws, moving=moving, outputs=outputs
         )
+    warned = _warnings(record, tables, estimate, found, options)
+    of_tables = [own[0] for own in warned.of_tables]
     return Calibration(
         method=method,
         robust=options.robust,
         output_unit=record.unit,
-        tables=tuple(table_calibrations(tables, found.with_temperature(estimate), gates)),
+        tables=tuple(
+            table_calibrations(tables, found.with_temperature(estimate), gates, of_tables)
+        ),
         serial=record.serial,
         g_local_m_s2=record.apparatus.local_gravity,
         T0_degC=reference,
@@ -98,10 +101,7 @@ def calibration_of_record(
         date=record.date,
         error_sources=error_sources(tables, estimate, record.unit),
         gates=record_gates(estimate, table_names(tables)),
-        warnings=(
-            *warnings_of_record(record, tables, estimate, found, chosen, method, delta0),
-            *_of_head(record, options),
-        ),
+        warnings=warned.of_record[0],
         software=f"accelcal {__version__}",
         temperature_model=found.main,
         second_axis_model=found.second_axis,
@@ -151,66 +151,31 @@ def _with_effects(
     return estimate._replace(components={**estimate.components, "effects": component})
 
 
-def warnings_of_record(
+def _warnings(
     record: TumbleRecord,
     tables: Sequence[PreparedTable],
     estimate: JointEstimate,
-    found: RecordLaws,
-    chosen: bool,
-    method: str,
-    delta0: float,
-) -> Iterator[str]:
-    """Say what a reader must know of a record as a whole.
-
-    Parameters
-    ----------
-    record, tables, estimate
-        As of `calibration_of_record`.
-    found : RecordLaws
-        Its temperature laws.
-    chosen : bool
-        Whether T0 was chosen, as none was given.
-    method, delta0
-        What was asked, see `accelcal.fit`.
-
-    Yields
-    ------
-    str
-        A sentence, without a full stop.
-    """
-    declared = record.apparatus.temperature_uncertainty
-    yield from record_warnings(estimate, method, delta0, _mountings(tables))
-    yield from _of_laws(found.main, chosen=chosen, mountings=set(_mountings(tables)))
-    yield from undeclared_temperature(found.main, declared)
-    yield from without_slopes(declared, found.of_tables)
-    yield from found.said
-
-
-def _of_head(record: TumbleRecord, options: Options) -> Iterator[str]:
-    if options.head_for(record) is not options.head:
-        yield (
-            "this table told of the head: that is left out here, and the rest used; the"
-            " coefficients fitted jointly with the head are those of accelcal head"
+    laws: RecordLaws,
+    options: Options,
+) -> Warned:
+    """Say what a reader must know of one record: a stack of one."""
+    is_given = has_reference_temperature(record, options.reference_temperature)
+    return warnings_of(
+        Fitted(
+            tables=tables,
+            estimate=stack_of_one(estimate),
+            slopes=Slopes.of_one(laws.main),
+            is_chosen=np.array([not is_given]),
+            method=options.method,
+            delta0=fixture_angle(record, options.delta0),
+            told_of_head=np.array([options.leaves_out(record)]),
+            moved=laws.said,
         )
+    )
 
 
 def _judged(tables: Sequence[PreparedTable]) -> list[NDArray[np.float64]]:
     return [linear_estimator(table).coefficients(table.record.output) for table in tables]
-
-
-def _mountings(tables: Sequence[PreparedTable]) -> list[str]:
-    return [str(table.record.mounting[0]) for table in tables]
-
-
-def _of_laws(laws: TemperatureModel | None, *, chosen: bool, mountings: set[str]) -> Iterator[str]:
-    """Say what the temperature laws rest on, or why there are none."""
-    if laws is None:
-        yield "no temperature laws: they need levels more than 5 degC apart, with K0, K1 and M"
-        return
-    if chosen:
-        yield "T0 was not given: it is the level nearest to 20 degC"
-    if len(mountings) > 1:
-        yield "the temperature laws are those of one mounting, the one with most runs"
 
 
 def table_names(tables: Sequence[PreparedTable]) -> list[str]:

@@ -15,7 +15,6 @@ from accelcal.estimate.uncertainty import Component
 from accelcal.record import TumbleRecord
 from accelcal.results.quantity import Gate, Residuals
 from accelcal.results.table import TableCalibration
-from accelcal.weaknesses import table_warnings
 
 __all__ = ["table_calibrations"]
 
@@ -23,7 +22,10 @@ Array = NDArray[np.float64]
 
 
 def table_calibrations(
-    tables: Sequence[PreparedTable], estimate: JointEstimate, gates: Sequence[tuple[Gate, ...]]
+    tables: Sequence[PreparedTable],
+    estimate: JointEstimate,
+    gates: Sequence[tuple[Gate, ...]],
+    warnings: Sequence[tuple[str, ...]],
 ) -> Iterator[TableCalibration]:
     """Make the calibration of each table.
 
@@ -35,6 +37,8 @@ def table_calibrations(
         Their coefficients.
     gates : sequence of tuple of Gate
         Their gates.
+    warnings : sequence of tuple of str
+        Sentences about each.
 
     Yields
     ------
@@ -42,11 +46,15 @@ def table_calibrations(
         One a table.
     """
     for index, table in enumerate(tables):
-        yield _table_calibration(table, estimate, index, gates[index])
+        yield _table_calibration(table, estimate, index, gates[index], warnings[index])
 
 
 def _table_calibration(
-    table: PreparedTable, estimate: JointEstimate, index: int, gates: tuple[Gate, ...]
+    table: PreparedTable,
+    estimate: JointEstimate,
+    index: int,
+    gates: tuple[Gate, ...],
+    warnings: tuple[str, ...],
 ) -> TableCalibration:
     names, residual = estimate.names[index], estimate.residuals[index]
     values = estimate.coefficients[index][None]
@@ -72,7 +80,7 @@ def _table_calibration(
         stands_for=dict(estimate.stands_for[index]),
         residuals=_residuals(table.record, residual / scale_factor),
         gates=gates,
-        warnings=table_warnings(table, estimate.noises[index]),
+        warnings=warnings,
     )
 
 

@@ -46,6 +46,10 @@ class Options(NamedTuple):
         """What others than this record tell of the head."""
         return None if self.head is None else self.head.without(record.sha256)
 
+    def leaves_out(self, record: TumbleRecord) -> bool:
+        """Whether the record itself told of the head."""
+        return self.head_for(record) is not self.head
+
     def check(self) -> None:
         """Refuse what no fit takes.
 

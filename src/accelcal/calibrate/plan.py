@@ -85,12 +85,8 @@ class OnePlan(NamedTuple):
 
     def references(self, given: float | None = None) -> Array:
         """T0 of each record, shape (R,), see `reference_temperature_of`; NaN where unknown."""
-        return np.array(
-            [
-                np.nan if found is None else found
-                for found in (reference_temperature_of(r, given)[0] for r in self.records)
-            ]
-        )
+        found = [reference_temperature_of(record, given) for record in self.records]
+        return np.array(found, dtype=np.float64)  # None becomes NaN
 
     def of_records(self, places: NDArray[np.intp]) -> OnePlan:
         """Return some of the records."""

@@ -14,6 +14,7 @@ from accelcal.calibrate.head import at_true_angles
 from accelcal.calibrate.of_record import calibration_of_record, table_names
 from accelcal.calibrate.options import TEMPERATURE_LAWS, Options
 from accelcal.calibrate.plan import OnePlan
+from accelcal.calibrate.weaknesses import Fitted, Warned, warnings_of
 from accelcal.estimate.estimability import check_names
 from accelcal.estimate.joint import JointStack, estimate_stack
 from accelcal.estimate.linear import linear_estimator
@@ -25,7 +26,7 @@ from accelcal.gates.table import gates_of_stack
 from accelcal.gates.verdict import GateStack
 from accelcal.grouping import median
 from accelcal.record import TumbleRecord, naming
-from accelcal.reference import fixture_angle, reference_temperature_of
+from accelcal.reference import fixture_angle, has_reference_temperature, reference_temperature_of
 from accelcal.results.calibration import Calibration
 from accelcal.temperature.of_record import RecordLaws, StackLaws, laws_of_stack
 
@@ -135,6 +136,23 @@ class CalibrationStack:
         heat, own = self.laws.of_tables, self.estimate.components
         return own if heat is None else {**own, "temperature": heat}
 
+    @property
+    def warnings(self) -> Warned:
+        """What a reader must know of each record and table, unless the stack `is_alone`."""
+        options, records = self.options, self.plan.records
+        given = options.reference_temperature
+        return warnings_of(
+            Fitted(
+                tables=self.tables,
+                estimate=self.estimate,
+                slopes=self.laws.slopes(len(self)),
+                is_chosen=np.array([not has_reference_temperature(r, given) for r in records]),
+                method=options.method,
+                delta0=self.delta0,
+                told_of_head=np.array([options.leaves_out(r) for r in records]),
+            )
+        )
+
     @cached_property
     def record_gates(self) -> tuple[GateStack, ...]:
         """Gates on what the tables of a record say together, unless the stack `is_alone`."""
@@ -239,6 +257,6 @@ def _known_effects(record: TumbleRecord, options: Options, delta0: float) -> Cor
         return None
     from accelcal.discovery.correction import correction
 
-    reference, _ = reference_temperature_of(record, options.reference_temperature)
+    reference = reference_temperature_of(record, options.reference_temperature)
     with naming(record):
         return correction(record, options.model, reference or 0.0, delta0)

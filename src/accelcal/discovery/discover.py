@@ -123,7 +123,7 @@ def discover(
     """
     check_record(record)
     _check(alpha, max_effects)
-    t0, _ = reference_temperature_of(record, reference_temperature)
+    t0 = reference_temperature_of(record, reference_temperature)
     question = _Question(
         reference=0.0 if t0 is None else t0,
         delta0=fixture_angle(record, delta0),

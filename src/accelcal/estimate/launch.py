@@ -137,7 +137,7 @@ def run_shift(
     Notes
     -----
     With few repeats the estimate is zero too often, and intervals that rest on it hold the truth in
-    88 to 90 % only; `accelcal.weaknesses` says so below five degrees of freedom.
+    88 to 90 % only; `accelcal.calibrate.weaknesses` says so below five degrees of freedom.
 
     Examples
     --------

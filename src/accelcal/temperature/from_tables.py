@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.joint import JointEstimate, JointStack
+from accelcal.estimate.stack_of_one import stack_of_one
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, propagate
 from accelcal.probability import f_survival
@@ -41,7 +42,6 @@ from accelcal.temperature.levels import (
     alike,
     level_stack,
     levels_of,
-    stack_of_one,
 )
 from accelcal.temperature.run_temperatures import run_temperature_uncertainty
 
@@ -170,6 +170,11 @@ class LawsOfRecords(NamedTuple):
     groups: tuple[_Group, ...]
     group: Places
     member: Places
+
+    @property
+    def has_laws(self) -> Mask:
+        """Whether a record has laws, shape (R,), be it that its levels determine nothing."""
+        return np.asarray(self.group != _WITHOUT)
 
     def warnings(self, index: int) -> tuple[str, ...]:
         """Say what is missing in the laws of one record, and why."""

@@ -12,14 +12,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.joint import JointEstimate, JointStack
+from accelcal.estimate.joint import JointStack
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, propagate
 from accelcal.model import COEFFICIENTS, ERROR_TERMS
 from accelcal.temperature.bilinear import LEAST_RISE
 
-__all__ = ["LevelStack", "Levels", "alike", "level_stack", "levels_of", "stack_of_one"]
+__all__ = ["LevelStack", "Levels", "alike", "level_stack", "levels_of"]
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -133,20 +133,6 @@ def level_stack(
         shift_source=[estimate.bias_shift.source] * records,
         unit=[own[0].unit] * records,
     )
-
-
-def stack_of_one(estimate: JointEstimate) -> JointStack:
-    """Coefficients of one record and the components of their errors as those of a stack of one."""
-
-    def alone(components: Mapping[str, Component]) -> dict[str, Component]:
-        return {name: Component(c.covariance[None], c.dof[None]) for name, c in components.items()}
-
-    parts = estimate._asdict() | {
-        "coefficients": tuple(k[None] for k in estimate.coefficients),
-        "components": alone(estimate.components),
-        "alike": alone(estimate.alike),
-    }
-    return JointStack(**parts)
 
 
 def _places(names: Sequence[Sequence[str]], table: int) -> list[int]:

@@ -127,6 +127,10 @@ class StackLaws(NamedTuple):
     second_axis: LawsOfRecords | None
     of_tables: Component | None
 
+    def slopes(self, records: int) -> Slopes:
+        """Slopes of the main axis of all R records."""
+        return Slopes.without_laws(records) if self.main is None else Slopes.of(self.main)
+
 
 def can_be_stacked(
     tables: Sequence[PreparedTable], temperatures: Sequence[Array]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.joint import JointEstimate, JointStack
+from accelcal.estimate.stack_of_one import stack_of_one
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.grouping import grouped
@@ -16,14 +17,12 @@ from accelcal.model import COEFFICIENTS
 from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.bilinear import LEAST_RISE
 from accelcal.temperature.from_tables import LawsOfRecords, tables_of_one_mounting
-from accelcal.temperature.levels import stack_of_one
 from accelcal.temperature.run_temperatures import run_temperature_uncertainty
 
 __all__ = [
     "Slopes",
     "stacked_temperature_component",
     "temperature_component",
-    "without_slopes",
 ]
 
 Array = NDArray[np.float64]
@@ -37,13 +36,17 @@ class Slopes(NamedTuple):
 
     Attributes
     ----------
-    K1 : ndarray, shape (R,)
-        Scale factor at T0 [output unit / g].
+    has_laws : ndarray of bool, shape (R,)
+        Whether a record has laws at all; its levels may determine nothing of them.
+    K1, K1_uncertainty : ndarray, shape (R,)
+        Scale factor at T0 and its standard uncertainty [output unit / g].
     above, below : ndarray, shape (R, 3)
         Slopes of k0 [g/degC], of K1 [1/degC] and of delta [rad/degC].
     """
 
+    has_laws: NDArray[np.bool_]
     K1: Array
+    K1_uncertainty: Array
     above: Array
     below: Array
 
@@ -51,21 +54,40 @@ class Slopes(NamedTuple):
     def of(cls, laws: LawsOfRecords) -> Slopes:
         """Take those of many records."""
 
-        def columns(part: str) -> Array:
-            return laws.value[:, [laws.names.index(f"{law} {part}") for law in _LAWS]]
+        def columns(part: str) -> list[int]:
+            return [laws.names.index(f"{law} {part}") for law in _LAWS]
 
-        return cls(columns("at_T0")[:, 1], columns("above"), columns("below"))
+        K1 = columns("at_T0")[1]
+        slopes = (laws.value[:, columns(side)] for side in ("above", "below"))
+        return cls(laws.has_laws, laws.value[:, K1], laws.standard[:, K1], *slopes)
 
     @classmethod
-    def of_one(cls, model: TemperatureModel) -> Slopes:
+    def of_one(cls, model: TemperatureModel | None) -> Slopes:
         """Take those of one record."""
-        known = {name: quantity.value for name, quantity in model.quantities()}
+        if model is None:
+            return cls.without_laws(1)
+        laws = model.k0, model.K1, model.delta
 
         def row(part: str) -> Array:
-            each = [known.get(f"{law} {part}") for law in _LAWS]
-            return np.array([[np.nan if value is None else value for value in each]])
+            found = [getattr(law, part) for law in laws]
+            return np.array([[q and q.value for q in found]], dtype=np.float64)  # None is NaN
 
-        return cls(row("at_T0")[:, 1], row("above"), row("below"))
+        K1 = model.K1.at_T0
+        uncertainty = np.array([K1 and K1.standard_uncertainty], dtype=np.float64)
+        has_laws = np.ones(1, dtype=np.bool_)
+        return cls(has_laws, row("at_T0")[:, 1], uncertainty, row("above"), row("below"))
+
+    @classmethod
+    def without_laws(cls, records: int) -> Slopes:
+        """Slopes of records that have none."""
+        unknown = np.full((records, len(_LAWS)), np.nan)
+        nothing = np.zeros(records, dtype=np.bool_)
+        return cls(nothing, unknown[:, 0], unknown[:, 0], unknown, unknown)
+
+    def steepest_of_scale_factor(self) -> Array:
+        """Largest relative slope of K1, shape (R,); 0 where there is none [1/degC]."""
+        above, below = np.abs(self.above[:, 1]), np.abs(self.below[:, 1])
+        return np.asarray(np.fmax(np.fmax(above, below), 0.0))
 
     def at(self, rise: Array) -> Array:
         """Slopes at a rise, (R,), shape (R, 3); near T0, where the sign counts, of both sides."""
@@ -168,25 +190,3 @@ def _rate(slopes: Slopes, rise: Array, k: Array, *, with_misalignment: bool) -> 
     if with_misalignment:
         rate[:, _M] += scale_factor * by_tilt
     return np.where(np.isfinite(slopes.K1)[:, None], rate, 0.0)
-
-
-def without_slopes(declared: float | None, component: Component | None) -> Iterator[str]:
-    """Say that a declared error of temperature is in no interval, as nothing tells the slopes.
-
-    Parameters
-    ----------
-    declared : float or None
-        Declared standard uncertainty of the temperature of a run [degC].
-    component : Component or None
-        What it does to the tables.
-
-    Yields
-    ------
-    str
-        A sentence.
-    """
-    if declared and component is None:
-        yield (
-            f"temperature_uncertainty of {declared:g} degC is not in U of the coefficients: no"
-            " levels tell their slopes; they are those at the temperature that the run really had"
-        )

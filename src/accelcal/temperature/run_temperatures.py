@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from accelcal.estimate.tables import PreparedTable
-from accelcal.results.temperature import TemperatureModel
 
 __all__ = [
     "recorded_temperatures",
     "run_temperature_uncertainty",
     "stacked_temperature_uncertainty",
-    "undeclared_temperature",
 ]
 
 Array = NDArray[np.float64]
-
-_USUAL_ERROR = 0.1  # degC, that of a good chamber
 
 
 def recorded_temperatures(table: PreparedTable) -> Array:
@@ -96,33 +92,3 @@ def stacked_temperature_uncertainty(
     seen = scatter * np.sqrt(np.asarray(share) / taken)
     least = declared or 0.0
     return np.maximum(seen, least), np.where(seen > least, np.maximum(taken - 1.0, 1.0), np.inf)
-
-
-def undeclared_temperature(model: TemperatureModel | None, declared: float | None) -> Iterator[str]:
-    """Say that the temperatures are taken as exact, where an error of them would matter.
-
-    Parameters
-    ----------
-    model : TemperatureModel or None
-        The laws, if any.
-    declared : float or None
-        Declared standard uncertainty of the temperature of a run [degC].
-
-    Yields
-    ------
-    str
-        A sentence, where 0.1 degC would weigh more than the standard uncertainty of K1 at T0.
-    """
-    if model is None or declared is not None:
-        return
-    K1 = model.K1.at_T0
-    if K1 is None or not K1.value or K1.standard_uncertainty is None:
-        return
-    slopes = [part.value for part in (model.K1.above, model.K1.below) if part and part.value]
-    by_heat = _USUAL_ERROR * max(map(abs, slopes), default=0.0)
-    if by_heat > K1.standard_uncertainty / abs(K1.value):
-        yield (
-            "temperature_uncertainty not declared: U of the laws holds no error of the temperature"
-            f" but what scatters within the runs; {_USUAL_ERROR:g} degC would change K1 by"
-            f" {1e6 * by_heat:.0f} ppm"
-        )

@@ -1,0 +1,89 @@
+"""Sentences that some of many records need: the condition over all of them and the text together.
+
+A sentence is written only where it is due, and once where it holds no number of the record.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Sentence", "first_of", "of_each"]
+
+
+class Sentence(NamedTuple):
+    """A sentence, and which of R records need it.
+
+    Attributes
+    ----------
+    where : ndarray of bool, shape (R,), or bool
+        Whether a record needs it; a bool counts for all.
+    text : str or callable
+        The sentence, without a full stop; by the place of the record where it differs.
+    """
+
+    where: NDArray[np.bool_] | bool
+    text: str | Callable[[int], str]
+
+    def of(self, records: int) -> list[str]:
+        """Write the sentence for each record, empty where it is not due."""
+        due = np.broadcast_to(self.where, records).tolist()
+        if isinstance(self.text, str):
+            return [self.text if is_due else "" for is_due in due]
+        return [self.text(i) if is_due else "" for i, is_due in enumerate(due)]
+
+
+def first_of(sentences: Iterable[Sentence]) -> Iterator[Sentence]:
+    """Leave each record the first of the sentences that it needs.
+
+    Parameters
+    ----------
+    sentences : iterable of Sentence
+        Sentences of which one is enough.
+
+    Yields
+    ------
+    Sentence
+        Each where no other one comes before it.
+
+    Examples
+    --------
+    >>> large, small = Sentence(np.array([True, False]), "large"), Sentence(True, "small")
+    >>> of_each(first_of([large, small]), 2)
+    [('large',), ('small',)]
+    """
+    before = np.zeros((), dtype=np.bool_)
+    for one in sentences:
+        yield one._replace(where=one.where & ~before)
+        before = before | one.where
+
+
+def of_each(sentences: Iterable[Sentence], records: int) -> list[tuple[str, ...]]:
+    """Give each record the sentences that it needs.
+
+    Parameters
+    ----------
+    sentences : iterable of Sentence
+        The sentences.
+    records : int
+        Number R of records.
+
+    Returns
+    -------
+    list of tuple of str
+        The sentences of each record, in their order.
+
+    Examples
+    --------
+    >>> size = np.array([1.0, 30.0])
+    >>> said = Sentence(size > 9.0, lambda i: f"{size[i]:g} is large"), Sentence(True, "mind it")
+    >>> of_each(said, 2)
+    [('mind it',), ('30 is large', 'mind it')]
+    """
+    columns = [sentence.of(records) for sentence in sentences if np.any(sentence.where)]
+    if not columns:
+        return [()] * records
+    return [tuple(filter(None, row)) for row in zip(*columns, strict=True)]
