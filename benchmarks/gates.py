@@ -169,12 +169,12 @@ def warned(regime: Regime, fault: str, seed: int, number: int) -> tuple[set[str]
     )
 
 
-SHARED = (SIGNIFICANT, SIGNIFICANT / 3.0, SIGNIFICANT / 12.0)
-"""Level of one table, of one of three tables, and of one gate of four in one of three tables."""
+SHARED = (1, 3, 12)
+"""One table, three tables, and four gates of each of three: so many share the false alarms."""
 
 
 def found_at_levels(fault: str, tables: int, seed: int) -> list[float]:
-    """Share of the tables with a fault of which its gate warns, at each level of `SHARED` [%]."""
+    """Share of the tables with a fault of which its gate warns, with each of `SHARED` [%]."""
     prepared = []
     for number in range(tables):
         rng = np.random.default_rng([seed, number])
@@ -184,9 +184,9 @@ def found_at_levels(fault: str, tables: int, seed: int) -> list[float]:
         prepared.append(prepare(record_of(as_arrays, ONE.declared)))
     noises = [reading_noise([table], [table.record.output])[0] for table in prepared]
     fits = [linear_estimator(table).coefficients(table.record.output) for table in prepared]
-    gates = gates_of_stack(TableStack.of(prepared, fits, noises))
-    (p,) = (gate.p for gate in gates if gate.name == FAULTS[fault][0])
-    return [100.0 * float((p < level).mean()) for level in SHARED]
+    stack, own = TableStack.of(prepared, fits, noises), FAULTS[fault][0]
+    found = [{gate.name: gate for gate in gates_of_stack(stack, count)}[own] for count in SHARED]
+    return [100.0 * gate.verdicts.count("warn") / tables for gate in found]
 
 
 def rates(regime: Regime, fault: str, records: int, seed: int, pool: Any) -> dict[str, float]:
@@ -224,7 +224,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _shared(tables: int, seed: int) -> None:
     """Print what sharing the false alarms costs."""
-    heads = "".join(f"{level:10.5f}" for level in SHARED)
+    heads = "".join(f"{SIGNIFICANT / count:10.5f}" for count in SHARED)
     print(f"\nfaults found at a level [%], {tables} tables each\n{'':44}{heads}")
     for fault, (gate, _) in FAULTS.items():
         if gate in TESTS_OF_A_TABLE:

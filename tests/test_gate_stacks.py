@@ -122,19 +122,12 @@ def fits_of(tables):
 
 
 def assert_alike(tables, shared=1):
-    """Verdict, sentence, statistic and probability of each table are those of a stack of one."""
+    """Verdict and sentence of each table are those of a stack of one."""
     coefficients, noises = fits_of(tables)
     together = gates_of_stack(TableStack.of(tables, coefficients, noises), shared)
     for i, one in enumerate(zip(tables, coefficients, noises, strict=True)):
         alone = gates_of_stack(TableStack.of(*([part] for part in one)), shared)
         assert [gate.gate(i) for gate in together] == [gate.gate(0) for gate in alone]
-        digits = 1e-12 * NOISE / min(one[2].factor, NOISE)  # rounding errors over the noise
-        for many, single in zip(together, alone, strict=True):
-            assert many.p[i] == pytest.approx(
-                single.p[0], rel=1e3 * digits, abs=digits, nan_ok=True
-            )
-            expected = pytest.approx(single.statistic[0], rel=1e-4, nan_ok=True)
-            assert many.statistic[i] == expected, many.name
     return together
 
 
@@ -192,8 +185,6 @@ def test_codes_are_verdicts():
     gate = gates_of_stack(TableStack.of(tables, *fits_of(tables)))[1]
     assert gate.verdict.dtype == np.int8
     assert [VERDICTS[code] for code in gate.verdict] == gate.verdicts == ["not assessed"] * 3
-    assert np.isnan(gate.p).all()
-    assert np.isnan(gate.statistic).all()
 
 
 def test_unknown_noise_in_some_tables():
@@ -223,7 +214,7 @@ def records(count, seed=3):
         strengths=strengths,
         head=10.0 ** rng.uniform(-6.0, -3.0, count),
         head_dof=rng.integers(1, 5, count).astype(float),
-        head_source=[("declared", "estimated", "none")[i % 3] for i in range(count)],
+        head_source=np.array([("declared", "estimated", "none")[i % 3] for i in range(count)]),
         noise_dof=rng.integers(0, 40, count).astype(float),
         coefficients=k,
         names=["run 1", "run 2", "run 3"],
@@ -240,5 +231,4 @@ def test_a_stack_of_records_is_as_each_record():
         one = RecordStack(**one | {"names": stack.names})
         for many, single in zip(together, gates_of_records(one), strict=True):
             assert many.gate(i) == single.gate(0)
-            assert many.p[i] == pytest.approx(single.p[0], rel=1e-9, nan_ok=True)
     assert {name for gate in together for name in gate.verdicts} == set(VERDICTS)

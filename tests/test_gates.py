@@ -212,18 +212,18 @@ def test_orders_are_judged_as_by_refitting_each():
 
 
 def fit_and_groups(table):
-    fit = order._Fit.of(table.kept_design, table.record.output[None])
+    fit = order._Fit.of(table.kept_design, table.record.output[:, None])
     return fit, order._Groups.of(table.record.stroke)
 
 
 def test_no_order_of_a_group_is_better_than_leaving_it_out():
     table = prepared(missing=0.1, seed=3, strokes=5)
     stack, fit, groups = stacked([table]), *fit_and_groups(table)
-    without = order._squares_without(fit, groups)
-    for k in range(len(groups.names)):
+    without = [fit.without(groups.readings(k)).item() for k in range(len(groups.names))]
+    for k, squares in enumerate(without):
         kept = ~groups.readings(k)
         rest = np.linalg.lstsq(table.kept_design[kept], table.record.output[kept], rcond=None)[1]
-        assert without[0, k] == pytest.approx(rest.item(), rel=1e-6)
+        assert squares == pytest.approx(rest.item(), rel=1e-6)
     for other in order._other_orders(table):
         squares = order._squares_of_groups(stack, stack.output, fit, other, groups)
         assert (squares > without).all()
@@ -238,7 +238,7 @@ def test_swaps_are_judged_as_by_refitting_each(fault, better):
     fit, groups = fit_and_groups(table)
     left = dict(squares_of_swaps(table))
     best = min(left, key=left.get)
-    found = best_swap(table.record.output[None], fit.residual, fit.basis, groups.strokes, better)
+    found = best_swap(table.record.output[:, None], fit.residual, fit.basis, groups.strokes, better)
     if left[best] < fit.squares[0] / better:
         assert tuple(found.pair[0].tolist()) == best
         assert found.squares[0] == pytest.approx(left[best], rel=1e-6)

@@ -12,6 +12,8 @@ from scipy import stats
 from accelcal.errors import InputError
 from accelcal.probability import (
     dof_of_student_quantile,
+    f_exceeds,
+    f_quantile,
     f_survival,
     student_quantile,
     student_survival,
@@ -149,3 +151,36 @@ def test_f_survival_of_arrays_at_the_ends(size):
     found = f_survival(ratio, 2, 46).reshape(5, size)[:, 0]
     assert found[:4].tolist() == pytest.approx([1.0, 1.0, 0.0, math.nan], nan_ok=True)
     assert found[4] == close(f_survival(4.0, 2, 46))
+
+
+@pytest.mark.parametrize("dof1", [1.0, 3.0, 9.0, 40.0])
+@pytest.mark.parametrize("dof2", [1.0, 3.0, 32.0, 1e6, math.inf])
+@pytest.mark.parametrize("level", [0.5, 0.01, 0.01 / 3.0, 1e-8])
+def test_f_quantile_is_that_of_scipy(level, dof1, dof2):
+    at = f_quantile(level, dof1, dof2)
+    expected = stats.chi2.isf(level, dof1) / dof1 if math.isinf(dof2) else 0.0
+    expected = expected or stats.f.isf(level, dof1, dof2)
+    assert at == pytest.approx(float(expected), rel=1e-7)  # where scipy loses digits
+    assert f_survival(at, dof1, dof2) == close(level)
+
+
+@pytest.mark.parametrize("apart", [1e-9, 1e-3, 0.5])
+@pytest.mark.parametrize("shape", ["one test", "tests of rows", "a test of each"])
+def test_exceeding_is_as_by_each_probability(shape, apart):
+    """Thousands of ratios around the limits."""
+    rng = np.random.default_rng(7)
+    rows, count = 3, 2000
+    size = {"one test": (1, 1), "tests of rows": (rows, 1), "a test of each": (rows, count)}[shape]
+    level, dof1 = rng.choice([0.01, 0.003], size), rng.integers(1, 9, size).astype(float)
+    dof2 = 30.0 + rng.integers(0, 3, size)
+    limits = np.vectorize(f_quantile)(level, dof1, dof2)
+    ratio = limits * rng.uniform(1.0 - apart, 1.0 + apart, (rows, count))
+    found = f_exceeds(level, ratio, dof1, dof2)
+    assert (found == (f_survival(ratio, dof1, dof2) < level)).all()
+    assert 0.3 < found.mean() < 0.7
+
+
+def test_exceeding_of_no_number_and_of_infinity():
+    ratio = np.array([math.nan, math.inf, *[0.0] * 30])
+    for some in (ratio, ratio[:3]):
+        assert f_exceeds(0.01, some, 2.0, 5.0).tolist()[:3] == [False, True, False]

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 __all__ = ["decimal_step", "decimal_steps", "distinct", "grouped", "median"]
 
 _GLANCE = 4  # so many values mostly tell that a step is too large
+_STEPS = np.array([10.0**-digits for digits in range(13)])
+_STEPS_IN_ONE = np.array([10.0**digits for digits in range(13)])
 
 
 def distinct(values: NDArray[Any]) -> NDArray[Any]:
@@ -135,14 +137,23 @@ def decimal_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
     >>> decimal_steps(np.array([[1.2503, -0.71], [1.0, 1.0 / 3.0]])).tolist()
     [0.0001, 0.0]
     """
+    size = np.abs(values).max(axis=1)[:, None] * _STEPS_IN_ONE
+    # a hundred steps or more, or all small values would be multiples of a large step
+    possible = (size >= 100.0) & (size <= 1e12)
+    for each in values.T[:_GLANCE]:
+        possible &= _whole(each[:, None] * _STEPS_IN_ONE)
     step = np.zeros(len(values))
-    largest = np.abs(values).max(axis=1)
-    for digits in range(13):
-        size = largest * 10.0**digits
-        # a hundred steps or more, or all small values would be multiples of a large step
-        rows = np.flatnonzero((step == 0.0) & (size >= 100.0) & (size <= 1e12))
-        for part in (slice(_GLANCE), slice(None)) if rows.size else ():
-            scaled = values[rows, part] * 10.0**digits
-            rows = rows[np.abs(scaled - np.round(scaled)).max(axis=1) < 1e-4]
-        step[rows] = 10.0**-digits
+    rows = np.flatnonzero(possible.any(axis=1))
+    while rows.size:
+        largest = possible[rows].argmax(axis=1)
+        own = values if rows.size == len(values) else values[rows]
+        found = _whole(own * _STEPS_IN_ONE[largest, None]).all(axis=1)
+        step[rows[found]] = _STEPS[largest[found]]
+        possible[rows, largest] = False
+        rows = rows[~found & possible[rows].any(axis=1)]
     return step
+
+
+def _whole(values: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell which values are whole numbers but for rounding errors."""
+    return np.asarray(np.abs(values - np.round(values)) < 1e-4)

@@ -17,7 +17,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from accelcal.errors import InputError
 
-__all__ = ["dof_of_student_quantile", "f_survival", "student_quantile", "student_survival"]
+__all__ = [
+    "dof_of_student_quantile",
+    "f_exceeds",
+    "f_quantile",
+    "f_survival",
+    "student_quantile",
+    "student_survival",
+]
 
 Array = NDArray[Any]
 Number = Any  # a float, or an array of them: what both can do is written once
@@ -296,3 +303,72 @@ def _f_survivals(ratio: Array, dof1: Array, dof2: Array) -> Array:
 def _number(values: Array) -> Number:
     """One number for values that are all alike, which saves most of the work."""
     return float(values[0]) if (values == values[0]).all() else values
+
+
+@lru_cache(maxsize=1024)
+def f_quantile(level: float, dof1: float, dof2: float) -> float:
+    """Value that Fisher's F exceeds with a given probability.
+
+    Parameters
+    ----------
+    level : float
+        The probability, between 0 and 1.
+    dof1, dof2 : float
+        Degrees of freedom of numerator and denominator, see `f_survival`.
+
+    Returns
+    -------
+    float
+        x with P(F > x) = `level`.
+
+    Examples
+    --------
+    >>> round(f_quantile(0.05, 2, 46), 4)
+    3.1996
+    """
+    low, high = 0.0, 1.0
+    while f_survival(high, dof1, dof2) > level:
+        low, high = high, 2.0 * high
+    return _root(lambda x: math.log(level / f_survival(x, dof1, dof2)), low, high)
+
+
+def f_exceeds(level: ArrayLike, ratio: Array, dof1: ArrayLike, dof2: ArrayLike) -> Array:
+    """Tell where Fisher's F exceeds a value with less than a given probability.
+
+    Parameters
+    ----------
+    level : float or array_like
+        The probability.
+    ratio : ndarray
+        The ratios of two mean squares.
+    dof1, dof2 : float or array_like
+        Degrees of freedom of numerator and denominator, see `f_survival`.
+
+    Returns
+    -------
+    ndarray of bool
+        Where ``f_survival(ratio, dof1, dof2) < level``, in the shape of all together.
+
+    Notes
+    -----
+    The probability falls as the ratio grows. So many ratios with the same level and degrees of
+    freedom are held against their one quantile, without a probability of each.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> f_exceeds(0.05, np.array([3.1, 3.3]), 2, 46).tolist()
+    [False, True]
+    """
+    each = np.broadcast_arrays(*map(_one_if_alike, (level, dof1, dof2)))
+    if each[0].size * _WORTH_ARRAYS > ratio.size:
+        return np.asarray(f_survival(ratio, dof1, dof2) < level)
+    tests = zip(*(values.ravel().tolist() for values in each), strict=True)
+    limits = np.array([f_quantile(*test) for test in tests]).reshape(each[0].shape)
+    return np.asarray(ratio > limits)
+
+
+def _one_if_alike(values: ArrayLike) -> Array:
+    array = np.asarray(values)
+    alike = array.size > 1 and (array == array.flat[0]).all()
+    return array.ravel()[:1] if alike else array

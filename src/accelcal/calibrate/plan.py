@@ -66,10 +66,10 @@ class OnePlan(NamedTuple):
         whole = np.array([unknown if r.time is None else r.time for r in self.records])
         return np.concatenate([whole[:, self.masks[t]] for t in tables])
 
-    def lines(self, table: int) -> list[NDArray[np.int64] | None]:
-        """Lines of the source with the readings of a table, in each record."""
-        mask = self.masks[table]
-        return [None if r.line is None else r.line[mask] for r in self.records]
+    def line(self, table: int, record: int) -> NDArray[np.int64] | None:
+        """Lines of the source with the readings of a table of one record."""
+        line = self.records[record].line
+        return None if line is None else line[self.masks[table]]
 
     @classmethod
     def of(cls, records: Sequence[TumbleRecord]) -> OnePlan:

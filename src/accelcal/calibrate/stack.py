@@ -183,16 +183,15 @@ class CalibrationStack:
         rows = len(self) * len(places)
         return TableStack(
             table=self.tables[places[0]],
-            output=np.concatenate([self.plan.outputs[t] for t in places]),
+            output=np.ascontiguousarray(np.concatenate([self.plan.outputs[t] for t in places]).T),
             coefficients=np.concatenate([self.judged[t] for t in places]),
             noise=np.concatenate([noise.factor for noise in noises]),
             noise_dof=np.concatenate([noise.dof for noise in noises]),
             declared=np.concatenate([noise.source == "declared" for noise in noises]),
             scatter=np.repeat(scatter, len(self)),
             step=np.full(rows, np.nan if step is None else step),
-            unit=[self.plan.records[0].unit] * rows,
             time=self.plan.times(places),
-            line=[line for t in places for line in self.plan.lines(t)],
+            line=lambda index: self.plan.line(places[index // len(self)], index % len(self)),
             delta0=self.delta0,
         )
 

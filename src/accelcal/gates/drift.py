@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -12,11 +13,12 @@ from accelcal.estimate.noise import FEW
 from accelcal.gates.stack import TableStack
 from accelcal.gates.trend import Trend, contracted, rank_and_inverse
 from accelcal.gates.verdict import SIGNIFICANT, GateStack, acceleration, angle, gate_stack
-from accelcal.probability import f_survival
+from accelcal.probability import f_exceeds, f_survival
 
 __all__ = ["drift"]
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 _WORDS = {  # what drifts -> its name, its mean over the run
     "bias": ("bias", "K0"),
@@ -25,51 +27,56 @@ _WORDS = {  # what drifts -> its name, its mean over the run
 }
 
 
-class _Courses(NamedTuple):
-    """How the parts of the trends of T tables move from start to end of the run.
+class _Parts(NamedTuple):
+    """What the readings of T tables say of the parts of their trends, each beside the others.
 
-    `moved` and `p` have the shape (parts, T): bias [g], scale factor [1], angle [rad]; a part that
-    the readings do not tell has no p. `level` is that of all of a table's parts together.
+    The parts are bias, scale factor and angle. `told` says which the readings tell, (3, D); `ratio`
+    is Fisher's F of each, (3, T), of the degrees of freedom `dof1`, (3, D), and `dof2`, (D,).
+    `level` is that of all of a table's parts together.
     """
 
-    moved: Array
-    p: Array
-    hours: Array
+    told: Mask
+    ratio: Array
+    dof1: Array
+    dof2: Array
     level: float
 
     @property
-    def told(self) -> NDArray[np.intp]:
-        """Number of parts that the readings tell, shape (T,)."""
-        return np.asarray(np.isfinite(self.p).sum(axis=0))
+    def known(self) -> NDArray[np.intp]:
+        """Number of parts that the readings tell, shape (D,)."""
+        return np.asarray(self.told.sum(axis=0))
 
     @property
-    def whole_p(self) -> Array:
-        """Probability of the most significant part among those told, shape (T,)."""
-        least = np.where(np.isfinite(self.p), self.p, 1.0).min(axis=0)
-        return np.asarray(np.minimum(self.told * least, 1.0))
+    def moving(self) -> Mask:
+        """Parts that move significantly, shape (3, T)."""
+        level = self.level / np.maximum(self.known, 1)
+        return np.asarray(self.told & f_exceeds(level, self.ratio, self.dof1, self.dof2))
 
-    @property
-    def moving(self) -> NDArray[np.bool_]:
-        """Parts that move significantly, shape (parts, T)."""
-        return np.asarray(self.p < self.level / np.maximum(self.told, 1))
+    def of(self, table: int) -> _Parts:
+        """Return those of one table."""
+        own = slice(table, table + 1)
+        ratio, of_plan = self.ratio[:, own], own if self.dof2.size > 1 else slice(1)
+        told, dof1, dof2 = self.told[:, of_plan], self.dof1[:, of_plan], self.dof2[of_plan]
+        return _Parts(told, ratio, dof1, dof2, self.level)
 
-    def said(self, index: int) -> str:
-        """Say what moves in one table, by how much over the run and in an hour."""
-        names = np.array(Trend._fields)
-        told = names[np.isfinite(self.p[:, index])].tolist()
-        moving = names[self.moving[:, index]].tolist()
-        courses = " and ".join(self._course(name, index) for name in moving or told)
-        means = " and ".join(_WORDS[name][1] for name in moving)
-        verb = "is the mean" if len(moving) == 1 else "are the means"
-        more = f"; {means} {verb} over the run" if moving else ""
-        p = self.whole_p[index]
-        return f"from start to end of the run {courses}, p = {p:.2g}{more}"
 
-    def _course(self, name: str, index: int) -> str:
-        moved = float(self.moved[Trend._fields.index(name), index])
-        hours = float(self.hours[index if self.hours.size > 1 else 0])
-        per_hour = f" ({_size(name, moved / hours)} per hour)" if hours > 0.0 else ""
-        return f"the {_WORDS[name][0]} moves by {_size(name, moved)}{per_hour}"
+def _said(parts: _Parts, moved: Array, hours: float) -> str:
+    """Say what moves in one table, by how much over the run and in an hour."""
+    told, moving = parts.told[:, 0], parts.moving[:, 0]
+    names = np.array(Trend._fields)
+    sizes = dict(zip(Trend._fields, moved.tolist(), strict=True))
+    named = names[moving if moving.any() else told].tolist()
+    courses = " and ".join(_course(name, sizes[name], hours) for name in named)
+    means = " and ".join(_WORDS[name][1] for name in names[moving].tolist())
+    verb = "is the mean" if moving.sum() == 1 else "are the means"
+    more = f"; {means} {verb} over the run" if means else ""
+    p = f_survival(parts.ratio, parts.dof1, parts.dof2)[told].min() * told.sum()
+    return f"from start to end of the run {courses}, p = {min(p, 1.0):.2g}{more}"
+
+
+def _course(name: str, moved: float, hours: float) -> str:
+    per_hour = f" ({_size(name, moved / hours)} per hour)" if hours > 0.0 else ""
+    return f"the {_WORDS[name][0]} moves by {_size(name, moved)}{per_hour}"
 
 
 def _size(name: str, value: float) -> str:
@@ -92,8 +99,7 @@ def drift(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
     -------
     GateStack
         A warning where a trend of the bias, the scale factor or the angle is significant by
-        Fisher's test against the pure error; the statistic is the probability of the most
-        significant of them alone.
+        Fisher's test against the pure error.
 
     Notes
     -----
@@ -101,27 +107,28 @@ def drift(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
     directions nor an open turn counts as drift. Each trend is tested beside the others, so that
     each is named for what it is; they share the false-alarm rate.
     """
-    courses = _courses(stack, level)
+    parts = _parts(stack, level)
+    moved = cache(lambda: _moved(stack))
+
+    def said(index: int) -> str:
+        hours = float(stack.hours[index if stack.hours.size > 1 else 0])
+        return _said(parts.of(index), moved()[:, index], hours)
+
     few = not stack.trend.bias.shape[2], "needs three strokes or more, of all positions"
-    untold = courses.told == 0, "no angle is read often enough in one direction"
-    p = courses.whole_p
-    statistic = p / np.maximum(courses.told, 1)
-    bad = np.asarray(courses.moving.any(axis=0))
-    return gate_stack("drift", bad, courses.said, statistic, p, (few, untold))
+    untold = parts.known == 0, "no angle is read often enough in one direction"
+    return gate_stack("drift", np.asarray(parts.moving.any(axis=0)), said, (few, untold))
 
 
-def _courses(stack: TableStack, level: float) -> _Courses:
+def _parts(stack: TableStack, level: float) -> _Parts:
     """The parts of the trends, each tested beside the others."""
     found = stack.apart
-    rank = stack.output.shape[1] - found.cells.members.size - found.dof
-    each = [_beside_others(found.within, rank, own) for own in _places(stack.trend)]
-    parts = np.broadcast_to(np.stack([part for part, _ in each]), (len(each), len(stack)))
+    each = [_beside_others(found.within, found.rank, own) for own in _places(stack.trend)]
+    parts = np.stack([part for part, _ in each])
     told = (parts >= 1.0) & (found.dof >= FEW)
-    explained = np.array([(contracted(basis, stack.output) ** 2).sum(axis=1) for _, basis in each])
+    explained = np.array([(contracted(basis, stack.output) ** 2).sum(axis=0) for _, basis in each])
     variance = np.maximum(found.squares / np.maximum(found.dof, 1.0), stack.smallest**2)
-    dof1, dof2 = np.where(told, parts, 1.0), np.where(told, found.dof, 1.0)
-    p = np.where(told, f_survival(explained / dof1 / variance, dof1, dof2), np.nan)
-    return _Courses(_moved(stack), p, stack.hours, level)
+    dof1, dof2 = np.where(told, parts, 1.0), np.maximum(found.dof, 1.0)
+    return _Parts(told, explained / dof1 / variance, dof1, dof2, level)
 
 
 def _places(trend: Trend) -> list[slice]:
@@ -145,8 +152,8 @@ def _moved(stack: TableStack) -> Array:
     trend, coefficients = stack.trend, stack.apart.trend
     row = np.arange(len(stack.moment))
     last, first = (pick(stack.moment, axis=1) for pick in (np.argmax, np.argmin))
-    change = trend.bias[row, last] - trend.bias[row, first]
-    bias = (change * coefficients[:, : change.shape[1]]).sum(axis=1)
+    change = (trend.bias[row, last] - trend.bias[row, first]).T
+    bias = (change * coefficients[: len(change)]).sum(axis=0)
     # the time goes from -1 to 1; a turn forward makes cos th less, by its sine
-    of_time = [2.0 * coefficients[:, own].sum(axis=1) for own in _places(trend)[1:]]
+    of_time = [2.0 * coefficients[own].sum(axis=0) for own in _places(trend)[1:]]
     return np.array([bias, of_time[0], -of_time[1]]) / stack.scale

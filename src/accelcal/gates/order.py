@@ -68,22 +68,33 @@ class _Fit(NamedTuple):
 
     basis: Array  # shape (n, p)
     to_basis: Array  # from the columns of the design, shape (p, p)
-    values: Array  # the coefficients in this basis, shape (T, p)
-    residual: Array  # shape (T, n)
+    values: Array  # the coefficients in this basis, shape (p, T)
+    residual: Array  # shape (n, T)
+    squares: Array  # of the residuals, shape (T,)
 
     @classmethod
     def of(cls, design: Array, output: Array) -> _Fit:
         basis, triangle = np.linalg.qr(design)
-        values = output @ basis
-        return cls(basis, np.linalg.inv(triangle), values, output - values @ basis.T)
+        values = basis.T @ output
+        residual = output - basis @ values
+        squares = (residual**2).sum(axis=0)
+        return cls(basis, np.linalg.inv(triangle), values, residual, squares)
 
     def of_tables(self, rows: Places) -> _Fit:
-        return self._replace(values=self.values[rows], residual=self.residual[rows])
+        values, residual = self.values[:, rows], self.residual[:, rows]
+        return _Fit(self.basis, self.to_basis, values, residual, self.squares[rows])
 
-    @property
-    def squares(self) -> Array:
-        """Squared residuals of each table, shape (T,)."""
-        return np.asarray((self.residual**2).sum(axis=1))
+    def without(self, left_out: Mask) -> Array:
+        """Squared residuals of a fit without some readings, shape (T,).
+
+        Of the squares r r it takes r_o (1 - B_o B_o')^-1 r_o, where r_o and B_o are their residuals
+        and their rows of the basis.
+        """
+        basis, residual = self.basis[left_out], self.residual[left_out]
+        pull = basis.T @ residual
+        inverse = _inverse(np.eye(basis.shape[1]) - basis.T @ basis)
+        taken = (residual**2).sum(axis=0) + (pull * (inverse @ pull)).sum(axis=0)
+        return np.asarray(self.squares - taken)
 
 
 class _Groups(NamedTuple):
@@ -110,12 +121,12 @@ class _Groups(NamedTuple):
         return cls(names, members, strokes)
 
     def sums(self, values: Array) -> Array:
-        """Sum over the readings of each group, from shape (T, n) to shape (groups, T)."""
-        return np.asarray(self.members @ self.strokes.sums(values).T)
+        """Sum over the readings of each group, from shape (n, T) to shape (groups, T)."""
+        return np.asarray(self.members @ self.strokes.sums(values))
 
     def products(self, values: Array, columns: Array) -> Array:
         """Sum values times columns over the readings of each group, shape (groups, T, k)."""
-        each = np.stack([values[:, own] @ columns[own] for own in self.strokes.parts])
+        each = np.stack([values[own].T @ columns[own] for own in self.strokes.parts])
         return np.tensordot(self.members, each, 1)
 
     def readings(self, group: int) -> Mask:
@@ -143,8 +154,7 @@ def order_of_positions(stack: TableStack) -> GateStack:
     -------
     GateStack
         A warning where mirroring, shifting or negating a stroke, or swapping two readings of it,
-        would leave a third of the residuals or less; the statistic says how many times smaller
-        they would be, 1 where none is far better.
+        would leave a third of the residuals or less.
 
     Notes
     -----
@@ -160,7 +170,6 @@ def order_of_positions(stack: TableStack) -> GateStack:
     swap = best_swap(stack.output, fit.residual, fit.basis, groups.strokes, _MUCH_BETTER)
     best = np.maximum(np.minimum(other.squares, swap.squares), _least(stack))
     bad = fit.squares > _MUCH_BETTER * best
-    ratio = np.sqrt(np.where(bad, fit.squares, 1.0) / np.where(bad, best, 1.0))
 
     def said(index: int) -> str:
         if not bad[index]:
@@ -168,15 +177,16 @@ def order_of_positions(stack: TableStack) -> GateStack:
         how = f"{' and '.join(stack.place(index, i) for i in swap.pair[index].tolist())} swapped"
         if other.squares[index] <= swap.squares[index]:
             how = f"{groups.names[other.group[index]]} {orders[other.order[index]].said}"
-        return f"the residuals would be {times(float(ratio[index]))} times smaller with {how}"
+        ratio = times(float(np.sqrt(fit.squares[index] / best[index])))
+        return f"the residuals would be {ratio} times smaller with {how}"
 
     missing = [(none_left, "no residual to compare orders by")]
-    return gate_stack("order of positions", bad, said, ratio, None, missing)
+    return gate_stack("order of positions", bad, said, missing)
 
 
 def _least(stack: TableStack) -> Array:
     """Squared residuals that rounding makes, shape (T,)."""
-    return np.asarray(_NOTHING * (stack.output**2).sum(axis=1))
+    return np.asarray(_NOTHING * (stack.output**2).sum(axis=0))
 
 
 def order_of_strokes(table: PreparedTable, delta0: float = 0.0) -> OtherOrder | None:
@@ -218,11 +228,11 @@ def _best_order(stack: TableStack, fit: _Fit, groups: _Groups, orders: list[_Ord
     if not groups.names:
         return found
     # no order of a group fits better than leaving the group out
-    without = _squares_without(fit, groups).min(axis=1)
-    rows = np.flatnonzero(without <= fit.squares / _MUCH_BETTER)
+    without = [fit.without(groups.readings(group)) for group in range(len(groups.names))]
+    rows = np.flatnonzero(np.min(without, axis=0) <= fit.squares / _MUCH_BETTER)
     if rows.size == 0:
         return found
-    output, part = stack.output[rows], fit.of_tables(rows)
+    output, part = stack.output[:, rows], fit.of_tables(rows)
     each = [_squares_of_groups(stack, output, part, order, groups) for order in orders]
     best = np.stack(each, axis=1).reshape(rows.size, -1).argmin(axis=1)
     found.order[rows], found.group[rows] = np.divmod(best, len(groups.names))
@@ -230,7 +240,7 @@ def _best_order(stack: TableStack, fit: _Fit, groups: _Groups, orders: list[_Ord
         order, group = divmod(place, len(groups.names))
         own = best == place
         chosen = groups.readings(group)
-        found.squares[rows[own]] = _squares(stack, output[own], orders[order], chosen)
+        found.squares[rows[own]] = _squares(stack, output[:, own], orders[order], chosen)
     return found
 
 
@@ -253,19 +263,21 @@ def _design(stack: TableStack, order: _Order) -> Array:
     return design[:, stack.table.estimability.columns]
 
 
-def _squares_without(fit: _Fit, groups: _Groups) -> Array:
-    """Squared residuals after refitting without each group, shape (T, groups)."""
-    return _refitted(fit, *(-own for own in _sums(groups, fit.basis, fit.residual)))
-
-
 def _squares_of_groups(
     stack: TableStack, output: Array, fit: _Fit, order: _Order, groups: _Groups
 ) -> Array:
-    """Squared residuals after refitting with each group in another order, shape (T, groups)."""
+    """Squared residuals after refitting with each group in another order, shape (T, groups).
+
+    Other rows change the normal matrix 1 by D, the right-hand side by d and the squares by q, each
+    a sum over the readings concerned; refitting leaves squares + q - d (1 + D)^-1 d. So no design
+    of a whole table is needed for each group, and D is the same for all tables.
+    """
     basis = _design(stack, order) @ fit.to_basis
-    residual = order.sign * output - fit.values @ basis.T
+    residual = order.sign * output - basis @ fit.values
     pairs = zip(_sums(groups, basis, residual), _sums(groups, fit.basis, fit.residual), strict=True)
-    return _refitted(fit, *(other - own for other, own in pairs))
+    squares, right, normal = (other - own for other, own in pairs)
+    inverse = _inverse(np.eye(normal.shape[1]) + normal)
+    return np.asarray(fit.squares[:, None] + (squares - (right @ inverse * right).sum(axis=2)).T)
 
 
 def _sums(groups: _Groups, basis: Array, residual: Array) -> tuple[Array, Array, Array]:
@@ -273,23 +285,15 @@ def _sums(groups: _Groups, basis: Array, residual: Array) -> tuple[Array, Array,
     return (
         groups.sums(residual**2),
         groups.products(residual, basis),
-        groups.products(basis.T, basis),
+        groups.products(basis, basis),
     )
 
 
-def _refitted(fit: _Fit, squares: Array, right: Array, normal: Array) -> Array:
-    """Squared residuals after refitting with the rows of each group changed, shape (T, groups).
-
-    Other rows change the normal matrix 1 by D, the right-hand side by d and the squares by q, each
-    a sum over the readings concerned; refitting leaves squares + q - d (1 + D)^-1 d. So no design
-    of a whole table is needed for each group, and D is the same for all tables.
-    """
-    whole = np.eye(normal.shape[1]) + normal
-    inverse = np.linalg.pinv(whole, rcond=1e-9, hermitian=True)
-    return np.asarray(fit.squares[:, None] + (squares - (right @ inverse * right).sum(axis=2)).T)
+def _inverse(normal: Array) -> Array:
+    return np.asarray(np.linalg.pinv(normal, rcond=1e-9, hermitian=True))
 
 
 def _squares(stack: TableStack, output: Array, order: _Order, chosen: Mask) -> Array:
     """Squared residuals of one order, (T,), without the rounding errors of the update."""
     design = np.where(chosen[:, None], _design(stack, order), stack.table.kept_design)
-    return _Fit.of(design, np.where(chosen, order.sign, 1.0) * output).squares
+    return _Fit.of(design, np.where(chosen, order.sign, 1.0)[:, None] * output).squares

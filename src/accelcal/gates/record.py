@@ -18,7 +18,7 @@ from accelcal.gates.verdict import (
     times,
 )
 from accelcal.model import COEFFICIENTS
-from accelcal.probability import f_survival
+from accelcal.probability import f_exceeds, f_survival
 from accelcal.results.quantity import Gate
 
 __all__ = ["RecordStack", "gates_of_records", "record_gates"]
@@ -41,7 +41,7 @@ class RecordStack(NamedTuple):
         `accelcal.estimate.head.LackOfFit`; of strength 0 where a record has fewer.
     head, head_dof : ndarray, shape (R,)
         Head error [rad] and its degrees of freedom.
-    head_source : sequence of str
+    head_source : ndarray of str, shape (R,)
         ``"declared"``, ``"estimated"`` or ``"none"``.
     noise_dof : ndarray, shape (R,)
         Fewest degrees of freedom of the reading noise of its tables.
@@ -55,7 +55,7 @@ class RecordStack(NamedTuple):
     strengths: Array
     head: Array
     head_dof: Array
-    head_source: Sequence[str]
+    head_source: NDArray[np.str_]
     noise_dof: Array
     coefficients: Array
     names: Sequence[str]
@@ -70,7 +70,7 @@ class RecordStack(NamedTuple):
             strengths=estimate.lack_of_fit.strengths,
             head=head.uncertainty,
             head_dof=head.dof,
-            head_source=np.where(seen, head.source, "none").tolist(),
+            head_source=np.where(seen, head.source, "none"),
             noise_dof=np.min([noise.dof for noise in estimate.noises], axis=0),
             coefficients=np.stack(estimate.coefficients, axis=1),
             names=names,
@@ -84,7 +84,7 @@ class RecordStack(NamedTuple):
             strengths=estimate.lack_of_fit.strengths[None],
             head=np.array([estimate.head.uncertainty]),
             head_dof=np.array([estimate.head.dof]),
-            head_source=[estimate.head.source],
+            head_source=np.array([estimate.head.source]),
             noise_dof=np.array([min(noise.dof for noise in estimate.noises)]),
             coefficients=np.array(estimate.coefficients)[None],
             names=names,
@@ -128,20 +128,16 @@ def gates_of_records(stack: RecordStack) -> tuple[GateStack, ...]:
 
 
 def _lack_of_fit(stack: RecordStack) -> GateStack:
-    """Compare the position means with what reading noise and head error allow.
-
-    The statistic is F where the head error is declared, and the head error [rad] where it is
-    estimated.
-    """
-    shown, source = stack.strengths > 0.0, np.asarray(stack.head_source)
+    """Compare the position means with what reading noise and head error allow."""
+    shown, source = stack.strengths > 0.0, stack.head_source
     count = shown.sum(axis=1)
     unknown, estimated = (count == 0) | (source == "none"), source == "estimated"
     declared = ~(unknown | estimated)
     allowed = 1.0 + (stack.head[:, None] * stack.strengths) ** 2
     squares = np.where(shown, stack.contrasts, 0.0) ** 2
     ratio = (squares / allowed).sum(axis=1) / np.maximum(count, 1)
-    p = f_survival(ratio, np.maximum(count, 1), np.maximum(stack.noise_dof, 1.0))
-    bad = np.where(declared, p < SIGNIFICANT, stack.head > _IMPLAUSIBLE_HEAD)
+    test = ratio, np.maximum(count, 1), np.maximum(stack.noise_dof, 1.0)
+    bad = np.where(declared, f_exceeds(SIGNIFICANT, *test), stack.head > _IMPLAUSIBLE_HEAD)
 
     def said(index: int) -> str:
         size = angle(float(stack.head[index]))
@@ -150,26 +146,22 @@ def _lack_of_fit(stack: RecordStack) -> GateStack:
                 f"the positions scatter as if the head had an error of {size};"
                 f" {stack.head_dof[index]:.0f} degrees of freedom"
             )
+        p = f_survival(*(float(each[index]) for each in test))
         return (
             f"position residuals {times(float(ratio[index]) ** 0.5)} times what reading noise and"
-            f" the declared head error of {size} allow, p = {p[index]:.2g}"
+            f" the declared head error of {size} allow, p = {p:.2g}"
         )
 
     return gate_stack(
         "lack of fit",
         bad,
         said,
-        np.where(declared, ratio, stack.head),
-        np.where(declared, p, np.nan),
         [(unknown, "nothing tells the errors of the positions from the reading noise")],
     )
 
 
 def _agreement(stack: RecordStack) -> GateStack:
-    """Compare scale factors and biases of the tables.
-
-    The statistic is the larger of their spreads over its limit.
-    """
+    """Compare scale factors and biases of the tables."""
     k1 = stack.coefficients[..., _SCALE_FACTOR]
     scale_factor = k1 / np.sort(k1, axis=1)[:, (k1.shape[1] - 1) // 2, None]
     odd = np.abs(np.log(np.maximum(np.abs(scale_factor), _SMALLEST))).argmax(axis=1)
@@ -185,4 +177,4 @@ def _agreement(stack: RecordStack) -> GateStack:
         percent = f"{100 * apart[index]:.2g} %"
         return f"K1 differs by {percent}, the bias by {acceleration(float(spread[index]))}"
 
-    return gate_stack("agreement of tables", over > 1.0, said, over)
+    return gate_stack("agreement of tables", over > 1.0, said)

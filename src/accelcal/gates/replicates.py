@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from functools import cache
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.noise import FEW
 from accelcal.gates.stack import TableStack
-from accelcal.gates.trend import Cells, contracted
+from accelcal.gates.trend import Cells, contracted, rank_and_inverse
 from accelcal.gates.verdict import (
     SIGNIFICANT,
     GateStack,
@@ -16,7 +20,7 @@ from accelcal.gates.verdict import (
     reading_name,
 )
 from accelcal.grouping import grouped
-from accelcal.probability import f_survival
+from accelcal.probability import f_exceeds
 from accelcal.record import TumbleRecord
 
 __all__ = ["closure", "forward_against_back", "outlier", "place"]
@@ -24,6 +28,7 @@ __all__ = ["closure", "forward_against_back", "outlier", "place"]
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 
+_ROUNDING = 1e-9
 _LEAST_FREE = 1e-6  # a reading that a mean and a trend follow wholly tells nothing of itself
 
 
@@ -40,7 +45,7 @@ def closure(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
     Returns
     -------
     GateStack
-        A warning where either mean is significant; the statistic is the larger t of Student.
+        A warning where either mean is significant.
 
     Notes
     -----
@@ -51,21 +56,21 @@ def closure(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
     known = dof > 0.0
     weights = stack.apart.blind(contrasts, stack.trend.columns)
     means = contracted(weights, stack.output)
-    size = np.sqrt((weights**2).sum(axis=1))
-    errors = np.where(known, np.fmax(scatter, stack.smallest), 1.0)[:, None] * size
-    t = (np.abs(means) / np.where(errors > 0.0, errors, 1.0)).max(axis=1)
-    p = 2.0 * f_survival(t**2, 1.0, np.where(known, dof, 1.0))
-    told = np.column_stack([means, errors.max(axis=1)]) / stack.scale[:, None]
+    size = np.sqrt((weights**2).sum(axis=1)).T
+    errors = np.where(known, np.fmax(scatter, stack.smallest), 1.0) * size
+    t = (np.abs(means) / np.where(errors > 0.0, errors, 1.0)).max(axis=0)
+    bad = f_exceeds(level / 2.0, t**2, 1.0, np.where(known, dof, 1.0))
 
     def said(index: int) -> str:
-        sizes = map(acceleration, told[index].tolist())
+        told = np.append(means[:, index], errors[:, index].max()) / stack.scale[index]
+        sizes = map(acceleration, told.tolist())
         return "Y(return) - Y1 {}, end - start of a stroke {}, standard error {}".format(*sizes)
 
     missing = (
         (not contrasts.any(), "no stroke holds both the first position and the return"),
         (~known, "nothing tells the reading noise; repeat the strokes"),
     )
-    return gate_stack("closure", p < level, said, t, p, missing)
+    return gate_stack("closure", bad, said, missing)
 
 
 def _contrasts_of_returns(record: TumbleRecord) -> Array:
@@ -84,16 +89,21 @@ def _contrasts_of_returns(record: TumbleRecord) -> Array:
 
 
 def _clean_scatter(stack: TableStack) -> tuple[Array, Array]:
-    """Scatter of the readings that a fault of closure does not enlarge, and its dof, (T,)."""
+    """Scatter of the readings that a fault of closure does not enlarge, and its dof.
+
+    Of shape (T,), or of one number for all tables.
+    """
     found = stack.apart
-    squares, dof = found.squares, np.broadcast_to(found.dof, len(stack))
+    squares, dof = found.squares, found.dof
     if (found.dof < FEW).any():
         beside, of_beside = _beside_the_return(stack)
         squares, dof = (
-            np.where(dof >= FEW, of_cells, of_fit)
+            np.where(found.dof >= FEW, of_cells, of_fit)
             for of_cells, of_fit in ((squares, beside), (dof, of_beside))
         )
     scatter = np.sqrt(squares / np.where(dof > 0.0, dof, np.nan))
+    if not stack.declared.any():
+        return scatter, dof
     return (
         np.where(stack.declared, stack.noise * stack.scatter, scatter),
         np.where(stack.declared, stack.noise_dof, dof),
@@ -106,8 +116,8 @@ def _beside_the_return(stack: TableStack) -> tuple[Array, float]:
     returned = angle > angle.min() + 360.0 - 1e-6
     design = np.column_stack([stack.table.kept_design, returned])
     basis = np.linalg.qr(design).Q
-    residual = stack.output - (stack.output @ basis) @ basis.T
-    return (residual**2).sum(axis=1), float(angle.size - design.shape[1])
+    residual = stack.output - basis @ (basis.T @ stack.output)
+    return (residual**2).sum(axis=0), float(angle.size - design.shape[1])
 
 
 def forward_against_back(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
@@ -123,7 +133,7 @@ def forward_against_back(stack: TableStack, level: float = SIGNIFICANT) -> GateS
     Returns
     -------
     GateStack
-        A warning where the differences are significant by Fisher's test; the statistic is F.
+        A warning where the differences are significant by Fisher's test.
 
     Notes
     -----
@@ -131,61 +141,92 @@ def forward_against_back(stack: TableStack, level: float = SIGNIFICANT) -> GateS
     the strokes, a drift over the run aside; with fewer, their part that follows 1, cos th and
     sin th, as that of backlash does, is held against the rest of them.
     """
-    angles, difference, variance = _differences(stack)
-    if not angles.size:
-        nobody = np.zeros(len(stack), dtype=np.bool_)
-        missing = [(True, "needs strokes in both directions")]
-        return gate_stack("forward against back", nobody, str, np.zeros(len(stack)), None, missing)
-    squares, part, rest, dof = _of_directions(stack, angles, difference / np.sqrt(variance))
+    record, (angles, place, _) = stack.table.record, grouped(stack.table.head)
+    by_head = Cells.of(2 * place + record.stroke % 2)
+    squares, part, rest, dof = _of_directions(stack, by_head, angles)
     known = np.minimum(part, dof) >= 1.0
     dof1, dof2 = np.where(known, part, 1.0), np.where(known, dof, 1.0)
     ratio = squares / dof1 / np.maximum(rest / dof2, stack.smallest**2)
-    p = f_survival(ratio, dof1, dof2)
-    worst = np.abs(difference).argmax(axis=1)
-    told = difference / stack.scale[:, None]
+    bad = f_exceeds(level, ratio, dof1, dof2)
+    found = cache(lambda: _Directions.of(stack, by_head, by_head.means(stack.output)))
 
     def said(index: int) -> str:
-        at = worst[index]
-        mean, largest = acceleration(told[index].mean()), acceleration(told[index, at])
-        return f"mean {mean}, largest {largest} at {angles[at]:g} deg"
+        told = found().difference[:, index] / stack.scale[index]
+        at = np.abs(told).argmax()
+        mean, largest = acceleration(told.mean()), acceleration(told[at])
+        return f"mean {mean}, largest {largest} at {angles[found().place[at]]:g} deg"
 
-    few = ~known, "needs more positions, or two strokes in each direction"
-    return gate_stack("forward against back", p < level, said, ratio, p, [few])
-
-
-def _differences(stack: TableStack) -> tuple[Array, Array, Array]:
-    """Positions read in both directions, forward minus back, and its variance over a reading's."""
-    output = stack.output - contracted(stack.trend.columns.swapaxes(1, 2), stack.apart.trend)
-    angles, row, _ = grouped(stack.table.head)
-    cells = Cells.of(2 * row + stack.table.record.stroke % 2)
-    back = np.flatnonzero((cells.key[:-1] % 2 == 0) & (np.diff(cells.key) == 1))
-    means = cells.sums(output) / cells.members
-    variance = 1.0 / cells.members
-    return (
-        angles[cells.key[back] // 2],
-        means[:, back + 1] - means[:, back],
-        variance[back + 1] + variance[back],
+    missing = (
+        (not _backs(by_head).size, "needs strokes in both directions"),
+        (~known, "needs more positions, or two strokes in each direction"),
     )
+    return gate_stack("forward against back", bad, said, missing)
+
+
+def _backs(cells: Cells) -> Places:
+    """Cells of the strokes back at places that are read in both directions; the next is forward."""
+    return np.flatnonzero((cells.key[:-1] % 2 == 0) & (np.diff(cells.key) == 1))
+
+
+class _Directions(NamedTuple):
+    """Forward minus back, a drift set aside, at each place that is read in both directions.
+
+    The differences of the readings have the shape (pairs, T), those of the columns of the drift
+    (D, pairs, q); the variance, (pairs, 1), is that of a difference over that of a reading.
+    """
+
+    place: Places
+    difference: Array
+    of_trend: Array
+    variance: Array
+
+    @classmethod
+    def of(cls, stack: TableStack, cells: Cells, means: Array) -> _Directions:
+        back = _backs(cells)
+        of_means, of_trend = (
+            each[..., back + 1, :] - each[..., back, :]
+            for each in (means, cells.means(stack.trend.columns))
+        )
+        drift = contracted(of_trend.swapaxes(1, 2), stack.apart.trend)
+        variance = 1.0 / cells.members[back + 1] + 1.0 / cells.members[back]
+        return cls(cells.key[back] // 2, of_means - drift, of_trend, variance[:, None])
 
 
 def _of_directions(
-    stack: TableStack, angles: Array, standardised: Array
+    stack: TableStack, by_head: Cells, angles: Array
 ) -> tuple[Array, Array, Array, Array]:
     """Squares of the directions and their dof, and the same of what they are held against."""
-    apart = stack.apart
-    together = stack.replicates(grouped(np.round(stack.table.record.angle, 6))[1])
-    rest, part = apart.squares, together.dof - apart.dof
-    squares, dof = together.squares - rest, apart.dof
-    if (dof >= FEW).all():
+    squares, part = _added_by_directions(stack)
+    rest, dof = stack.apart.squares, stack.apart.dof
+    if (dof >= FEW).all() or not _backs(by_head).size:
         return squares, part, rest, dof
-    like, unlike = _backlash_like(standardised, angles)
+    found = _Directions.of(stack, by_head, by_head.means(stack.output))
+    like, unlike = _backlash_like(found.difference / np.sqrt(found.variance), angles[found.place])
     many = dof >= FEW
     return (
         np.where(many, squares, like),
         np.where(many, part, 3.0),
         np.where(many, rest, unlike),
-        np.where(many, dof, angles.size - 3.0),
+        np.where(many, dof, found.place.size - 3.0),
     )
+
+
+def _added_by_directions(stack: TableStack) -> tuple[Array, Array]:
+    """By how much both directions together leave more squares than apart, and the dof of that.
+
+    Together the drift has to follow the differences too: of their squares d d and the normal matrix
+    N within the directions it takes d X (N + X X)^-1 X d, where X are its own differences.
+    """
+    apart, record = stack.apart, stack.table.record
+    found = _Directions.of(stack, apart.cells, apart.means)
+    difference, of_trend = (
+        each / np.sqrt(found.variance) for each in (found.difference, found.of_trend)
+    )
+    together = Cells.of(grouped(np.round(record.angle, 6))[1])
+    rank, inverse, _ = rank_and_inverse(together.centred(stack.trend.columns))
+    pull = contracted(of_trend, difference)
+    squares = (difference**2).sum(axis=0) - (pull * contracted(inverse, pull)).sum(axis=0)
+    return squares, found.place.size + apart.rank - rank
 
 
 def _backlash_like(difference: Array, angle: Array) -> tuple[Array, Array]:
@@ -195,8 +236,8 @@ def _backlash_like(difference: Array, angle: Array) -> tuple[Array, Array]:
     basis, singular, _ = np.linalg.svd(pattern, full_matrices=False)
     least = max(pattern.shape) * np.finfo(float).eps * singular[0]
     basis = basis[:, singular > least]
-    fitted = (difference @ basis) @ basis.T
-    return (fitted**2).sum(axis=1), ((difference - fitted) ** 2).sum(axis=1)
+    fitted = basis @ (basis.T @ difference)
+    return (fitted**2).sum(axis=0), ((difference - fitted) ** 2).sum(axis=0)
 
 
 def outlier(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
@@ -212,36 +253,40 @@ def outlier(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
     Returns
     -------
     GateStack
-        A warning where its deviation from the other strokes is significant; the statistic is t.
+        A warning where its deviation from the other strokes is significant.
 
     Notes
     -----
     Student's test of the deleted deviation, a drift over the run aside, at the false-alarm rate
-    over all readings (Bonferroni). Of two readings at a position nothing tells which one is wrong.
+    over all readings (Bonferroni): t^2 = u / ((s - u) / dof), where s are the squared deviations
+    and u = d^2 / free what leaving the reading out takes off them. Of two readings at a position
+    nothing tells which one is wrong.
     """
     found = stack.replicates(grouped(stack.table.head)[1])
-    dof, deviation = found.dof - 1.0, found.residual
+    dof, size = found.dof - 1.0, found.cells.members[found.cells.cell]
     known = dof >= 1.0
-    size = found.cells.members[found.cells.cell]
-    free = np.where(size > 1, np.maximum(found.free, _LEAST_FREE), np.inf)
-    rest = np.maximum(found.squares[:, None] - deviation**2 / free, stack.smallest[:, None] ** 2)
-    each = np.abs(deviation) / np.sqrt(free * rest / np.where(known, dof, 1.0)[:, None])
-    worst, row = each.argmax(axis=1), np.arange(len(stack))
-    t = each[row, worst]
-    p = f_survival(t**2, 1.0, np.where(known, dof, 1.0)) * size.size
-    away = (deviation / free)[row, worst] / stack.scale
+    free = np.where(size > 1, np.maximum(found.free, _LEAST_FREE), np.inf).T
+    squares = found.residual**2
+    taken = squares / free
+    most = taken.max(axis=0)
+    rest = np.maximum(squares.sum(axis=0) - most, stack.smallest**2)
+    ratio = most / (rest / np.where(known, dof, 1.0))
+    bad = f_exceeds(level / size.size, ratio, 1.0, np.where(known, dof, 1.0))
 
     def said(index: int) -> str:
-        own = found.cells.cell == found.cells.cell[worst[index]]
+        # of readings as far away but for rounding errors the first
+        worst = (taken[:, index] > (1.0 - _ROUNDING) * most[index]).argmax()
+        own = found.cells.cell == found.cells.cell[worst]
         pair = own.sum() == 2
-        alike = np.flatnonzero(own) if pair else worst[index : index + 1]
-        names = " or ".join(stack.place(index, reading) for reading in alike.tolist())
+        alike = np.flatnonzero(own) if pair else [worst]
+        names = " or ".join(stack.place(index, int(reading)) for reading in alike)
         others = "stroke" if pair else "strokes"
-        size = acceleration(away[index])
-        return f"{names} is {size} from the other {others}, t = {t[index]:.3g}"
+        away = (found.residual / free)[worst, index] / stack.scale[index]
+        t = math.sqrt(ratio[index])
+        return f"{names} is {acceleration(away)} from the other {others}, t = {t:.3g}"
 
     few = ~known, "no position is read often enough; repeat the strokes"
-    return gate_stack("outlier", p < level, said, t, p, [few])
+    return gate_stack("outlier", bad, said, [few])
 
 
 def place(record: TumbleRecord, index: int) -> str:

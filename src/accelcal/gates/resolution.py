@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 _HARMLESS = 1e-6  # g, well below the noise of any reading
 _HIDING = 0.5  # noise over step below which rounding is no longer random
 _NO_SCATTER = 1e-6  # noise over step that only rounding errors of the arithmetic make
+_GLANCE = 6  # so many readings mostly tell that they have no common factor
 _ALIKE = 1.5  # visible over declared step above which the two contradict each other
 
 
@@ -30,8 +31,7 @@ def resolution(stack: TableStack) -> GateStack:
     Returns
     -------
     GateStack
-        A warning where such a step is visible and not declared; the statistic is the step [g],
-        zero where none is visible.
+        A warning where such a step is visible and not declared.
 
     Notes
     -----
@@ -48,7 +48,8 @@ def resolution(stack: TableStack) -> GateStack:
         if harmless[index]:
             return "no step of the readings that matters"
         own, scale, scatter = (float(a[index]) for a in (step, stack.scale, noise))
-        size = f"{own:.6g} {stack.unit[index] or 'output units'} ({acceleration(own / scale)})"
+        unit = stack.table.record.unit or "output units"
+        size = f"{own:.6g} {unit} ({acceleration(own / scale)})"
         if covered[index]:
             return f"the declared step covers that of {size}"
         if untold[index]:
@@ -58,14 +59,20 @@ def resolution(stack: TableStack) -> GateStack:
         remedy = f"rounding passes for head error; declare '# resolution: {own:.6g}'"
         return f"{steps}: {remedy}, or read more digits" if bad[index] else steps
 
-    return gate_stack("resolution", bad, said, step / stack.scale, None, [(untold, "")])
+    return gate_stack("resolution", bad, said, [(untold, "")])
 
 
 def _visible_step(output: Array) -> Array:
     """The largest step of which all readings are multiples but for a constant; 0 for none."""
-    digit = decimal_steps(output)
-    found = np.zeros_like(digit)
-    own = digit > 0.0
-    counts = np.round(output[own] / digit[own, None]).astype(np.int64)
-    found[own] = digit[own] * np.gcd.reduce(counts - counts[:, :1], axis=1)
-    return found
+    digit = decimal_steps(output.T)
+    factor = _common_factor(output[:_GLANCE], digit)
+    # what divides the differences of all divides those of some: no more than 1 where these have 1
+    open_ = np.flatnonzero((factor != 1) & (digit > 0.0))
+    factor[open_] = _common_factor(output[:, open_], digit[open_])
+    return digit * factor
+
+
+def _common_factor(output: Array, digit: Array) -> NDArray[np.int64]:
+    """Greatest common divisor of the differences of the readings, counted in digits, (T,)."""
+    counts = np.round(output / np.where(digit > 0.0, digit, np.inf)).astype(np.int64)
+    return np.asarray(np.gcd.reduce(counts - counts[0], axis=0))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cache, lru_cache
+from itertools import compress
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +12,7 @@ from numpy.typing import NDArray
 from accelcal.gates.stack import TableStack
 from accelcal.gates.trend import Cells
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack, times
-from accelcal.grouping import distinct
+from accelcal.grouping import grouped
 from accelcal.model import COEFFICIENTS
 
 __all__ = ["proportions", "units", "wrong_sign"]
@@ -23,6 +25,8 @@ _LARGEST_RESIDUAL = 0.02  # rms [g]
 _TELLING = 0.3  # readings below this share of the largest tell nothing about the unit
 _OTHER_SIZE = 1.3  # ratio of two strokes, or of two scale factors, above any temperature effect
 _NEAR_DECADE = 0.1  # of a power of ten, in decimal digits: a bias makes opposite readings differ
+_IN_A_DECADE = 7.9  # just below 10^(1 - _NEAR_DECADE)
+_CLEARLY_ONE_SIZE = 1.299  # just below _OTHER_SIZE
 _MOST_TOLD = 3
 _SMALLEST = 1e-300
 
@@ -39,17 +43,17 @@ def proportions(stack: TableStack) -> GateStack:
     -------
     GateStack
         A warning where the scale factor is not positive, or another coefficient or the rms
-        residual is too large a part of it; the statistic is the largest of them over its limit.
+        residual is too large a part of it.
     """
     scale_factor = stack.coefficients[:, COEFFICIENTS.index("K1")]
     turned = scale_factor <= 0.0
     over = np.where(turned, np.nan, scale_factor)
     columns = [COEFFICIENTS.index(name) for name in _LARGEST]
     ratio = stack.coefficients[:, columns] / over[:, None]
-    residual = stack.output - stack.coefficients @ stack.table.design.T
-    rms = np.sqrt((residual**2).mean(axis=1)) / over
-    sizes = np.column_stack([np.abs(ratio) / list(_LARGEST.values()), rms / _LARGEST_RESIDUAL])
-    largest = np.where(turned, np.inf, sizes.max(axis=1))
+    residual = stack.output - stack.table.design @ stack.coefficients.T
+    rms = np.sqrt((residual**2).mean(axis=0)) / over
+    large = (np.abs(ratio) / list(_LARGEST.values()) > 1.0).any(axis=1)
+    bad = turned | large | (rms / _LARGEST_RESIDUAL > 1.0)
 
     def said(index: int) -> str:
         if turned[index]:
@@ -57,7 +61,7 @@ def proportions(stack: TableStack) -> GateStack:
         found = _odd(dict(zip(_LARGEST, ratio[index].tolist(), strict=True)), float(rms[index]))
         return ", ".join(found) or "all coefficients in proportion to K1"
 
-    return gate_stack("proportions", largest > 1.0, said, largest)
+    return gate_stack("proportions", bad, said)
 
 
 def _odd(ratios: dict[str, float], rms: float) -> list[str]:
@@ -106,75 +110,115 @@ def units(stack: TableStack) -> GateStack:
     -------
     GateStack
         A warning where some readings of a stroke differ by a power of ten from those at the same
-        and the opposite head position, or where whole strokes are of another size; the statistic
-        is the ratio farthest from one.
+        and the opposite head position, or where whole strokes are of another size.
 
     Notes
     -----
     The size of a stroke is the amplitude of a sine through it, which no wrong order changes.
     """
-    cells = Cells.of(stack.table.record.stroke)
-    power = _decades(stack.output, np.mod(stack.table.head, 180.0))
-    wrong = power != 0.0
-    count, first = wrong.sum(axis=1), wrong.argmax(axis=1)
-    share = cells.sums(wrong.astype(np.float64)) / cells.members
-    whole = ((share == 0.0) | (share > 0.5)).all(axis=1)
-    row = np.arange(len(stack))
-    odd = power[row, first]
-    of_strokes = (count == 0) | whole | ((count == 1) & (odd < 0.0))
-    ratio = _ratios_of_strokes(stack, cells)
-    other = np.abs(np.log(ratio)) > np.log(_OTHER_SIZE)
+    axes = Cells(*grouped(np.mod(stack.table.head, 180.0)))
+    strokes = Cells.of(stack.table.record.stroke)
+    known, amplitude = _amplitudes(stack, strokes)
+    whole = cache(lambda: _Sizes.of(stack.output, amplitude, known, axes, strokes))
+    bad = ~_alike(np.abs(stack.output), amplitude, axes)
+    rows = np.flatnonzero(bad)
+    if rows.size:
+        bad[rows] = _Sizes.of(stack.output[:, rows], amplitude[:, rows], known, axes, strokes).bad
 
     def said(index: int) -> str:
-        if of_strokes[index]:
-            return _size_of_strokes(cells.key, ratio[index], other[index])
-        more = f" and {count[index] - 1} more" if count[index] > 1 else ""
-        size = times(10.0 ** float(odd[index]))
+        found = whole()
+        if found.of_strokes[index]:
+            return _size_of_strokes(strokes.key, found.ratio[:, index])
+        power = found.power[:, index]
+        first, *others = np.flatnonzero(power).tolist()
+        more = f" and {len(others)} more" if others else ""
+        size = times(10.0 ** float(power[first]))
         return (
-            f"{stack.place(index, int(first[index]))}{more}: about {size} times the readings at the"
+            f"{stack.place(index, first)}{more}: about {size} times the readings at the"
             " same and the opposite angle, another unit or range"
         )
 
-    farthest = np.abs(np.log(ratio)).argmax(axis=1)
-    statistic = np.where(of_strokes, ratio[row, farthest], 10.0**odd)
-    return gate_stack("units", ~of_strokes | other.any(axis=1), said, statistic)
+    return gate_stack("units", bad, said)
 
 
-def _decades(output: Array, axis: Array) -> Array:
+class _Sizes(NamedTuple):
+    """Sizes of the readings and of the S strokes of T tables against each other.
+
+    The readings differ by a `power` of ten from the others on the same axis of the head, (n, T);
+    the strokes are in a `ratio` to the middle one, (S, T). The latter tells what is wrong with the
+    tables `of_strokes`, (T,).
+    """
+
+    power: Array
+    ratio: Array
+    of_strokes: Mask
+
+    @classmethod
+    def of(
+        cls, output: Array, amplitude: Array, known: Mask, axes: Cells, strokes: Cells
+    ) -> _Sizes:
+        power = _decades(np.abs(output), axes)
+        wrong = power != 0.0
+        count, first = wrong.sum(axis=0), wrong.argmax(axis=0)
+        share = strokes.means(wrong.astype(np.float64))
+        whole = ((share == 0.0) | (share > 0.5)).all(axis=0)
+        small = np.take_along_axis(power, first[None], axis=0)[0] < 0.0
+        ratio = np.ones((known.size, output.shape[1]))
+        if known.any():
+            ratio[known] = amplitude / _middle(amplitude)
+        return cls(power, ratio, (count == 0) | whole | ((count == 1) & small))
+
+    @property
+    def bad(self) -> Mask:
+        """Tables to warn of, shape (T,)."""
+        return np.asarray(~self.of_strokes | _of_other_size(self.ratio).any(axis=0))
+
+
+def _alike(size: Array, amplitude: Array, axes: Cells) -> Mask:
+    """Tables of which no reading and no stroke can be of another size than the others, (T,).
+
+    The usual size on an axis is one of those on it. So none there is ten times or a tenth of it,
+    give or take `_NEAR_DECADE`, where the largest is less than `_IN_A_DECADE` times the least; and
+    none tells anything where the largest is small against all on another axis. In the same way no
+    stroke differs from the middle one by more than the largest does from the least.
+    """
+    low, high = (
+        np.array([pick(size[own], axis=0) for own in axes.parts]) for pick in (np.min, np.max)
+    )
+    alike = (high < _IN_A_DECADE * low) | (high <= _TELLING * low.max(axis=0))
+    least, largest = amplitude.min(axis=0, initial=np.inf), amplitude.max(axis=0, initial=0.0)
+    return np.asarray(alike.all(axis=0) & (largest < _CLEARLY_ONE_SIZE * least))
+
+
+def _decades(size: Array, axes: Cells) -> Array:
     """Powers of ten by which readings differ from the others on the same axis of the head."""
-    size = np.abs(output)
-    usual = np.empty_like(size)
-    for own in (axis == value for value in distinct(axis)):
-        usual[:, own] = _middle(size[:, own])
-    telling = (usual > _TELLING * usual.max(axis=1, keepdims=True)) & (size > 0.0)
+    usual = np.array([_middle(size[own]) for own in axes.parts])[axes.cell]
+    telling = (usual > _TELLING * usual.max(axis=0)) & (size > 0.0)
     decades = np.log10(np.where(telling, size, 1.0) / np.where(telling, usual, 1.0))
     power = np.round(decades)
     return np.where(np.abs(decades - power) < _NEAR_DECADE, power, 0.0)
 
 
 def _middle(values: Array) -> Array:
-    """Lower median of each row: one of the values, so that two groups are not mixed, (T, 1)."""
-    place = (values.shape[1] - 1) // 2
-    return np.asarray(np.partition(values, place, axis=1)[:, place : place + 1])
+    """Lower median of each table: one of the values, so that two groups are not mixed, (T,)."""
+    place = (len(values) - 1) // 2
+    return np.asarray(np.partition(values, place, axis=0)[place])
 
 
-def _ratios_of_strokes(stack: TableStack, cells: Cells) -> Array:
-    """Amplitude of each stroke over the middle one, (T, S); 1 where its readings are too few."""
-    weights = np.zeros((2, stack.output.shape[1]))
-    known = np.zeros(cells.key.size, dtype=np.bool_)
+def _of_other_size(ratio: Array) -> Mask:
+    return np.asarray(np.abs(np.log(ratio)) > np.log(_OTHER_SIZE))
+
+
+def _amplitudes(stack: TableStack, strokes: Cells) -> tuple[Mask, Array]:
+    """Strokes of which enough angles are read, (S,), and amplitudes of a sine through these."""
     sine = lru_cache(maxsize=8)(_sine)  # strokes back are at the same angles as each other
-    for k in range(cells.key.size):
-        own = cells.cell == k
-        angles = tuple(stack.table.head[own].tolist())
-        known[k] = len(set(angles)) >= 3
-        if known[k]:
-            weights[:, own] = sine(angles)
-    ratio = np.ones((len(stack), cells.key.size))
-    if known.any():
-        size = np.hypot(*(cells.sums(stack.output * weight)[:, known] for weight in weights))
-        size = np.maximum(size, _SMALLEST)
-        ratio[:, known] = size / _middle(size)
-    return ratio
+    angles = [tuple(stack.table.head[own].tolist()) for own in strokes.parts]
+    known = np.array([len(set(each)) >= 3 for each in angles])
+    sizes = [
+        np.hypot(*(sine(at) @ stack.output[own]))
+        for at, own in compress(zip(angles, strokes.parts, strict=True), known)
+    ]
+    return known, np.maximum(np.reshape(sizes, (len(sizes), len(stack))), _SMALLEST)
 
 
 def _sine(angle: tuple[float, ...]) -> Array:
@@ -184,8 +228,9 @@ def _sine(angle: tuple[float, ...]) -> Array:
     return np.asarray(np.linalg.pinv(matrix)[1:])
 
 
-def _size_of_strokes(strokes: NDArray[np.int64], ratio: Array, other: Mask) -> str:
+def _size_of_strokes(strokes: NDArray[np.int64], ratio: Array) -> str:
     """Say which strokes of one table are of another size."""
+    other = _of_other_size(ratio)
     if not other.any():
         return "all strokes of one size"
     found = [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -33,8 +33,8 @@ class TableStack:
     Attributes
     ----------
     table : PreparedTable
-        Any of them; only what follows from its angles and strokes counts.
-    output : ndarray, shape (T, n)
+        Any of them; only what follows from its angles and strokes counts, and its unit.
+    output : ndarray, shape (n, T)
         Readings [output unit].
     coefficients : ndarray, shape (T, 6)
         Least-squares coefficients, zero where not estimated [output unit / g^n].
@@ -49,12 +49,10 @@ class TableStack:
         Median declared scatter of the readings, or 1 where none is declared.
     step : ndarray, shape (T,)
         Declared resolution [output unit]; NaN where none is.
-    unit : sequence of str or None
-        Output unit of each.
     time : ndarray, shape (T, n), or None
         Time of each reading [s]; a row of NaN where a table has none.
-    line : sequence of ndarray of int or None
-        Lines of the source that hold the readings of each.
+    line : callable
+        Gives the lines of the source that hold the readings of one table, or None.
     delta0 : float
         Fixture angle of the fit [rad].
 
@@ -72,9 +70,8 @@ class TableStack:
     declared: Mask
     scatter: Array
     step: Array
-    unit: Sequence[str | None]
     time: Array | None = None
-    line: Sequence[NDArray[np.int64] | None] = ()
+    line: Callable[[int], NDArray[np.int64] | None] = lambda _: None
     delta0: float = 0.0
 
     @classmethod
@@ -90,33 +87,32 @@ class TableStack:
         steps = [record.apparatus.resolution for record in records]
         return cls(
             table=tables[0],
-            output=np.array([record.output for record in records]),
+            output=np.stack([record.output for record in records], axis=1),
             coefficients=np.array(coefficients),
             noise=np.array([noise.factor for noise in noises]),
             noise_dof=np.array([noise.dof for noise in noises]),
             declared=np.array([noise.source == "declared" for noise in noises]),
             scatter=np.array([median(table.scatter) for table in tables]),
             step=np.array([np.nan if step is None else step for step in steps]),
-            unit=[record.unit for record in records],
             time=_times(records),
-            line=[record.line for record in records],
+            line=lambda index: records[index].line,
             delta0=delta0,
         )
 
     def __len__(self) -> int:
-        return int(self.output.shape[0])
+        return int(self.output.shape[1])
 
     @cached_property
     def scale(self) -> Array:
         """Scale factor in which sizes are told, shape (T,) [output unit / g]."""
         # a scale factor that a fault has ruined must not blow up the sizes told
-        quarter = np.ptp(self.output, axis=1) / 4.0
+        quarter = np.ptp(self.output, axis=0) / 4.0
         return np.asarray(np.maximum(np.abs(self.coefficients[:, _SCALE_FACTOR]), quarter))
 
     @cached_property
     def smallest(self) -> Array:
         """Rounding error of a reading, shape (T,): readings alike to the last digit have it."""
-        return np.asarray(4.0 * np.finfo(float).eps * np.abs(self.output).max(axis=1))
+        return np.asarray(4.0 * np.finfo(float).eps * np.abs(self.output).max(axis=0))
 
     @cached_property
     def moment(self) -> Array:
@@ -147,9 +143,7 @@ class TableStack:
 
     def place(self, index: int, reading: int) -> str:
         """Say which reading of a table it is: stroke, angle and line."""
-        record = self.table.record
-        line = self.line[index] if self.line else None
-        return reading_name(record, reading, line)
+        return reading_name(self.table.record, reading, self.line(index))
 
 
 def _times(records: Sequence[TumbleRecord]) -> Array | None:

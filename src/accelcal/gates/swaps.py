@@ -40,7 +40,7 @@ def best_swap(output: Array, residual: Array, basis: Array, strokes: Cells, bett
 
     Parameters
     ----------
-    output, residual : ndarray, shape (T, n)
+    output, residual : ndarray, shape (n, T)
         Readings, and what the fit leaves of them [output unit].
     basis : ndarray, shape (n, p)
         Orthonormal basis of the design.
@@ -60,18 +60,19 @@ def best_swap(output: Array, residual: Array, basis: Array, strokes: Cells, bett
     residuals, so that no fit is needed. Whatever d, it takes at most (r_i - r_j)^2 / (P_ii + P_jj -
     2 P_ij) off the squares: most tables are done with that.
     """
-    squares = (residual**2).sum(axis=1)
+    squares = (residual**2).sum(axis=0)
     found = Swaps(np.full(squares.size, np.inf), np.zeros((squares.size, 2), dtype=np.intp))
     for some, own in _blocks(strokes):
         share = _shares(basis, some, own)
         apart = np.where(some[:, None] == own, np.inf, share).min()
-        span = np.ptp(residual[:, own], axis=1) ** 2
+        span = np.ptp(residual[own], axis=0) ** 2
         rows = np.flatnonzero(span >= (1.0 - 1.0 / better - _ROUNDING) * squares * max(apart, 0.0))
         if not rows.size:
             continue
         for part in np.array_split(rows, 1 + rows.size * share.size // _NUMBERS):
-            d = output[part][:, None, own] - output[part][:, some, None]
-            pull = residual[part][:, some, None] - residual[part][:, None, own]
+            y, r = output.T[part], residual.T[part]
+            d = y[:, None, own] - y[:, some, None]
+            pull = r[:, some, None] - r[:, None, own]
             change = (2.0 * d * pull + d**2 * share).reshape(part.size, share.size)
             at = change.argmin(axis=1)
             left = squares[part] + change[np.arange(part.size), at]

@@ -1,12 +1,12 @@
 """Replicates apart from a smooth drift over the run, of many tables at once.
 
-What depends on the plan of the tables only is found once. A leading axis of length D is one where
-all tables have the same times or none, and runs over the T tables elsewhere.
+Readings of T tables have the shape (n, T): sums and extremes over the readings of a table then run
+along the tables. What depends on the plan of the tables only is found once. A leading axis of
+length D is one where all tables have the same times or none, and runs over the T tables elsewhere.
 """
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +30,7 @@ __all__ = [
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 
+_BLOCK = 64  # cells whose sums are found at a time
 _HIGHEST_POWER = 3  # of a drift, however many strokes there are
 
 
@@ -40,17 +41,17 @@ def contracted(matrix: Array, values: Array) -> Array:
     ----------
     matrix : ndarray, shape (D, n, k)
         Columns.
-    values : ndarray, shape (T, n)
+    values : ndarray, shape (n, T)
         Values; D is 1 or T.
 
     Returns
     -------
-    ndarray, shape (T, k)
+    ndarray, shape (k, T)
         The sums over n.
     """
     if len(matrix) == 1:
-        return np.asarray(values @ matrix[0])
-    return np.asarray((values[:, None] @ matrix)[:, 0])
+        return np.asarray(matrix[0].T @ values)
+    return np.asarray((values.T[:, None] @ matrix)[:, 0].T)
 
 
 class Cells(NamedTuple):
@@ -64,37 +65,37 @@ class Cells(NamedTuple):
         Cell of each reading.
     members : ndarray of int, shape (m,)
         Number of readings of each cell.
-    order, start : ndarray of int
-        Readings cell by cell, and where each cell begins there.
     """
 
     key: NDArray[np.int64]
     cell: Places
     members: Places
-    order: Places
-    start: Places
 
     @classmethod
     def of(cls, keys: NDArray[np.int64]) -> Cells:
         """Bring readings of one key together."""
-        key, cell, members = grouped(keys)
-        start = np.concatenate([[0], np.cumsum(members)[:-1]])
-        return cls(key, cell, members, np.argsort(cell, kind="stable"), start)
+        return cls(*grouped(keys))
 
     @property
     def parts(self) -> list[Places]:
         """Readings of each cell."""
-        edges = [*self.start.tolist(), self.order.size]
-        return [self.order[start:stop] for start, stop in pairwise(edges)]
+        return np.split(np.argsort(self.cell, kind="stable"), np.cumsum(self.members)[:-1])
 
     def sums(self, values: Array) -> Array:
-        """Sum over the readings of each cell, from shape (T, n, ...) to shape (T, m, ...)."""
-        return np.asarray(np.add.reduceat(values[:, self.order], self.start, axis=1))
+        """Sum over the readings of each cell, from shape (..., n, k) to shape (..., m, k)."""
+        cells = np.arange(self.members.size)[:, None]
+        # a product is faster than a sum over each cell, but its matrix must not grow as m n
+        blocks = (cells[i : i + _BLOCK] == self.cell for i in range(0, len(cells), _BLOCK))
+        sums = [own.astype(np.float64) @ values for own in blocks]
+        return sums[0] if len(sums) == 1 else np.concatenate(sums, axis=-2)
+
+    def means(self, values: Array) -> Array:
+        """Mean over the readings of each cell, from shape (..., n, k) to shape (..., m, k)."""
+        return self.sums(values) / self.members[:, None]
 
     def centred(self, values: Array) -> Array:
-        """Take the mean of its cell off each reading, shape (T, n, ...)."""
-        members = self.members.reshape(-1, *(1,) * (values.ndim - 2))
-        return np.asarray(values - (self.sums(values) / members)[:, self.cell])
+        """Take the mean of its cell off each reading, shape (..., n, k)."""
+        return np.asarray(values - np.take(self.means(values), self.cell, axis=-2))
 
 
 def rank_and_inverse(columns: Array) -> tuple[Array, Array, Array]:
@@ -127,11 +128,13 @@ class Replicates(NamedTuple):
     ----------
     cells : Cells
         The cells.
-    residual : ndarray, shape (T, n)
+    means : ndarray, shape (m, T)
+        Mean of the readings of each cell, the trend not taken off [output unit].
+    residual : ndarray, shape (n, T)
         What is left of the readings [output unit].
     free : ndarray, shape (D, n)
         Share of each reading's own error that is left in its residual.
-    trend : ndarray, shape (T, q)
+    trend : ndarray, shape (q, T)
         Coefficients of the trend [output unit].
     within : ndarray, shape (D, n, q)
         The trend's columns less their means in the cells.
@@ -142,6 +145,7 @@ class Replicates(NamedTuple):
     """
 
     cells: Cells
+    means: Array
     residual: Array
     free: Array
     trend: Array
@@ -156,20 +160,28 @@ class Replicates(NamedTuple):
         within = cells.centred(columns)
         rank, inverse, leverage = rank_and_inverse(within)
         trend = contracted(within @ inverse, output)
+        means = cells.means(output)
+        deviation = output - means[cells.cell]
         return cls(
             cells=cells,
-            residual=cells.centred(output) - contracted(within.swapaxes(1, 2), trend),
+            means=means,
+            residual=deviation - contracted(within.swapaxes(1, 2), trend),
             free=np.maximum(1.0 - 1.0 / cells.members[cells.cell] - leverage, 0.0),
             trend=trend,
             within=within,
             inverse=inverse,
-            dof=output.shape[1] - cells.members.size - rank,
+            dof=len(output) - cells.members.size - rank,
         )
+
+    @property
+    def rank(self) -> Array:
+        """Number of independent columns of the trend, shape (D,)."""
+        return np.asarray(self.residual.shape[0] - self.cells.members.size - self.dof)
 
     @property
     def squares(self) -> Array:
         """Sum of the squared residuals, shape (T,)."""
-        return np.asarray((self.residual**2).sum(axis=1))
+        return np.asarray((self.residual**2).sum(axis=0))
 
     def blind(self, weights: Array, columns: Array) -> Array:
         """Weights of the readings, (n, k), that no trend along the columns moves, (D, n, k)."""

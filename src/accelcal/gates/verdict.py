@@ -24,7 +24,6 @@ __all__ = [
     "times",
 ]
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 SIGNIFICANT = 0.01
@@ -45,19 +44,12 @@ class GateStack(NamedTuple):
         What was checked.
     verdict : ndarray of int8, shape (T,)
         Places in `VERDICTS`.
-    statistic : ndarray, shape (T,)
-        What the gate judges by, see each gate; NaN where not assessed.
-    p : ndarray, shape (T,)
-        Probability of the finding in a clean table; NaN where not assessed, or the gate is no
-        test.
     finding : callable
         Gives the sentence of one table.
     """
 
     name: str
     verdict: NDArray[np.int8]
-    statistic: Array
-    p: Array
     finding: Callable[[int], str]
 
     def gate(self, index: int) -> Gate:
@@ -87,8 +79,6 @@ def gate_stack(
     name: str,
     bad: Mask,
     said: Callable[[int], str],
-    statistic: Array,
-    p: Array | None = None,
     missing: Sequence[tuple[ArrayLike, str]] = (),
 ) -> GateStack:
     """Warn or pass, or say why a gate could not look.
@@ -101,8 +91,6 @@ def gate_stack(
         Whether to warn.
     said : callable
         What was found in a table, by its place.
-    statistic, p : ndarray, shape (T,)
-        See `GateStack`; without `p` where the gate is no test.
     missing : sequence of tuple
         For which tables the gate could not look (a mask, or a bool for all), and why; the first
         reason counts, and an empty one is told by `said`.
@@ -116,7 +104,7 @@ def gate_stack(
     --------
     >>> import numpy as np
     >>> size = np.array([2.0, 30.0])
-    >>> found = gate_stack("closure", size > 9.0, lambda i: f"{size[i]:g} ug", size)
+    >>> found = gate_stack("closure", size > 9.0, lambda i: f"{size[i]:g} ug")
     >>> found.verdicts, found.gate(1).finding
     (['pass', 'warn'], '30 ug')
     """
@@ -124,10 +112,7 @@ def gate_stack(
     masks = [(np.broadcast_to(where, verdict.shape), why) for where, why in missing]
     for where, _ in masks:
         verdict[where] = _NOT_ASSESSED
-    unknown = verdict == _NOT_ASSESSED
-    known_p = np.full(verdict.shape, np.nan) if p is None else np.where(unknown, np.nan, p)
-    shown = np.where(unknown, np.nan, statistic)
-    return GateStack(name, verdict, shown, known_p, _Finding(said, masks).text)
+    return GateStack(name, verdict, _Finding(said, masks).text)
 
 
 def acceleration(value: float) -> str:
