@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import accumulate
 from typing import NamedTuple
 
@@ -23,6 +23,7 @@ __all__ = ["Errors", "ErrorsOfReadings"]
 Array = NDArray[np.float64]
 
 _SCALE_FACTOR = COEFFICIENTS.index("K1")
+_SHIFTED = {"launch": "K0", "launch_sf": "K1"}
 
 
 class ErrorsOfReadings(NamedTuple):
@@ -87,35 +88,45 @@ class Errors(NamedTuple):
         through_head = self.influence @ self.judged.head.from_noise
         return Component(
             self._block_diagonal(blocks) + _square(through_head),
-            self._per_coefficient([noise.dof for noise in self.judged.noises]),
+            self._per_coefficient(np.stack([noise.dof for noise in self.judged.noises], axis=1)),
         )
 
-    def head(self) -> Component:
-        """Errors by what the prediction misses of the head's errors."""
+    def head(self) -> dict[str, Component]:
+        """Errors by what the prediction misses of the head's errors, where they are known."""
         head = self.judged.head
-        missed = head.uncertainty[:, None, None] * self.influence @ head.unseen
-        return Component(_square(missed), np.repeat(head.dof[:, None], missed.shape[1], axis=1))
+        if head.source == "none":
+            return {}
+        missed = self.influence @ (head.uncertainty[:, None, None] * head.unseen)
+        dof = np.repeat(head.dof[:, None], missed.shape[1], axis=1)
+        return {"head": Component(_square(missed), dof)}
 
-    def shift(self, name: str, shift: RunShift) -> Component:
+    def shifts(self, known: Mapping[str, RunShift]) -> dict[str, Component]:
+        """Errors by the shifts from run to run, where they are known."""
+        return {
+            name: self._shift(_SHIFTED[name], shift)
+            for name, shift in known.items()
+            if shift.source != "none"
+        }
+
+    def _shift(self, coefficient: str, shift: RunShift) -> Component:
         """Errors by the shift of one coefficient from run to run, common to a run's mountings."""
-        runs, index, _ = grouped(np.array([e.table.record.run[0] for e in self.estimators]))
-        by_run = np.concatenate(
-            [
-                (k[:, _SCALE_FACTOR, None, None] * e.unit(name)[:, None])
-                * (shift.of_run * (np.arange(runs.size) == i))[:, None, :]
-                for e, k, i in zip(self.estimators, self.judged.coefficients, index, strict=True)
-            ],
-            axis=1,
-        )
-        like = np.zeros(len(by_run))
-        dof = self._per_coefficient([like + shift.dof_of_run[i] for i in index])
-        return Component(_square(by_run), dof)
+        _, run, _ = grouped(np.array([e.table.record.run[0] for e in self.estimators]))
+        scale_factors = np.stack([k[:, _SCALE_FACTOR] for k in self.judged.coefficients], axis=1)
+        size = scale_factors * shift.of_run[:, run]
+        among = size[:, :, None] * size[:, None, :] * np.equal.outer(run, run)
+        table = np.arange(run.size)
+        own = np.concatenate([e.unit(coefficient) for e in self.estimators])
+        at = own * np.equal.outer(table, self._per_coefficient(table))
+        dof = np.broadcast_to(shift.dof_of_run[run], size.shape)
+        return Component(at.T @ among @ at, self._per_coefficient(dof))
 
-    def resolution(self, outputs: Sequence[Array], step: float | None) -> Component:
-        """Rounding errors that the reading noise does not hold."""
+    def resolution(self, outputs: Sequence[Array], step: float | None) -> dict[str, Component]:
+        """Rounding errors that the reading noise does not hold, where the readings have steps."""
+        steps = [decimal_steps(y) if step is None else step for y in outputs]
+        if not np.any(steps):
+            return {}
         blocks = []
-        for e, noise, y in zip(self.estimators, self.judged.noises, outputs, strict=True):
-            q = decimal_steps(y) if step is None else step
+        for e, noise, q in zip(self.estimators, self.judged.noises, steps, strict=True):
             size = noise.factor * e.table.scatter.min()
             left = rounding(size, q, seen=noise.source != "declared")
             common = e.map @ np.equal(distinct(e.table.head), e.table.head[:, None])
@@ -124,14 +135,14 @@ class Errors(NamedTuple):
                 + left.own[:, None, None] ** 2 * (e.map @ e.map.T)
             )
         whole = self._block_diagonal(blocks)
-        return Component(whole, np.full(whole.shape[:2], np.inf))
+        return {"resolution": Component(whole, np.full(whole.shape[:2], np.inf))}
 
     def _edges(self) -> list[int]:
         return [0, *accumulate(len(e.names) for e in self.estimators)]
 
-    def _per_coefficient(self, values: Sequence[ArrayLike]) -> Array:
-        """Repeat a value of each table, shape (R,), for each of its coefficients."""
-        return np.repeat(np.stack(values, axis=1), [len(e.names) for e in self.estimators], axis=1)
+    def _per_coefficient(self, values: ArrayLike) -> Array:
+        """Repeat a value of each table, shape (..., tables), for each of its coefficients."""
+        return np.repeat(values, [len(e.names) for e in self.estimators], axis=-1)
 
     def _block_diagonal(self, blocks: Sequence[Array]) -> Array:
         edges = self._edges()
@@ -145,9 +156,10 @@ def _influence(estimator: LinearEstimator, coefficients: Array, positions: Array
     """What errors of the positions do to the coefficients of one table, shape (R, p, J)."""
     table = estimator.table
     at = np.equal(table.head[:, None], positions)
-    by_coefficient = np.einsum("pn,nj,nc->cpj", estimator.map, at, table.angular, optimize=True)
+    by_coefficient = (estimator.map * table.angular.T[:, None]) @ at.astype(np.float64)
     return np.tensordot(coefficients, by_coefficient, axes=1)
 
 
 def _square(matrix: Array) -> Array:
-    return np.asarray(matrix @ np.swapaxes(matrix, -1, -2))
+    """Each matrix times its transpose; of a copy, as numpy is slower with one matrix twice."""
+    return np.asarray(matrix @ np.ascontiguousarray(np.swapaxes(matrix, -1, -2)))

@@ -203,11 +203,11 @@ def lack_of_fit(
     for table, y, noise, k in zip(tables, outputs, noises, coefficients, strict=True):
         means = _PositionMeans.of(table, positions)
         rate = k @ means.rate.T / noise.factor[:, None]
-        seen.append(means.free[None] * rate[:, None, :])
+        seen.append(means.free * rate[:, None, :])
         whole = np.maximum(whole, (np.abs(rate) * means.largest).max(axis=1))
         # taking the fit off first keeps the digits: the contrasts ignore it anyway
-        left = (y - k @ table.design.T) / (noise.factor[:, None] * table.scatter)
-        readings.append(left @ means.weights.T)
+        left = y - k @ table.design.T
+        readings.append(left @ (means.weights / table.scatter).T / noise.factor[:, None])
     shown = np.concatenate(seen, axis=1)
     shown = shown if root is None else shown @ root
     return _contrasts(positions, shown, np.concatenate(readings, 1), whole)
@@ -247,11 +247,13 @@ def _contrasts(positions: Array, seen: Array, readings: Array, whole: Array) -> 
         return LackOfFit(positions, nothing, nothing, np.zeros((records, columns, 0)))
     left, strengths, right = np.linalg.svd(seen, full_matrices=False)
     shown = strengths > _LEAST_SHOWN * whole[:, None]
+    some = shown.any(axis=0)  # the strongest come first
+    contrasts = (readings[:, None, :] @ left)[:, 0]
     return LackOfFit(
         positions=positions,
-        contrasts=np.where(shown, (readings[:, None, :] @ left)[:, 0], 0.0),
-        strengths=np.where(shown, strengths, 0.0),
-        directions=np.swapaxes(right, 1, 2),
+        contrasts=np.where(shown, contrasts, 0.0)[:, some],
+        strengths=np.where(shown, strengths, 0.0)[:, some],
+        directions=np.swapaxes(right, 1, 2)[:, :, some],
     )
 
 
@@ -301,16 +303,15 @@ def _most_likely(contrasts: Array, strengths: Array, telling: NDArray[np.bool_])
     """Uncertainty that makes the contrasts most likely, on a grid of 0.5 % steps [rad]."""
     strongest = strengths.max(axis=-1, keepdims=True)
     unit = 1.0 / np.where(strongest > 0.0, strongest, 1.0)
-    shape, squares = np.where(telling, unit * strengths, 0.0) ** 2, contrasts**2
-    ratio = np.where(telling, squares, 0.0) / np.where(telling, shape, 1.0)
+    shape, squares = (np.where(telling, x, 0.0) ** 2 for x in (unit * strengths, contrasts))
+    ratio = squares / np.where(telling, shape, 1.0)
     top = 2.0 + np.sqrt(ratio.max(axis=-1, keepdims=True))
-    number = telling.sum(axis=-1, keepdims=True)
+    number = np.maximum(telling.sum(axis=-1, keepdims=True), 1)
     share = number / (number + _CAUTION)
 
-    def misfit(size: Array) -> Array:
-        variance = share[..., None, :] + size[..., None] ** 2 * shape[..., None, :]
-        terms = np.log(variance) + squares[..., None, :] / variance
-        return np.asarray(np.where(telling[..., None, :], terms, 0.0).sum(axis=-1))
+    def misfit(size: Array) -> Array:  # in a contrast that does not tell a constant
+        variance = share[..., None] + shape[..., None] * size[..., None, :] ** 2
+        return np.asarray((np.log(variance) + squares[..., None] / variance).sum(axis=-2))
 
     points = np.floor(np.log(200.0 * top) / 0.005)
     grid = Grid(np.log(0.01), np.log(200.0 * top) / (points - 1.0), points)

@@ -58,10 +58,12 @@ class JointEstimate(NamedTuple):
     bias_shift, scale_factor_shift : RunShift
         Shift from run to run of the bias [g] and of the scale factor (relative).
     components : mapping of str to Component
-        ``reading``, ``head``, ``launch``, ``launch_sf`` and ``resolution``: components of the
-        errors of all coefficients of all tables, table after table.
+        ``reading`` and, where there are such errors, ``head``, ``launch``, ``launch_sf`` and
+        ``resolution``: components of the errors of all coefficients of all tables, table after
+        table.
     alike : mapping of str to Component
-        ``launch`` and ``launch_sf`` with the shifts of all runs alike, see `RunShift.alike`.
+        Estimated ``launch`` and ``launch_sf`` with the shifts of all runs alike, see
+        `RunShift.alike`.
     """
 
     outputs: tuple[Array, ...]
@@ -236,13 +238,17 @@ def estimate_stack(
     errors = Errors.of(
         estimators, _judge(tables, readings, apparatus, head, predict=method == METHODS[0])
     )
+    whole = errors.judged.coefficients
+    if method != METHODS[0]:
+        whole = [e.coefficients(y) for e, y in zip(estimators, readings, strict=True)]
     coefficients = [
         # two terms, because taking the small one off the readings would round them
-        estimator.coefficients(y) - estimator.expand(small)
-        for estimator, y, small in zip(estimators, readings, errors.predicted(), strict=True)
+        k - estimator.expand(small)
+        for estimator, k, small in zip(estimators, whole, errors.predicted(), strict=True)
     ]
     reading = errors.reading()
     bias, scale_factor = _run_shifts(errors, reading, levels, apparatus)
+    shifts = {"launch": bias, "launch_sf": scale_factor}
     return JointStack(
         outputs=tuple(readings),
         names=tuple(estimator.names for estimator in estimators),
@@ -258,15 +264,11 @@ def estimate_stack(
         scale_factor_shift=scale_factor,
         components={
             "reading": reading,
-            "head": errors.head(),
-            "launch": errors.shift("K0", bias),
-            "launch_sf": errors.shift("K1", scale_factor),
-            "resolution": errors.resolution(outputs, apparatus.resolution),
+            **errors.head(),
+            **errors.shifts(shifts),
+            **errors.resolution(outputs, apparatus.resolution),
         },
-        alike={
-            "launch": errors.shift("K0", bias.alike()),
-            "launch_sf": errors.shift("K1", scale_factor.alike()),
-        },
+        alike=errors.shifts({n: s.alike() for n, s in shifts.items() if s.source == "estimated"}),
     )
 
 

@@ -92,8 +92,8 @@ class _Scatter(NamedTuple):
         return self.squares / self.dof
 
     @classmethod
-    def pooled(cls, scatters: Iterable[_Scatter], like: Array) -> _Scatter:
-        squares, dof = np.zeros_like(like), 0.0
+    def pooled(cls, scatters: Iterable[_Scatter]) -> _Scatter:
+        squares, dof = np.zeros(1), 0.0
         for scatter in scatters:
             squares, dof = squares + scatter.squares, dof + scatter.dof
         return cls(squares, dof)
@@ -142,30 +142,32 @@ def noise_of_stack(tables: Sequence[PreparedTable], outputs: Sequence[Array]) ->
     """
     pure = [_pure_error(table, y) for table, y in zip(tables, outputs, strict=True)]
     bare = [table.scatter_dof is None for table in tables]
-    like = outputs[0][:, 0]
-    pooled = _Scatter.pooled(compress(pure, bare), like)
-    residual = _Scatter.pooled(compress(map(_residual_scatter, tables, outputs), bare), like)
+    of_all = _of_all_tables(*(list(compress(part, bare)) for part in (tables, outputs, pure)))
     return [
-        _choose(table, y, own, pooled, residual)
+        _declared(own, table.scatter_dof)
+        if table.scatter_dof is not None
+        else _of_readings(y, *((own, "replicates") if own.dof >= FEW else of_all))
         for table, y, own in zip(tables, outputs, pure, strict=True)
     ]
 
 
-def _choose(
-    table: PreparedTable, y: Array, own: _Scatter, pooled: _Scatter, residual: _Scatter
-) -> NoiseStack:
-    if table.scatter_dof is not None:
-        return _declared(own, table.scatter_dof)
-    for scatter, source in (
-        (own, "replicates"),
-        (pooled, "replicates of all tables"),
-        (residual, "residuals"),
-    ):
-        if scatter.dof >= FEW or (source == "residuals" and scatter.dof >= 1):
-            # readings that are all alike to the last digit still have a rounding error
-            floor = 4.0 * np.finfo(float).eps * np.abs(y).max(axis=1)
-            return NoiseStack.of(np.maximum(np.sqrt(scatter.variance), floor), scatter.dof, source)
-    return NoiseStack.of(np.full(len(y), np.nan), 0.0, "none")
+def _of_all_tables(
+    tables: Sequence[PreparedTable], outputs: Sequence[Array], pure: Sequence[_Scatter]
+) -> tuple[_Scatter, str]:
+    """What a table with too few replicates takes: the scatter of all, else that of residuals."""
+    pooled = _Scatter.pooled(pure)
+    if pooled.dof >= FEW:
+        return pooled, "replicates of all tables"
+    residual = _Scatter.pooled(map(_residual_scatter, tables, outputs))
+    return residual, "residuals" if residual.dof >= 1 else "none"
+
+
+def _of_readings(y: Array, scatter: _Scatter, source: str) -> NoiseStack:
+    if source == "none":
+        return NoiseStack.of(np.full(len(y), np.nan), 0.0, "none")
+    # readings that are all alike to the last digit still have a rounding error
+    floor = 4.0 * np.finfo(float).eps * np.abs(y).max(axis=1)
+    return NoiseStack.of(np.maximum(np.sqrt(scatter.variance), floor), scatter.dof, source)
 
 
 def _declared(own: _Scatter, declared_dof: float) -> NoiseStack:
@@ -186,8 +188,7 @@ def _declared(own: _Scatter, declared_dof: float) -> NoiseStack:
 def _pure_error(table: PreparedTable, y: Array) -> _Scatter:
     _, cell, members = grouped(table.head)
     at = np.equal(cell[:, None], np.arange(members.size)) * table.scatter[:, None] ** -2.0
-    mean = y @ (at / at.sum(axis=0))
-    apart = (y - mean[:, cell]) / table.scatter
+    apart = (y - y @ (at / at.sum(axis=0))[:, cell]) / table.scatter
     return _Scatter(np.einsum("rn,rn->r", apart, apart), float(cell.size - members.size))
 
 
