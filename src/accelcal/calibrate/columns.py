@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from accelcal.calibrate.quantities import coefficient_stack, error_model_stack
+from accelcal.calibrate.quantities import TableQuantities, table_quantities
 from accelcal.calibrate.stack import CalibrationStack
-from accelcal.gates.verdict import VERDICTS, GateStack
+from accelcal.gates.verdict import VERDICTS
 from accelcal.results.calibration import Calibration
 
 __all__ = ["columns_of", "columns_of_one"]
@@ -38,12 +38,16 @@ def columns_of(stack: CalibrationStack) -> dict[str, Column]:
     """
     if stack.is_alone:
         return columns_of_one(stack.one(0))
-    tables = [_of_table(stack, table) for table in range(len(stack.tables))]
-    found = {name: _interleaved([table[name] for table in tables]) for name in tables[0]}
-    count = len(tables)
+    records, count = len(stack), len(stack.tables)
+    found = {
+        "record": np.repeat(np.arange(records), count),
+        **_of_tables(stack),
+        **{name: part for of_all in _quantities(stack) for name, part in of_all.columns().items()},
+        **_of_gates(stack),
+    }
     for gate in stack.record_gates:
-        found[_name(gate.name)] = np.repeat(_verdicts(gate), count)
-    return {"record": np.repeat(np.arange(len(stack)), count), **found}
+        found[_name(gate.name)] = np.repeat(_VERDICTS[gate.verdict], count)
+    return found
 
 
 def columns_of_one(calibration: Calibration) -> dict[str, Column]:
@@ -73,40 +77,42 @@ def columns_of_one(calibration: Calibration) -> dict[str, Column]:
     return {name: _column([row[name] for row in rows]) for name in rows[0]}
 
 
-def _of_table(stack: CalibrationStack, table: int) -> dict[str, Column]:
-    records, prepared, estimate = len(stack), stack.tables[table], stack.estimate
-    own = {name: c.part(estimate.part(table)) for name, c in stack.components.items()}
-    arguments = estimate.names[table], estimate.coefficients[table], own
-    residual = estimate.residuals[table]
-    dof = residual.shape[1] - len(estimate.names[table])
-    squares = np.einsum("rn,rn->r", residual, residual)
-    found: dict[str, ArrayLike] = {
-        "run": [r.run_labels[int(prepared.record.run[0])] for r in stack.plan.records],
-        "mounting": np.full(records, str(prepared.record.mounting[0])),
-        "temperature_degC": stack.plan.levels[:, table],
-        "readings": np.full(records, residual.shape[1]),
-        "dof": np.full(records, dof),
-        "residual_rms": np.sqrt(squares / dof) if dof > 0 else np.zeros(records),
-        **coefficient_stack(*arguments, stack.plan.records[0].unit).columns(),
-        **error_model_stack(*arguments).columns(),
+def _of_tables(stack: CalibrationStack) -> dict[str, Column]:
+    """What the tables hold, and how well they were fitted."""
+    records, estimate = len(stack), stack.estimate
+    whole = [table.record for table in stack.tables]
+    readings = np.array([residual.shape[1] for residual in estimate.residuals])
+    dof = readings - [len(names) for names in estimate.names]
+    squares = [np.einsum("rn,rn->r", residual, residual) for residual in estimate.residuals]
+    rms = np.sqrt(np.stack(squares, axis=1) / np.where(dof > 0, dof, np.inf))
+    runs = [int(table.run[0]) for table in whole]
+    return {
+        "run": np.array([r.run_labels[run] for r in stack.plan.records for run in runs]),
+        "mounting": np.tile([str(table.mounting[0]) for table in whole], records),
+        "temperature_degC": stack.plan.levels.ravel(),
+        "readings": np.tile(readings, records),
+        "dof": np.tile(dof, records),
+        "residual_rms": rms.ravel(),
     }
-    gates, start = stack.gates[table]
-    for gate in gates:
-        found[_name(gate.name)] = _verdicts(gate)[start : start + records]
-    return {name: np.asarray(values) for name, values in found.items()}
 
 
-def _verdicts(gate: GateStack) -> Column:
-    return np.asarray(_VERDICTS[gate.verdict])
+def _quantities(stack: CalibrationStack) -> TableQuantities:
+    estimate, unit = stack.estimate, stack.plan.records[0].unit
+    return table_quantities(estimate.names, estimate.coefficients, stack.components, unit)
+
+
+def _of_gates(stack: CalibrationStack) -> dict[str, Column]:
+    """Verdicts of the gates on tables, table after table of a record."""
+    found = {}
+    for gates in zip(*(own for own, _ in stack.gates), strict=True):
+        starts = (start for _, start in stack.gates)
+        rows = [g.verdict[i : i + len(stack)] for g, i in zip(gates, starts, strict=True)]
+        found[_name(gates[0].name)] = _VERDICTS[np.stack(rows, axis=1).ravel()]
+    return found
 
 
 def _name(gate: str) -> str:
     return "gate_" + gate.replace(" ", "_")
-
-
-def _interleaved(tables: Sequence[Column]) -> Column:
-    """Put a column of each table into that of all rows, record after record."""
-    return np.stack(tables, axis=1).ravel()
 
 
 def _column(cells: Iterable[Any]) -> Column:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.calibrate.quantities import coefficient_stack, error_model_stack
+from accelcal.calibrate.quantities import TableQuantities, table_quantities
 from accelcal.estimate.error_sources import finite_or_none
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
@@ -45,21 +45,29 @@ def table_calibrations(
     TableCalibration
         One a table.
     """
+    quantities = table_quantities(
+        estimate.names,
+        [k[None] for k in estimate.coefficients],
+        {
+            name: Component(c.covariance[None], c.dof[None])
+            for name, c in estimate.components.items()
+        },
+        tables[0].record.unit,
+    )
     for index, table in enumerate(tables):
-        yield _table_calibration(table, estimate, index, gates[index], warnings[index])
+        yield _table_calibration(table, estimate, index, quantities, gates[index], warnings[index])
 
 
 def _table_calibration(
     table: PreparedTable,
     estimate: JointEstimate,
     index: int,
+    quantities: TableQuantities,
     gates: tuple[Gate, ...],
     warnings: tuple[str, ...],
 ) -> TableCalibration:
     names, residual = estimate.names[index], estimate.residuals[index]
-    values = estimate.coefficients[index][None]
     own = {name: c.part(estimate.part(index)) for name, c in estimate.components.items()}
-    stacked = {name: Component(c.covariance[None], c.dof[None]) for name, c in own.items()}
     covariance = np.sum([part.covariance for part in own.values()], axis=0)
     known = bool(np.isfinite(covariance).all())
     dof = residual.size - len(names)
@@ -72,8 +80,8 @@ def _table_calibration(
         readings=residual.size,
         dof=dof,
         residual_rms=float(np.sqrt((residual**2).sum() / dof)) if dof > 0 else 0.0,
-        coefficients=coefficient_stack(names, values, stacked, table.record.unit).one(0),
-        error_model=error_model_stack(names, values, stacked).one(0),
+        coefficients=quantities.coefficients.one(0, index),
+        error_model=quantities.error_model.one(0, index),
         covariance_names=names if known else (),
         covariance_matrix=_rows(covariance) if known else (),
         budget=_budget(names, own),

@@ -1,37 +1,36 @@
-"""Coefficients and error model of one table with their uncertainties, in all records of a stack."""
+"""Coefficients and error models of the tables of a record with their uncertainties, in a stack."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.uncertainty import Component, Intervals, interval_stack, propagate
+from accelcal.estimate.uncertainty import Component, Intervals, combined, interval_stack
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, POWERS
 from accelcal.results.quantity import Quantity
 
-__all__ = ["QuantityStack", "coefficient_stack", "error_model_stack"]
+__all__ = ["QuantityStack", "TableQuantities", "table_quantities"]
 
 Array = NDArray[np.float64]
 
 _ERROR_UNITS = {"k0": "g", "k2": "g/g^2", "k3": "g/g^3", "delta": "rad", "delta_ip": "g/g^2"}
-_SCALE_FACTOR = COEFFICIENTS.index("K1")
 
 
 class QuantityStack(NamedTuple):
-    """Quantities of R records.
+    """Quantities of the t tables of each of R records.
 
     Attributes
     ----------
     units : mapping of str to str
         Name of each of the m quantities and its unit.
-    value : ndarray, shape (R, m)
+    value : ndarray, shape (R, t, m)
         Estimates; NaN where the data do not determine one.
-    standard, expanded : ndarray, shape (R, m)
+    standard, expanded : ndarray, shape (R, t, m)
         Standard uncertainty and half width of the 95 % interval; NaN where nothing tells them.
-    dof : ndarray, shape (R, m)
+    dof : ndarray, shape (R, t, m)
         Effective degrees of freedom; infinite where known, NaN where nothing tells them.
     """
 
@@ -41,9 +40,9 @@ class QuantityStack(NamedTuple):
     expanded: Array
     dof: Array
 
-    def one(self, record: int) -> dict[str, Quantity]:
-        """Return the quantities of one record."""
-        rows = zip(*(field[record].tolist() for field in self[1:]), strict=True)
+    def one(self, record: int, table: int) -> dict[str, Quantity]:
+        """Return the quantities of one table of one record."""
+        rows = zip(*(field[record, table].tolist() for field in self[1:]), strict=True)
         return {
             name: Quantity(_known(value), _known(standard), unit, _known(expanded), _finite(dof))
             for (name, unit), (value, standard, expanded, dof) in zip(
@@ -52,85 +51,113 @@ class QuantityStack(NamedTuple):
         }
 
     def columns(self) -> dict[str, Array]:
-        """Return a column for each value, standard and expanded uncertainty, and dof."""
-        found: dict[str, Array] = {}
-        for i, name in enumerate(self.units):
-            found[name] = self.value[:, i]
-            found[f"{name}_standard_uncertainty"] = self.standard[:, i]
-            found[f"{name}_expanded_uncertainty"] = self.expanded[:, i]
-            found[f"{name}_dof"] = np.where(np.isinf(self.dof[:, i]), np.nan, self.dof[:, i])
-        return found
+        """Return columns of values, standard and expanded uncertainties, and dof, shape (R * t,).
+
+        Table after table of a record, and record after record.
+        """
+        finite = np.where(np.isinf(self.dof), np.nan, self.dof)
+        parts = {
+            "": self.value,
+            "_standard_uncertainty": self.standard,
+            "_expanded_uncertainty": self.expanded,
+            "_dof": finite,
+        }
+        return {
+            name + suffix: part[:, :, i].ravel()
+            for i, name in enumerate(self.units)
+            for suffix, part in parts.items()
+        }
 
 
-def coefficient_stack(
-    names: tuple[str, ...], values: Array, own: Mapping[str, Component], unit: str | None
-) -> QuantityStack:
-    """Coefficients of one table in all records.
+class TableQuantities(NamedTuple):
+    """What is known of the tables of R records.
+
+    Attributes
+    ----------
+    coefficients : QuantityStack
+        K0, K1, K2, K3, M, M_ip.
+    error_model : QuantityStack
+        k0, k2, k3, delta, delta_ip: quotients by K1, last line of (6).
+    """
+
+    coefficients: QuantityStack
+    error_model: QuantityStack
+
+
+def table_quantities(
+    names: Sequence[Sequence[str]],
+    values: Sequence[Array],
+    components: Mapping[str, Component],
+    unit: str | None,
+) -> TableQuantities:
+    """Coefficients and error models of all tables in all records.
 
     Parameters
     ----------
-    names : tuple of str
-        The p coefficients that are estimated.
-    values : ndarray, shape (R, 6)
-        All coefficients, zero where not estimated [output unit / g^n].
-    own : mapping of str to Component
-        Components of the errors of those estimated, shape (R, p, p).
+    names : sequence of tuple of str
+        The coefficients that are estimated in each of t tables, P in all.
+    values : sequence of ndarray, shape (R, 6)
+        All coefficients of each table, zero where not estimated [output unit / g^n].
+    components : mapping of str to Component
+        Components of the errors of those estimated, table after table, shape (R, P, P).
     unit : str or None
         Output unit.
 
     Returns
     -------
-    QuantityStack
-        K0, K1, K2, K3, M, M_ip.
+    TableQuantities
+        With the uncertainties of the quotients by the law of propagation.
     """
+    whole = [(table, name) for table, own in enumerate(names) for name in own]
+    k = np.stack(values, axis=1)[:, *_columns(whole, COEFFICIENTS)]
     units = {name: _coefficient_unit(unit, POWERS[name]) for name in COEFFICIENTS}
-    places = [COEFFICIENTS.index(name) for name in names]
-    return _stack(units, places, values[:, places], interval_stack(own))
-
-
-def error_model_stack(
-    names: tuple[str, ...], values: Array, own: Mapping[str, Component]
-) -> QuantityStack:
-    """Error model of one table in all records, with the uncertainty by the law of propagation.
-
-    Parameters
-    ----------
-    names, values, own
-        As of `coefficient_stack`.
-
-    Returns
-    -------
-    QuantityStack
-        k0, k2, k3, delta, delta_ip: quotients by K1, last line of (6).
-    """
-    places = [COEFFICIENTS.index(name) for name in names]
-    scale_factor = values[:, _SCALE_FACTOR, None]
-    quotients = values[:, places] / scale_factor
-    jacobian = np.eye(len(names)) / scale_factor[..., None]
-    jacobian[:, :, names.index("K1")] -= quotients / scale_factor
-    known = interval_stack(propagate(own, jacobian))
-    kept = [i for i, name in enumerate(names) if name in ERROR_TERMS]
-    order = list(ERROR_TERMS)
-    return _stack(
-        {error: _ERROR_UNITS[error] for error in ERROR_TERMS.values()},
-        [order.index(names[i]) for i in kept],
-        quotients[:, kept],
-        Intervals(*(field[:, kept] for field in known)),
+    own = [i for i, (_, name) in enumerate(whole) if name in ERROR_TERMS]
+    k1 = [whole.index((whole[i][0], "K1")) for i in own]
+    errors = [(table, ERROR_TERMS[name]) for table, name in (whole[i] for i in own)]
+    quotients = k[:, own] / k[:, k1]
+    parts = components.values()
+    variances = [_of_quotients(part.covariance, quotients, own, k1) for part in parts]
+    known = combined(
+        [variance / k[:, k1] ** 2 for variance in variances],
+        [np.minimum(part.dof[:, own], part.dof[:, k1]) for part in parts],
+    )
+    return TableQuantities(
+        _stack(units, len(names), whole, k, interval_stack(components)),
+        _stack(_ERROR_UNITS, len(names), errors, quotients, known),
     )
 
 
+def _of_quotients(
+    covariance: Array, quotients: Array, own: Sequence[int], k1: Sequence[int]
+) -> Array:
+    """Variances of K / K1 times the square of K1, by the law of propagation, shape (R, m)."""
+    of_own, with_k1, of_k1 = (covariance[:, i, j] for i, j in ((own, own), (own, k1), (k1, k1)))
+    return np.asarray(of_own + quotients * (quotients * of_k1 - 2.0 * with_k1))
+
+
 def _stack(
-    units: Mapping[str, str], places: list[int], values: Array, known: Intervals
+    units: Mapping[str, str],
+    tables: int,
+    places: Sequence[tuple[int, str]],
+    values: Array,
+    known: Intervals,
 ) -> QuantityStack:
-    """Put what was estimated at its places among all, NaN elsewhere."""
+    """Put what was estimated at its table and name, NaN elsewhere."""
 
     def placed(part: Array) -> Array:
-        whole = np.full((len(part), len(units)), np.nan)
-        whole[:, places] = part
+        whole = np.full((len(part), tables, len(units)), np.nan)
+        whole[:, *_columns(places, list(units))] = part
         return whole
 
     parts = (values, known.standard, known.expanded, known.dof)
     return QuantityStack(units, *map(placed, parts))
+
+
+def _columns(
+    places: Sequence[tuple[int, str]], names: Sequence[str]
+) -> tuple[list[int], list[int]]:
+    """Table and place among the names of each quantity."""
+    return [table for table, _ in places], [names.index(name) for _, name in places]
 
 
 def _coefficient_unit(unit: str | None, power: int) -> str:

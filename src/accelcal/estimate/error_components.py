@@ -122,7 +122,7 @@ class Errors(NamedTuple):
 
     def resolution(self, outputs: Sequence[Array], step: float | None) -> dict[str, Component]:
         """Rounding errors that the reading noise does not hold, where the readings have steps."""
-        steps = [decimal_steps(y) if step is None else step for y in outputs]
+        steps = [decimal_steps(y) if step is None else np.full(len(y), step) for y in outputs]
         if not np.any(steps):
             return {}
         blocks = []

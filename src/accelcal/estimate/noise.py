@@ -142,7 +142,9 @@ def noise_of_stack(tables: Sequence[PreparedTable], outputs: Sequence[Array]) ->
     """
     pure = [_pure_error(table, y) for table, y in zip(tables, outputs, strict=True)]
     bare = [table.scatter_dof is None for table in tables]
-    of_all = _of_all_tables(*(list(compress(part, bare)) for part in (tables, outputs, pure)))
+    of_all = _of_all_tables(
+        list(compress(tables, bare)), list(compress(outputs, bare)), list(compress(pure, bare))
+    )
     return [
         _declared(own, table.scatter_dof)
         if table.scatter_dof is not None

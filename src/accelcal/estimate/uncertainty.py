@@ -30,6 +30,7 @@ __all__ = [
     "Component",
     "Interval",
     "Intervals",
+    "combined",
     "interval_stack",
     "intervals",
     "propagate",
@@ -163,12 +164,42 @@ def interval_stack(components: Mapping[str, Component], level: float = LEVEL) ->
     >>> interval_stack({"reading": noise}).factor.round(3).ravel().tolist()
     [2.228, 2.228, 2.228]
     """
-    variances = np.stack([part.variances for part in components.values()])
-    freedom = np.stack([part.dof for part in components.values()])
-    variance = variances.sum(axis=0)
+    parts = components.values()
+    return combined([part.variances for part in parts], [part.dof for part in parts], level)
+
+
+def combined(
+    variances: Sequence[Array], freedom: Sequence[Array], level: float = LEVEL
+) -> Intervals:
+    """Combine the variances of components to the uncertainties of the estimates of many records.
+
+    Parameters
+    ----------
+    variances : sequence of ndarray, shape (..., p)
+        Variance that each component gives to p estimates.
+    freedom : sequence of ndarray, shape (..., p)
+        Degrees of freedom of each.
+    level : float, default 0.95
+        Probability of the interval.
+
+    Returns
+    -------
+    Intervals
+        Uncertainties, shape (..., p).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> combined([np.array([4.0])], [np.array([10.0])]).standard.tolist()
+    [2.0]
+    """
+    variance = np.sum(variances, axis=0)
     exact = variance <= 0.0
-    share = np.where(variances > 0.0, variances, 0.0) / np.where(exact, 1.0, variance)
-    inverse = (share / np.where(variances > 0.0, freedom, 1.0)).sum(axis=0)
+    over_dof = [
+        np.divide(part, dof, out=np.zeros_like(variance), where=part > 0.0)
+        for part, dof in zip(variances, freedom, strict=True)
+    ]
+    inverse = np.sum(over_dof, axis=0) / np.where(exact, 1.0, variance)
     inverse = np.where(inverse > 1.0 / _ENDLESS, inverse, 0.0 * inverse)
     factor = _coverage_factors(level)(inverse)
     standard = np.sqrt(np.where(exact, 0.0, variance))
