@@ -18,6 +18,7 @@ from accelcal.io.tables import read_table
 from accelcal.model import COEFFICIENTS
 from accelcal.results.calibration import Calibration
 from accelcal.results.discovery import Discovery
+from accelcal.results.head_calibration import HeadCalibration
 from accelcal.specification import Specification
 from accelcal.verdict import judge
 from accelcal.version import __version__
@@ -36,7 +37,7 @@ class Settings:
 
     Attributes
     ----------
-    method, robust, delta0, coefficients, strict, temperature_laws, model
+    method, robust, delta0, coefficients, strict, temperature_laws, model, head
         Arguments of `accelcal.fit`.
     overrides : mapping of str to object
         Declarations that win over the header lines of the tables.
@@ -51,6 +52,7 @@ class Settings:
     strict: bool = False
     temperature_laws: str = TEMPERATURE_LAWS[0]
     model: Discovery | None = None
+    head: HeadCalibration | None = None
     overrides: Mapping[str, Any] = field(default_factory=dict)
     specification: Specification | None = None
 
@@ -71,7 +73,7 @@ class Settings:
         options = self.options()
         options.check()
         with suppress(DesignError):
-            calibration_stack(OnePlan.of([record]), options._replace(model=None)).one(0)
+            calibration_stack(OnePlan.of([record]), options._replace(model=None, head=None)).one(0)
 
     def options(self) -> Options:
         """What is asked of the fit."""
@@ -83,6 +85,7 @@ class Settings:
             strict=self.strict,
             temperature_laws=self.temperature_laws,
             model=self.model,
+            head=self.head,
         )
 
     def judged(self, calibration: Calibration) -> Calibration:
@@ -93,7 +96,8 @@ class Settings:
 
     def fingerprint(self) -> str:
         """Digest of all that decides the results of a file besides the file."""
-        model = "" if self.model is None else self.model.to_json()
+        files = ["" if file is None else file.to_json() for file in (self.model, self.head)]
         given = sorted((key, value) for key, value in self.overrides.items() if value is not None)
-        parts = (__version__, repr(replace(self, model=None, overrides={})), repr(given), model)
+        plain = replace(self, model=None, head=None, overrides={})
+        parts = (__version__, repr(plain), repr(given), *files)
         return hashlib.sha256("\0".join(parts).encode()).hexdigest()

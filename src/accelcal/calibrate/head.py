@@ -50,21 +50,19 @@ def at_true_angles(
     The coefficients that make the difference are those of a fit without the head; as they are wrong
     by some e at most, what is left is of the order of e^2, 1e-9 g where e is 3e-5 rad.
     """
-    outputs = [record.output.copy() for record in plan.records]
-    masks = list(plan.records[0].table_masks())
-    for table, mask, readings in zip(tables, masks, plan.outputs, strict=True):
-        with naming(plan.records[0]):
+    first = plan.records[0]
+    whole = np.empty((len(plan.records), len(first)))
+    for table, mask, readings in zip(tables, plan.masks, plan.outputs, strict=True):
+        with naming(first):
             error, _ = head.at(table.head)
         mounting = str(table.record.mounting[0])
         true = table.record.angle + np.rad2deg(error)
         change = design_matrix(accelerations(true, delta0, mounting), mounting) - table.design
         k = linear_estimator(table).coefficients(readings)
-        for output, y, off in zip(outputs, readings, k @ change.T, strict=True):
-            output[mask] = y - off
-    left = head.uncertainty
-    return OnePlan.of(
-        [
-            replace(record.with_apparatus(head_uncertainty=left), output=output)
-            for record, output in zip(plan.records, outputs, strict=True)
-        ]
-    )
+        whole[:, mask] = readings - k @ change.T
+    apparatus = replace(first.apparatus, head_uncertainty=head.uncertainty)
+    records = [
+        replace(record, output=output, apparatus=apparatus)
+        for record, output in zip(plan.records, whole, strict=True)
+    ]
+    return plan._replace(records=records, outputs=tuple(whole[:, mask] for mask in plan.masks))

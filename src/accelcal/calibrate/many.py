@@ -67,12 +67,24 @@ def calibrate_many(records: Sequence[TumbleRecord], options: Options | None = No
     stacks: list[tuple[Places, CalibrationStack]] = []
     failures: dict[int, InputError] = {}
     for places, plan in plans_of(records, asked.delta0):
-        for found in _attempts(places, plan, asked):
-            if isinstance(found[1], InputError):
-                failures[int(found[0][0])] = found[1]
-            else:
-                stacks.append((found[0], found[1]))
+        for rows, part in _parts(plan, asked):
+            for found in _attempts(places[rows], part, asked):
+                if isinstance(found[1], InputError):
+                    failures[int(found[0][0])] = found[1]
+                else:
+                    stacks.append((found[0], found[1]))
     return Many(tuple(stacks), failures)
+
+
+def _parts(plan: OnePlan, options: Options) -> Iterator[tuple[Places, OnePlan]]:
+    """Records that can be calibrated together, and each by itself that cannot."""
+    apart = np.array([options.model is not None or options.is_of_head(r) for r in plan.records])
+    if not apart.any():
+        yield np.arange(apart.size), plan
+        return
+    for rows in (*np.flatnonzero(apart)[:, None], np.flatnonzero(~apart)):
+        if rows.size:
+            yield rows, plan.of_records(rows)
 
 
 def _attempts(
@@ -80,12 +92,10 @@ def _attempts(
 ) -> Iterator[tuple[Places, CalibrationStack | InputError]]:
     """Calibrate records of a plan together, or each by itself where that fails."""
     try:
-        if (options.model is None and options.head is None) or len(places) == 1:
-            yield places, calibration_stack(plan, options)
-            return
+        yield places, calibration_stack(plan, options)
     except InputError as error:
         if len(places) == 1:
             yield places, error
             return
-    for row in range(len(places)):
-        yield from _attempts(places[[row]], plan.of_records(np.array([row])), options)
+        for row in range(len(places)):
+            yield from _attempts(places[[row]], plan.of_records(np.array([row])), options)

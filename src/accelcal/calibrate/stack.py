@@ -113,8 +113,9 @@ class CalibrationStack:
 
     @cached_property
     def is_alone(self) -> bool:
-        """Whether the stack is of one record that needs steps of its own, see `plans_of`."""
-        return self.known is not None or not self.plan.can_be_stacked().all()
+        """Whether the stack is of one record that needs steps of its own, see `calibrate_many`."""
+        own_head = any(map(self.options.is_of_head, self.plan.records))
+        return self.known is not None or own_head or not self.plan.can_be_stacked().all()
 
     @cached_property
     def references(self) -> Array:
