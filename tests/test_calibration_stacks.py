@@ -1,5 +1,6 @@
 """Records of one plan calibrated together: the same numbers as one by one."""
 
+import io
 from dataclasses import replace
 
 import numpy as np
@@ -157,10 +158,78 @@ def test_temperatures_that_move_and_both_sides_of_an_axis_are_alone():
     assert_stack_is_its_records(given)
 
 
-def test_a_model_is_taken_out_of_each_record():
+def on_a_head(size=8):
+    errors = np.linspace(-2e-5, 3e-5, size)
+    rows = "\n".join(f"{360.0 * i / size},{error}" for i, error in enumerate(errors.tolist()))
+    return accelcal.read_head(io.StringIO(f"# uncertainty: 2e-6 rad\nangle,error [rad]\n{rows}\n"))
+
+
+@pytest.fixture(scope="module")
+def with_backlash():
+    """Records with an effect, and a discovery that found it."""
+    effects = [accelcal.effect("backlash").of(3e-5)]
+    plan = accelcal.TumblePlan(temperatures=(20.0, 60.0), strokes=4)
+    found = [accelcal.simulate(plan=plan, effects=effects, seed=seed) for seed in range(3)]
+    return found, accelcal.discover(found[0])
+
+
+def test_a_model_without_effects_changes_nothing():
     given = records(2, temperatures=(20.0,), strokes=6)
-    model = accelcal.discover(given[0])
+    model = replace(accelcal.discover(given[0]), effects=())
     assert_stack_is_its_records(given, Options(model=model), model=model)
+
+
+@pytest.mark.parametrize("head", [None, on_a_head()], ids=["", "on a known head"])
+@pytest.mark.parametrize("laws", ["tables", "readings"])
+def test_a_model_is_taken_out_of_each_record(with_backlash, laws, head):
+    given, model = with_backlash
+    assert [found.id for found in model.effects] == ["backlash"]
+    asked = {"model": model, "head": head, "temperature_laws": laws}
+    ((_, stack),) = assert_stack_is_its_records(given, Options(**asked), **asked).stacks
+    for row, record in enumerate(given):
+        expected = accelcal.fit(record, **asked)
+        found = stack.one(row)
+        assert_numbers_agree(found.to_document(), expected.to_document())
+        assert found.tables[0].budget["K0"]["effects"] > 0.0
+
+
+def assert_numbers_agree(one, other):
+    if isinstance(one, dict):
+        assert one.keys() == other.keys()
+        for name in one:
+            assert_numbers_agree(one[name], other[name])
+    elif isinstance(one, list):
+        for a, b in zip(one, other, strict=True):
+            assert_numbers_agree(a, b)
+    elif isinstance(one, float):
+        assert one == pytest.approx(other, rel=1e-8, abs=1e-15)
+    else:
+        assert one == other
+
+
+@pytest.mark.parametrize("design", [PLANS[name] for name in ("four positions", "both axes")])
+def test_records_on_a_known_head_stay_together(design):
+    head = on_a_head()
+    given = records(**design)
+    found = assert_stack_is_its_records(given, Options(head=head), head=head)
+    assert [len(stack) for _, stack in found.stacks] == [4]
+    plain = accelcal.fit(given[0]).tables[0].coefficients["K0"].value
+    assert found.stacks[0][1].one(0).tables[0].coefficients["K0"].value != plain
+
+
+def test_what_told_of_the_head_is_left_out_of_that_record_alone():
+    given = [replace(r, sha256=f"{i:064d}") for i, r in enumerate(records(4, DECLARED, strokes=2))]
+    head = accelcal.calibrate_head(given[1:3])
+    found = assert_stack_is_its_records(given, Options(head=head), head=head)
+    assert sorted(places.tolist() for places, _ in found.stacks) == [[0, 3], [1], [2]]
+
+
+def test_a_position_that_the_head_lacks_costs_its_records_only():
+    head, eight, twelve = on_a_head(), records(2), records(2, positions=12)
+    found = calibrate_many([eight[0], twelve[0], eight[1], twelve[1]], Options(head=head))
+    assert [places.tolist() for places, _ in found.stacks] == [[0, 2]]
+    assert set(found.failures) == {1, 3}
+    assert "head position 30 deg is not among the 8" in str(found.failures[1])
 
 
 def test_times_of_some_records():

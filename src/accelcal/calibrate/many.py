@@ -78,7 +78,7 @@ def calibrate_many(records: Sequence[TumbleRecord], options: Options | None = No
 
 def _parts(plan: OnePlan, options: Options) -> Iterator[tuple[Places, OnePlan]]:
     """Records that can be calibrated together, and each by itself that cannot."""
-    apart = np.array([options.model is not None or options.is_of_head(r) for r in plan.records])
+    apart = np.array([options.leaves_out(record) for record in plan.records])
     if not apart.any():
         yield np.arange(apart.size), plan
         return

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.calibrate.known_effects import effects_component
 from accelcal.calibrate.of_table import table_calibrations
 from accelcal.calibrate.options import Options
 from accelcal.calibrate.weaknesses import Fitted, Warned, warnings_of
@@ -17,7 +18,6 @@ from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.reversal import fixture_angles
 from accelcal.estimate.stack_of_one import stack_of_one
 from accelcal.estimate.tables import PreparedTable
-from accelcal.estimate.uncertainty import Component
 from accelcal.gates.record import record_gates
 from accelcal.gates.table import gates_of_tables
 from accelcal.record import TumbleRecord, naming
@@ -73,7 +73,6 @@ def calibration_of_record(
     reference = reference_temperature_of(record, options.reference_temperature)
     # laws of misprinted coefficients are no laws
     found = RecordLaws(None, None) if laws is None else laws
-    estimate = _with_effects(estimate, tables, known, method, delta0)
     if method != "printed" and laws is None:
         moving, outputs = tables, estimate.outputs
         at_rest = brought_to_rest(tables, estimate, reference)
@@ -128,27 +127,10 @@ def _estimated_anew(
             delta0=delta0,
             head=options.head_for(record),
         )
-    return _with_effects(estimate, tables, known, options.method, delta0)
-
-
-def _with_effects(
-    estimate: JointEstimate,
-    tables: Sequence[PreparedTable],
-    known: Correction | None,
-    method: str,
-    delta0: float,
-) -> JointEstimate:
-    """Add the uncertainty of the effects to the components of error."""
     if known is None:
         return estimate
-    through = np.concatenate(
-        [
-            linear_estimator(table, method, delta0).map @ known.acting[mask]
-            for table, mask in zip(tables, known.record.table_masks(), strict=True)
-        ]
-    )
-    component = Component(through @ through.T, np.full(through.shape[0], float(known.dof)))
-    return estimate._replace(components={**estimate.components, "effects": component})
+    of_effects = effects_component(tables, [known], options.method, delta0).of(0)
+    return estimate._replace(components={**estimate.components, "effects": of_effects})
 
 
 def _warnings(

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.calibrate.head import at_true_angles
+from accelcal.calibrate.known_effects import corrections, effects_component
 from accelcal.calibrate.of_record import calibration_of_record, table_names
 from accelcal.calibrate.options import TEMPERATURE_LAWS, Options
 from accelcal.calibrate.plan import OnePlan
@@ -26,7 +27,7 @@ from accelcal.gates.table import gates_of_stack
 from accelcal.gates.verdict import GateStack
 from accelcal.grouping import median
 from accelcal.record import TumbleRecord, naming
-from accelcal.reference import fixture_angle, has_reference_temperature, reference_temperature_of
+from accelcal.reference import fixture_angle, has_reference_temperature
 from accelcal.results.calibration import Calibration
 from accelcal.temperature.of_record import RecordLaws, StackLaws, laws_of_stack
 
@@ -54,8 +55,10 @@ class CalibrationStack:
         What was asked.
     delta0 : float
         Fixture angle that was taken as given [rad].
-    known : Correction or None
-        Effects that were taken out; the stack is of one record then.
+    known : tuple of Correction
+        Effects that were taken out of each record; none without a model.
+    given : OnePlan
+        The records before that.
     """
 
     plan: OnePlan
@@ -63,7 +66,8 @@ class CalibrationStack:
     estimate: JointStack
     options: Options
     delta0: float
-    known: Correction | None = None
+    known: tuple[Correction, ...]
+    given: OnePlan
 
     def __len__(self) -> int:
         return len(self.plan.records)
@@ -85,8 +89,14 @@ class CalibrationStack:
         tables = [t._replace(record=r) for t, r in zip(self.tables, own.tables(), strict=True)]
         gates = [tuple(g.gate(start + record) for g in found) for found, start in self.gates]
         estimate = self.estimate.one(record)
-        laws = self.laws_of(record)
-        return calibration_of_record(own, tables, estimate, gates, self.options, self.known, laws)
+        known, laws = self._correction_of(record), self.laws_of(record)
+        return calibration_of_record(own, tables, estimate, gates, self.options, known, laws)
+
+    def _correction_of(self, record: int) -> Correction | None:
+        """Effects that were taken out of one record, with the gaps before and after each."""
+        if len(self.known) < 2:
+            return next(iter(self.known), None)
+        return corrections(self.given.of_records(np.array([record])), self.options, self.delta0)[0]
 
     def laws_of(self, record: int) -> RecordLaws | None:
         """Return the laws of one record; None where they take steps of their own.
@@ -113,9 +123,8 @@ class CalibrationStack:
 
     @cached_property
     def is_alone(self) -> bool:
-        """Whether the stack is of one record that needs steps of its own, see `calibrate_many`."""
-        own_head = any(map(self.options.is_of_head, self.plan.records))
-        return self.known is not None or own_head or not self.plan.can_be_stacked().all()
+        """Whether the stack is of one record that needs steps of its own, see `plans_of`."""
+        return not self.plan.can_be_stacked().all()
 
     @cached_property
     def references(self) -> Array:
@@ -203,7 +212,7 @@ def calibration_stack(plan: OnePlan, options: Options) -> CalibrationStack:
     Parameters
     ----------
     plan : OnePlan
-        The records; one alone where effects are to be taken out.
+        The records.
     options : Options
         What is asked.
 
@@ -225,8 +234,8 @@ def calibration_stack(plan: OnePlan, options: Options) -> CalibrationStack:
     if head is not None:
         plan = at_true_angles(plan, head, _prepared(record, delta0, options), delta0)
         record = plan.records[0]
-    known = _known_effects(record, options, delta0)
-    plan = plan if known is None else OnePlan.of([known.record])
+    given, known = plan, corrections(plan, options, delta0)
+    plan = OnePlan.of([item.record for item in known]) if known else plan
     tables = _prepared(plan.records[0], delta0, options)
     with naming(record):
         estimate = estimate_stack(
@@ -239,7 +248,10 @@ def calibration_stack(plan: OnePlan, options: Options) -> CalibrationStack:
             delta0=delta0,
             head=head,
         )
-    return CalibrationStack(plan, tables, estimate, options, delta0, known)
+    if known:
+        of_effects = effects_component(tables, known, options.method, delta0)
+        estimate = estimate._replace(components={**estimate.components, "effects": of_effects})
+    return CalibrationStack(plan, tables, estimate, options, delta0, known, given)
 
 
 def _prepared(record: TumbleRecord, delta0: float, options: Options) -> list[PreparedTable]:
@@ -250,13 +262,3 @@ def _prepared(record: TumbleRecord, delta0: float, options: Options) -> list[Pre
             asked, strict = options.coefficients, options.strict
             found.append(prepare(table, delta0=delta0, asked=asked, strict=strict))
     return found
-
-
-def _known_effects(record: TumbleRecord, options: Options, delta0: float) -> Correction | None:
-    if options.model is None:
-        return None
-    from accelcal.discovery.correction import correction
-
-    reference = reference_temperature_of(record, options.reference_temperature)
-    with naming(record):
-        return correction(record, options.model, reference or 0.0, delta0)

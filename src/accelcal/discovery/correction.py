@@ -42,7 +42,7 @@ class Correction(NamedTuple):
     dof : int
         Degrees of freedom of these uncertainties.
     effects : tuple of FoundEffect
-        The effects with their sizes in this record.
+        The effects with their sizes in this record, and the gap before and after each.
     """
 
     record: TumbleRecord
@@ -52,7 +52,12 @@ class Correction(NamedTuple):
 
 
 def correction(
-    record: TumbleRecord, model: Discovery, reference_temperature: float, delta0: float = 0.0
+    record: TumbleRecord,
+    model: Discovery,
+    reference_temperature: float,
+    delta0: float = 0.0,
+    *,
+    gaps: bool = True,
 ) -> Correction:
     """Take the effects of a discovery out of the readings of a record.
 
@@ -66,6 +71,9 @@ def correction(
         T0 [degC].
     delta0 : float, default 0
         Fixture angle [rad].
+    gaps : bool, default True
+        Tell the gap in this record before and after each effect, which takes half of the time;
+        without, those of the discovery stand.
 
     Returns
     -------
@@ -92,7 +100,7 @@ def correction(
     columns, sizes, factor = _columns(comparison, effects)
     output = record.output - comparison.model.nominal * (columns @ sizes)
     acting = comparison.model.nominal * columns @ factor
-    told = tuple(_gaps(comparison, effects, instances))
+    told = tuple(_gaps(comparison, effects, instances)) if gaps else effects
     return Correction(replace(record, output=output), acting, comparison.space.dof, told)
 
 
