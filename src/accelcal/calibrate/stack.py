@@ -212,7 +212,7 @@ def calibration_stack(plan: OnePlan, options: Options) -> CalibrationStack:
     Parameters
     ----------
     plan : OnePlan
-        The records.
+        The records; one that told of a known head is alone, as its head is that of the others.
     options : Options
         What is asked.
 
