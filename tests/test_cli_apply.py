@@ -152,6 +152,18 @@ def test_samples_beyond_the_test_are_flagged_and_counted(run):
     assert "warning: 1 of 3 samples are outside the tested -1 to 1 g" in err
 
 
+@pytest.mark.parametrize("row", ["1e300,20,0", "-1e300,20,0", "1,1e300,0", "1,20,1e300"])
+def test_what_no_accelerometer_gives_is_marked_without_a_word_of_numpy(run, row):
+    code, rows, err = run(HEAD + f"output,temperature,a_p\n1,20,0\n{row}\n", "--extrapolate")
+    assert code == 0
+    assert np.isnan(values(rows)).tolist() == [False, True]
+    assert np.isnan(values(rows, "standard_uncertainty")).tolist() == [False, True]
+    assert [row["inside"] for row in rows] == ["1", "0"]
+    assert err.splitlines() == [
+        "warning: 1 of 2 samples have an output that no acceleration gives, and get none"
+    ]
+
+
 def test_uncertainty_of_output_and_temperature(run):
     text = HEAD + "output,temperature\n0,20\n"
     quiet = values(run(text)[1], "standard_uncertainty")[0]

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import TEMPERATURE_MARGIN, Compensation
-from accelcal.compensate.inversion import invert, slope
+from accelcal.compensate.inversion import FARTHEST, invert, slope
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.results.calibration import Calibration
 
@@ -190,12 +190,24 @@ def compensate(
     Y, rise, *cross = np.broadcast_arrays(
         np.asarray(output, dtype=np.float64), rise, *_cross(found, {"a_p": a_p, "a_o": a_o})
     )
+    with np.errstate(over="ignore", invalid="ignore"):  # of what gets no solution
+        return _solved(found, Y, rise, cross, output_uncertainty, temperature_uncertainty)
+
+
+def _solved(
+    found: Compensation,
+    Y: Array,
+    rise: Array,
+    cross: list[Array],
+    output_uncertainty: float,
+    temperature_uncertainty: float,
+) -> MeasuredAcceleration:
     scale = found.K1.at_T0 * (1.0 + found.K1.change(rise))
     bracket = Y / scale  # k0 + a_i + ...
     tilt, coupling = np.zeros(()), np.ones(())
     for axis, along in zip(found.axes, cross, strict=True):
         tilt = tilt + (axis.delta.at_T0 + axis.delta.change(rise)) * along
-        coupling = coupling + axis.delta_ip * along
+        coupling = coupling + axis.delta_ip * np.where(np.abs(along) <= FARTHEST, along, np.nan)
     target = bracket - (found.k0.at_T0 + found.k0.change(rise)) - tilt
     a_i = invert(target, coupling, found.k2, found.k3)
     of_coefficients = _coefficient_error(found, a_i, bracket, rise, cross)
@@ -203,12 +215,10 @@ def compensate(
     of_output = output_uncertainty / scale
     of_heat = temperature_uncertainty * _heat_sensitivity(found, bracket, rise, cross)
     sensitivity = slope(a_i, coupling, found.k2, found.k3)
+    total = of_coefficients**2 + of_launch**2 + found.hysteresis**2 + of_output**2 + of_heat**2
     return MeasuredAcceleration(
         value=a_i,
-        standard_uncertainty=np.sqrt(
-            of_coefficients**2 + of_launch**2 + found.hysteresis**2 + of_output**2 + of_heat**2
-        )
-        / sensitivity,
+        standard_uncertainty=np.where(np.isfinite(a_i), np.sqrt(total) / sensitivity, np.nan),
         within_temperatures=found.within_temperatures(rise + (found.T0 or 0.0)),
         within_accelerations=found.within_accelerations(a_i),
     )

@@ -70,6 +70,7 @@ def to_c_header(content: Mapping[str, Any], found: Compensation) -> str:
         "@LAWS@": "\n".join(_laws_in_c(found, prefix)),
         "@TILT@": " + ".join(f"{axis.delta_symbol} * {axis.name}" for axis in axes),
         "@COUPLING@": " + ".join(f"@P@_{axis.coupling_symbol} * {axis.name}" for axis in axes),
+        "@ACROSS@": "".join(f" || !(fabs({axis.name}) <= @FARTHEST@)" for axis in axes),
         "@WARM@": _WARM if found.temperatures else "    (void)temperature; /* not known */",
         "@FARTHEST@": _number(FARTHEST),
         "@CLOSE@": _number(CLOSE),
@@ -214,7 +215,7 @@ static inline double @P@_acceleration(double output, double temperature@ARGUMENT
     int step;
 
     if (!(linear > 0.0) || !(@P@_cubic(low, linear) <= target)
-        || !(target <= @P@_cubic(high, linear)))
+        || !(target <= @P@_cubic(high, linear))@ACROSS@)
         return NAN;
     a = fmin(fmax(target / linear, low), high);
     for (step = 0; step < @STEPS@; step++) {
