@@ -49,7 +49,7 @@ FLOORS = (
     {"record", "results", "specification", "accelerometer"},
     {"model"},
     {"geometry"},
-    {"units", "probability", "grouping", "atomic", "sentences"},
+    {"units", "probability", "grouping", "atomic", "sentences", "arguments"},
     {"errors", "version", "logs"},
 )
 """The rooms, top floor first. Imports point downwards, and never to a room of the same floor."""

@@ -103,7 +103,7 @@ def test_an_id_is_registered_once():
 
 
 def test_what_is_no_effect_is_refused():
-    with pytest.raises(InputError, match="5 is not an effect"):
+    with pytest.raises(InputError, match="int in place of an effect; make one by"):
         accelcal.register(5)
 
 

@@ -149,7 +149,7 @@ def test_declarations_are_those_of_the_noise():
 @pytest.mark.parametrize(
     ("build", "message"),
     [
-        (lambda: TumblePlan(positions=0), "positions is 0; it is 1 or more"),
+        (lambda: TumblePlan(positions=0), "positions is 0; it is a whole number, 2 or more"),
         (lambda: TumblePlan(strokes=0), "strokes is 0"),
         (lambda: TumblePlan(temperatures=()), "temperatures is empty"),
         (lambda: TumblePlan(temperatures=(20.0, -300.0)), "temperature 2 is -300.0"),

@@ -10,39 +10,17 @@ at T0.
 
 from __future__ import annotations
 
-import math
 from dataclasses import asdict, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arguments import checked, expect
 from accelcal.errors import InputError
 
-__all__ = ["AL15", "Accelerometer", "BilinearLaw", "checked"]
+__all__ = ["AL15", "Accelerometer", "BilinearLaw"]
 
 Array = NDArray[np.float64]
-
-
-def checked(minimum: float = -math.inf, /, **values: float) -> None:
-    """Refuse values that are not finite or below the minimum.
-
-    Parameters
-    ----------
-    minimum : float
-        Smallest value allowed.
-    **values : float
-        The values, by the name that the message gives.
-
-    Raises
-    ------
-    InputError
-        If one breaks the rule.
-    """
-    for name, value in values.items():
-        if not math.isfinite(value):
-            raise InputError(f"{name} is {value}; it is a finite number")
-        if value < minimum:
-            raise InputError(f"{name} is {value}; it is {minimum:g} or more")
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +95,8 @@ class Accelerometer:
     serial: str | None = "AL-15"
 
     def __post_init__(self) -> None:
+        for law in (self.scale_factor, self.bias, self.misalignment):
+            expect(law, BilinearLaw)
         checked(k2=self.k2, k3=self.k3, cross_coupling=self.cross_coupling)
         checked(reference_temperature=self.reference_temperature)
         if self.scale_factor.at_reference == 0.0:

@@ -26,6 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from accelcal.arguments import checked, number_array
 from accelcal.errors import InputError
 
 __all__ = [
@@ -82,8 +83,7 @@ def checked_fixture_angle(delta0: float) -> float:
     >>> checked_fixture_angle(0.001)
     0.001
     """
-    if not math.isfinite(delta0):
-        raise InputError(f"delta0 is {delta0}; it is a finite number of rad")
+    checked(delta0=delta0)
     if abs(delta0) > math.pi / 4.0:
         raise InputError(
             f"fixture angle {delta0:g} rad is above pi/4; give it in rad, {delta0:g} deg are"
@@ -121,17 +121,20 @@ def position_angles(position: ArrayLike, positions: int = 8) -> NDArray[np.float
     >>> position_angles([1, 2, 9]).tolist()
     [0.0, 45.0, 360.0]
     """
-    if positions < 1:
-        raise InputError(f"{positions} positions in a turn; a turn has at least 1 position")
-    given = np.asarray(position)
-    number = np.asarray(given, dtype=np.int64)
-    outside = (number < 1) | (number > positions + 1) | (number != given)
+    checked(positions=positions)
+    if positions < 1 or positions % 1:
+        raise InputError(
+            f"{positions} positions in a turn; a turn has at least 1 position, a whole number"
+        )
+    given = number_array(position, "position")
+    number = np.floor(given)
+    outside = ~((number >= 1) & (number <= positions + 1) & (number == given))
     if outside.any():
         raise InputError(
-            f"position {given[outside].flat[0]} is outside the turn; with {positions} positions"
-            f" J is a whole number from 1 to {positions + 1}"
+            f"position {given[outside].flat[0]:g} is outside the turn; with {positions} positions"
+            f" J is a whole number from 1 to {positions + 1:g}"
         )
-    return (number - 1) * 360.0 / positions
+    return np.asarray((number - 1.0) * 360.0 / positions)
 
 
 def turn_angles(positions: int = 8) -> NDArray[np.float64]:
@@ -219,9 +222,8 @@ def accelerations(
     >>> accelerations(90, mounting="p-").output.tolist()
     -1.0
     """
-    if not np.isfinite(delta0):
-        raise InputError(f"delta0 is {delta0}; the fixture angle is a finite number in rad")
-    angle, kind = np.broadcast_arrays(np.asarray(angle_deg, dtype=np.float64), mounting)
+    checked(delta0=delta0)
+    angle, kind = np.broadcast_arrays(number_array(angle_deg, "angle"), mounting)
     if not np.isfinite(angle).all():
         raise InputError(
             f"angle {angle[~np.isfinite(angle)].flat[0]}; it is a finite number of deg"

@@ -31,6 +31,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from accelcal.arguments import expect, kind_of
 from accelcal.errors import InputError
 from accelcal.geometry import Acceleration
 
@@ -110,6 +111,12 @@ def output(coefficients: Mapping[str, float], acceleration: Acceleration) -> Arr
     >>> output({"K0": 0.004, "K1": 1.3}, accelerations([0, 90, 180])).round(3).tolist()
     [1.304, 0.004, -1.296]
     """
+    if not hasattr(coefficients, "items"):
+        raise InputError(
+            f"{kind_of(coefficients)} in place of coefficients; give a mapping of names to numbers,"
+            " such as {'K0': 0.004, 'K1': 1.3}"
+        )
+    expect(acceleration, Acceleration)
     unknown = [name for name in coefficients if name not in _TERMS]
     if unknown:
         raise InputError(f"coefficient {unknown[0]!r} is not in (1); it has {', '.join(_TERMS)}")
@@ -148,8 +155,10 @@ def design_matrix(acceleration: Acceleration, mounting: str = "o") -> Array:
     >>> design_matrix(accelerations([0, 90])).tolist()
     [[1.0, 1.0, 1.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0, 1.0, 0.0]]
     """
-    if mounting[:1] not in SEEN_IN_MOUNTING:
-        raise InputError(f"mounting {mounting!r} is unknown; the axis along the shaft is o or p")
+    if not isinstance(mounting, str) or mounting[:1] not in SEEN_IN_MOUNTING:
+        raise InputError(
+            f"mounting {mounting!r:.40} is unknown; the axis along the shaft is o or p"
+        )
     names = SEEN_IN_MOUNTING[mounting[:1]]
     return np.stack([output({name: 1.0}, acceleration) for name in names], axis=-1)
 

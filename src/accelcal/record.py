@@ -10,11 +10,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arguments import checked
 from accelcal.errors import InputError
 from accelcal.geometry import MOUNTINGS, is_mounting
 from accelcal.grouping import distinct
@@ -22,7 +24,7 @@ from accelcal.grouping import distinct
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Apparatus", "TumbleRecord", "check_record", "naming"]
+__all__ = ["Apparatus", "TumbleRecord", "naming"]
 
 
 _LARGEST = {
@@ -69,7 +71,10 @@ class Apparatus:
 
     def __post_init__(self) -> None:
         for item in fields(self):
-            value = None if item.name == "local_gravity" else getattr(self, item.name)
+            given = getattr(self, item.name)
+            if given is not None and not isinstance(given, Real):
+                checked(**{item.name: given})
+            value = None if item.name == "local_gravity" else given
             if value is not None and not 0 <= value < np.inf:
                 raise InputError(f"{item.name} is {value}; it is a finite number, zero or more")
             largest, unit = _LARGEST.get(item.name, (np.inf, ""))
@@ -335,27 +340,6 @@ class TumbleRecord:
             A new record.
         """
         return replace(self, apparatus=replace(self.apparatus, **declared))
-
-
-def check_record(record: object) -> None:
-    """Refuse what is no record, such as the path of one.
-
-    Parameters
-    ----------
-    record : object
-        What was given.
-
-    Raises
-    ------
-    InputError
-        If it is not a `TumbleRecord`.
-    """
-    if not isinstance(record, TumbleRecord):
-        raise InputError(
-            f"{type(record).__name__} in place of a record; make one by"
-            " accelcal.read_table('file.csv'), or by accelcal.read_arrays(columns) of arrays or a"
-            " DataFrame"
-        )
 
 
 @contextmanager

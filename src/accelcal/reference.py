@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from accelcal.arguments import checked
 from accelcal.errors import InputError
 from accelcal.geometry import checked_fixture_angle
 from accelcal.record import TumbleRecord
@@ -76,6 +77,8 @@ def reference_temperature_of(record: TumbleRecord, given: float | None = None) -
     float or None
         T0; None where no temperature is known [degC].
     """
+    if given is not None:
+        checked(T0=given)
     if has_reference_temperature(record, given):
         return record.reference_temperature if given is None else given
     known = np.isfinite(record.temperature)

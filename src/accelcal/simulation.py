@@ -18,7 +18,8 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.accelerometer import AL15, Accelerometer, BilinearLaw, checked
+from accelcal.accelerometer import AL15, Accelerometer, BilinearLaw
+from accelcal.arguments import checked, each_of, expect, several, whole
 from accelcal.effects.conditions import SECONDS_PER_READING, Conditions, conditions_of
 from accelcal.effects.effect import ActsOn, Disturbance
 from accelcal.errors import InputError
@@ -29,6 +30,13 @@ __all__ = ["AL15", "NOISE_FREE", "Accelerometer", "BilinearLaw", "NoiseComponent
 __all__ += ["TumblePlan", "simulate"]
 
 Array = NDArray[np.float64]
+
+_LARGEST = 1e12
+"""No number of a test is larger."""
+
+_SMALLEST_STEP = 1e-30
+_HOTTEST = 1e4
+_MOST_READINGS = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +77,7 @@ class NoiseComponents:
     temperature: float = 0.0
 
     def __post_init__(self) -> None:
-        checked(0.0, **asdict(self))
+        checked(0.0, _LARGEST, **asdict(self))
 
 
 NOISE_FREE = NoiseComponents(0.0, 0.0, 0.0, 0.0, 0.0)
@@ -122,16 +130,44 @@ class TumblePlan:
     local_gravity: float | None = None
 
     def __post_init__(self) -> None:
-        checked(1, positions=self.positions, strokes=self.strokes)
-        checked(-math.inf, **{f"angle {i}": th for i, th in enumerate(self.angles or (0.0,), 1)})
-        checked(-273.15, **{f"temperature {i}": t for i, t in enumerate(self.temperatures, 1)})
+        self._complete()
+        checked(-_LARGEST, _LARGEST, **_numbered("angle", self.angles or ()))
+        checked(-273.15, _HOTTEST, **_numbered("temperature", self.temperatures))
         checked_fixture_angle(self.delta0)
-        checked(0.0, resolution=self.resolution, seconds_between_runs=self.seconds_between_runs)
-        checked(1e-9, seconds_per_reading=self.seconds_per_reading)
-        for name in ("angles", "temperatures", "mountings"):
-            if getattr(self, name) == ():
-                raise InputError(f"{name} is empty; a test has one or more")
+        checked(0.0, _LARGEST, resolution=self.resolution)
+        checked(_SMALLEST_STEP, resolution=self.resolution or 1.0)
+        checked(0.0, _LARGEST, seconds_between_runs=self.seconds_between_runs)
+        checked(1e-9, _LARGEST, seconds_per_reading=self.seconds_per_reading)
         accelerations(0.0, mounting=self.mountings)  # refuses an unknown mounting
+        if self.readings > _MOST_READINGS:
+            raise InputError(
+                f"a test of {self.readings} readings; at most {_MOST_READINGS} are made, so"
+                " give fewer positions, strokes, temperatures or mountings"
+            )
+
+    def _complete(self) -> None:
+        """Take lists and single values as tuples, and whole numbers as such."""
+        whole(2, positions=self.positions)
+        whole(1, strokes=self.strokes)
+        for name in ("positions", "strokes"):
+            object.__setattr__(self, name, int(getattr(self, name)))
+        for name in ("angles", "temperatures", "mountings"):
+            given = getattr(self, name)
+            found = given if given is None else several(given)
+            if found == ():
+                raise InputError(f"{name} is empty; a test has one or more")
+            object.__setattr__(self, name, found)
+
+    @property
+    def readings(self) -> int:
+        """Number of readings of the whole test."""
+        stops = self.positions + 1 if self.angles is None else len(self.angles)
+        return stops * self.strokes * len(self.temperatures) * len(self.mountings)
+
+
+def _numbered(name: str, values: tuple[float, ...]) -> dict[str, float]:
+    """Values by the names that messages give them, as in ``angle 3``."""
+    return {f"{name} {number}": value for number, value in enumerate(values, 1)}
 
 
 def simulate(
@@ -170,7 +206,7 @@ def simulate(
     Raises
     ------
     InputError
-        If an effect does not fit the plan.
+        If an effect does not fit the plan, or an argument is none.
 
     Examples
     --------
@@ -180,8 +216,11 @@ def simulate(
     """
     if seed is None:
         seed = int(np.random.default_rng().integers(2**32))
-    checked(0, seed=seed)
-    run = _Simulation(accelerometer, plan, noise, tuple(effects), seed)
+    whole(0, seed=seed)
+    for given, kind in ((accelerometer, Accelerometer), (plan, TumblePlan)):
+        expect(given, kind)
+    expect(noise, NoiseComponents)
+    run = _Simulation(accelerometer, plan, noise, each_of(effects, Disturbance), int(seed))
     blank = _blank(accelerometer, plan)
     record = replace(
         blank,

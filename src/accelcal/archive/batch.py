@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
-from os import PathLike, fspath
+from os import PathLike
 from os.path import realpath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -16,6 +16,7 @@ from accelcal.archive.journal import Journal, Summary, open_journal
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import SourceFile, find_sources, is_url
 from accelcal.archive.through import InMemory, Progress, blocks_of, work_through
+from accelcal.arguments import path_text, several
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:
@@ -157,7 +158,7 @@ def write_batch(
         If there is no such file, an option breaks a rule, `output` cannot be written, or an
         interrupted batch left its finished part and `resume` is false.
     """
-    output = fspath(output)
+    output = path_text(output)
     form = form_of(output)
     require_form(form)
     settings = _settings(options)
@@ -182,9 +183,7 @@ def _settings(options: Mapping[str, Any]) -> Settings:
 
 
 def _texts(paths: str | PathLike[str] | Iterable[str | PathLike[str]]) -> list[str]:
-    if isinstance(paths, str | PathLike):
-        paths = [paths]
-    return [fspath(path) for path in paths]
+    return [path_text(path, "give files, folders or globs") for path in several(paths)]
 
 
 def _sources(paths: Sequence[str], names: Mapping[str, str]) -> list[SourceFile]:

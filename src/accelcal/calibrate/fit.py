@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from accelcal.arguments import expect, several
 from accelcal.calibrate.options import Options
 from accelcal.calibrate.plan import OnePlan
 from accelcal.calibrate.stack import calibration_stack
 from accelcal.estimate.linear import METHODS
 from accelcal.logs import tell
 from accelcal.model import COEFFICIENTS
-from accelcal.record import TumbleRecord, check_record
+from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 
 if TYPE_CHECKING:
@@ -93,13 +94,13 @@ def fit(
     >>> calibration.tables[0].error_model["k0"].unit
     'g'
     """
-    check_record(record)
+    expect(record, TumbleRecord)
     options = Options(
         method=method,
         robust=robust,
         delta0=delta0,
         reference_temperature=reference_temperature,
-        coefficients=tuple(coefficients),
+        coefficients=several(coefficients),
         strict=strict,
         temperature_laws=temperature_laws,
         model=model,

@@ -5,8 +5,7 @@ from __future__ import annotations
 import warnings
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-
+from accelcal.arguments import checked, expect
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.estimate.linear import METHODS
 from accelcal.model import COEFFICIENTS
@@ -63,8 +62,12 @@ class Options(NamedTuple):
         AccelcalWarning
             With the misprinted method.
         """
-        if self.reference_temperature is not None and not np.isfinite(self.reference_temperature):
-            raise InputError(f"T0 is {self.reference_temperature}; it is a finite number of degC")
+        if self.reference_temperature is not None:
+            checked(T0=self.reference_temperature)
+        if self.model is not None:
+            from accelcal.results.discovery import Discovery
+
+            expect(self.model, Discovery)
         if self.head is not None and not hasattr(self.head, "spread_over"):
             raise InputError(
                 f"{type(self.head).__name__} in place of a head; read one by accelcal.read_head"

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from accelcal.arguments import checked, number_array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import TEMPERATURE_MARGIN, Compensation
 from accelcal.compensate.inversion import FARTHEST, invert, slope
@@ -176,7 +177,7 @@ def compensate(
     Raises
     ------
     InputError
-        If a temperature is needed, or a cross axis was not calibrated.
+        If a temperature is needed, a cross axis was not calibrated, or an argument is no number.
 
     Notes
     -----
@@ -186,10 +187,10 @@ def compensate(
     The shift to the next launch, the hysteresis, and the errors of output and temperature are
     independent of it and added in squares.
     """
-    rise = _rise(found, temperature)
-    Y, rise, *cross = np.broadcast_arrays(
-        np.asarray(output, dtype=np.float64), rise, *_cross(found, {"a_p": a_p, "a_o": a_o})
-    )
+    checked(0.0, output_uncertainty=output_uncertainty)
+    checked(0.0, temperature_uncertainty=temperature_uncertainty)
+    rise, across = _rise(found, temperature), _cross(found, {"a_p": a_p, "a_o": a_o})
+    Y, rise, *cross = _together(number_array(output, "output"), rise, *across)
     with np.errstate(over="ignore", invalid="ignore"):  # of what gets no solution
         return _solved(found, Y, rise, cross, output_uncertainty, temperature_uncertainty)
 
@@ -226,7 +227,7 @@ def _solved(
 
 def _rise(found: Compensation, temperature: ArrayLike | None) -> Array:
     if temperature is not None and found.T0 is not None:
-        return np.asarray(temperature, dtype=np.float64) - found.T0
+        return number_array(temperature, "temperature") - found.T0
     if found.several_levels:
         raise InputError(
             "the calibration depends on temperature; give the temperature of the samples"
@@ -243,8 +244,20 @@ def _cross(found: Compensation, given: dict[str, ArrayLike | None]) -> list[Arra
                 f"{name} is given, but the calibration tells only what {' and '.join(names)} does;"
                 " leave it out, or calibrate in the other mounting"
             )
-    chosen = (given[name] for name in names)
-    return [np.asarray(0.0 if a is None else a, dtype=np.float64) for a in chosen]
+    chosen = {name: given[name] for name in names}
+    return [np.zeros(()) if a is None else number_array(a, name) for name, a in chosen.items()]
+
+
+def _together(*arrays: Array) -> tuple[Array, ...]:
+    """Output, rise of temperature and cross accelerations, one value each a sample."""
+    try:
+        return np.broadcast_arrays(*arrays)
+    except ValueError:
+        shapes = ", ".join(str(array.shape) for array in arrays)
+        raise InputError(
+            f"output, temperature and acceleration across have the shapes {shapes}; give one value"
+            " for all samples, or one for each"
+        ) from None
 
 
 def _coefficient_error(

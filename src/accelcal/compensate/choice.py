@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arguments import expect
 from accelcal.compensate.coefficients import (
     PARAMETERS,
     SLOPES,
@@ -30,7 +31,6 @@ from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
 from accelcal.results.usable import (
-    check_calibration,
     refuse_misprinted,
     refuse_undetermined_laws,
 )
@@ -85,7 +85,7 @@ def compensation(
     >>> found.temperatures, found.assumptions
     ((-40.0, 80.0), ())
     """
-    check_calibration(calibration)
+    expect(calibration, Calibration)
     refuse_misprinted(calibration)
     tables = [table for table in calibration.tables if run is None or table.run == run]
     if not tables:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arguments import expect
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation, Law
 from accelcal.discovery.factors import blocks
@@ -27,7 +28,7 @@ from accelcal.errors import InputError
 from accelcal.estimate.tables import head_positions
 from accelcal.grouping import decimal_step
 from accelcal.probability import student_quantile
-from accelcal.record import Apparatus, TumbleRecord, check_record
+from accelcal.record import Apparatus, TumbleRecord
 from accelcal.reference import fixture_angle
 from accelcal.results.calibration import Calibration
 from accelcal.results.disagreement import Disagreement, RunChange
@@ -152,7 +153,7 @@ def residuals_of(calibration: Calibration, record: TumbleRecord) -> Array:
 
 
 def _check(calibration: Calibration, found: Compensation, record: TumbleRecord) -> None:
-    check_record(record)
+    expect(record, TumbleRecord)
     units = {calibration.output_unit, record.unit} - {None}
     if len(units) > 1:
         raise InputError(

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arguments import checked, expect, whole
 from accelcal.discovery.candidates import Instance, candidates, searched_among
 from accelcal.discovery.caveats import caveats
 from accelcal.discovery.comparison import Comparison, compared
@@ -29,7 +30,7 @@ from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.logs import tell
-from accelcal.record import TumbleRecord, check_record, naming
+from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import Detectable, Fault, FoundEffect, Gap, Unexplained
@@ -121,8 +122,8 @@ def discover(
     >>> accelcal.discover(record)
     <Discovery serial AL-15: backlash>
     """
-    check_record(record)
-    _check(alpha, max_effects)
+    expect(record, TumbleRecord)
+    check_search(alpha, max_effects)
     t0 = reference_temperature_of(record, reference_temperature)
     question = _Question(
         reference=0.0 if t0 is None else t0,
@@ -139,10 +140,13 @@ def discover(
         return _discovery(_searched(mended, question), record, found, question)
 
 
-def _check(alpha: float, max_effects: int) -> None:
+def check_search(alpha: float, max_effects: int) -> None:
+    """Refuse a false-alarm rate and a number of effects that no search has."""
+    checked(alpha=alpha)
+    whole(1, max_effects=max_effects)
     if not 1e-6 <= alpha <= 0.5:
         raise InputError(f"alpha is {alpha:g}; it is a false-alarm rate from 1e-6 to 0.5")
-    if not 1 <= max_effects <= 5:
+    if max_effects > 5:
         raise InputError(f"max_effects is {max_effects}; it is a whole number from 1 to 5")
 
 

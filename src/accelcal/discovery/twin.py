@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from accelcal.accelerometer import Accelerometer, BilinearLaw
+from accelcal.arguments import expect
 from accelcal.discovery.known import disturbances
 from accelcal.effects.effect import Disturbance
 from accelcal.results.discovery import Discovery
@@ -59,6 +60,7 @@ def twin(model: Discovery) -> Twin:
     >>> accelcal.discover(again)
     <Discovery serial AL-15: backlash>
     """
+    expect(model, Discovery)
     values = {change.coefficient: change.after.value or 0.0 for change in model.coefficients}
     gain = 1.0 + values.get("K1", 0.0)
     tilt = "M" if "M" in values else "M_O"

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import get_args
 
+from accelcal.arguments import expect, kind_of
 from accelcal.effects import readings, shape, stand, temperature, time
 from accelcal.effects.effect import ActsOn, Effect
 from accelcal.errors import InputError
@@ -62,6 +63,8 @@ def effect(name: str) -> Effect:
     >>> effect("warm-up").name
     'warm-up of the bias'
     """
+    if not isinstance(name, str):
+        raise InputError(f"{kind_of(name)} in place of the id of an effect, such as 'backlash'")
     if name not in _BY_ID:
         raise InputError(
             f"effect {name!r} is not in the catalogue; {_suggestion(name)} (one of your own is"
@@ -171,8 +174,7 @@ def refuse(entry: Effect) -> None:
     InputError
         If its id is in the catalogue already or no id, or its parameters break a rule.
     """
-    if not isinstance(entry, Effect):
-        raise InputError(f"{entry!r} is not an effect; make one with accelcal.Effect(id=..., ...)")
+    expect(entry, Effect)
     if not isinstance(entry.id, str) or not re.fullmatch(r"[a-z][a-z0-9-]*", entry.id):
         raise InputError(f"id {entry.id!r} is none; it has small letters, digits and hyphens")
     if entry.id in _BY_ID:

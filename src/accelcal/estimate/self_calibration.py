@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arguments import each_of
 from accelcal.errors import InputError
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import noise_of_stack
@@ -106,6 +107,7 @@ def calibrate_head(
     >>> len(found.errors), found.harmonics[0].name, round(found.harmonics[0].told, 3)
     (8, 'mean', 0.0)
     """
+    records = each_of(records, TumbleRecord)
     declared = _declared(records)
     tables = [_tables(record, delta0) for record in records]
     positions = distinct(np.concatenate([t.head for own in tables for t in own]))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from accelcal.arguments import number_array, several
 from accelcal.errors import InputError
 from accelcal.estimate.estimability import estimability
 from accelcal.estimate.robust import pseudo_values
@@ -143,7 +144,7 @@ def estimate_tables(
     y, angle = _checked(outputs, angles)
     spread = np.ones(angle.size) if std is None else _checked_std(std, y)
     design = design_matrix(accelerations(angle, delta0, mounting), mounting)
-    kept = estimability(design, coefficients)
+    kept = estimability(design, several(coefficients))
     solver = LeastSquares(design[:, kept.columns], spread if spread.ndim == 1 else 1.0)
     stack = _Stack(solver, y, spread, head_positions(angle) if robust else None)
     return TableEstimates(kept.kept, *stack.estimates(threads), kept.stands_for)
@@ -230,7 +231,7 @@ def _with_scatter(found: Solution, readings: NDArray[np.int64]) -> tuple[Array, 
 
 
 def _checked(outputs: ArrayLike, angles: ArrayLike) -> tuple[Array, Array]:
-    y, angle = (np.asarray(values, dtype=np.float64) for values in (outputs, angles))
+    y, angle = number_array(outputs, "outputs"), number_array(angles, "angles")
     if y.ndim != 2 or angle.shape != y.shape[1:]:
         raise InputError(
             f"outputs of shape {y.shape} with angles of shape {angle.shape}; outputs have a row a"
@@ -240,7 +241,7 @@ def _checked(outputs: ArrayLike, angles: ArrayLike) -> tuple[Array, Array]:
 
 
 def _checked_std(std: ArrayLike, y: Array) -> Array:
-    spread = np.asarray(std, dtype=np.float64)
+    spread = number_array(std, "std")
     if spread.shape not in (y.shape, y.shape[1:]):
         raise InputError(f"std has shape {spread.shape}; it is {y.shape[1:]} or {y.shape}")
     known = spread[~np.isnan(y)] if spread.ndim == 2 else spread

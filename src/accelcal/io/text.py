@@ -7,7 +7,8 @@ import re
 import sys
 from typing import IO, NamedTuple
 
-from accelcal.errors import TableError
+from accelcal.arguments import kind_of
+from accelcal.errors import InputError, TableError
 
 __all__ = ["Source", "SourceText", "read_text", "refuse_document"]
 
@@ -112,10 +113,12 @@ def refuse_document(text: str, name: str) -> None:
 
 
 def _read(source: Source, what: str) -> tuple[str, bytes | str]:
-    if source == "-":
+    if isinstance(source, str) and source == "-":
         source = getattr(sys.stdin, "buffer", sys.stdin)
     if isinstance(source, str | os.PathLike):
         return os.fspath(source), _read_path(os.fspath(source), what)
+    if not hasattr(source, "read"):
+        raise InputError(f"{kind_of(source)} in place of a {what}; give its path, or an open file")
     name = getattr(source, "name", "<table>")
     try:
         content = source.read()

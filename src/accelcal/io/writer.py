@@ -11,6 +11,7 @@ from typing import IO, Any
 
 import numpy as np
 
+from accelcal.arguments import each_of, path_text
 from accelcal.errors import InputError
 from accelcal.io.vocabulary import canonical_key
 from accelcal.record import Apparatus, TumbleRecord
@@ -55,15 +56,15 @@ def write_table(
     20.0,1,1,1.3,20,o+
     20.0,5,1,-1.29,20,o+
     """
-    chosen = [records] if isinstance(records, TumbleRecord) else list(records)
+    chosen = list(each_of(records, TumbleRecord))
     _check_together(chosen)
     text = _header(chosen) + _rows(chosen)
-    if not isinstance(target, str | os.PathLike):
+    if hasattr(target, "write"):
         target.write(text)
         return
     from accelcal.atomic import write_atomically
 
-    write_atomically(target, _packed(text, os.fspath(target)))
+    write_atomically(path_text(target), _packed(text, path_text(target)))
 
 
 def _packed(text: str, path: str) -> bytes:

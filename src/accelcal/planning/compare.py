@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from itertools import product
+from numbers import Real
 from typing import Any
 
-from accelcal.accelerometer import AL15, Accelerometer, checked
+from accelcal.accelerometer import AL15, Accelerometer
+from accelcal.arguments import checked, expect, several
 from accelcal.errors import InputError
-from accelcal.planning.pace import Pace, hours_of, per_run, readings_of, stops_of, strokes_within
+from accelcal.planning.pace import Pace, hours_of, per_run, stops_of, strokes_within
 from accelcal.planning.prediction import SLOPES, forecasts, lost_coefficients
 from accelcal.planning.targets import checked_targets, refuse_impossible
 from accelcal.planning.visibility import visibility
@@ -63,13 +65,13 @@ def design(
     positions : sequence of int
         Numbers of equally spaced positions in a turn.
     angles : sequence of sequence of float
-        Further choices: head angles of a forward stroke [deg].
+        Further choices: head angles of a forward stroke; a flat list is one choice [deg].
     strokes : sequence of int
         Strokes in a run. By default 2 and 6, or with `hours` as many whole cycles as fit.
     temperatures : sequence of sequence of float
-        Choices of levels [degC].
+        Choices of levels; a flat list is the only choice [degC].
     mountings : sequence of sequence of str
-        Choices of mountings.
+        Choices of mountings; a flat list is the only choice.
     noise : NoiseComponents
         Standard uncertainties of readings and stand.
     resolution : float, default 0
@@ -107,16 +109,19 @@ def design(
     3.9
     """
     asked = checked_targets(targets or {})
+    expect(noise, NoiseComponents)
+    if hours is not None:
+        checked(hours=hours)
     blank = blank_plan(pace, resolution, accelerometer)
-    stops: list[dict[str, Any]] = [{"positions": n} for n in positions]
-    stops += [{"angles": tuple(each)} for each in angles]
+    stops: list[dict[str, Any]] = [{"positions": n} for n in several(positions)]
+    stops += [{"angles": each} for each in _choices(angles)]
     choices = [
-        replace(blank, temperatures=tuple(levels), mountings=tuple(sides), **where)
-        for levels, sides, where in product(temperatures, mountings, stops)
+        replace(blank, temperatures=levels, mountings=sides, **where)
+        for levels, sides, where in product(_choices(temperatures), _choices(mountings), stops)
     ]
     found = tuple(
         design_of(plan, noise, pace, accelerometer, declared=declared, effects=effects)
-        for plan in _fitting(choices, strokes, pace, hours)
+        for plan in _fitting(choices, several(strokes), pace, hours)
     )
     refuse_impossible(found, asked)
     return DesignComparison(
@@ -129,6 +134,12 @@ def design(
     )
 
 
+def _choices(given: Any) -> tuple[Any, ...]:
+    """Choices of lists; a flat list is the only choice."""
+    found = several(given)
+    return (found,) if any(isinstance(each, str | Real) for each in found) else found
+
+
 def stand_of(noise: NoiseComponents, resolution: float) -> dict[str, float]:
     """Sizes of all sources of error of a stand, the step of the readings [g] among them."""
     return {**asdict(noise), "resolution": resolution}
@@ -136,6 +147,8 @@ def stand_of(noise: NoiseComponents, resolution: float) -> dict[str, float]:
 
 def blank_plan(pace: Pace, resolution: float, accelerometer: Accelerometer) -> TumblePlan:
     """Make the plan of a test with its pace, and with a step of the readings [g]."""
+    expect(pace, Pace)
+    expect(accelerometer, Accelerometer)
     checked(0.0, resolution=resolution)
     return TumblePlan(
         resolution=resolution * accelerometer.scale_factor.at_reference,
@@ -157,7 +170,7 @@ def _fitting(
             plan = replace(choice, strokes=number)
             if hours is None or hours_of(plan, pace) <= hours * (1.0 + 1e-9):
                 found.append(plan)
-                _refuse_too_many(len(found), readings_of(plan))
+                _refuse_too_many(len(found), plan.readings)
     if not found:
         per_run(choices[0], pace, hours or 0.0)  # tells where soaks alone take too long
         raise InputError(
@@ -243,7 +256,7 @@ def design_of(
         strokes=plan.strokes,
         temperatures=plan.temperatures,
         mountings=plan.mountings,
-        readings=readings_of(plan),
+        readings=plan.readings,
         hours=hours_of(plan, pace),
         forecasts=told,
         lost=lost,

@@ -7,13 +7,13 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.accelerometer import checked
+from accelcal.arguments import checked
 from accelcal.effects.conditions import SECONDS_PER_READING
 from accelcal.errors import InputError
 from accelcal.geometry import turn_angles
 from accelcal.simulation import TumblePlan
 
-__all__ = ["Pace", "hours_of", "per_run", "readings_of", "stops_of", "strokes_within"]
+__all__ = ["Pace", "hours_of", "per_run", "stops_of", "strokes_within"]
 
 Array = NDArray[np.float64]
 
@@ -52,18 +52,13 @@ class Pace:
     mount: float = 1.0
 
     def __post_init__(self) -> None:
-        checked(0.0, **{f"time of a {name}": value for name, value in asdict(self).items()})
+        checked(0.0, 1e12, **{f"time of a {name}": value for name, value in asdict(self).items()})
         checked(1e-3, **{"time of a reading": self.reading})
 
 
 def stops_of(plan: TumblePlan) -> Array:
     """Head angles of a forward stroke in their order, repeats and the return included [deg]."""
     return turn_angles(plan.positions) if plan.angles is None else np.array(plan.angles, float)
-
-
-def readings_of(plan: TumblePlan) -> int:
-    """Readings of a whole test."""
-    return stops_of(plan).size * plan.strokes * len(plan.temperatures) * len(plan.mountings)
 
 
 def hours_of(plan: TumblePlan, pace: Pace) -> float:

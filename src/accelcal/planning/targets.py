@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 
+from accelcal.arguments import checked, kind_of
 from accelcal.errors import InputError
 from accelcal.model import COEFFICIENTS, ERROR_TERMS
 from accelcal.planning.prediction import AT_T0, SLOPES
@@ -77,10 +78,15 @@ def checked_targets(targets: Mapping[str, float]) -> dict[str, float]:
     InputError
         If a name is unknown or a size is not a positive number.
     """
+    if not isinstance(targets, Mapping):
+        raise InputError(
+            f"{kind_of(targets)} in place of targets; give a mapping such as {{'K1': 5e-6}}"
+        )
     for name, value in targets.items():
         if name not in NAMES:
             raise InputError(f"coefficient {name!r} is unknown; choose from {', '.join(NAMES)}")
-        if not 0.0 < value < math.inf:
+        checked(**{f"target {name}": value})
+        if not value > 0.0:
             raise InputError(f"target {name}={value:g}; an uncertainty is a number above zero")
     return dict(targets)
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from accelcal.arguments import kind_of, several
 from accelcal.errors import InputError
 from accelcal.results.calibration import Calibration
 
@@ -81,7 +82,14 @@ def entries_of(calibrations: pd.DataFrame | Iterable[Calibration]) -> list[Entry
     """
     if hasattr(calibrations, "columns"):
         return _of_frame(calibrations)
-    return [entry for calibration in calibrations for entry in _of_calibration(calibration)]
+    given = (calibrations,) if isinstance(calibrations, Calibration) else several(calibrations)
+    for each in given:
+        if not isinstance(each, Calibration):
+            raise InputError(
+                f"{kind_of(each)} in place of calibrations; give those of accelcal.fit,"
+                " accelcal.batch(paths).tables, or pandas.read_csv of what accelcal batch -o wrote"
+            )
+    return [entry for each in given for entry in _of_calibration(each)]
 
 
 def year(date: str | None) -> float | None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from accelcal.arguments import path_text
 from accelcal.errors import DocumentError
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def document_in(source: str | PathLike[str], *, writer: str = "accelcal fit") ->
     """
     if isinstance(source, str) and not _may_be_path(source):
         return parse_json(source, writer=writer)
-    name = os.fspath(source)
+    name = path_text(source, f"give the path of a file written by {writer}, or its text")
     try:
         with open(name, encoding="utf-8-sig") as file:  # noqa: PTH123  (as in io.text)
             text = file.read()

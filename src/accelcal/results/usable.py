@@ -5,7 +5,7 @@ from __future__ import annotations
 from accelcal.errors import InputError
 from accelcal.results.calibration import Calibration
 
-__all__ = ["check_calibration", "refuse_misprinted", "refuse_undetermined_laws"]
+__all__ = ["refuse_misprinted", "refuse_undetermined_laws"]
 
 
 def refuse_misprinted(calibration: Calibration) -> None:
@@ -50,23 +50,3 @@ def refuse_undetermined_laws(calibration: Calibration) -> None:
         f" {found} degC lie on both sides of it and none at it; measure at T0, or fit with --t0 at"
         " one of the levels"
     )
-
-
-def check_calibration(calibration: object) -> None:
-    """Refuse what is no calibration, such as the path of one.
-
-    Parameters
-    ----------
-    calibration : object
-        What was given.
-
-    Raises
-    ------
-    InputError
-        If it is not a `Calibration`.
-    """
-    if not isinstance(calibration, Calibration):
-        raise InputError(
-            f"{type(calibration).__name__} in place of a calibration; make one by accelcal.fit, or"
-            " by accelcal.Calibration.from_json('file.json')"
-        )

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.accelerometer import AL15, Accelerometer
-from accelcal.errors import InputError
+from accelcal.arguments import expect
 from accelcal.estimate.linear import METHODS
 from accelcal.model import COEFFICIENTS
 from accelcal.probability import student_quantile
@@ -105,13 +105,11 @@ def stand_budget(
     >>> round(found.contribution("K1")["gain"] / 1.35 * 1e6, 2)
     17.32
     """
-    if not isinstance(test, TumbleRecord):
-        raise InputError(
-            f"{type(test).__name__} in place of a record; make one by accelcal.simulate(plan=...)"
-            " or accelcal.read_table('file.csv')"
-        )
+    expect(stand, Stand)
+    expect(test, TumbleRecord)
     if isinstance(accelerometer, Calibration):
         accelerometer = accelerometer_of(accelerometer)
+    expect(accelerometer, Accelerometer)
     readings = readings_of(test, accelerometer, stand.conditions, fixture_angle(test))
     estimator = estimator_of(readings, method, stand.conditions.gravity)
     budget = _linear(stand, readings, estimator)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from accelcal.arguments import expect, number_array
 from accelcal.errors import InputError
 from accelcal.probability import student_quantile
 from accelcal.results.quantity import Quantity
@@ -75,8 +76,12 @@ def calibrate_triad(
         if up is not None:
             raise InputError("directions beside a record; put them into the record")
         return _calibrated(output, frame)
-    given = None if up is None else np.asarray(up, dtype=np.float64)
-    return _calibrated(TriadRecord(np.asarray(output, dtype=np.float64), given), frame)
+    try:
+        readings = number_array(output, "output")
+    except InputError:
+        expect(output, TriadRecord)
+        raise
+    return _calibrated(TriadRecord(readings, None if up is None else number_array(up, "up")), frame)
 
 
 def _calibrated(record: TriadRecord, frame: str) -> TriadCalibration:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from accelcal.arguments import number_array
 from accelcal.errors import InputError
 from accelcal.record import Apparatus
 
@@ -91,7 +92,7 @@ class TriadRecord:
 
 
 def _rows(values: ArrayLike, name: str) -> Array:
-    rows = np.array(values, dtype=np.float64)
+    rows = number_array(values, name).copy()
     if rows.ndim != 2 or rows.shape[1] != 3 or not rows.size:
         raise InputError(f"{name} has shape {rows.shape}; give a row of three for each attitude")
     if not (np.isfinite(rows) & (np.abs(rows) < _LARGEST)).all():

@@ -7,9 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from accelcal.arguments import each_of
 from accelcal.discovery.candidates import Instance, searched_among
 from accelcal.discovery.comparison import compared
-from accelcal.discovery.discover import discover
+from accelcal.discovery.discover import check_search, discover
 from accelcal.discovery.stand.joint_fit import coefficients, without_head
 from accelcal.discovery.stand.mean_unit import (
     Unit,
@@ -23,7 +24,7 @@ from accelcal.discovery.stand.whose import Own, common_effects, head_of, instanc
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
-from accelcal.record import TumbleRecord, check_record
+from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
 from accelcal.results.stand import StandDiscovery
@@ -117,9 +118,8 @@ def discover_stand(
     >>> [(item.id, item.verdict) for item in found.effects]
     [('backlash', 'stand')]
     """
-    records = [records] if isinstance(records, TumbleRecord) else list(records)
-    for record in records:
-        check_record(record)
+    records = list(each_of(records, TumbleRecord))
+    check_search(alpha, max_effects)
     check_one_plan(records)
     records = on_one_stand(records)
     settings = _Settings(

@@ -1,0 +1,266 @@
+"""Arguments of a call, checked: what is of another kind, or no number, is refused in a line."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from numbers import Real
+from os import PathLike, fspath
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from accelcal.errors import InputError
+
+__all__ = ["checked", "each_of", "expect", "kind_of", "number_array", "path_text"]
+__all__ += ["several", "whole"]
+
+_KINDS = {
+    "Acceleration": ("accelerations", "make them by accelcal.accelerations(angles)"),
+    "Accelerometer": ("an accelerometer", "make one by accelcal.Accelerometer(...)"),
+    "BilinearLaw": (
+        "a law of temperature",
+        "make one by accelcal.simulation.BilinearLaw(at_reference, above, below)",
+    ),
+    "Calibration": (
+        "a calibration",
+        "make one by accelcal.fit, or by accelcal.Calibration.from_json('file.json')",
+    ),
+    "Discovery": (
+        "a discovery",
+        "make one by accelcal.discover(record), or by accelcal.read_discovery('model.json')",
+    ),
+    "Disturbance": ("an effect with its size", "make one by accelcal.effect('backlash').of(2e-5)"),
+    "Effect": (
+        "an effect",
+        "make one by accelcal.Effect(id=..., ...), or choose one by accelcal.effect('backlash')",
+    ),
+    "HeadCalibration": (
+        "a head",
+        "make one by accelcal.calibrate_head(records), or by accelcal.read_head('head.csv')",
+    ),
+    "NoiseComponents": ("noise", "make it by accelcal.NoiseComponents(reading=5e-6)"),
+    "Pace": ("a pace", "make one by accelcal.Pace(reading=60)"),
+    "Stand": ("a stand", "make one by accelcal.read_stand('stand.toml')"),
+    "TriadRecord": (
+        "a record of a triad",
+        "make one by accelcal.read_triad('file.csv'), or give an array",
+    ),
+    "TumblePlan": ("a plan", "make one by accelcal.TumblePlan(positions=8)"),
+    "TumbleRecord": (
+        "a record",
+        "make one by accelcal.read_table('file.csv'), or by accelcal.read_arrays(columns) of"
+        " arrays or a DataFrame",
+    ),
+}
+"""Name of a class -> what it is, and what makes one."""
+
+
+def expect(value: object, kind: type) -> None:
+    """Refuse what is of another kind, such as the path of a record.
+
+    Parameters
+    ----------
+    value : object
+        What was given.
+    kind : type
+        What it must be.
+
+    Raises
+    ------
+    InputError
+        If it is something else.
+
+    Examples
+    --------
+    >>> from accelcal.record import TumbleRecord
+    >>> expect(None, TumbleRecord)  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    ...
+    accelcal.errors.InputError: None in place of a record; make one by ...
+    """
+    if not isinstance(value, kind):
+        what, remedy = _KINDS[kind.__name__]
+        raise InputError(f"{kind_of(value)} in place of {what}; {remedy}")
+
+
+def each_of(values: Any, kind: type) -> tuple[Any, ...]:
+    """Take several of a kind; a single one counts as a list of one.
+
+    Parameters
+    ----------
+    values : object or iterable
+        What was given.
+    kind : type
+        What each must be.
+
+    Returns
+    -------
+    tuple
+        All of them.
+
+    Raises
+    ------
+    InputError
+        If one is something else.
+    """
+    found = (values,) if isinstance(values, kind) else several(values)
+    for value in found:
+        expect(value, kind)
+    return found
+
+
+def several(values: Any) -> tuple[Any, ...]:
+    """Take several values; a single one, a text or a table of columns counts as one.
+
+    Parameters
+    ----------
+    values : object or iterable
+        What was given.
+
+    Returns
+    -------
+    tuple
+        All of them.
+
+    Examples
+    --------
+    >>> several([20.0, 80.0]), several(20.0), several("o+")
+    ((20.0, 80.0), (20.0,), ('o+',))
+    """
+    if not isinstance(values, Iterable) or isinstance(values, str) or hasattr(values, "keys"):
+        return (values,)
+    return tuple(values.tolist() if isinstance(values, np.ndarray) else values)
+
+
+def checked(minimum: float = -math.inf, maximum: float = math.inf, /, **values: float) -> None:
+    """Refuse values that are not finite or outside a range.
+
+    Parameters
+    ----------
+    minimum, maximum : float
+        Smallest and largest value allowed.
+    **values : float
+        The values, by the name that the message gives.
+
+    Raises
+    ------
+    InputError
+        If one breaks the rule.
+
+    Examples
+    --------
+    >>> checked(0.0, hours="8")
+    Traceback (most recent call last):
+    ...
+    accelcal.errors.InputError: hours is '8'; it is a finite number
+    """
+    for name, value in values.items():
+        if not _is_number(value) or not math.isfinite(value):
+            raise InputError(f"{name} is {_shown(value)}; it is a finite number")
+        if value < minimum:
+            raise InputError(f"{name} is {value}; it is {minimum:g} or more")
+        if value > maximum:
+            raise InputError(f"{name} is {value}; it is {maximum:g} or less")
+
+
+def whole(minimum: int, /, **values: float) -> None:
+    """Refuse values that are no whole numbers or below the minimum.
+
+    Parameters
+    ----------
+    minimum : int
+        Smallest value allowed.
+    **values : int
+        The values, by the name that the message gives.
+
+    Raises
+    ------
+    InputError
+        If one breaks the rule.
+
+    Examples
+    --------
+    >>> whole(1, strokes=2.5)
+    Traceback (most recent call last):
+    ...
+    accelcal.errors.InputError: strokes is 2.5; it is a whole number, 1 or more
+    """
+    for name, value in values.items():
+        if not _is_number(value) or not value >= minimum or value % 1:
+            rule = f"a whole number, {minimum} or more"
+            raise InputError(f"{name} is {_shown(value)}; it is {rule}")
+
+
+def number_array(value: ArrayLike, name: str) -> NDArray[np.float64]:
+    """Take a number or an array of numbers.
+
+    Parameters
+    ----------
+    value : array_like
+        What was given.
+    name : str
+        Its name, for the message.
+
+    Returns
+    -------
+    ndarray of float
+        The numbers.
+
+    Raises
+    ------
+    InputError
+        If it is something else.
+
+    Examples
+    --------
+    >>> number_array([1, 2], "output").tolist()
+    [1.0, 2.0]
+    """
+    try:
+        return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        rule = "a number or an array of numbers"
+        raise InputError(f"{name} is {_shown(value)}; it is {rule}") from None
+
+
+def path_text(value: str | PathLike[str], remedy: str = "give the name of a file") -> str:
+    """Take a path as text.
+
+    Parameters
+    ----------
+    value : str or path
+        What was given.
+    remedy : str
+        What to give, for the message.
+
+    Returns
+    -------
+    str
+        The path.
+
+    Raises
+    ------
+    InputError
+        If it is something else.
+    """
+    if not isinstance(value, str | PathLike):
+        raise InputError(f"{kind_of(value)} in place of a path; {remedy}")
+    return fspath(value)
+
+
+def kind_of(value: object) -> str:
+    """Name of the kind of a value, as messages have it."""
+    return "None" if value is None else type(value).__name__
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def _shown(value: object) -> str:
+    """A number or text as it is, anything else by its kind."""
+    if isinstance(value, str):
+        return repr(value if len(value) <= 40 else value[:37] + "...")
+    return str(value) if isinstance(value, Real) else kind_of(value)

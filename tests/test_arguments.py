@@ -1,0 +1,215 @@
+"""Plausible mistakes of a notebook: each refused in a line that says what makes the right thing."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import accelcal
+from accelcal import InputError, TumblePlan
+
+PATH = "examples/al15.csv"
+RECORD = accelcal.simulate(plan=TumblePlan(temperatures=20.0, strokes=2), seed=1)
+CALIBRATION = accelcal.fit(RECORD)
+FRAME = RECORD.to_frame()
+TURN = accelcal.accelerations([0, 45])
+
+WRONG = {
+    "a path": PATH,
+    "a Path": Path(PATH),
+    "None": None,
+    "a number": 3.5,
+    "a list": [1, 2],
+    "a mapping": {"K1": 1.3},
+    "a frame": FRAME,
+    "a record": RECORD,
+    "a calibration": CALIBRATION,
+    "records": [RECORD, RECORD],
+}
+
+FUNCTIONS = {
+    "accelerations": (accelcal.accelerations, {"a number", "a list"}),
+    "apply": (accelcal.apply, {"a calibration"}, [1.0]),
+    "batch": (accelcal.batch, {"a path", "a Path"}),
+    "calibrate_head": (accelcal.calibrate_head, {"a record", "records"}),
+    "calibrate_triad": (accelcal.calibrate_triad, set()),
+    "compare": (accelcal.compare, {"a calibration"}, RECORD),
+    "design": (accelcal.design, set()),
+    "design_matrix": (accelcal.design_matrix, set()),
+    "discover": (accelcal.discover, {"a record"}),
+    "discover_stand": (accelcal.discover_stand, {"records"}),
+    "effect": (accelcal.effect, set()),
+    "estimate_tables": (accelcal.estimate_tables, set(), [0, 45, 90]),
+    "fit": (accelcal.fit, {"a record"}),
+    "history": (accelcal.history, set()),
+    "output": (accelcal.output, {"a mapping"}, TURN),
+    "position_angles": (accelcal.position_angles, {"a list"}),
+    "read_arrays": (accelcal.read_arrays, {"a frame"}),
+    "read_discovery": (accelcal.read_discovery, set()),
+    "read_effects": (accelcal.read_effects, set()),
+    "read_head": (accelcal.read_head, set()),
+    "read_stand": (accelcal.read_stand, set()),
+    "read_table": (accelcal.read_table, {"a path", "a Path"}),
+    "read_tables": (accelcal.read_tables, {"a path", "a Path"}),
+    "read_triad": (accelcal.read_triad, set()),
+    "register": (accelcal.register, set()),
+    "simulate": (accelcal.simulate, set()),
+    "stand_budget": (accelcal.stand_budget, set(), RECORD),
+    "twin": (accelcal.twin, set()),
+    "unregister": (accelcal.unregister, set()),
+    "write_batch": (accelcal.write_batch, {"a path", "a Path"}, "results.csv"),
+    "write_table": (accelcal.write_table, {"a record"}, "table.csv"),
+    "Calibration.from_json": (accelcal.Calibration.from_json, set()),
+}
+"""Function -> itself, what it takes of `WRONG`, and its other arguments."""
+
+WITHOUT = {"catalogue", "optimal_design"}
+"""Functions whose first argument is nothing of that kind."""
+
+
+def refusal_of(function, *arguments, **options):
+    with pytest.raises(accelcal.AccelcalError) as caught:
+        function(*arguments, **options)
+    text = str(caught.value)
+    assert "\n" not in text
+    return text
+
+
+def given_to(function, value, *rest):
+    """Only keywords are taken by the design, the first of which is the positions."""
+    if function is accelcal.design:
+        return function(positions=value, temperatures="x", effects=False)
+    return function(value, *rest)
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        (name, kind)
+        for name, (_, taken, *_) in FUNCTIONS.items()
+        for kind in WRONG
+        if kind not in taken
+    ],
+)
+def test_what_is_something_else_is_refused_in_a_line(name, kind):
+    function, _, *rest = FUNCTIONS[name]
+    refusal_of(given_to, function, WRONG[kind], *rest)
+
+
+def test_every_public_function_is_tried():
+    public = {name for name in accelcal.__all__ if name[0].islower()}
+    assert {name for name in FUNCTIONS if "." not in name} | WITHOUT == public
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: accelcal.fit(PATH), "str in place of a record; make one by accelcal.read_table"),
+        (lambda: accelcal.fit(None), "None in place of a record"),
+        (lambda: accelcal.twin(CALIBRATION), "Calibration in place of a discovery; make one by"),
+        (lambda: accelcal.fit(RECORD, model=CALIBRATION), "Calibration in place of a discovery"),
+        (lambda: accelcal.compare(RECORD, CALIBRATION), "TumbleRecord in place of a calibration"),
+        (lambda: accelcal.stand_budget("s.toml", RECORD), "str in place of a stand; make one by"),
+        (lambda: accelcal.history("results.csv"), "str in place of calibrations; give those of"),
+        (lambda: accelcal.calibrate_triad("x.csv"), "str in place of a record of a triad; make"),
+        (lambda: accelcal.calibrate_head(FRAME), "DataFrame in place of a record; make one by"),
+        (lambda: accelcal.design_matrix([0, 45]), "list in place of accelerations; make them by"),
+        (lambda: accelcal.output(CALIBRATION, TURN), "Calibration in place of coefficients; give"),
+        (lambda: accelcal.read_table(FRAME), "DataFrame in place of a table; give its path"),
+        (lambda: accelcal.write_table(RECORD, None), "None in place of a path; give the name"),
+        (lambda: accelcal.effect(None), "None in place of the id of an effect, such as 'backlash'"),
+        (
+            lambda: accelcal.simulate(effects=[accelcal.effect("backlash")]),
+            "Effect in place of an effect with its size; make one by accelcal.effect",
+        ),
+        (lambda: accelcal.apply(CALIBRATION, "x.csv"), "output is 'x.csv'; it is a number or an"),
+        (lambda: accelcal.apply(CALIBRATION, [1, 2], a_p=[1, 2, 3]), "shapes (2,), (), (3,); give"),
+        (lambda: accelcal.discover(RECORD, alpha="x"), "alpha is 'x'; it is a finite number"),
+        (lambda: accelcal.discover(RECORD, max_effects=1.5), "max_effects is 1.5; it is a whole"),
+        (lambda: accelcal.fit(RECORD, delta0="x"), "delta0 is 'x'; it is a finite number"),
+        (lambda: accelcal.fit(RECORD, reference_temperature="20"), "T0 is '20'; it is a finite"),
+        (lambda: accelcal.position_angles([1, np.nan]), "position nan is outside the turn"),
+        (lambda: accelcal.design(hours="10"), "hours is '10'; it is a finite number"),
+        (lambda: accelcal.design(targets=["K1"]), "list in place of targets; give a mapping"),
+        (lambda: accelcal.optimal_design("K2", hours=9, seed=1.5), "seed is 1.5; it is a whole"),
+        (lambda: accelcal.Accelerometer(bias=3e-3), "float in place of a law of temperature"),
+        (lambda: accelcal.Apparatus(head_uncertainty="x"), "head_uncertainty is 'x'; it is a"),
+    ],
+)
+def test_the_line_says_what_makes_the_right_thing(call, told):
+    assert told in refusal_of(call)
+
+
+@pytest.mark.parametrize("name", ["output_uncertainty", "temperature_uncertainty"])
+@pytest.mark.parametrize("value", [-1.0, np.nan, "x", None])
+def test_an_uncertainty_that_is_none(name, value):
+    assert f"{name} is " in refusal_of(accelcal.apply, CALIBRATION, [1.0], **{name: value})
+
+
+# -- plans -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("plan", "told"),
+    [
+        ({"positions": 1}, "positions is 1; it is a whole number, 2 or more"),
+        ({"positions": 2.5}, "positions is 2.5; it is a whole number, 2 or more"),
+        ({"positions": "8"}, "positions is '8'; it is a whole number, 2 or more"),
+        ({"positions": 1e9}, "a test of 18000000018 readings; at most 1000000"),
+        ({"strokes": 0}, "strokes is 0; it is a whole number, 1 or more"),
+        ({"strokes": 1e9}, "a test of 27000000000 readings; at most 1000000"),
+        ({"temperatures": (20.0,) * 30_000}, "a test of 1620000 readings; at most 1000000"),
+        ({"temperatures": []}, "temperatures is empty; a test has one or more"),
+        ({"temperatures": [1e300]}, "temperature 1 is 1e+300; it is 10000 or less"),
+        ({"angles": ["x"]}, "angle 1 is 'x'; it is a finite number"),
+        ({"mountings": "o"}, "mounting 'o' is unknown"),
+        ({"resolution": 1e-300}, "resolution is 1e-300; it is 1e-30 or more"),
+        ({"resolution": -1}, "resolution is -1; it is 0 or more"),
+    ],
+)
+def test_a_plan_that_is_none(plan, told):
+    assert told in refusal_of(TumblePlan, **plan)
+
+
+def test_a_plan_takes_lists_arrays_and_single_values():
+    plan = TumblePlan(angles=np.arange(0, 360, 60), temperatures=20.0, mountings="o+", strokes=2.0)
+    assert plan == TumblePlan(
+        angles=(0, 60, 120, 180, 240, 300), temperatures=(20.0,), mountings=("o+",), strokes=2
+    )
+    assert len(accelcal.simulate(plan=plan, seed=1)) == plan.readings == 12
+
+
+def test_a_design_takes_a_flat_list_as_one_choice():
+    flat = accelcal.design(
+        positions=8, strokes=2, temperatures=[20, 80], mountings="o+", effects=False
+    )
+    nested = accelcal.design(
+        positions=[8], strokes=[2], temperatures=[[20, 80]], mountings=[["o+"]], effects=False
+    )
+    assert flat.to_document() == nested.to_document()
+
+
+# -- what is taken ---------------------------------------------------------------------------------
+
+
+def test_one_record_is_a_list_of_one():
+    alone = accelcal.calibrate_head(RECORD)
+    assert alone.to_document() == accelcal.calibrate_head([RECORD]).to_document()
+
+
+def test_one_coefficient_is_a_list_of_one():
+    alone = accelcal.fit(RECORD, coefficients="K1")
+    assert alone.to_document() == accelcal.fit(RECORD, coefficients=["K1"]).to_document()
+
+
+def test_a_frame_of_three_columns_is_a_triad():
+    rows = np.random.default_rng(1).normal(size=(30, 3))
+    rows /= np.linalg.norm(rows, axis=1)[:, None]
+    of_frame = accelcal.calibrate_triad(pd.DataFrame(rows, columns=["x", "y", "z"]))
+    assert of_frame.to_document() == accelcal.calibrate_triad(rows).to_document()
+
+
+def test_the_refusal_of_a_value_is_an_input_error():
+    with pytest.raises(InputError):
+        accelcal.simulate(seed="a")
