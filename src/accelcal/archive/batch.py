@@ -86,8 +86,8 @@ def batch(
     progress : callable, optional
         Is told the number of files, or of parts of large ones, that are done, and that of all.
     **options
-        Arguments of `accelcal.fit`, such as ``robust``; `specification`, a data sheet; and
-        `overrides`, as of `accelcal.read_table`.
+        Arguments of `accelcal.fit`, such as ``robust`` and ``head``; `specification`, a data sheet;
+        and `overrides`, as of `accelcal.read_table`.
 
     Returns
     -------
@@ -179,7 +179,7 @@ def _settings(options: Mapping[str, Any]) -> Settings:
         options = {**options, "coefficients": tuple(options["coefficients"])}
     settings = Settings(**options)
     settings.try_out()
-    return settings
+    return settings.with_own_effects()
 
 
 def _texts(paths: str | PathLike[str] | Iterable[str | PathLike[str]]) -> list[str]:

@@ -17,6 +17,7 @@ from accelcal.archive.parts import Part
 from accelcal.archive.reading import Failure, Found, read_files, read_part
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import SourceFile
+from accelcal.effects.catalogue import brought_along
 
 __all__ = ["Block", "Fitted", "Outcome", "fit_block", "work"]
 
@@ -123,7 +124,8 @@ def fit_block(block: Block, settings: Settings) -> Fitted:
     else:
         read, serials = read_part(block.files[0], block.part, settings.overrides)
     failures = [item for item in read if isinstance(item, Failure)]
-    found = rows_of([item for item in read if isinstance(item, Found)], failures, settings)
+    with brought_along(*settings.effects):
+        found = rows_of([item for item in read if isinstance(item, Found)], failures, settings)
     return found._replace(serials=serials)
 
 

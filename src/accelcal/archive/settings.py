@@ -12,6 +12,10 @@ from typing import Any
 from accelcal.calibrate.options import TEMPERATURE_LAWS, Options
 from accelcal.calibrate.plan import OnePlan
 from accelcal.calibrate.stack import calibration_stack
+from accelcal.discovery.known import disturbances
+from accelcal.effects.catalogue import catalogue, is_built_in
+from accelcal.effects.effect import Effect
+from accelcal.effects.formula import Formula
 from accelcal.errors import DesignError
 from accelcal.estimate.linear import METHODS
 from accelcal.io.tables import read_table
@@ -39,6 +43,8 @@ class Settings:
     ----------
     method, robust, delta0, coefficients, strict, temperature_laws, model, head
         Arguments of `accelcal.fit`.
+    effects : tuple of Effect
+        Effects of the caller's own that the model has, for workers that do not know them.
     overrides : mapping of str to object
         Declarations that win over the header lines of the tables.
     specification : Specification or None
@@ -53,8 +59,15 @@ class Settings:
     temperature_laws: str = TEMPERATURE_LAWS[0]
     model: Discovery | None = None
     head: HeadCalibration | None = None
+    effects: tuple[Effect, ...] = ()
     overrides: Mapping[str, Any] = field(default_factory=dict)
     specification: Specification | None = None
+
+    def with_own_effects(self) -> Settings:
+        """Take along the effects of the model that come from a file of the caller's."""
+        needed = {found.id for found in self.model.effects} if self.model else set()
+        own = (entry for entry in catalogue() if entry.id in needed and not is_built_in(entry))
+        return replace(self, effects=tuple(e for e in own if isinstance(e.term, Formula)))
 
     def try_out(self) -> None:
         """Fit a good table, so that wrong options are told once and before any file.
@@ -69,6 +82,8 @@ class Settings:
         AccelcalWarning
             If the method is misprinted.
         """
+        if self.model is not None:
+            disturbances(self.model.effects)
         record = read_table(io.StringIO(_GOOD_TABLE), overrides=self.overrides)
         options = self.options()
         options.check()
@@ -97,7 +112,8 @@ class Settings:
     def fingerprint(self) -> str:
         """Digest of all that decides the results of a file besides the file."""
         files = ["" if file is None else file.to_json() for file in (self.model, self.head)]
+        own = [(entry.id, entry.acts_on, entry.formula) for entry in self.effects]
         given = sorted((key, value) for key, value in self.overrides.items() if value is not None)
-        plain = replace(self, model=None, head=None, overrides={})
-        parts = (__version__, repr(plain), repr(given), *files)
+        plain = replace(self, model=None, head=None, effects=(), overrides={})
+        parts = (__version__, repr(plain), repr(given), repr(own), *files)
         return hashlib.sha256("\0".join(parts).encode()).hexdigest()

@@ -55,6 +55,12 @@ def calibrate_many(records: Sequence[TumbleRecord], options: Options | None = No
     InputError
         If what is asked is asked of no record.
 
+    Notes
+    -----
+    Alone are, beside those of `plans_of`, records that told of the head that is given: what they
+    told is left out, so that each has a head of its own. The sizes of the effects of a model are
+    found record by record; the records without them are calibrated together.
+
     Examples
     --------
     >>> import accelcal

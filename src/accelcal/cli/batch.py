@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from accelcal.cli.options import calibration_options, output_option
+from accelcal.cli.fit_arguments import fit_arguments, specification_in
+from accelcal.cli.options import calibration_options, effects_option, output_option
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:
@@ -35,14 +36,13 @@ __all__ = ["batch"]
     help="Work on the Dask cluster of this scheduler; 'local' starts one of --jobs processes.",
 )
 @calibration_options
+@effects_option
 def batch(
     paths: Sequence[str],
     path: str,
     jobs: int | None,
     resume: bool,
     dask: str | None,
-    coefficients: str,
-    model: str | None,
     spec: str | None,
     **options: Any,
 ) -> None:
@@ -57,12 +57,13 @@ def batch(
     Examples:
       accelcal batch archive/ -o results.parquet
       accelcal batch '20*/*.csv' -o results.csv --robust --spec examples/al15.toml
+      accelcal batch 2024/ -o results.csv --head head.json --model model.json
       accelcal batch archive/ -o results.csv --resume
       accelcal batch s3://bucket/tests -o results.parquet --dask tcp://scheduler:8786
     """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
     from accelcal.archive.batch import write_batch
 
-    fitting = {name: options.pop(name) for name in _OF_FIT}
+    arguments = fit_arguments(options)
     with _progress() as progress, _interruptible(path):
         counts = write_batch(
             paths,
@@ -71,28 +72,11 @@ def batch(
             resume=resume,
             dask=dask,
             progress=progress,
-            coefficients=[name.strip() for name in coefficients.split(",")],
-            model=None if model is None else _model(model),
-            specification=None if spec is None else _specification(spec),
+            specification=specification_in(spec),
             overrides=options,
-            **fitting,
+            **arguments,
         )
     _tell(counts, path)
-
-
-_OF_FIT = ("method", "robust", "delta0", "strict", "temperature_laws")
-
-
-def _model(path: str) -> Any:
-    from accelcal.io.discoveries import read_discovery
-
-    return read_discovery(path)
-
-
-def _specification(path: str) -> Any:
-    from accelcal.io.specification import read_specification
-
-    return read_specification(path)
 
 
 def _tell(counts: BatchCounts, path: str) -> None:

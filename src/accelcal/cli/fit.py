@@ -13,6 +13,7 @@ from accelcal.cli.deliver import (
     refuse_stdin_twice,
     refuse_to_overwrite,
 )
+from accelcal.cli.fit_arguments import fit_arguments, specification_in
 from accelcal.cli.options import (
     calibration_options,
     data_argument,
@@ -25,8 +26,7 @@ from accelcal.cli.options import (
 if TYPE_CHECKING:
     from accelcal.record import TumbleRecord
     from accelcal.results.calibration import Calibration
-    from accelcal.results.discovery import Discovery
-    from accelcal.results.head_calibration import HeadCalibration
+    from accelcal.specification import Specification
 
 __all__ = ["fit"]
 
@@ -35,11 +35,6 @@ __all__ = ["fit"]
 @data_argument(many=True)
 @output_option("the calibration as JSON", metavar="CAL.json")
 @calibration_options
-@click.option(
-    "--head",
-    metavar="HEAD.json|CERT.csv",
-    help="Correct for the errors of the head: of accelcal head, or of a certificate.",
-)
 @click.option("--serial", metavar="TEXT", help="Serial number of the accelerometer.")
 @effects_option
 @report_option
@@ -47,18 +42,10 @@ __all__ = ["fit"]
 def fit(
     data: Sequence[str],
     path: str | None,
-    method: str,
-    robust: bool,
-    delta0: float | None,
-    coefficients: str,
-    strict: bool,
-    temperature_laws: str,
-    model: str | None,
-    head: str | None,
     spec: str | None,
     page: str | None,
     form: str,
-    **declared: Any,
+    **options: Any,
 ) -> None:
     """Calibrate from the tables DATA.
 
@@ -79,25 +66,14 @@ def fit(
     from accelcal.calibrate.fit import fit as calibrate
     from accelcal.io.tables import read_tables
 
-    known = None if model is None else _model(model)
-    of_head = None if head is None else _head(head)
+    arguments, specification = fit_arguments(options), specification_in(spec)
     calibrations = [
-        calibrate(
-            record,
-            method=method,
-            robust=robust,
-            delta0=delta0,
-            coefficients=[name.strip() for name in coefficients.split(",")],
-            strict=strict,
-            temperature_laws=temperature_laws,
-            model=known,
-            head=of_head,
-        )
+        calibrate(record, **arguments)
         for source in data
-        for record in _noted(read_tables(source, overrides=declared))
+        for record in _noted(read_tables(source, overrides=options))
     ]
-    if spec is not None:
-        calibrations = _judged(calibrations, spec)
+    if specification is not None:
+        calibrations = _judged(calibrations, specification)
     if path is not None:
         deliver(_json(calibrations), path)
     if page is not None:
@@ -116,25 +92,11 @@ def _noted(records: Iterable[TumbleRecord]) -> Iterator[TumbleRecord]:
         yield record
 
 
-def _model(path: str) -> Discovery:
-    from accelcal.io.discoveries import read_model
-
-    return read_model(path)
-
-
-def _head(path: str) -> HeadCalibration:
-    from accelcal.io.head import read_head
-
-    return read_head(path)
-
-
-def _judged(calibrations: Sequence[Calibration], spec: str) -> list[Calibration]:
+def _judged(calibrations: Sequence[Calibration], specification: Specification) -> list[Calibration]:
     from dataclasses import replace
 
-    from accelcal.io.specification import read_specification
     from accelcal.verdict import judge
 
-    specification = read_specification(spec)
     return [replace(found, verdict=judge(found, specification)) for found in calibrations]
 
 

@@ -262,6 +262,11 @@ _CALIBRATION: tuple[Callable[[Any], Any], ...] = (
         help="Take out the effects of this discovery; their sizes are fitted anew.",
     ),
     click.option(
+        "--head",
+        metavar="HEAD.json|CERT.csv",
+        help="Correct for the errors of the head: of accelcal head, or of a certificate.",
+    ),
+    click.option(
         "--spec",
         metavar="SPEC.toml",
         help="Judge against this data sheet; the exit code is 1 where a limit fails.",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from threading import Lock
 from typing import get_args
 
 from accelcal.arguments import expect, kind_of
@@ -12,7 +13,16 @@ from accelcal.effects import readings, shape, stand, temperature, time
 from accelcal.effects.effect import ActsOn, Effect
 from accelcal.errors import InputError
 
-__all__ = ["catalogue", "effect", "is_built_in", "refuse", "register", "registered", "unregister"]
+__all__ = [
+    "brought_along",
+    "catalogue",
+    "effect",
+    "is_built_in",
+    "refuse",
+    "register",
+    "registered",
+    "unregister",
+]
 
 _BUILT_IN = (
     *shape.EFFECTS,
@@ -22,6 +32,7 @@ _BUILT_IN = (
     *readings.EFFECTS,
 )
 _BY_ID = {entry.id: entry for entry in _BUILT_IN}
+_BRINGING = Lock()
 
 
 def catalogue() -> tuple[Effect, ...]:
@@ -159,6 +170,22 @@ def registered(*effects: Effect) -> Iterator[None]:
         yield
     finally:
         unregister(*(entry.id for entry in effects))
+
+
+@contextmanager
+def brought_along(*effects: Effect) -> Iterator[None]:
+    """Have effects of another process in the catalogue for as long as a ``with`` block lasts.
+
+    Parameters
+    ----------
+    *effects : Effect
+        Effects, of which some may be known here; where there are any, one thread goes at a time.
+    """
+    if not effects:
+        yield
+        return
+    with _BRINGING, registered(*(entry for entry in effects if entry not in catalogue())):
+        yield
 
 
 def refuse(entry: Effect) -> None:
