@@ -11,11 +11,14 @@ import accelcal
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import ReadingNoise, reading_noise
 from accelcal.estimate.tables import prepare
+from accelcal.gates import replicates, resolution, sizes
+from accelcal.gates.plan import TablePlan, plan_of
 from accelcal.gates.record import RecordStack, gates_of_records
 from accelcal.gates.stack import TableStack, of_one_plan
 from accelcal.gates.table import gates_of_stack, gates_of_tables, table_gates
 from accelcal.gates.verdict import VERDICTS
 from accelcal.geometry import accelerations, position_angles
+from accelcal.grouping import decimal_steps
 from accelcal.model import output
 
 TRUTH = {"K0": 4e-3, "K1": 1.3, "K2": 1e-4, "K3": 9e-5, "M_P": 1.2e-3, "M_ip": 2e-5}
@@ -160,7 +163,7 @@ def test_tables_may_have_times_and_scatters_of_their_own(declared):
 def test_equal_times_are_one_plan():
     tables = list(faulty(*plan(6), times=lambda *_: 60.0 * np.arange(54), count=4))
     stack = TableStack.of(tables, *fits_of(tables))
-    assert stack.moment.shape == (1, 54)
+    assert stack.plan.moment.shape == (1, 54)
     assert stack.hours == pytest.approx(53.0 / 60.0)
 
 
@@ -232,3 +235,153 @@ def test_a_stack_of_records_is_as_each_record():
         for many, single in zip(together, gates_of_records(one), strict=True):
             assert many.gate(i) == single.gate(0)
     assert {name for gate in together for name in gate.verdicts} == set(VERDICTS)
+
+
+# -- screens: what passes most tables at once, against what it stands for --------------------------
+
+SHAPES = [(6, 8, 0), (6, 8, 7), (2, 12, 0), (3, 4, 0), (1, 8, 0)]
+
+
+def tables_of(strokes, positions, gaps, **more):
+    angle, stroke = plan(strokes, positions, gaps, np.random.default_rng(1))
+    return list(faulty(angle, stroke, **more))
+
+
+# -- units -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("near", [1e-3, 0.05, 0.5])
+def test_sizes_that_are_alike_are_those_of_no_warning(shape, near):
+    """Readings of nearly 10^0.9 times, or a third of, the others, strokes of nearly 1.3 times."""
+    table = tables_of(*shape)[0]
+    rng = np.random.default_rng(5)
+    groups = sizes._groups(plan_of(table, None))
+    count, kind = 2000, rng.integers(0, 3, 2000)
+    y = table.record.output[:, None] * np.ones(count)
+    some = rng.integers(0, len(y), count)
+    limits = np.where(kind == 0, 10.0**0.9, 0.3) ** rng.choice([-1.0, 1.0], count)
+    at_limit = limits * rng.uniform(1.0 - near, 1.0 + near, count)
+    y[some, np.arange(count)] *= np.where(kind < 2, at_limit, 1.0)
+    own = np.equal(groups.strokes.cell[:, None], rng.integers(0, shape[0], count)) & (kind == 2)
+    y *= np.where(own, 1.3 * rng.uniform(1.0 - near, 1.0 + near, count), 1.0)
+    amplitude = groups.amplitudes(y)
+    alike = sizes._alike(np.abs(y), amplitude, groups.axes)
+    bad = sizes._Sizes.of(y, amplitude, groups).bad
+    assert not (alike & bad).any()
+    assert alike.mean() > 0.2
+    assert not alike.all()
+
+
+@pytest.mark.parametrize("near", [1e-3, 0.05, 0.5])
+def test_axes_that_hardly_tell_are_told_from_those_that_do(near):
+    """Readings of 0.3 times those of another axis, one of them a tenth of the others."""
+    rng = np.random.default_rng(6)
+    axes = [np.arange(7), np.arange(7, 14)]
+    size = rng.uniform(1.0 - near, 1.0 + near, (14, 5000))
+    size[7:] *= 0.3
+    size[7] *= rng.choice([0.1, 1.0], 5000)
+    alike = sizes._alike(size, np.ones((1, 5000)), axes)
+    wrong = (sizes._decades(size, axes) != 0.0).any(axis=0)
+    assert not (alike & wrong).any()
+    assert alike.sum() > 2000
+    assert wrong.sum() > 500
+
+
+def test_units_of_a_stack_are_judged_as_without_a_screen():
+    tables = tables_of(6, 8, 0, count=300)
+    stack = TableStack.of(tables, *fits_of(tables))
+    groups = sizes._groups(stack.plan)
+    whole = sizes._Sizes.of(stack.output, groups.amplitudes(stack.output), groups)
+    assert ((sizes.units(stack).verdict == 1) == whole.bad).all()
+    assert 0 < whole.bad.sum() < 300
+
+
+# -- steps -----------------------------------------------------------------------------------------
+
+
+def steps_one_by_one(values):
+    """Largest power of ten of which each row is a multiple, digit by digit."""
+    for row in values:
+        largest = np.abs(row).max()
+        possible = [
+            10.0**-digits
+            for digits in range(13)
+            if 100.0 <= largest * 10.0**digits <= 1e12
+            and np.abs(row * 10.0**digits - np.round(row * 10.0**digits)).max() < 1e-4
+        ]
+        yield max(possible, default=0.0)
+
+
+def coarse(count=3000, n=20):
+    """Rows in steps of 1, 2, 5 or 7 of a digit; some of them finer in a few readings, or zero."""
+    rng = np.random.default_rng(8)
+    digits = rng.integers(0, 9, (count, 1))
+    values = np.round(rng.choice([1, 2, 5, 7], (count, 1)) * rng.integers(-2000, 2000, (count, n)))
+    values = values * 10.0**-digits
+    finer = rng.random((count, n)) < rng.choice([0.0, 0.05], (count, 1))
+    values += np.where(finer, 10.0 ** -(digits + rng.integers(1, 4, (count, 1))), 0.0)
+    values[::7, :6] = values[::7, :1]
+    values[::50] = 0.0
+    return values
+
+
+def test_steps_of_many_rows_are_those_of_each():
+    values = coarse()
+    expected = list(steps_one_by_one(values))
+    assert decimal_steps(values).tolist() == expected
+    assert decimal_steps(values.T.copy().T).tolist() == expected
+    assert len(set(expected)) > 8
+
+
+def test_a_visible_step_is_that_of_all_readings():
+    y = coarse().T
+    digit = decimal_steps(y.T)
+    counts = np.round(y / np.where(digit > 0.0, digit, 1.0)).astype(np.int64)
+    expected = np.where(digit > 0.0, digit * np.gcd.reduce(counts - counts[0], axis=0), 0.0)
+    assert (resolution._visible_step(y) == expected).all()
+    assert len(set(np.round(expected / np.where(digit > 0.0, digit, 1.0)).tolist())) > 3
+
+
+# -- replicates ------------------------------------------------------------------------------------
+
+
+def minutes(i, rng):
+    return 60.0 * np.arange(54) + (rng.uniform(0.0, 20.0, 54) if i else 0.0)
+
+
+@pytest.mark.parametrize(
+    ("shape", "times"), [*((shape, None) for shape in SHAPES), ((6, 8, 0), minutes)]
+)
+def test_what_directions_add_is_the_difference_of_two_fits(shape, times):
+    tables = tables_of(*shape, times=times, count=24)
+    stack = TableStack.of(tables, *fits_of(tables))
+    together = replicates._together(stack.plan)
+    squares, part = replicates._added_by_directions(stack)
+    expected = together.fit(stack.output).squares - stack.apart.squares
+    rounding = 1e-9 * stack.apart.squares + 1e3 * stack.smallest**2
+    assert (np.abs(squares - expected) <= 1e-9 * expected + rounding).all()
+    assert (part == together.dof - stack.plan.apart.dof).all()
+
+
+# -- plans -----------------------------------------------------------------------------------------
+
+
+def test_tables_of_one_plan_share_it():
+    one, other = tables_of(6, 8, 0, count=2)
+    assert plan_of(one, None) is plan_of(other, None)
+    by_minute = 60.0 * np.arange(54.0)[None]
+    timed = plan_of(one, by_minute)
+    assert timed is plan_of(other, by_minute.repeat(2, axis=0))
+    assert timed is not plan_of(one, None)
+    assert timed.moment.tolist() == by_minute.tolist()
+
+
+@pytest.mark.parametrize("part", ["angle", "head", "stroke", "design"])
+def test_a_plan_is_that_of_its_table(part):
+    for shape in SHAPES:
+        table = tables_of(*shape)[0]
+        record = table.record
+        found: TablePlan = plan_of(table, None)
+        expected = {"angle": record.angle, "head": table.head, "stroke": record.stroke}
+        assert (getattr(found, part) == {**expected, "design": table.kept_design}[part]).all()

@@ -18,7 +18,7 @@ from accelcal.estimate.noise import reading_noise
 from accelcal.estimate.tables import prepare
 from accelcal.gates import order
 from accelcal.gates.stack import TableStack
-from accelcal.gates.swaps import best_swap
+from accelcal.gates.swaps import best_swap, swap_blocks
 from accelcal.gates.table import gates_of_stack, table_gates
 
 SCALE_FACTOR, BIAS, SECOND, THIRD, MISALIGNMENT = 1.35, 3.3e-3, 105e-6, 87e-6, 1.15e-3  # AL-15
@@ -200,7 +200,7 @@ def test_orders_are_judged_as_by_refitting_each():
     """The update of the squared residuals against a design of its own for each order."""
     table = prepared(missing=0.1, seed=3, strokes=5)
     stack, fit, groups = stacked([table]), *fit_and_groups(table)
-    for other in order._other_orders(table):
+    for other in order._other_orders(table.record.angle, table.head):
         squares = order._squares_of_groups(stack, stack.output, fit, other, groups)
         for k, name in enumerate(groups.names):
             chosen = groups.readings(k)
@@ -212,19 +212,20 @@ def test_orders_are_judged_as_by_refitting_each():
 
 
 def fit_and_groups(table):
-    fit = order._Fit.of(table.kept_design, table.record.output[:, None])
+    fit = order._Basis.of(table.kept_design).fit(table.record.output[:, None])
     return fit, order._Groups.of(table.record.stroke)
 
 
 def test_no_order_of_a_group_is_better_than_leaving_it_out():
     table = prepared(missing=0.1, seed=3, strokes=5)
     stack, fit, groups = stacked([table]), *fit_and_groups(table)
-    without = [fit.without(groups.readings(k)).item() for k in range(len(groups.names))]
-    for k, squares in enumerate(without):
-        kept = ~groups.readings(k)
+    chosen = [groups.readings(k) for k in range(len(groups.names))]
+    without = [order._LeftOut.of(fit.basis, own).squares(fit).item() for own in chosen]
+    for own, squares in zip(chosen, without, strict=True):
+        kept = ~own
         rest = np.linalg.lstsq(table.kept_design[kept], table.record.output[kept], rcond=None)[1]
         assert squares == pytest.approx(rest.item(), rel=1e-6)
-    for other in order._other_orders(table):
+    for other in order._other_orders(table.record.angle, table.head):
         squares = order._squares_of_groups(stack, stack.output, fit, other, groups)
         assert (squares > without).all()
 
@@ -238,7 +239,9 @@ def test_swaps_are_judged_as_by_refitting_each(fault, better):
     fit, groups = fit_and_groups(table)
     left = dict(squares_of_swaps(table))
     best = min(left, key=left.get)
-    found = best_swap(table.record.output[:, None], fit.residual, fit.basis, groups.strokes, better)
+    basis = fit.basis.columns
+    blocks = swap_blocks(basis, groups.strokes)
+    found = best_swap(table.record.output[:, None], fit.residual, basis, blocks, better)
     if left[best] < fit.squares[0] / better:
         assert tuple(found.pair[0].tolist()) == best
         assert found.squares[0] == pytest.approx(left[best], rel=1e-6)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from functools import cache
-from itertools import pairwise
+from itertools import compress, pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.noise import FEW
+from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
 from accelcal.gates.trend import Trend, contracted, rank_and_inverse
 from accelcal.gates.verdict import SIGNIFICANT, GateStack, acceleration, angle, gate_stack
@@ -28,50 +29,46 @@ _WORDS = {  # what drifts -> its name, its mean over the run
 
 
 class _Parts(NamedTuple):
-    """What the readings of T tables say of the parts of their trends, each beside the others.
+    """What the readings tell of the parts of a trend: bias, scale factor and angle.
 
-    The parts are bias, scale factor and angle. `told` says which the readings tell, (3, D); `ratio`
-    is Fisher's F of each, (3, T), of the degrees of freedom `dof1`, (3, D), and `dof2`, (D,).
-    `level` is that of all of a table's parts together.
+    Attributes
+    ----------
+    basis : ndarray, shape (D, n, q)
+        Orthonormal columns of what each part adds to the others, those of the bias first.
+    places : list of slice
+        Columns of each part.
+    told : ndarray of bool, shape (3, D)
+        Whether the readings tell it.
+    dof1, dof2 : ndarray, shape (3, D)
+        Degrees of freedom of the part and of what it is held against.
     """
 
+    basis: Array
+    places: list[slice]
     told: Mask
-    ratio: Array
     dof1: Array
     dof2: Array
-    level: float
 
-    @property
-    def known(self) -> NDArray[np.intp]:
-        """Number of parts that the readings tell, shape (D,)."""
-        return np.asarray(self.told.sum(axis=0))
+    def level(self, level: float) -> Array:
+        """Level of each part, shape (D,), where that of all together is given."""
+        return np.asarray(level / np.maximum(self.told.sum(axis=0), 1))
 
-    @property
-    def moving(self) -> Mask:
-        """Parts that move significantly, shape (3, T)."""
-        level = self.level / np.maximum(self.known, 1)
-        return np.asarray(self.told & f_exceeds(level, self.ratio, self.dof1, self.dof2))
-
-    def of(self, table: int) -> _Parts:
-        """Return those of one table."""
-        own = slice(table, table + 1)
-        ratio, of_plan = self.ratio[:, own], own if self.dof2.size > 1 else slice(1)
-        told, dof1, dof2 = self.told[:, of_plan], self.dof1[:, of_plan], self.dof2[of_plan]
-        return _Parts(told, ratio, dof1, dof2, self.level)
+    def p(self, ratio: Array, table: int) -> float:
+        """Probability of the most significant of the parts of one table that are told."""
+        own = table if self.told.shape[1] > 1 else 0
+        told = self.told[:, own]
+        tests = ratio[told, table], self.dof1[told, own], self.dof2[told, own]
+        return min(float(f_survival(*tests).min()) * int(told.sum()), 1.0)
 
 
-def _said(parts: _Parts, moved: Array, hours: float) -> str:
-    """Say what moves in one table, by how much over the run and in an hour."""
-    told, moving = parts.told[:, 0], parts.moving[:, 0]
-    names = np.array(Trend._fields)
-    sizes = dict(zip(Trend._fields, moved.tolist(), strict=True))
-    named = names[moving if moving.any() else told].tolist()
-    courses = " and ".join(_course(name, sizes[name], hours) for name in named)
-    means = " and ".join(_WORDS[name][1] for name in names[moving].tolist())
-    verb = "is the mean" if moving.sum() == 1 else "are the means"
-    more = f"; {means} {verb} over the run" if means else ""
-    p = f_survival(parts.ratio, parts.dof1, parts.dof2)[told].min() * told.sum()
-    return f"from start to end of the run {courses}, p = {min(p, 1.0):.2g}{more}"
+@once_a_plan
+def _parts(plan: TablePlan) -> _Parts:
+    found, places = plan.apart, _places(plan.trend)
+    each = [_beside_others(found.within, found.rank, own) for own in places]
+    rank = np.stack([rank for rank, _ in each])
+    told = (rank >= 1.0) & (found.dof >= FEW)
+    dof1, dof2 = np.where(told, rank, 1.0), np.where(told, found.dof, 1.0)
+    return _Parts(np.concatenate([own for _, own in each], axis=2), places, told, dof1, dof2)
 
 
 def _course(name: str, moved: float, hours: float) -> str:
@@ -107,28 +104,39 @@ def drift(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
     directions nor an open turn counts as drift. Each trend is tested beside the others, so that
     each is named for what it is; they share the false-alarm rate.
     """
-    parts = _parts(stack, level)
+    parts = _parts(stack.plan)
+    ratio = _ratios(stack, parts)
+    moving = parts.told & f_exceeds(parts.level(level), ratio, parts.dof1, parts.dof2)
+    told = np.broadcast_to(parts.told, moving.shape)
     moved = cache(lambda: _moved(stack))
 
     def said(index: int) -> str:
         hours = float(stack.hours[index if stack.hours.size > 1 else 0])
-        return _said(parts.of(index), moved()[:, index], hours)
+        sizes = dict(zip(Trend._fields, moved()[:, index].tolist(), strict=True))
+        names = list(compress(Trend._fields, moving[:, index]))
+        shown = names or list(compress(Trend._fields, told[:, index]))
+        courses = " and ".join(_course(name, sizes[name], hours) for name in shown)
+        p = f"p = {parts.p(ratio, index):.2g}"
+        return f"from start to end of the run {courses}, {p}{_what_is_a_mean(names)}"
 
-    few = not stack.trend.bias.shape[2], "needs three strokes or more, of all positions"
-    untold = parts.known == 0, "no angle is read often enough in one direction"
-    return gate_stack("drift", np.asarray(parts.moving.any(axis=0)), said, (few, untold))
+    few = not stack.plan.trend.bias.shape[2], "needs three strokes or more, of all positions"
+    untold = ~parts.told.any(axis=0), "no angle is read often enough in one direction"
+    return gate_stack("drift", np.asarray(moving.any(axis=0)), said, (few, untold))
 
 
-def _parts(stack: TableStack, level: float) -> _Parts:
-    """The parts of the trends, each tested beside the others."""
-    found = stack.apart
-    each = [_beside_others(found.within, found.rank, own) for own in _places(stack.trend)]
-    parts = np.stack([part for part, _ in each])
-    told = (parts >= 1.0) & (found.dof >= FEW)
-    explained = np.array([(contracted(basis, stack.output) ** 2).sum(axis=0) for _, basis in each])
-    variance = np.maximum(found.squares / np.maximum(found.dof, 1.0), stack.smallest**2)
-    dof1, dof2 = np.where(told, parts, 1.0), np.maximum(found.dof, 1.0)
-    return _Parts(told, explained / dof1 / variance, dof1, dof2, level)
+def _what_is_a_mean(names: list[str]) -> str:
+    """Say of what moves that its coefficient is the mean over the run."""
+    means = " and ".join(_WORDS[name][1] for name in names)
+    verb = "is the mean" if len(names) == 1 else "are the means"
+    return f"; {means} {verb} over the run" if names else ""
+
+
+def _ratios(stack: TableStack, parts: _Parts) -> Array:
+    """Fisher's F of each part beside the others, against the pure error, shape (3, T)."""
+    along = contracted(parts.basis, stack.output) ** 2
+    explained = np.array([along[own].sum(axis=0) for own in parts.places])
+    variance = stack.apart.squares / np.maximum(stack.plan.apart.dof, 1.0)
+    return np.asarray(explained / parts.dof1 / np.maximum(variance, stack.smallest**2))
 
 
 def _places(trend: Trend) -> list[slice]:
@@ -149,9 +157,9 @@ def _beside_others(within: Array, rank: Array, own: slice) -> tuple[Array, Array
 
 def _moved(stack: TableStack) -> Array:
     """By how much each part moves from the first to the last reading, shape (3, T)."""
-    trend, coefficients = stack.trend, stack.apart.trend
-    row = np.arange(len(stack.moment))
-    last, first = (pick(stack.moment, axis=1) for pick in (np.argmax, np.argmin))
+    trend, moment, coefficients = stack.plan.trend, stack.plan.moment, stack.apart.trend
+    row = np.arange(len(moment))
+    last, first = (pick(moment, axis=1) for pick in (np.argmax, np.argmin))
     change = (trend.bias[row, last] - trend.bias[row, first]).T
     bias = (change * coefficients[: len(change)]).sum(axis=0)
     # the time goes from -1 to 1; a turn forward makes cos th less, by its sine

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
+from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
-from accelcal.gates.swaps import best_swap
+from accelcal.gates.swaps import SwapBlock, best_swap, swap_blocks
 from accelcal.gates.trend import Cells
 from accelcal.gates.verdict import GateStack, gate_stack, times
 from accelcal.geometry import accelerations
@@ -63,38 +64,59 @@ class OtherOrder(NamedTuple):
     better: float
 
 
-class _Fit(NamedTuple):
-    """The fits in the order given, in a basis in which their normal matrix is one."""
+class _Basis(NamedTuple):
+    """A basis of the columns of a design in which their normal matrix is one."""
 
-    basis: Array  # shape (n, p)
-    to_basis: Array  # from the columns of the design, shape (p, p)
+    columns: Array  # shape (n, p)
+    of_design: Array  # from the columns of the design, shape (p, p)
+
+    @classmethod
+    def of(cls, design: Array) -> _Basis:
+        columns, triangle = np.linalg.qr(design)
+        return cls(columns, np.linalg.inv(triangle))
+
+    def fit(self, output: Array) -> _Fit:
+        """Fit readings of shape (n, T)."""
+        values = self.columns.T @ output
+        residual = output - self.columns @ values
+        return _Fit(self, values, residual, (residual**2).sum(axis=0))
+
+
+class _Fit(NamedTuple):
+    """The fits in the order given."""
+
+    basis: _Basis
     values: Array  # the coefficients in this basis, shape (p, T)
     residual: Array  # shape (n, T)
     squares: Array  # of the residuals, shape (T,)
 
-    @classmethod
-    def of(cls, design: Array, output: Array) -> _Fit:
-        basis, triangle = np.linalg.qr(design)
-        values = basis.T @ output
-        residual = output - basis @ values
-        squares = (residual**2).sum(axis=0)
-        return cls(basis, np.linalg.inv(triangle), values, residual, squares)
-
     def of_tables(self, rows: Places) -> _Fit:
-        values, residual = self.values[:, rows], self.residual[:, rows]
-        return _Fit(self.basis, self.to_basis, values, residual, self.squares[rows])
+        arrays = (each[..., rows] for each in (self.values, self.residual, self.squares))
+        return _Fit(self.basis, *arrays)
 
-    def without(self, left_out: Mask) -> Array:
-        """Squared residuals of a fit without some readings, shape (T,).
 
-        Of the squares r r it takes r_o (1 - B_o B_o')^-1 r_o, where r_o and B_o are their residuals
-        and their rows of the basis.
+class _LeftOut(NamedTuple):
+    """What a fit without some readings needs."""
+
+    readings: Places
+    basis: Array  # their rows of the basis B, shape (readings, p)
+    inverse: Array  # (1 - B' B)^-1, shape (p, p)
+
+    @classmethod
+    def of(cls, basis: _Basis, readings: Mask) -> _LeftOut:
+        own = basis.columns[readings]
+        return cls(np.flatnonzero(readings), own, _inverse(np.eye(own.shape[1]) - own.T @ own))
+
+    def squares(self, fit: _Fit) -> Array:
+        """Squared residuals without these readings, shape (T,).
+
+        Where r are theirs in the whole fit, it is less by r (1 - B B')^-1 r, which is
+        r r + r B (1 - B' B)^-1 B' r.
         """
-        basis, residual = self.basis[left_out], self.residual[left_out]
-        pull = basis.T @ residual
-        inverse = _inverse(np.eye(basis.shape[1]) - basis.T @ basis)
-        taken = (residual**2).sum(axis=0) + (pull * (inverse @ pull)).sum(axis=0)
-        return np.asarray(self.squares - taken)
+        residual = fit.residual[self.readings]
+        pull = self.basis.T @ residual
+        taken = (residual**2).sum(axis=0) + (pull * (self.inverse @ pull)).sum(axis=0)
+        return np.asarray(fit.squares - taken)
 
 
 class _Groups(NamedTuple):
@@ -134,6 +156,24 @@ class _Groups(NamedTuple):
         return np.asarray(self.members[group, self.strokes.cell] > 0.0)
 
 
+class _OrderPlan(NamedTuple):
+    """What the other orders of tables of one plan are."""
+
+    basis: _Basis
+    groups: _Groups
+    orders: list[_Order]
+    without: list[_LeftOut]  # each group
+    swaps: list[SwapBlock]
+
+
+@once_a_plan
+def _order_plan(plan: TablePlan) -> _OrderPlan:
+    basis, groups = _Basis.of(plan.design), _Groups.of(plan.stroke)
+    without = [_LeftOut.of(basis, groups.readings(i)) for i in range(len(groups.names))]
+    swaps = swap_blocks(basis.columns, groups.strokes)
+    return _OrderPlan(basis, groups, list(_other_orders(plan.angle, plan.head)), without, swaps)
+
+
 class _Found(NamedTuple):
     """Best other order of strokes of each table: its squares, infinite for none, and its place."""
 
@@ -162,12 +202,11 @@ def order_of_positions(stack: TableStack) -> GateStack:
     proportion, a negative sign as a negative scale factor. A mirror turns the signs of M and M_ip
     and shows nowhere.
     """
-    record = stack.table.record
-    none_left = len(record) <= len(stack.table.estimability.kept)
-    fit = _Fit.of(stack.table.kept_design, stack.output)
-    groups, orders = _Groups.of(record.stroke), list(_other_orders(stack.table))
-    other = _best_order(stack, fit, groups, orders)
-    swap = best_swap(stack.output, fit.residual, fit.basis, groups.strokes, _MUCH_BETTER)
+    plan = _order_plan(stack.plan)
+    none_left = plan.basis.columns.shape[0] <= plan.basis.columns.shape[1]
+    fit = plan.basis.fit(stack.output)
+    other = _best_order(stack, fit)
+    swap = best_swap(stack.output, fit.residual, plan.basis.columns, plan.swaps, _MUCH_BETTER)
     best = np.maximum(np.minimum(other.squares, swap.squares), _least(stack))
     bad = fit.squares > _MUCH_BETTER * best
 
@@ -176,7 +215,7 @@ def order_of_positions(stack: TableStack) -> GateStack:
             return "no other order of positions fits far better"
         how = f"{' and '.join(stack.place(index, i) for i in swap.pair[index].tolist())} swapped"
         if other.squares[index] <= swap.squares[index]:
-            how = f"{groups.names[other.group[index]]} {orders[other.order[index]].said}"
+            how = f"{plan.groups.names[other.group[index]]} {plan.orders[other.order[index]].said}"
         ratio = times(float(np.sqrt(fit.squares[index] / best[index])))
         return f"the residuals would be {ratio} times smaller with {how}"
 
@@ -208,28 +247,30 @@ def order_of_strokes(table: PreparedTable, delta0: float = 0.0) -> OtherOrder | 
         return None
     nothing = np.zeros(len(COEFFICIENTS))
     stack = TableStack.of([table], [nothing], [ReadingNoise(np.nan, 0.0, "none")], delta0)
-    fit = _Fit.of(table.kept_design, stack.output)
-    groups, orders = _Groups.of(table.record.stroke), list(_other_orders(table))
-    found = _best_order(stack, fit, groups, orders)
+    plan = _order_plan(stack.plan)
+    fit = plan.basis.fit(stack.output)
+    found = _best_order(stack, fit)
     squares, left = float(fit.squares[0]), float(found.squares[0])
     least = max(left, float(_least(stack)[0]))
     if squares <= _MUCH_BETTER * least:
         return None
-    order, group = orders[found.order[0]], int(found.group[0])
-    said = f"{groups.names[group]} {order.said}"
-    chosen = groups.readings(group)
+    order, group = plan.orders[found.order[0]], int(found.group[0])
+    said = f"{plan.groups.names[group]} {order.said}"
+    chosen = plan.groups.readings(group)
     return OtherOrder(said, left, chosen, order.angle, order.sign, squares / least)
 
 
-def _best_order(stack: TableStack, fit: _Fit, groups: _Groups, orders: list[_Order]) -> _Found:
+def _best_order(stack: TableStack, fit: _Fit) -> _Found:
     """The best of the other orders of strokes of each table."""
+    plan = _order_plan(stack.plan)
+    groups, orders = plan.groups, plan.orders
     nothing = np.zeros(len(stack), dtype=np.intp)
     found = _Found(np.full(len(stack), np.inf), nothing, nothing.copy())
     if not groups.names:
         return found
     # no order of a group fits better than leaving the group out
-    without = [fit.without(groups.readings(group)) for group in range(len(groups.names))]
-    rows = np.flatnonzero(np.min(without, axis=0) <= fit.squares / _MUCH_BETTER)
+    without = np.min([group.squares(fit) for group in plan.without], axis=0)
+    rows = np.flatnonzero(without <= fit.squares / _MUCH_BETTER)
     if rows.size == 0:
         return found
     output, part = stack.output[:, rows], fit.of_tables(rows)
@@ -244,11 +285,10 @@ def _best_order(stack: TableStack, fit: _Fit, groups: _Groups, orders: list[_Ord
     return found
 
 
-def _other_orders(table: PreparedTable) -> Iterator[_Order]:
+def _other_orders(angle: Array, head: Array) -> Iterator[_Order]:
     """Mirror, shifts by one position or two, either way, or by half a turn, and other sign."""
-    angle = table.record.angle
     yield _Order("mirrored (J counted against the turn)", -angle)
-    step = float(np.diff(distinct(table.head)).min(initial=360.0))
+    step = float(np.diff(distinct(head)).min(initial=360.0))
     for count, word in ((1, "one position"), (2, "two positions")):
         if step * count < 180.0:
             yield _Order(f"shifted by {word}", angle + count * step)
@@ -272,9 +312,10 @@ def _squares_of_groups(
     a sum over the readings concerned; refitting leaves squares + q - d (1 + D)^-1 d. So no design
     of a whole table is needed for each group, and D is the same for all tables.
     """
-    basis = _design(stack, order) @ fit.to_basis
+    basis = _design(stack, order) @ fit.basis.of_design
     residual = order.sign * output - basis @ fit.values
-    pairs = zip(_sums(groups, basis, residual), _sums(groups, fit.basis, fit.residual), strict=True)
+    given = _sums(groups, fit.basis.columns, fit.residual)
+    pairs = zip(_sums(groups, basis, residual), given, strict=True)
     squares, right, normal = (other - own for other, own in pairs)
     inverse = _inverse(np.eye(normal.shape[1]) + normal)
     return np.asarray(fit.squares[:, None] + (squares - (right @ inverse * right).sum(axis=2)).T)
@@ -296,4 +337,4 @@ def _inverse(normal: Array) -> Array:
 def _squares(stack: TableStack, output: Array, order: _Order, chosen: Mask) -> Array:
     """Squared residuals of one order, (T,), without the rounding errors of the update."""
     design = np.where(chosen[:, None], _design(stack, order), stack.table.kept_design)
-    return _Fit.of(design, np.where(chosen, order.sign, 1.0)[:, None] * output).squares
+    return _Basis.of(design).fit(np.where(chosen, order.sign, 1.0)[:, None] * output).squares

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.noise import FEW
+from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
-from accelcal.gates.trend import Cells, contracted, rank_and_inverse
+from accelcal.gates.trend import Cells, ReplicatePlan, contracted, directed
 from accelcal.gates.verdict import (
     SIGNIFICANT,
     GateStack,
@@ -19,7 +20,7 @@ from accelcal.gates.verdict import (
     gate_stack,
     reading_name,
 )
-from accelcal.grouping import grouped
+from accelcal.grouping import distinct, grouped
 from accelcal.probability import f_exceeds
 from accelcal.record import TumbleRecord
 
@@ -28,7 +29,6 @@ __all__ = ["closure", "forward_against_back", "outlier", "place"]
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 
-_ROUNDING = 1e-9
 _LEAST_FREE = 1e-6  # a reading that a mean and a trend follow wholly tells nothing of itself
 
 
@@ -51,13 +51,10 @@ def closure(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
     -----
     Two tests of Student, each at half the false-alarm rate, on what a drift over the run leaves.
     """
-    contrasts = _contrasts_of_returns(stack.table.record)
-    scatter, dof = _clean_scatter(stack)
+    returns, (scatter, dof) = _returns(stack.plan), _clean_scatter(stack)
     known = dof > 0.0
-    weights = stack.apart.blind(contrasts, stack.trend.columns)
-    means = contracted(weights, stack.output)
-    size = np.sqrt((weights**2).sum(axis=1)).T
-    errors = np.where(known, np.fmax(scatter, stack.smallest), 1.0) * size
+    means = contracted(returns.weights, stack.output)
+    errors = np.where(known, np.fmax(scatter, stack.smallest), 1.0) * returns.size
     t = (np.abs(means) / np.where(errors > 0.0, errors, 1.0)).max(axis=0)
     bad = f_exceeds(level / 2.0, t**2, 1.0, np.where(known, dof, 1.0))
 
@@ -67,25 +64,38 @@ def closure(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
         return "Y(return) - Y1 {}, end - start of a stroke {}, standard error {}".format(*sizes)
 
     missing = (
-        (not contrasts.any(), "no stroke holds both the first position and the return"),
+        (not returns.size.any(), "no stroke holds both the first position and the return"),
         (~known, "nothing tells the reading noise; repeat the strokes"),
     )
     return gate_stack("closure", bad, said, missing)
 
 
-def _contrasts_of_returns(record: TumbleRecord) -> Array:
+class _Returns(NamedTuple):
+    """Weights that make both contrasts of the returns, (D, n, 2), and their sizes, (2, D)."""
+
+    weights: Array
+    size: Array
+
+
+@once_a_plan
+def _returns(plan: TablePlan) -> _Returns:
+    weights = plan.apart.blind(_contrasts_of_returns(plan), plan.trend.columns)
+    return _Returns(weights, np.sqrt((weights**2).sum(axis=1)).T)
+
+
+def _contrasts_of_returns(plan: TablePlan) -> Array:
     """Weights that make return minus start, and end minus start in time, shape (n, 2)."""
-    start = record.angle.min()
-    first, last = (np.abs(record.angle - at) < 1e-6 for at in (start, start + 360.0))
-    strokes, stroke, _ = grouped(record.stroke)
-    weight = np.zeros(len(record))
+    start = plan.angle.min()
+    first, last = (np.abs(plan.angle - at) < 1e-6 for at in (start, start + 360.0))
+    strokes, stroke, _ = grouped(plan.stroke)
+    weight = np.zeros(plan.angle.size)
     for own, sign in ((first, -1.0), (last, 1.0)):
         readings = np.bincount(stroke[own], minlength=strokes.size)
         weight[own] = sign / readings[stroke[own]]
     whole = [np.bincount(stroke[own], minlength=strokes.size) > 0 for own in (first, last)]
     paired = whole[0] & whole[1]
     weight *= paired[stroke] / max(int(paired.sum()), 1)
-    return np.column_stack([weight, np.where(record.stroke % 2 == 1, weight, -weight)])
+    return np.column_stack([weight, np.where(plan.stroke % 2 == 1, weight, -weight)])
 
 
 def _clean_scatter(stack: TableStack) -> tuple[Array, Array]:
@@ -93,14 +103,10 @@ def _clean_scatter(stack: TableStack) -> tuple[Array, Array]:
 
     Of shape (T,), or of one number for all tables.
     """
-    found = stack.apart
-    squares, dof = found.squares, found.dof
-    if (found.dof < FEW).any():
-        beside, of_beside = _beside_the_return(stack)
-        squares, dof = (
-            np.where(found.dof >= FEW, of_cells, of_fit)
-            for of_cells, of_fit in ((squares, beside), (dof, of_beside))
-        )
+    squares, dof = stack.apart.squares, stack.plan.apart.dof
+    if (dof < FEW).any():
+        many, (beside, of_beside) = dof >= FEW, _beside_the_return(stack)
+        squares, dof = np.where(many, squares, beside), np.where(many, dof, of_beside)
     scatter = np.sqrt(squares / np.where(dof > 0.0, dof, np.nan))
     if not stack.declared.any():
         return scatter, dof
@@ -112,12 +118,15 @@ def _clean_scatter(stack: TableStack) -> tuple[Array, Array]:
 
 def _beside_the_return(stack: TableStack) -> tuple[Array, float]:
     """Squared residuals of a fit in which the return has a mean of its own, and their dof."""
-    angle = stack.table.record.angle
-    returned = angle > angle.min() + 360.0 - 1e-6
-    design = np.column_stack([stack.table.kept_design, returned])
-    basis = np.linalg.qr(design).Q
+    basis = _basis_with_return(stack.plan)
     residual = stack.output - basis @ (basis.T @ stack.output)
-    return (residual**2).sum(axis=0), float(angle.size - design.shape[1])
+    return (residual**2).sum(axis=0), float(len(basis) - basis.shape[1])
+
+
+@once_a_plan
+def _basis_with_return(plan: TablePlan) -> Array:
+    returned = plan.angle > plan.angle.min() + 360.0 - 1e-6
+    return np.linalg.qr(np.column_stack([plan.design, returned])).Q
 
 
 def forward_against_back(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
@@ -141,92 +150,116 @@ def forward_against_back(stack: TableStack, level: float = SIGNIFICANT) -> GateS
     the strokes, a drift over the run aside; with fewer, their part that follows 1, cos th and
     sin th, as that of backlash does, is held against the rest of them.
     """
-    record, (angles, place, _) = stack.table.record, grouped(stack.table.head)
-    by_head = Cells.of(2 * place + record.stroke % 2)
-    squares, part, rest, dof = _of_directions(stack, by_head, angles)
+    plan = stack.plan
+    squares, part, rest, dof = _of_directions(stack)
     known = np.minimum(part, dof) >= 1.0
     dof1, dof2 = np.where(known, part, 1.0), np.where(known, dof, 1.0)
     ratio = squares / dof1 / np.maximum(rest / dof2, stack.smallest**2)
     bad = f_exceeds(level, ratio, dof1, dof2)
-    found = cache(lambda: _Directions.of(stack, by_head, by_head.means(stack.output)))
+    difference = cache(lambda: _difference_at_head(stack))
 
     def said(index: int) -> str:
-        told = found().difference[:, index] / stack.scale[index]
+        told = difference()[:, index] / stack.scale[index]
         at = np.abs(told).argmax()
         mean, largest = acceleration(told.mean()), acceleration(told[at])
-        return f"mean {mean}, largest {largest} at {angles[found().place[at]]:g} deg"
+        return f"mean {mean}, largest {largest} at {_at_head(plan).angle[at]:g} deg"
 
     missing = (
-        (not _backs(by_head).size, "needs strokes in both directions"),
+        (not _at_head(plan).angle.size, "needs strokes in both directions"),
         (~known, "needs more positions, or two strokes in each direction"),
     )
     return gate_stack("forward against back", bad, said, missing)
 
 
-def _backs(cells: Cells) -> Places:
-    """Cells of the strokes back at places that are read in both directions; the next is forward."""
-    return np.flatnonzero((cells.key[:-1] % 2 == 0) & (np.diff(cells.key) == 1))
+class _Pairs(NamedTuple):
+    """Places that are read in both directions.
 
-
-class _Directions(NamedTuple):
-    """Forward minus back, a drift set aside, at each place that is read in both directions.
-
-    The differences of the readings have the shape (pairs, T), those of the columns of the drift
-    (D, pairs, q); the variance, (pairs, 1), is that of a difference over that of a reading.
+    Attributes
+    ----------
+    cells : Cells
+        Readings of one place and one direction.
+    back : ndarray of int, shape (pairs,)
+        Cells of the strokes back at these places; the next is forward.
+    angle : ndarray, shape (pairs,)
+        Where they are [deg].
+    of_trend : ndarray, shape (D, pairs, q)
+        Forward minus back of the columns of the trend.
+    variance : ndarray, shape (pairs, 1)
+        Variance of forward minus back over that of a reading.
     """
 
-    place: Places
-    difference: Array
+    cells: Cells
+    back: Places
+    angle: Array
     of_trend: Array
     variance: Array
 
     @classmethod
-    def of(cls, stack: TableStack, cells: Cells, means: Array) -> _Directions:
-        back = _backs(cells)
-        of_means, of_trend = (
-            each[..., back + 1, :] - each[..., back, :]
-            for each in (means, cells.means(stack.trend.columns))
-        )
-        drift = contracted(of_trend.swapaxes(1, 2), stack.apart.trend)
+    def of(cls, angle: Array, plan: TablePlan) -> _Pairs:
+        cells = Cells.of(directed(angle, plan.stroke))
+        back = np.flatnonzero((cells.key[:-1] % 2 == 0) & (np.diff(cells.key) == 1))
+        means = cells.means(plan.trend.columns)
         variance = 1.0 / cells.members[back + 1] + 1.0 / cells.members[back]
-        return cls(cells.key[back] // 2, of_means - drift, of_trend, variance[:, None])
+        where = distinct(np.round(angle, 6))[cells.key[back] // 2]
+        return cls(cells, back, where, means[:, back + 1] - means[:, back], variance[:, None])
+
+    def differences(self, means: Array, trend: Array) -> Array:
+        """Forward minus back, a drift set aside, shape (pairs, T)."""
+        drift = contracted(self.of_trend.swapaxes(1, 2), trend)
+        return np.asarray(means[self.back + 1] - means[self.back] - drift)
 
 
-def _of_directions(
-    stack: TableStack, by_head: Cells, angles: Array
-) -> tuple[Array, Array, Array, Array]:
+@once_a_plan
+def _at_head(plan: TablePlan) -> _Pairs:
+    return _Pairs.of(plan.head, plan)
+
+
+@once_a_plan
+def _at_angle(plan: TablePlan) -> _Pairs:
+    return _Pairs.of(plan.angle, plan)
+
+
+def _difference_at_head(stack: TableStack) -> Array:
+    pairs = _at_head(stack.plan)
+    return pairs.differences(pairs.cells.means(stack.output), stack.apart.trend)
+
+
+def _of_directions(stack: TableStack) -> tuple[Array, Array, Array, Array]:
     """Squares of the directions and their dof, and the same of what they are held against."""
     squares, part = _added_by_directions(stack)
-    rest, dof = stack.apart.squares, stack.apart.dof
-    if (dof >= FEW).all() or not _backs(by_head).size:
+    rest, dof, pairs = stack.apart.squares, stack.plan.apart.dof, _at_head(stack.plan)
+    if (dof >= FEW).all() or not pairs.angle.size:
         return squares, part, rest, dof
-    found = _Directions.of(stack, by_head, by_head.means(stack.output))
-    like, unlike = _backlash_like(found.difference / np.sqrt(found.variance), angles[found.place])
+    standardised = _difference_at_head(stack) / np.sqrt(pairs.variance)
+    like, unlike = _backlash_like(standardised, pairs.angle)
     many = dof >= FEW
     return (
         np.where(many, squares, like),
         np.where(many, part, 3.0),
         np.where(many, rest, unlike),
-        np.where(many, dof, found.place.size - 3.0),
+        np.where(many, dof, pairs.angle.size - 3.0),
     )
 
 
 def _added_by_directions(stack: TableStack) -> tuple[Array, Array]:
     """By how much both directions together leave more squares than apart, and the dof of that.
 
-    Together the drift has to follow the differences too: of their squares d d and the normal matrix
-    N within the directions it takes d X (N + X X)^-1 X d, where X are its own differences.
+    With the directions together the drift has to follow their differences d too, of which its
+    columns have X. Where N is the normal matrix of the drift within the directions, this leaves
+    d d - d X (N + X X)^-1 X d more squares.
     """
-    apart, record = stack.apart, stack.table.record
-    found = _Directions.of(stack, apart.cells, apart.means)
-    difference, of_trend = (
-        each / np.sqrt(found.variance) for each in (found.difference, found.of_trend)
-    )
-    together = Cells.of(grouped(np.round(record.angle, 6))[1])
-    rank, inverse, _ = rank_and_inverse(together.centred(stack.trend.columns))
-    pull = contracted(of_trend, difference)
-    squares = (difference**2).sum(axis=0) - (pull * contracted(inverse, pull)).sum(axis=0)
-    return squares, found.place.size + apart.rank - rank
+    pairs, together = _at_angle(stack.plan), _together(stack.plan)
+    spread = np.sqrt(pairs.variance)
+    difference = pairs.differences(stack.apart.means, stack.apart.trend) / spread
+    pull = contracted(pairs.of_trend / spread, difference)
+    squares = (difference**2).sum(axis=0) - (pull * contracted(together.inverse, pull)).sum(axis=0)
+    return squares, together.dof - stack.plan.apart.dof
+
+
+@once_a_plan
+def _together(plan: TablePlan) -> ReplicatePlan:
+    """Readings of one angle, in both directions."""
+    return plan.replicates(grouped(np.round(plan.angle, 6))[1])
 
 
 def _backlash_like(difference: Array, angle: Array) -> tuple[Array, Array]:
@@ -262,21 +295,20 @@ def outlier(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
     and u = d^2 / free what leaving the reading out takes off them. Of two readings at a position
     nothing tells which one is wrong.
     """
-    found = stack.replicates(grouped(stack.table.head)[1])
-    dof, size = found.dof - 1.0, found.cells.members[found.cells.cell]
-    known = dof >= 1.0
-    free = np.where(size > 1, np.maximum(found.free, _LEAST_FREE), np.inf).T
+    plan = stack.plan.at_head
+    found, dof = plan.fit(stack.output), plan.dof - 1.0
+    known, size = dof >= 1.0, plan.cells.members[plan.cells.cell]
+    free = np.where(size > 1, np.maximum(plan.free, _LEAST_FREE), np.inf).T
     squares = found.residual**2
     taken = squares / free
     most = taken.max(axis=0)
-    rest = np.maximum(squares.sum(axis=0) - most, stack.smallest**2)
+    rest = np.maximum(found.squares - most, stack.smallest**2)
     ratio = most / (rest / np.where(known, dof, 1.0))
     bad = f_exceeds(level / size.size, ratio, 1.0, np.where(known, dof, 1.0))
 
     def said(index: int) -> str:
-        # of readings as far away but for rounding errors the first
-        worst = (taken[:, index] > (1.0 - _ROUNDING) * most[index]).argmax()
-        own = found.cells.cell == found.cells.cell[worst]
+        worst = taken[:, index].argmax()
+        own = plan.cells.cell == plan.cells.cell[worst]
         pair = own.sum() == 2
         alike = np.flatnonzero(own) if pair else [worst]
         names = " or ".join(stack.place(index, int(reading)) for reading in alike)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
 from accelcal.gates.trend import Cells
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack, times
@@ -116,19 +117,18 @@ def units(stack: TableStack) -> GateStack:
     -----
     The size of a stroke is the amplitude of a sine through it, which no wrong order changes.
     """
-    axes = Cells(*grouped(np.mod(stack.table.head, 180.0)))
-    strokes = Cells.of(stack.table.record.stroke)
-    known, amplitude = _amplitudes(stack, strokes)
-    whole = cache(lambda: _Sizes.of(stack.output, amplitude, known, axes, strokes))
-    bad = ~_alike(np.abs(stack.output), amplitude, axes)
+    groups = _groups(stack.plan)
+    amplitude = groups.amplitudes(stack.output)
+    whole = cache(lambda: _Sizes.of(stack.output, amplitude, groups))
+    bad = ~_alike(np.abs(stack.output), amplitude, groups.axes)
     rows = np.flatnonzero(bad)
     if rows.size:
-        bad[rows] = _Sizes.of(stack.output[:, rows], amplitude[:, rows], known, axes, strokes).bad
+        bad[rows] = _Sizes.of(stack.output[:, rows], amplitude[:, rows], groups).bad
 
     def said(index: int) -> str:
         found = whole()
         if found.of_strokes[index]:
-            return _size_of_strokes(strokes.key, found.ratio[:, index])
+            return _size_of_strokes(groups.strokes.key, found.ratio[:, index])
         power = found.power[:, index]
         first, *others = np.flatnonzero(power).tolist()
         more = f" and {len(others)} more" if others else ""
@@ -139,6 +139,43 @@ def units(stack: TableStack) -> GateStack:
         )
 
     return gate_stack("units", bad, said)
+
+
+class _Groups(NamedTuple):
+    """Readings whose sizes are held against each other.
+
+    Attributes
+    ----------
+    axes : list of ndarray of int
+        Readings on each axis of the head.
+    strokes : Cells
+        Readings of each stroke.
+    sines : list of tuple
+        Readings of each stroke of which enough angles are read, and the weights, (2, n), of the
+        cosine and the sine of a sine through them.
+    known : ndarray of bool, shape (S,)
+        These strokes.
+    """
+
+    axes: list[NDArray[np.intp]]
+    strokes: Cells
+    sines: list[tuple[NDArray[np.intp], Array]]
+    known: Mask
+
+    def amplitudes(self, output: Array) -> Array:
+        """Amplitudes of a sine through the readings of each known stroke, (known, T)."""
+        sizes = [np.hypot(*(weights @ output[own])) for own, weights in self.sines]
+        return np.maximum(np.reshape(sizes, (len(sizes), output.shape[1])), _SMALLEST)
+
+
+@once_a_plan
+def _groups(plan: TablePlan) -> _Groups:
+    axes, strokes = Cells(*grouped(np.mod(plan.head, 180.0))).parts, Cells.of(plan.stroke)
+    sine = lru_cache(maxsize=8)(_sine)  # strokes back are at the same angles as each other
+    angles = [(own, tuple(plan.head[own].tolist())) for own in strokes.parts]
+    known = [len(set(at)) >= 3 for _, at in angles]
+    sines = [(own, sine(at)) for own, at in compress(angles, known)]
+    return _Groups(axes, strokes, sines, np.array(known))
 
 
 class _Sizes(NamedTuple):
@@ -154,18 +191,16 @@ class _Sizes(NamedTuple):
     of_strokes: Mask
 
     @classmethod
-    def of(
-        cls, output: Array, amplitude: Array, known: Mask, axes: Cells, strokes: Cells
-    ) -> _Sizes:
-        power = _decades(np.abs(output), axes)
+    def of(cls, output: Array, amplitude: Array, groups: _Groups) -> _Sizes:
+        power = _decades(np.abs(output), groups.axes)
         wrong = power != 0.0
         count, first = wrong.sum(axis=0), wrong.argmax(axis=0)
-        share = strokes.means(wrong.astype(np.float64))
+        share = groups.strokes.means(wrong.astype(np.float64))
         whole = ((share == 0.0) | (share > 0.5)).all(axis=0)
         small = np.take_along_axis(power, first[None], axis=0)[0] < 0.0
-        ratio = np.ones((known.size, output.shape[1]))
-        if known.any():
-            ratio[known] = amplitude / _middle(amplitude)
+        ratio = np.ones((groups.known.size, output.shape[1]))
+        if groups.sines:
+            ratio[groups.known] = amplitude / _middle(amplitude)
         return cls(power, ratio, (count == 0) | whole | ((count == 1) & small))
 
     @property
@@ -174,7 +209,7 @@ class _Sizes(NamedTuple):
         return np.asarray(~self.of_strokes | _of_other_size(self.ratio).any(axis=0))
 
 
-def _alike(size: Array, amplitude: Array, axes: Cells) -> Mask:
+def _alike(size: Array, amplitude: Array, axes: list[NDArray[np.intp]]) -> Mask:
     """Tables of which no reading and no stroke can be of another size than the others, (T,).
 
     The usual size on an axis is one of those on it. So none there is ten times or a tenth of it,
@@ -182,17 +217,17 @@ def _alike(size: Array, amplitude: Array, axes: Cells) -> Mask:
     none tells anything where the largest is small against all on another axis. In the same way no
     stroke differs from the middle one by more than the largest does from the least.
     """
-    low, high = (
-        np.array([pick(size[own], axis=0) for own in axes.parts]) for pick in (np.min, np.max)
-    )
+    low, high = (np.array([pick(size[own], axis=0) for own in axes]) for pick in (np.min, np.max))
     alike = (high < _IN_A_DECADE * low) | (high <= _TELLING * low.max(axis=0))
     least, largest = amplitude.min(axis=0, initial=np.inf), amplitude.max(axis=0, initial=0.0)
     return np.asarray(alike.all(axis=0) & (largest < _CLEARLY_ONE_SIZE * least))
 
 
-def _decades(size: Array, axes: Cells) -> Array:
+def _decades(size: Array, axes: list[NDArray[np.intp]]) -> Array:
     """Powers of ten by which readings differ from the others on the same axis of the head."""
-    usual = np.array([_middle(size[own]) for own in axes.parts])[axes.cell]
+    usual = np.empty_like(size)
+    for own in axes:
+        usual[own] = _middle(size[own])
     telling = (usual > _TELLING * usual.max(axis=0)) & (size > 0.0)
     decades = np.log10(np.where(telling, size, 1.0) / np.where(telling, usual, 1.0))
     power = np.round(decades)
@@ -207,18 +242,6 @@ def _middle(values: Array) -> Array:
 
 def _of_other_size(ratio: Array) -> Mask:
     return np.asarray(np.abs(np.log(ratio)) > np.log(_OTHER_SIZE))
-
-
-def _amplitudes(stack: TableStack, strokes: Cells) -> tuple[Mask, Array]:
-    """Strokes of which enough angles are read, (S,), and amplitudes of a sine through these."""
-    sine = lru_cache(maxsize=8)(_sine)  # strokes back are at the same angles as each other
-    angles = [tuple(stack.table.head[own].tolist()) for own in strokes.parts]
-    known = np.array([len(set(each)) >= 3 for each in angles])
-    sizes = [
-        np.hypot(*(sine(at) @ stack.output[own]))
-        for at, own in compress(zip(angles, strokes.parts, strict=True), known)
-    ]
-    return known, np.maximum(np.reshape(sizes, (len(sizes), len(stack))), _SMALLEST)
 
 
 def _sine(angle: tuple[float, ...]) -> Array:

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
-from accelcal.gates.trend import Replicates, Trend, directed, moments, trend_of
+from accelcal.gates.plan import TablePlan, plan_of
+from accelcal.gates.trend import Replicates
 from accelcal.gates.verdict import reading_name
 from accelcal.grouping import median
 from accelcal.model import COEFFICIENTS
@@ -115,31 +116,23 @@ class TableStack:
         return np.asarray(4.0 * np.finfo(float).eps * np.abs(self.output).max(axis=0))
 
     @cached_property
-    def moment(self) -> Array:
-        """When each reading was taken, shape (D, n), see `accelcal.gates.trend.moments`."""
-        return moments(self.table.record, self.time)
+    def plan(self) -> TablePlan:
+        """What follows from angles, strokes and times."""
+        return plan_of(self.table, self.time)
 
     @cached_property
     def hours(self) -> Array:
         """Length of each run, shape (D,) [h]; NaN where the times do not tell it."""
         if self.time is None:
             return np.full(1, np.nan)
-        by_time = (self.moment == self.time[: len(self.moment)]).all(axis=1)
-        return np.where(by_time, np.ptp(self.moment, axis=1) / _HOUR, np.nan)
-
-    @cached_property
-    def trend(self) -> Trend:
-        """Columns of a smooth drift."""
-        return trend_of(self.table.record, self.moment)
+        moment = self.plan.moment
+        by_time = (moment == self.time[: len(moment)]).all(axis=1)
+        return np.where(by_time, np.ptp(moment, axis=1) / _HOUR, np.nan)
 
     @cached_property
     def apart(self) -> Replicates:
         """Readings of one angle and one direction, a drift set aside."""
-        return self.replicates(directed(self.table.record))
-
-    def replicates(self, cell: NDArray[np.intp]) -> Replicates:
-        """Fit a mean to each cell of readings, and the trend."""
-        return Replicates.of(self.output, cell, self.trend.columns)
+        return self.plan.apart.fit(self.output)
 
     def place(self, index: int, reading: int) -> str:
         """Say which reading of a table it is: stroke, angle and line."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from accelcal.gates.trend import Cells
 
-__all__ = ["Swaps", "best_swap"]
+__all__ = ["SwapBlock", "Swaps", "best_swap", "swap_blocks"]
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -35,7 +35,45 @@ class Swaps(NamedTuple):
     pair: Places
 
 
-def best_swap(output: Array, residual: Array, basis: Array, strokes: Cells, better: float) -> Swaps:
+class SwapBlock(NamedTuple):
+    """Some readings of a stroke and all of it, and the least share of any pair of them.
+
+    The share of a pair is that of the square of the difference of their errors which is left in the
+    residuals, P_ii + P_jj - 2 P_ij, where P is the projector on the residuals.
+    """
+
+    some: Places
+    own: Places
+    least: float
+
+
+def swap_blocks(basis: Array, strokes: Cells) -> list[SwapBlock]:
+    """Make ready for `best_swap` what depends on the plan alone.
+
+    Parameters
+    ----------
+    basis : ndarray, shape (n, p)
+        Orthonormal basis of the design.
+    strokes : Cells
+        Readings of each stroke.
+
+    Returns
+    -------
+    list of SwapBlock
+        Blocks of pairs of readings of one stroke.
+    """
+    found = []
+    for own in strokes.parts:
+        for start in range(0, own.size if own.size > 1 else 0, _BLOCK):
+            some = own[start : start + _BLOCK]
+            share = np.where(some[:, None] == own, np.inf, _shares(basis, some, own))
+            found.append(SwapBlock(some, own, max(float(share.min()), 0.0)))
+    return found
+
+
+def best_swap(
+    output: Array, residual: Array, basis: Array, blocks: Sequence[SwapBlock], better: float
+) -> Swaps:
     """Find the best swap of two readings of one stroke in each table.
 
     Parameters
@@ -44,8 +82,8 @@ def best_swap(output: Array, residual: Array, basis: Array, strokes: Cells, bett
         Readings, and what the fit leaves of them [output unit].
     basis : ndarray, shape (n, p)
         Orthonormal basis of the design.
-    strokes : Cells
-        Readings of each stroke.
+    blocks : sequence of SwapBlock
+        Pairs of readings, see `swap_blocks`.
     better : float
         Swaps that do not make the squared residuals so many times smaller are of no interest.
 
@@ -62,13 +100,12 @@ def best_swap(output: Array, residual: Array, basis: Array, strokes: Cells, bett
     """
     squares = (residual**2).sum(axis=0)
     found = Swaps(np.full(squares.size, np.inf), np.zeros((squares.size, 2), dtype=np.intp))
-    for some, own in _blocks(strokes):
-        share = _shares(basis, some, own)
-        apart = np.where(some[:, None] == own, np.inf, share).min()
+    for some, own, least in blocks:
         span = np.ptp(residual[own], axis=0) ** 2
-        rows = np.flatnonzero(span >= (1.0 - 1.0 / better - _ROUNDING) * squares * max(apart, 0.0))
+        rows = np.flatnonzero(span >= (1.0 - 1.0 / better - _ROUNDING) * squares * least)
         if not rows.size:
             continue
+        share = _shares(basis, some, own)
         for part in np.array_split(rows, 1 + rows.size * share.size // _NUMBERS):
             y, r = output.T[part], residual.T[part]
             d = y[:, None, own] - y[:, some, None]
@@ -81,13 +118,6 @@ def best_swap(output: Array, residual: Array, basis: Array, strokes: Cells, bett
             first, second = np.divmod(at[ahead], own.size)
             found.pair[part[ahead]] = np.sort(np.column_stack([some[first], own[second]]), axis=1)
     return found
-
-
-def _blocks(strokes: Cells) -> Iterator[tuple[Places, Places]]:
-    """Some readings of a stroke, and all of it."""
-    for own in strokes.parts:
-        for start in range(0, own.size if own.size > 1 else 0, _BLOCK):
-            yield own[start : start + _BLOCK], own
 
 
 def _shares(basis: Array, some: Places, own: Places) -> Array:

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from accelcal.estimate.noise import FEW
 from accelcal.grouping import distinct, grouped
-from accelcal.record import TumbleRecord
 
 __all__ = [
     "Cells",
+    "ReplicatePlan",
     "Replicates",
     "Trend",
     "contracted",
@@ -122,66 +122,67 @@ def rank_and_inverse(columns: Array) -> tuple[Array, Array, Array]:
 
 
 class Replicates(NamedTuple):
-    """Least squares through readings that are alike but for a trend: a mean for each cell.
+    """Least squares through readings that are alike but for a trend.
+
+    Attributes
+    ----------
+    means : ndarray, shape (m, T)
+        Mean of the readings of each cell, the trend not taken off [output unit].
+    trend : ndarray, shape (q, T)
+        Coefficients of the trend [output unit].
+    residual : ndarray, shape (n, T)
+        What is left of the readings [output unit].
+    squares : ndarray, shape (T,)
+        Sum of the squared residuals.
+    """
+
+    means: Array
+    trend: Array
+    residual: Array
+    squares: Array
+
+
+class ReplicatePlan(NamedTuple):
+    """What such least squares needs beside the readings: a mean for each cell, and the trend.
 
     Attributes
     ----------
     cells : Cells
         The cells.
-    means : ndarray, shape (m, T)
-        Mean of the readings of each cell, the trend not taken off [output unit].
-    residual : ndarray, shape (n, T)
-        What is left of the readings [output unit].
-    free : ndarray, shape (D, n)
-        Share of each reading's own error that is left in its residual.
-    trend : ndarray, shape (q, T)
-        Coefficients of the trend [output unit].
     within : ndarray, shape (D, n, q)
         The trend's columns less their means in the cells.
     inverse : ndarray, shape (D, q, q)
         Covariance of the trend's coefficients over the variance of a reading.
-    dof : ndarray, shape (D,)
-        Degrees of freedom of the residuals.
+    rank, dof : ndarray, shape (D,)
+        Number of independent columns of the trend, and degrees of freedom of the residuals.
+    free : ndarray, shape (D, n)
+        Share of each reading's own error that is left in its residual.
     """
 
     cells: Cells
-    means: Array
-    residual: Array
-    free: Array
-    trend: Array
     within: Array
     inverse: Array
+    rank: Array
     dof: Array
+    free: Array
 
     @classmethod
-    def of(cls, output: Array, keys: NDArray[np.int64], columns: Array) -> Replicates:
-        """Fit the means of the cells and the trend along some columns of shape (D, n, q)."""
+    def of(cls, keys: NDArray[np.int64], columns: Array) -> ReplicatePlan:
+        """Bring readings of one key together, beside a trend along columns of shape (D, n, q)."""
         cells = Cells.of(keys)
         within = cells.centred(columns)
         rank, inverse, leverage = rank_and_inverse(within)
-        trend = contracted(within @ inverse, output)
-        means = cells.means(output)
-        deviation = output - means[cells.cell]
-        return cls(
-            cells=cells,
-            means=means,
-            residual=deviation - contracted(within.swapaxes(1, 2), trend),
-            free=np.maximum(1.0 - 1.0 / cells.members[cells.cell] - leverage, 0.0),
-            trend=trend,
-            within=within,
-            inverse=inverse,
-            dof=len(output) - cells.members.size - rank,
-        )
+        dof = keys.size - cells.members.size - rank
+        free = np.maximum(1.0 - 1.0 / cells.members[cells.cell] - leverage, 0.0)
+        return cls(cells, within, inverse, rank, dof, free)
 
-    @property
-    def rank(self) -> Array:
-        """Number of independent columns of the trend, shape (D,)."""
-        return np.asarray(self.residual.shape[0] - self.cells.members.size - self.dof)
-
-    @property
-    def squares(self) -> Array:
-        """Sum of the squared residuals, shape (T,)."""
-        return np.asarray((self.residual**2).sum(axis=0))
+    def fit(self, output: Array) -> Replicates:
+        """Fit readings of shape (n, T)."""
+        means = self.cells.means(output)
+        trend = contracted(self.within @ self.inverse, output)
+        deviation = output - means[self.cells.cell]
+        residual = deviation - contracted(self.within.swapaxes(1, 2), trend)
+        return Replicates(means, trend, residual, (residual**2).sum(axis=0))
 
     def blind(self, weights: Array, columns: Array) -> Array:
         """Weights of the readings, (n, k), that no trend along the columns moves, (D, n, k)."""
@@ -189,20 +190,23 @@ class Replicates(NamedTuple):
         return np.asarray(weights - self.within @ seen)
 
 
-def directed(record: TumbleRecord) -> NDArray[np.int64]:
+def directed(angle: Array, stroke: NDArray[np.int64]) -> NDArray[np.int64]:
     """Sort readings by angle and direction.
 
     Parameters
     ----------
-    record : TumbleRecord
-        Readings of one table.
+    angle : ndarray, shape (n,)
+        Angle of each reading [deg].
+    stroke : ndarray of int, shape (n,)
+        Its stroke; those of odd numbers go forward.
 
     Returns
     -------
     ndarray of int, shape (n,)
-        The same number for readings of one angle in strokes of one direction.
+        The same number for readings of one angle in strokes of one direction: even back, and one
+        more forward.
     """
-    return np.asarray(2 * grouped(np.round(record.angle, 6))[1] + record.stroke % 2)
+    return np.asarray(2 * grouped(np.round(angle, 6))[1] + stroke % 2)
 
 
 class Trend(NamedTuple):
@@ -228,13 +232,15 @@ class Trend(NamedTuple):
         return np.concatenate(self, axis=2)
 
 
-def trend_of(record: TumbleRecord, moment: Array) -> Trend:
+def trend_of(angle: Array, stroke: NDArray[np.int64], moment: Array) -> Trend:
     """Columns of a smooth drift over a run: of the bias, one for each two strokes, and of the rest.
 
     Parameters
     ----------
-    record : TumbleRecord
-        Readings of a table of the plan.
+    angle : ndarray, shape (n,)
+        Angle of each reading [deg].
+    stroke : ndarray of int, shape (n,)
+        Its stroke.
     moment : ndarray, shape (D, n)
         When each reading was taken, in any unit.
 
@@ -249,11 +255,11 @@ def trend_of(record: TumbleRecord, moment: Array) -> Trend:
     So many powers leave the alternation of forward and back strokes almost untouched.
     """
     x = _run_time(moment)
-    free = len(record) - distinct(directed(record)).size - FEW
-    powers = min((distinct(record.stroke).size - 1) // 2, _HIGHEST_POWER)
+    free = angle.size - distinct(directed(angle, stroke)).size - FEW
+    powers = min((distinct(stroke).size - 1) // 2, _HIGHEST_POWER)
     powers = max(0, min(powers, free))
     whole = powers > 0 and free >= powers + 2
-    th = np.radians(record.angle)
+    th = np.radians(angle)
     return Trend(
         bias=x[..., None] ** np.arange(1, powers + 1),
         scale_factor=(x * np.cos(th))[..., None][..., : int(whole)],
@@ -268,13 +274,15 @@ def _run_time(moment: Array) -> Array:
     return np.asarray(2.0 * since / np.where(span > 0.0, span, 1.0) - 1.0)
 
 
-def moments(record: TumbleRecord, time: Array | None) -> Array:
+def moments(angle: Array, stroke: NDArray[np.int64], time: Array | None) -> Array:
     """When each reading was taken.
 
     Parameters
     ----------
-    record : TumbleRecord
-        Readings of a table of the plan.
+    angle : ndarray, shape (n,)
+        Angle of each reading [deg].
+    stroke : ndarray of int, shape (n,)
+        Its stroke.
     time : ndarray, shape (T, n), or None
         Times of the readings of each table [s].
 
@@ -284,9 +292,9 @@ def moments(record: TumbleRecord, time: Array | None) -> Array:
         Times [s], or where there are none the places in the order of measuring [strokes]; one row
         where all tables have the same.
     """
-    angles, row, _ = grouped(np.round(record.angle, 6))
-    place = np.where(record.stroke % 2 == 1, row, angles.size - 1 - row)
-    strokes = (record.stroke + place / angles.size)[None]
+    angles, row, _ = grouped(np.round(angle, 6))
+    place = np.where(stroke % 2 == 1, row, angles.size - 1 - row)
+    strokes = (stroke + place / angles.size)[None]
     if time is None:
         return np.asarray(strokes)
     known = np.isfinite(time).all(axis=1) & (np.ptp(time, axis=1) > 0.0)

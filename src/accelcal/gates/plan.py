@@ -1,0 +1,124 @@
+"""What follows from the angles, strokes and times of tables: found once for all that have them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache, wraps
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.estimate.tables import PreparedTable
+from accelcal.gates.trend import ReplicatePlan, Trend, directed, moments, trend_of
+from accelcal.grouping import grouped
+
+__all__ = ["TablePlan", "once_a_plan", "plan_of"]
+
+Array = NDArray[np.float64]
+Found = TypeVar("Found")
+
+
+@dataclass(frozen=True, eq=False)
+class TablePlan:
+    """The plan of tables of n readings.
+
+    Attributes
+    ----------
+    angle, head : ndarray, shape (n,)
+        Angle of each reading, and its position on the head [deg].
+    stroke : ndarray of int, shape (n,)
+        Its stroke.
+    design : ndarray, shape (n, p)
+        Columns of the coefficients that are estimated.
+    moment : ndarray, shape (D, n)
+        When it was taken, see `accelcal.gates.trend.moments`.
+    known : dict
+        What was found, see `once_a_plan`.
+    """
+
+    angle: Array
+    head: Array
+    stroke: NDArray[np.int64]
+    design: Array
+    moment: Array
+    known: dict[Callable[[TablePlan], Any], Any] = field(default_factory=dict)
+
+    @cached_property
+    def trend(self) -> Trend:
+        """Columns of a smooth drift."""
+        return trend_of(self.angle, self.stroke, self.moment)
+
+    @cached_property
+    def apart(self) -> ReplicatePlan:
+        """Readings of one angle and one direction, a drift set aside."""
+        return self.replicates(directed(self.angle, self.stroke))
+
+    @cached_property
+    def at_head(self) -> ReplicatePlan:
+        """Readings at one position of the head, a drift set aside."""
+        return self.replicates(grouped(self.head)[1])
+
+    def replicates(self, cell: NDArray[np.intp]) -> ReplicatePlan:
+        """Cells of readings that are alike but for the drift."""
+        return ReplicatePlan.of(cell, self.trend.columns)
+
+
+def once_a_plan(function: Callable[[TablePlan], Found]) -> Callable[[TablePlan], Found]:
+    """Let a function of a plan find its result once.
+
+    Parameters
+    ----------
+    function : callable
+        Finds what follows from a plan.
+
+    Returns
+    -------
+    callable
+        The same, but a plan keeps what was found.
+    """
+
+    @wraps(function)
+    def found(plan: TablePlan) -> Found:
+        if function not in plan.known:
+            plan.known[function] = function(plan)
+        kept: Found = plan.known[function]
+        return kept
+
+    return found
+
+
+def plan_of(table: PreparedTable, time: Array | None) -> TablePlan:
+    """Plan of a table, the same one whenever such a table comes again.
+
+    Parameters
+    ----------
+    table : PreparedTable
+        Any table of the plan.
+    time : ndarray, shape (T, n), or None
+        Times of the readings of T tables [s].
+
+    Returns
+    -------
+    TablePlan
+        The plan of the tables.
+    """
+    record = table.record
+    arrays = record.angle, table.head, record.stroke, table.kept_design
+    if time is None:
+        return _plan(*(each.tobytes() for each in arrays), None)
+    moment = moments(record.angle, record.stroke, time)
+    if len(moment) > 1:
+        return TablePlan(*arrays, moment)
+    return _plan(*(each.tobytes() for each in arrays), moment.tobytes())
+
+
+@lru_cache(maxsize=16)
+def _plan(
+    angle: bytes, head: bytes, stroke: bytes, design: bytes, moment: bytes | None
+) -> TablePlan:
+    at, on_head, columns = (np.frombuffer(each) for each in (angle, head, design))
+    number = np.frombuffer(stroke, dtype=np.int64)
+    when = moments(at, number, None) if moment is None else np.frombuffer(moment)[None]
+    return TablePlan(at, on_head, number, columns.reshape(at.size, -1), when)
