@@ -108,6 +108,7 @@ ORDINARY = {
         headings="serial," + HEADINGS,
         cells=[(s, *row) for s in ("S1", "S2", "S3") for row in rows(seed=len(s))],
     ),
+    "exponents": table(cells=[(t, j, k, f"{y:+.9e}"[y > 0 :], r) for t, j, k, y, r in rows()]),
     "known delta0": table(header=HEADER + "# delta0: 0.001\n# g: 9.81\n"),
     "gzip": gzip.compress(table().encode()),
 }

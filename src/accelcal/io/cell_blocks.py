@@ -12,10 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.io.text_cells import labels_of, numbers_of, split_cells
+
 __all__ = ["CellBlock", "Unreadable", "has_pyarrow", "is_plain", "parse_cells", "read_engine"]
 
-_PLAIN = b"0123456789.,-eE\n"
-_LETTERS = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_+/:()"
+_PLAIN = b"0123456789.,+-eE\n"
+_LETTERS = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_/:()"
 
 
 class Unreadable(Exception):  # noqa: N818  (a signal between two functions, no error)
@@ -148,38 +150,13 @@ def _by_pyarrow(body: bytes, roles: Sequence[str], labels: Collection[str]) -> C
 
 
 def _by_numpy(body: bytes, roles: Sequence[str], labels: Collection[str]) -> CellBlock:
-    width = len(roles)
-    _require_width(body, width)
-    cells = body[:-1].replace(b"\n", b",").split(b",")
     found = CellBlock({}, {}, {})
-    for index, role in enumerate(roles):
-        column = cells[index::width]
-        if role in labels:
-            place = {cell: number for number, cell in enumerate(dict.fromkeys(column))}
-            found.codes[role] = np.array([place[cell] for cell in column], dtype=np.int64)
-            found.labels[role] = [cell.decode() for cell in place]
-        else:
-            found.numbers[role] = _numbers(column)
-    return found
-
-
-def _require_width(body: bytes, width: int) -> None:
-    characters = np.frombuffer(body, dtype=np.uint8)
-    ends = characters == ord("\n")
-    ended = ends[ends | (characters == ord(","))]
-    if (
-        ended.size % width
-        or not (ended.reshape(-1, width) == (np.arange(width) == width - 1)).all()
-    ):
-        raise Unreadable
-
-
-def _numbers(cells: list[bytes]) -> NDArray[np.float64]:
-    """Numbers of cells; one that comes again, as those of plans do, is read once."""
     try:
-        known = {cell: float(cell) for cell in set(cells)}
-        if any(b"_" in cell for cell in known):
-            raise Unreadable  # 1_000 is a number of Python's, but of no table
+        for role, cells in zip(roles, split_cells(body, len(roles)), strict=True):
+            if role in labels:
+                found.codes[role], found.labels[role] = labels_of(cells)
+            else:
+                found.numbers[role] = numbers_of(cells)
     except ValueError as error:
         raise Unreadable from error
-    return np.array([known[cell] for cell in cells], dtype=np.float64)
+    return found
