@@ -69,7 +69,11 @@ def test_no_numbers(cell):
         numbers_of(column(["1.5", cell, "2.5"]))
 
 
-@given(st.lists(st.sampled_from(["", "A", "B", "AB", "BB", "serial-0000001", "serial-1000001"])))
+@given(
+    st.lists(
+        st.sampled_from(["", "A", "B", "AB", "BB", "serial-0000001", "serial-1000001", 99 * "C"])
+    )
+)
 def test_labels(cells):
     codes, labels = labels_of(column([*cells, "A"]))
     assert [labels[code] for code in codes] == [*cells, "A"]

@@ -27,6 +27,8 @@ _LONGEST = 22
 _MOST_DIGITS = 18
 """Places of a whole number of 63 bits; in front of them there may be zeros."""
 
+_LONGEST_LABEL = 64
+
 _TENS = np.array([float(10**places) for places in range(_LONGEST)])
 
 
@@ -125,6 +127,8 @@ def _differ_from_last(cells: TextCells) -> Mask:
     """Mask of the cells from the second on that are not as the one before."""
     size = cells.end - cells.start
     differ = np.asarray(size[1:] != size[:-1])
+    if size.max() > _LONGEST_LABEL:
+        return np.ones_like(differ)  # one by one is quicker then
     for place in range(1, int(size.max()) + 1):
         character = cells.characters[cells.end - place]
         differ |= (character[1:] != character[:-1]) & (size[1:] >= place)
