@@ -32,6 +32,7 @@ nb_execution_timeout = 300
 nb_execution_show_tb = True
 
 autodoc_member_order = "bysource"
+autodoc_default_options = {"show-inheritance": True}
 numpydoc_show_class_members = False
 
 html_theme = "furo"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from accelcal.errors import DocumentError, InputError
 from accelcal.io.text import read_text
-from accelcal.results.discovery import WRITER, Discovery
+from accelcal.results.discovery import Discovery
 from accelcal.results.json_text import parse_json
 
 __all__ = ["read_discovery", "read_model"]
@@ -32,7 +32,7 @@ def read_discovery(source: str) -> Discovery:
     """
     read = read_text(source, "model")
     try:
-        return Discovery.from_document(parse_json(read.text, writer=WRITER))
+        return Discovery.from_document(parse_json(read.text, writer=Discovery.WRITER))
     except DocumentError as error:
         raise error.at(read.name) from None
 

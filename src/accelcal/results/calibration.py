@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.errors import DocumentError, InputError
 from accelcal.results import calibration_parts as parts
@@ -18,16 +18,14 @@ from accelcal.results.checked import (
     text_or_none,
 )
 from accelcal.results.fixture_angle import FixtureAngle
-from accelcal.results.json_text import document_in, json_text
 from accelcal.results.mapping import FrozenMapping, thawed
 from accelcal.results.quantity import Document, ErrorSource, Gate, Quantity, fields_document
+from accelcal.results.result import StoredResult, TabularResult
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
 
 if TYPE_CHECKING:
     from os import PathLike
-
-    import pandas as pd
 
     from accelcal.plot.calibration import CalibrationPlot
     from accelcal.results.verdict import Verdict
@@ -38,7 +36,7 @@ SCHEMA = "accelcal/calibration/1"
 
 
 @dataclass(frozen=True, slots=True)
-class Calibration:
+class Calibration(StoredResult, TabularResult):
     """Calibration of one accelerometer from one record.
 
     Attributes
@@ -93,6 +91,8 @@ class Calibration:
     >>> accelcal.Calibration.from_json(calibration.to_json()) == calibration
     True
     """
+
+    WRITER: ClassVar[str] = "accelcal fit"
 
     method: str
     output_unit: str | None
@@ -248,42 +248,6 @@ class Calibration:
             raise TypeError("temperature_model has no T0_degC")
         return self
 
-    def to_json(self, path: str | PathLike[str] | None = None) -> str:
-        """Write the calibration as JSON.
-
-        Parameters
-        ----------
-        path : path, optional
-            File to write, whole or not at all; without it the text is only returned.
-
-        Returns
-        -------
-        str
-            The JSON text; numbers keep all their digits.
-        """
-        return json_text(self.to_document(), path)
-
-    @classmethod
-    def from_json(cls, source: str | PathLike[str]) -> Calibration:
-        """Read a calibration from JSON text, or from a file.
-
-        Parameters
-        ----------
-        source : str or path
-            What `to_json` returns, or the path of the file that it wrote.
-
-        Returns
-        -------
-        Calibration
-            Equal to the one that was written.
-
-        Raises
-        ------
-        DocumentError
-            If there is no such file, or its text is not such a document.
-        """
-        return cls.from_document(document_in(source))
-
     def of_mounting(self, mounting: str) -> Calibration:
         """Keep the tables of one mounting.
 
@@ -368,18 +332,6 @@ class Calibration:
             **quantity.to_document(),
             "stands_for": table.meaning(name) if table else name,
         }
-
-    def to_frame(self) -> pd.DataFrame:
-        """Tabulate all coefficients.
-
-        Returns
-        -------
-        pandas.DataFrame
-            A line each, with the columns of `rows`.
-        """
-        from accelcal.results.frames import frame_of
-
-        return frame_of(self.rows())
 
 
 def _check_schema(document: Any) -> None:

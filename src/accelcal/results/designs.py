@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    import pandas as pd
+from accelcal.results.result import JsonResult, TabularResult
 
 __all__ = ["SCHEMA", "DesignComparison", "Forecast", "TestDesign", "Visibility"]
 
@@ -137,7 +136,7 @@ class TestDesign:
 
 
 @dataclass(frozen=True, slots=True)
-class DesignComparison:
+class DesignComparison(JsonResult, TabularResult):
     """Tests compared before they are made.
 
     Attributes
@@ -223,12 +222,6 @@ class DesignComparison:
             "software": self.software,
         }
 
-    def to_json(self) -> str:
-        """Return the document as text."""
-        from accelcal.results.json_text import json_text
-
-        return json_text(self.to_document())
-
     def rows(self) -> list[dict[str, Any]]:
         """Return a row for each coefficient of each test."""
         return [row for part in self.rows_by_design() for row in part]
@@ -237,12 +230,6 @@ class DesignComparison:
         """Return the rows of each test."""
         fronts = {name: self.front(name) for name in self.names()}
         return [list(_rows(design, i, fronts)) for i, design in enumerate(self.designs)]
-
-    def to_frame(self) -> pd.DataFrame:
-        """Return `rows` as a DataFrame."""
-        import pandas as pd
-
-        return pd.DataFrame(self.rows())
 
     def __str__(self) -> str:
         """Write the comparison as a table."""

@@ -6,14 +6,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from accelcal.results.findings import Share, plain
-from accelcal.results.json_text import json_text
 from accelcal.results.quantity import ErrorSource, Quantity, fields_document
+from accelcal.results.result import JsonResult, TabularResult
 
 if TYPE_CHECKING:
-    from os import PathLike
-
-    import pandas as pd
-
     from accelcal.plot.disagreement import DisagreementPlot
 
 __all__ = ["SCHEMA", "Disagreement", "RunChange"]
@@ -51,7 +47,7 @@ class RunChange:
 
 
 @dataclass(frozen=True, slots=True)
-class Disagreement:
+class Disagreement(JsonResult, TabularResult):
     """A record against what its calibration simulates.
 
     Attributes
@@ -151,24 +147,3 @@ class Disagreement:
             for change in self.runs
             for name in ("bias", "scale_factor", "misalignment")
         ]
-
-    def to_frame(self) -> pd.DataFrame:
-        """Tabulate what has changed in each run, a line each with the columns of `rows`."""
-        from accelcal.results.frames import frame_of
-
-        return frame_of(self.rows())
-
-    def to_json(self, path: str | PathLike[str] | None = None) -> str:
-        """Write the comparison as JSON.
-
-        Parameters
-        ----------
-        path : path, optional
-            File to write, whole or not at all; without it the text is only returned.
-
-        Returns
-        -------
-        str
-            The JSON text; numbers keep all their digits.
-        """
-        return json_text(self.to_document(), path)

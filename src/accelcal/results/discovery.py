@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.errors import DocumentError
 from accelcal.results.checked import checked, list_of, mapping_of, number, text, text_or_none, whole
@@ -19,26 +19,21 @@ from accelcal.results.findings import (
     Unexplained,
     plain,
 )
-from accelcal.results.json_text import document_in, json_text
 from accelcal.results.quantity import Document, ErrorSource, fields_document
+from accelcal.results.result import StoredResult, TabularResult
 
 if TYPE_CHECKING:
     from os import PathLike
 
-    import pandas as pd
-
     from accelcal.plot.discovery import DiscoveryPlot
 
-__all__ = ["SCHEMA", "WRITER", "Discovery"]
+__all__ = ["SCHEMA", "Discovery"]
 
 SCHEMA = "accelcal/discovery/1"
 
-WRITER = "accelcal discover"
-"""The command that writes such documents."""
-
 
 @dataclass(frozen=True, slots=True)
-class Discovery:
+class Discovery(StoredResult, TabularResult):
     """What was discovered in one record.
 
     Attributes
@@ -86,6 +81,8 @@ class Discovery:
     sha256 : str or None
         SHA-256 of the bytes of the source, in hexadecimal; None where not recorded.
     """
+
+    WRITER: ClassVar[str] = "accelcal discover"
 
     noise: tuple[ErrorSource, ...]
     before: Gap
@@ -203,7 +200,7 @@ class Discovery:
         schema = document.get("schema") if isinstance(document, Mapping) else None
         if schema != SCHEMA:
             raise DocumentError(
-                f"schema {schema!r} in place of {SCHEMA!r}; give a file written by {WRITER}"
+                f"schema {schema!r} in place of {SCHEMA!r}; give a file written by {cls.WRITER}"
             )
         try:
             return cls._from_checked(document)
@@ -262,48 +259,6 @@ class Discovery:
             for effect in self.effects
             for name, quantity in effect.parameters.items()
         ]
-
-    def to_frame(self) -> pd.DataFrame:
-        """Tabulate the parameters of the effects, a line each with the columns of `rows`."""
-        from accelcal.results.frames import frame_of
-
-        return frame_of(self.rows())
-
-    def to_json(self, path: str | PathLike[str] | None = None) -> str:
-        """Write the discovery as JSON.
-
-        Parameters
-        ----------
-        path : path, optional
-            File to write, whole or not at all; without it the text is only returned.
-
-        Returns
-        -------
-        str
-            The JSON text; numbers keep all their digits.
-        """
-        return json_text(self.to_document(), path)
-
-    @classmethod
-    def from_json(cls, source: str | PathLike[str]) -> Discovery:
-        """Read a discovery from JSON text, or from a file.
-
-        Parameters
-        ----------
-        source : str or path
-            What `to_json` returns, or the path of the file that it wrote.
-
-        Returns
-        -------
-        Discovery
-            Equal to the one that was written.
-
-        Raises
-        ------
-        DocumentError
-            If there is no such file, or its text is not such a document.
-        """
-        return cls.from_document(document_in(source, writer=WRITER))
 
 
 def _unexplained(document: Document | None) -> Unexplained | None:

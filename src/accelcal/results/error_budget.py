@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from accelcal.results.result import JsonResult, TabularResult
+
 if TYPE_CHECKING:
     import numpy as np
     import pandas as pd
@@ -50,7 +52,7 @@ class ErrorComponent:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ErrorBudget:
+class ErrorBudget(JsonResult, TabularResult):
     """Error of the measured acceleration with its band, at n points.
 
     Attributes

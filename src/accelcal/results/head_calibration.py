@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,16 +21,12 @@ from accelcal.results.checked import (
     text_or_none,
 )
 from accelcal.results.findings import Change
-from accelcal.results.json_text import document_in, json_text
 from accelcal.results.quantity import Gate, Quantity, fields_document
-
-if TYPE_CHECKING:
-    from os import PathLike
+from accelcal.results.result import StoredResult
 
 __all__ = ["SCHEMA", "HeadCalibration", "HeadHarmonic", "UnitOnHead", "posterior"]
 
 SCHEMA = "accelcal/head/1"
-WRITER = "accelcal head"
 
 Array = NDArray[np.float64]
 Rows = tuple[tuple[float, ...], ...]
@@ -152,7 +148,7 @@ class UnitOnHead:
 
 
 @dataclass(frozen=True, slots=True)
-class HeadCalibration:
+class HeadCalibration(StoredResult):
     """Errors of the positions of a head, true minus nominal, with their covariance.
 
     Attributes
@@ -178,6 +174,8 @@ class HeadCalibration:
     software : str
         Name and version of what made it.
     """
+
+    WRITER: ClassVar[str] = "accelcal head"
 
     angles_deg: tuple[float, ...]
     errors: tuple[float, ...]
@@ -325,50 +323,24 @@ class HeadCalibration:
             "gates": [fields_document(gate) for gate in self.gates],
         }
 
-    def to_json(self, path: str | PathLike[str] | None = None) -> str:
-        """Write the head as JSON.
-
-        Parameters
-        ----------
-        path : path, optional
-            File to write, whole or not at all; without it the text is only returned.
-
-        Returns
-        -------
-        str
-            The JSON text; numbers keep all their digits.
-        """
-        return json_text(self.to_document(), path)
-
     @classmethod
-    def from_json(cls, source: str | PathLike[str]) -> HeadCalibration:
-        """Read a head.
-
-        Parameters
-        ----------
-        source : str or path
-            JSON text, or the path of a file that holds it.
-
-        Returns
-        -------
-        HeadCalibration
-            The head.
+    def from_document(cls, document: Any) -> HeadCalibration:
+        """Read a head from its document.
 
         Raises
         ------
         DocumentError
             If it is no such document.
         """
-        document = document_in(source, writer=WRITER)
         schema = document.get("schema") if isinstance(document, dict) else None
         if schema != SCHEMA:
-            raise DocumentError(f"schema {schema!r} is not {SCHEMA!r}; give a file of {WRITER}")
+            raise DocumentError(f"schema {schema!r} is not {SCHEMA!r}; give a file of {cls.WRITER}")
         try:
             return _read(document)
         except KeyError as error:
-            raise DocumentError(f"{error.args[0]} is missing; write it with {WRITER}") from None
+            raise DocumentError(f"{error.args[0]} is missing; write it with {cls.WRITER}") from None
         except (TypeError, InputError) as error:
-            raise DocumentError(f"{error}; write the file again with {WRITER}") from None
+            raise DocumentError(f"{error}; write the file again with {cls.WRITER}") from None
 
 
 def _read(document: Mapping[str, Any]) -> HeadCalibration:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from accelcal.results.designs import DesignComparison, TestDesign
-
-if TYPE_CHECKING:
-    import pandas as pd
+from accelcal.results.result import JsonResult, TabularResult
 
 __all__ = ["SCHEMA", "OptimalDesign"]
 
@@ -17,7 +15,7 @@ SCHEMA = "accelcal/optimal-design/1"
 
 
 @dataclass(frozen=True, slots=True)
-class OptimalDesign:
+class OptimalDesign(JsonResult, TabularResult):
     """The best test for some hours.
 
     Attributes
@@ -83,22 +81,10 @@ class OptimalDesign:
             "comparison": self.comparison.to_document(),
         }
 
-    def to_json(self) -> str:
-        """Return the document as text."""
-        from accelcal.results.json_text import json_text
-
-        return json_text(self.to_document())
-
     def rows(self) -> list[dict[str, Any]]:
         """Return a row for each coefficient of each test."""
         parts = zip(self.losses, self.comparison.rows_by_design(), strict=True)
         return [{"test": name, **row} for name, part in parts for row in part]
-
-    def to_frame(self) -> pd.DataFrame:
-        """Return `rows` as a DataFrame."""
-        import pandas as pd
-
-        return pd.DataFrame(self.rows())
 
     def __str__(self) -> str:
         """Write the design for a person."""

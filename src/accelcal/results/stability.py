@@ -5,14 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
-from accelcal.results.json_text import json_text
 from accelcal.results.quantity import Gate, fields_document
+from accelcal.results.result import JsonResult, TabularResult
 
 if TYPE_CHECKING:
-    from os import PathLike
-
-    import pandas as pd
-
     from accelcal.plot.stability import StabilityPlot
 
 __all__ = ["SCHEMA", "AllanDeviation", "BiasBound", "Estimate", "LaunchTrend", "Stability"]
@@ -132,7 +128,7 @@ class BiasBound:
 
 
 @dataclass(frozen=True, slots=True)
-class AllanDeviation:
+class AllanDeviation(TabularResult):
     """Overlapping Allan deviation, an entry for each averaging time.
 
     Attributes
@@ -169,15 +165,9 @@ class AllanDeviation:
         columns = (getattr(self, name) for name in names)
         return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
 
-    def to_frame(self) -> pd.DataFrame:
-        """Tabulate the averaging times, a line each."""
-        from accelcal.results.frames import frame_of
-
-        return frame_of(self.rows())
-
 
 @dataclass(frozen=True, slots=True)
-class Stability:
+class Stability(JsonResult, TabularResult):
     """Random part of the error of one accelerometer from one stability test.
 
     Attributes
@@ -267,21 +257,6 @@ class Stability:
             "warnings": list(self.warnings),
         }
 
-    def to_json(self, path: str | PathLike[str] | None = None) -> str:
-        """Write the analysis as JSON.
-
-        Parameters
-        ----------
-        path : path, optional
-            File to write, whole or not at all; without it the text is only returned.
-
-        Returns
-        -------
-        str
-            The JSON text; numbers keep all their digits.
-        """
-        return json_text(self.to_document(), path)
-
     def rows(self) -> list[dict[str, Any]]:
         """List components, noise terms and bounds, a flat dictionary each."""
         named: list[tuple[str, float | None, Estimate]] = [
@@ -290,9 +265,3 @@ class Stability:
         for bound in self.bounds:
             named += [("k0D", bound.time_s, bound.drift), ("k0", bound.time_s, bound.bound)]
         return [{"name": name, "time_s": time, **e.to_document()} for name, time, e in named]
-
-    def to_frame(self) -> pd.DataFrame:
-        """Tabulate components, noise terms and bounds, a line each with the columns of `rows`."""
-        from accelcal.results.frames import frame_of
-
-        return frame_of(self.rows())

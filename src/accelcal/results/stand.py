@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.errors import DocumentError
 from accelcal.results.checked import checked, list_of, mapping_of, number, text
-from accelcal.results.discovery import SCHEMA, WRITER, Discovery
+from accelcal.results.discovery import SCHEMA, Discovery
 from accelcal.results.findings import Change, plain
-from accelcal.results.json_text import json_text, parse_json
 from accelcal.results.quantity import Document, Quantity
+from accelcal.results.result import StoredResult
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -115,7 +115,7 @@ class HeadPosition:
 
 
 @dataclass(frozen=True, slots=True)
-class StandDiscovery:
+class StandDiscovery(StoredResult):
     """What was discovered over several units of one stand.
 
     Attributes
@@ -136,6 +136,8 @@ class StandDiscovery:
     alpha : float
         False-alarm rate over all units and all that was searched.
     """
+
+    WRITER: ClassVar[str] = Discovery.WRITER
 
     units: tuple[str, ...]
     effects: tuple[StandEffect, ...]
@@ -236,42 +238,6 @@ class StandDiscovery:
             raise DocumentError(
                 f"the stand is damaged ({error}); write it anew with accelcal discover"
             ) from None
-
-    def to_json(self, path: str | PathLike[str] | None = None) -> str:
-        """Write what was discovered as JSON, to a file if one is named.
-
-        Parameters
-        ----------
-        path : path, optional
-            File to write, whole or not at all.
-
-        Returns
-        -------
-        str
-            The JSON text; numbers keep all their digits.
-        """
-        return json_text(self.to_document(), path)
-
-    @classmethod
-    def from_json(cls, text: str) -> StandDiscovery:
-        """Read what was discovered from JSON text.
-
-        Parameters
-        ----------
-        text : str
-            What `to_json` returns.
-
-        Returns
-        -------
-        StandDiscovery
-            Equal to the one that was written.
-
-        Raises
-        ------
-        DocumentError
-            If the text is not JSON, or not such a document.
-        """
-        return cls.from_document(parse_json(text, writer=WRITER))
 
 
 def _verdict(value: Any) -> str:

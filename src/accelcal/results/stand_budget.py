@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.results.result import JsonResult, TabularResult
 from accelcal.results.stand_requirements import Requirements, Sufficiency
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from accelcal.plot.stand_budget import StandBudgetPlot
 
 __all__ = ["SCHEMA", "BudgetedCoefficient", "MonteCarlo", "StandBudget", "StandShare"]
@@ -143,7 +142,7 @@ class MonteCarlo:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class StandBudget:
+class StandBudget(JsonResult, TabularResult):
     """Uncertainty of q coefficients by the stand; arrays have shape (q,).
 
     Attributes
@@ -304,12 +303,6 @@ class StandBudget:
         known += [] if trials is None else [trials.low[i], trials.high[i], trials.agrees[i]]
         found = dict(zip(_OF_TOTAL, (value.item() for value in known), strict=False))
         yield place | whole | dict.fromkeys(_OF_TOTAL) | found
-
-    def to_frame(self) -> pd.DataFrame:
-        """Tabulate coefficients by components, a line each with the columns of `rows`."""
-        import pandas as pd
-
-        return pd.DataFrame(self.rows())
 
 
 def _trial(found: MonteCarlo, i: int) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,24 +21,18 @@ from accelcal.results.checked import (
     text_or_none,
     whole,
 )
-from accelcal.results.json_text import document_in, json_text
 from accelcal.results.quantity import Gate, Quantity, fields_document
-
-if TYPE_CHECKING:
-    from os import PathLike
-
-    import pandas as pd
+from accelcal.results.result import StoredResult, TabularResult
 
 __all__ = ["SCHEMA", "TriadCalibration"]
 
 SCHEMA = "accelcal/triad/1"
-WRITER = "accelcal triad"
 
 _PLAIN = ("attitudes", "frame", "dof", "residual_rms", "output_unit", "serial", "source")
 
 
 @dataclass(frozen=True, slots=True)
-class TriadCalibration:
+class TriadCalibration(StoredResult, TabularResult):
     """Bias, scale factors and misalignments of a triad, y = b + S a.
 
     Attributes
@@ -79,6 +73,8 @@ class TriadCalibration:
     software : str
         Name and version of what made the calibration.
     """
+
+    WRITER: ClassVar[str] = "accelcal triad"
 
     frame: str
     parameters: dict[str, Quantity]
@@ -146,12 +142,6 @@ class TriadCalibration:
         named |= {f"angle_{pair}": q for pair, q in self.axis_angles.items()}
         return [{"name": name, **quantity.to_document()} for name, quantity in named.items()]
 
-    def to_frame(self) -> pd.DataFrame:
-        """Tabulate all quantities, a line each."""
-        import pandas as pd
-
-        return pd.DataFrame(self.rows())
-
     def to_document(self) -> dict[str, Any]:
         """Return the calibration as the JSON document of schema `SCHEMA`."""
         names, matrix = self.covariance
@@ -170,50 +160,24 @@ class TriadCalibration:
             "notes": list(self.notes),
         }
 
-    def to_json(self, path: str | PathLike[str] | None = None) -> str:
-        """Write the calibration as JSON.
-
-        Parameters
-        ----------
-        path : path, optional
-            File to write, whole or not at all; without it the text is only returned.
-
-        Returns
-        -------
-        str
-            The JSON text; numbers keep all their digits.
-        """
-        return json_text(self.to_document(), path)
-
     @classmethod
-    def from_json(cls, source: str | PathLike[str]) -> TriadCalibration:
-        """Read a calibration.
-
-        Parameters
-        ----------
-        source : str or path
-            JSON text, or the path of a file that holds it.
-
-        Returns
-        -------
-        TriadCalibration
-            The calibration.
+    def from_document(cls, document: Any) -> TriadCalibration:
+        """Read a calibration from its document.
 
         Raises
         ------
         DocumentError
             If it is no such document.
         """
-        document = document_in(source, writer=WRITER)
         schema = document.get("schema") if isinstance(document, dict) else None
         if schema != SCHEMA:
-            raise DocumentError(f"schema {schema!r} is not {SCHEMA!r}; give a file of {WRITER}")
+            raise DocumentError(f"schema {schema!r} is not {SCHEMA!r}; give a file of {cls.WRITER}")
         try:
             return _read(document)
         except KeyError as error:
-            raise DocumentError(f"{error.args[0]} is missing; write it with {WRITER}") from None
+            raise DocumentError(f"{error.args[0]} is missing; write it with {cls.WRITER}") from None
         except TypeError as error:
-            raise DocumentError(f"{error}; write the file again with {WRITER}") from None
+            raise DocumentError(f"{error}; write the file again with {cls.WRITER}") from None
 
 
 _GROUPS = ("parameters", "scale_factors", "misalignments", "axis_angles")

@@ -5,14 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from accelcal.results.json_text import json_text
 from accelcal.results.quantity import Quantity
+from accelcal.results.result import JsonResult, TabularResult
 
 if TYPE_CHECKING:
-    from os import PathLike
-
-    import pandas as pd
-
     from accelcal.plot.history import HistoryPlot
 
 __all__ = ["SCHEMA", "History", "Jump", "Point", "Trend"]
@@ -131,7 +127,7 @@ class Trend:
 
 
 @dataclass(frozen=True, slots=True)
-class History:
+class History(JsonResult, TabularResult):
     """A unit through its recalibrations.
 
     Attributes
@@ -196,21 +192,6 @@ class History:
             "notes": list(self.notes),
         }
 
-    def to_json(self, path: str | PathLike[str] | None = None) -> str:
-        """Write the history as JSON.
-
-        Parameters
-        ----------
-        path : path, optional
-            File to write, whole or not at all; without it the text is only returned.
-
-        Returns
-        -------
-        str
-            The JSON text; numbers keep all their digits.
-        """
-        return json_text(self.to_document(), path)
-
     def rows(self) -> list[dict[str, Any]]:
         """List the calibrations of all trends, a flat dictionary each."""
         return [
@@ -218,9 +199,3 @@ class History:
             for trend in self.trends
             for point in trend.points
         ]
-
-    def to_frame(self) -> pd.DataFrame:
-        """Tabulate the calibrations of all trends, a line each with the columns of `rows`."""
-        from accelcal.results.frames import frame_of
-
-        return frame_of(self.rows())
