@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from itertools import accumulate
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -81,15 +81,14 @@ class Errors(NamedTuple):
 
     def reading(self) -> Component:
         """Errors by the noise of the readings, directly and through the prediction."""
-        blocks = []
-        for e, noise in zip(self.estimators, self.judged.noises, strict=True):
+        whole = _square(self.influence @ self.judged.head.from_noise)
+        for e, noise, own in zip(
+            self.estimators, self.judged.noises, self._blocks(whole), strict=True
+        ):
             spread = e.map * e.table.scatter
-            blocks.append(noise.factor[:, None, None] ** 2 * (spread @ spread.T))
-        through_head = self.influence @ self.judged.head.from_noise
-        return Component(
-            self._block_diagonal(blocks) + _square(through_head),
-            self._per_coefficient(np.stack([noise.dof for noise in self.judged.noises], axis=1)),
-        )
+            own += noise.factor[:, None, None] ** 2 * (spread @ spread.T)
+        dof = np.stack([noise.dof for noise in self.judged.noises], axis=1)
+        return Component(whole, self._per_coefficient(dof))
 
     def head(self) -> dict[str, Component]:
         """Errors by what the prediction misses of the head's errors, where they are known."""
@@ -125,16 +124,15 @@ class Errors(NamedTuple):
         steps = [decimal_steps(y) if step is None else np.full(len(y), step) for y in outputs]
         if not np.any(steps):
             return {}
-        blocks = []
-        for e, noise, q in zip(self.estimators, self.judged.noises, steps, strict=True):
+        whole = np.zeros((len(steps[0]), *2 * self.influence.shape[1:2]))
+        for e, noise, q, own in zip(
+            self.estimators, self.judged.noises, steps, self._blocks(whole), strict=True
+        ):
             size = noise.factor * e.table.scatter.min()
             left = rounding(size, q, seen=noise.source != "declared")
             common = e.map @ np.equal(distinct(e.table.head), e.table.head[:, None])
-            blocks.append(
-                left.common[:, None, None] ** 2 * (common @ common.T)
-                + left.own[:, None, None] ** 2 * (e.map @ e.map.T)
-            )
-        whole = self._block_diagonal(blocks)
+            own += left.common[:, None, None] ** 2 * (common @ common.T)
+            own += left.own[:, None, None] ** 2 * (e.map @ e.map.T)
         return {"resolution": Component(whole, np.full(whole.shape[:2], np.inf))}
 
     def _edges(self) -> list[int]:
@@ -144,12 +142,10 @@ class Errors(NamedTuple):
         """Repeat a value of each table, shape (..., tables), for each of its coefficients."""
         return np.repeat(values, [len(e.names) for e in self.estimators], axis=-1)
 
-    def _block_diagonal(self, blocks: Sequence[Array]) -> Array:
-        edges = self._edges()
-        whole = np.zeros((len(blocks[0]), edges[-1], edges[-1]))
-        for start, stop, block in zip(edges[:-1], edges[1:], blocks, strict=True):
-            whole[:, start:stop, start:stop] = block
-        return whole
+    def _blocks(self, whole: Array) -> Iterator[Array]:
+        """Parts of a covariance that are of one table each."""
+        for start, stop in pairwise(self._edges()):
+            yield whole[:, start:stop, start:stop]
 
 
 def _influence(estimator: LinearEstimator, coefficients: Array, positions: Array) -> Array:

@@ -148,10 +148,11 @@ def run_shift(
     """
     if declared is not None:
         return _same_in_all(values, declared, "declared")
-    temperature = np.asarray(levels, dtype=np.float64)
-    values = _without_trend(values, temperature)
-    runs = values.shape[-1]
+    temperature, runs = np.asarray(levels, dtype=np.float64), values.shape[-1]
     pattern = temperature.reshape(-1, runs)[0]
+    if all(level.size < 2 for level in same_levels(pattern)):
+        return _same_in_all(values, 0.0, "none")
+    values = _without_trend(values, temperature)
     sides = np.zeros(runs) if reached is None else reached
     pattern = np.where(np.isnan(sides), np.nan, pattern)
     whole = _scatter(values, variances, pattern, sides)

@@ -265,7 +265,7 @@ def _coverage_factors(level: float) -> Callable[[Array], Array]:
 
 def _chebyshev_sum(terms: Sequence[float], x: Array) -> Array:
     """Sum of Chebyshev polynomials (Clenshaw); `numpy.polynomial` takes long to import."""
-    one, two = np.zeros_like(x), np.zeros_like(x)
+    twice, one, two = 2.0 * x, np.zeros_like(x), np.zeros_like(x)
     for term in terms[:0:-1]:
-        one, two = 2.0 * x * one - two + term, one
+        one, two = twice * one - two + term, one
     return x * one - two + terms[0]
