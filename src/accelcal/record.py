@@ -298,11 +298,10 @@ class TumbleRecord:
 
     def table_masks(self) -> Iterator[NDArray[np.bool_]]:
         """Iterate over the readings of each table, in the order of `tables`."""
+        sides = [side for side in (self.mounting == name for name in MOUNTINGS) if side.any()]
         for index in range(len(self.run_labels)):
-            for mounting in MOUNTINGS:
-                mask = (self.run == index) & (self.mounting == mounting)
-                if mask.any():
-                    yield mask
+            of_run = self.run == index
+            yield from (mask for mask in (of_run & side for side in sides) if mask.any())
 
     def provenance(self, options: Mapping[str, Any]) -> dict[str, Any]:
         """Tell where the readings came from and what was declared, as a part of a JSON document.

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.calibrate.known_effects import effects_component
 from accelcal.calibrate.of_table import table_calibrations
@@ -14,7 +13,6 @@ from accelcal.calibrate.options import Options
 from accelcal.calibrate.weaknesses import Fitted, Warned, warnings_of
 from accelcal.estimate.error_sources import error_sources
 from accelcal.estimate.joint import JointEstimate, estimate_jointly
-from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.reversal import fixture_angles
 from accelcal.estimate.stack_of_one import stack_of_one
 from accelcal.estimate.tables import PreparedTable
@@ -79,7 +77,7 @@ def calibration_of_record(
         if at_rest.said:
             tables = at_rest.tables
             estimate = _estimated_anew(record, tables, known, options, delta0)
-            gates = gates_of_tables(tables, _judged(tables), estimate.noises, delta0)
+            gates = gates_of_tables(tables, estimate.judged, estimate.noises, delta0)
         found = laws_of_record(
             at_rest, estimate, reference, options.temperature_laws, moving=moving, outputs=outputs
         )
@@ -154,10 +152,6 @@ def _warnings(
             moved=laws.said,
         )
     )
-
-
-def _judged(tables: Sequence[PreparedTable]) -> list[NDArray[np.float64]]:
-    return [linear_estimator(table).coefficients(table.record.output) for table in tables]
 
 
 def table_names(tables: Sequence[PreparedTable]) -> list[str]:

@@ -12,6 +12,7 @@ from accelcal.estimate.error_sources import finite_or_none
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
+from accelcal.model import COEFFICIENTS
 from accelcal.record import TumbleRecord
 from accelcal.results.quantity import Gate, Residuals
 from accelcal.results.table import TableCalibration
@@ -19,6 +20,8 @@ from accelcal.results.table import TableCalibration
 __all__ = ["table_calibrations"]
 
 Array = NDArray[np.float64]
+
+_SCALE_FACTOR = COEFFICIENTS.index("K1")
 
 
 def table_calibrations(
@@ -71,8 +74,7 @@ def _table_calibration(
     covariance = np.sum([part.covariance for part in own.values()], axis=0)
     known = bool(np.isfinite(covariance).all())
     dof = residual.size - len(names)
-    judged = table.least_squares.solve(table.record.output)
-    scale_factor = judged[table.estimability.kept.index("K1")]
+    scale_factor = estimate.judged[index][_SCALE_FACTOR]
     return TableCalibration(
         run=table.record.run_labels[int(table.record.run[0])],
         mounting=str(table.record.mounting[0]),

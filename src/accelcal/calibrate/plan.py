@@ -39,17 +39,15 @@ class OnePlan(NamedTuple):
         Temperatures of each table, NaN where unknown [degC].
     levels : ndarray, shape (R, tables)
         Mean temperature of each table, NaN where unknown [degC].
+    masks : tuple of ndarray of bool
+        Which readings of a record are of each table.
     """
 
     records: Sequence[TumbleRecord]
     outputs: tuple[Array, ...]
     temperatures: tuple[Array, ...]
     levels: Array
-
-    @property
-    def masks(self) -> list[NDArray[np.bool_]]:
-        """Readings of each table."""
-        return list(self.records[0].table_masks())
+    masks: tuple[NDArray[np.bool_], ...]
 
     def can_be_stacked(self) -> NDArray[np.bool_]:
         """Tell which records can be calibrated with others, shape (R,), see `plans_of`."""
@@ -78,14 +76,15 @@ class OnePlan(NamedTuple):
     @classmethod
     def of(cls, records: Sequence[TumbleRecord]) -> OnePlan:
         """Stack the readings of records of one plan, see `plans_of`."""
-        masks = list(records[0].table_masks())
+        masks = tuple(records[0].table_masks())
         output, temperature = (
             np.array([getattr(record, name) for record in records])
             for name in ("output", "temperature")
         )
         temperatures = tuple(temperature[:, mask] for mask in masks)
         levels = np.stack([_mean_of_known(t) for t in temperatures], axis=1)
-        return cls(records, tuple(output[:, mask] for mask in masks), temperatures, levels)
+        outputs = tuple(output[:, mask] for mask in masks)
+        return cls(records, outputs, temperatures, levels, masks)
 
     def references(self, given: float | None = None) -> Array:
         """T0 of each record, shape (R,), see `reference_temperature_of`; NaN where unknown."""
@@ -94,11 +93,11 @@ class OnePlan(NamedTuple):
 
     def of_records(self, places: NDArray[np.intp]) -> OnePlan:
         """Return some of the records."""
-        return OnePlan(
-            [self.records[i] for i in places.tolist()],
-            tuple(y[places] for y in self.outputs),
-            tuple(t[places] for t in self.temperatures),
-            self.levels[places],
+        return self._replace(
+            records=[self.records[i] for i in places.tolist()],
+            outputs=tuple(y[places] for y in self.outputs),
+            temperatures=tuple(t[places] for t in self.temperatures),
+            levels=self.levels[places],
         )
 
 
@@ -118,9 +117,9 @@ def plans_of(
     -------
     list of tuple
         Places of the records of each plan, and their readings; those of many records in parts of
-        a thousand. A record is alone where its
-        temperatures move within a run, where both sides of an axis were measured, and where its
-        readings or its fixture angle are none, so that it harms no other.
+        a thousand. A record is alone where its temperatures move within a run, where both sides of
+        an axis were measured, and where its readings or its fixture angle are none, so that it
+        harms no other.
 
     Notes
     -----

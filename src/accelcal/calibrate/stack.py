@@ -18,7 +18,6 @@ from accelcal.calibrate.plan import OnePlan
 from accelcal.calibrate.weaknesses import Fitted, Warned, warnings_of
 from accelcal.estimate.estimability import check_names
 from accelcal.estimate.joint import JointStack, estimate_stack
-from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.estimate.uncertainty import Component
 from accelcal.gates.record import RecordStack, gates_of_records
@@ -169,14 +168,6 @@ class CalibrationStack:
         return gates_of_records(RecordStack.of(self.estimate, table_names(self.tables)))
 
     @cached_property
-    def judged(self) -> list[Array]:
-        """Least-squares coefficients of each table from the readings as they are, shape (R, 6)."""
-        return [
-            linear_estimator(table).coefficients(y)
-            for table, y in zip(self.tables, self.plan.outputs, strict=True)
-        ]
-
-    @cached_property
     def gates(self) -> list[tuple[Sequence[GateStack], int]]:
         """Gates of each table, and where the records begin in them."""
         found: dict[int, tuple[Sequence[GateStack], int]] = {}
@@ -194,7 +185,7 @@ class CalibrationStack:
         return TableStack(
             table=self.tables[places[0]],
             output=np.ascontiguousarray(np.concatenate([self.plan.outputs[t] for t in places]).T),
-            coefficients=np.concatenate([self.judged[t] for t in places]),
+            coefficients=np.concatenate([self.estimate.judged[t] for t in places]),
             noise=np.concatenate([noise.factor for noise in noises]),
             noise_dof=np.concatenate([noise.dof for noise in noises]),
             declared=np.concatenate([noise.source == "declared" for noise in noises]),

@@ -47,6 +47,8 @@ class JointEstimate(NamedTuple):
         What they really tell in each table, see `LinearEstimator`.
     coefficients : tuple of ndarray, shape (6,)
         Coefficients of each table, zero where not estimated [output unit / g^n].
+    judged : tuple of ndarray, shape (6,)
+        Those of plain least squares, from the readings as they are, whatever the method.
     residuals : tuple of ndarray
         Reading minus model, for each reading of each table [output unit].
     noises : tuple of ReadingNoise
@@ -70,6 +72,7 @@ class JointEstimate(NamedTuple):
     names: tuple[tuple[str, ...], ...]
     stands_for: tuple[Mapping[str, str], ...]
     coefficients: tuple[Array, ...]
+    judged: tuple[Array, ...]
     residuals: tuple[Array, ...]
     noises: tuple[ReadingNoise, ...]
     head: HeadError
@@ -89,7 +92,7 @@ class JointStack(NamedTuple):
 
     Attributes
     ----------
-    outputs, coefficients, residuals : tuple of ndarray
+    outputs, coefficients, judged, residuals : tuple of ndarray
         As of `JointEstimate`, of each table, with a leading axis of length R.
     names, stands_for : tuple
         As of `JointEstimate`.
@@ -109,6 +112,7 @@ class JointStack(NamedTuple):
     names: tuple[tuple[str, ...], ...]
     stands_for: tuple[Mapping[str, str], ...]
     coefficients: tuple[Array, ...]
+    judged: tuple[Array, ...]
     residuals: tuple[Array, ...]
     noises: tuple[NoiseStack, ...]
     head: HeadError
@@ -129,6 +133,7 @@ class JointStack(NamedTuple):
             names=self.names,
             stands_for=self.stands_for,
             coefficients=tuple(k[record] for k in self.coefficients),
+            judged=tuple(k[record] for k in self.judged),
             residuals=tuple(r[record] for r in self.residuals),
             noises=tuple(noise.one(record) for noise in self.noises),
             head=self.head.one(record),
@@ -254,6 +259,7 @@ def estimate_stack(
         names=tuple(estimator.names for estimator in estimators),
         stands_for=tuple(estimator.stands_for for estimator in estimators),
         coefficients=tuple(coefficients),
+        judged=tuple(_by_least_squares(tables, outputs) if robust else errors.judged.coefficients),
         residuals=tuple(
             y - k @ t.design.T for t, y, k in zip(tables, outputs, coefficients, strict=True)
         ),
@@ -285,6 +291,11 @@ def _readings(table: PreparedTable, output: Array, robust: bool) -> Array:
     return pseudo_values(output, table.head, table.scatter)
 
 
+def _by_least_squares(tables: Sequence[PreparedTable], outputs: Sequence[Array]) -> list[Array]:
+    pairs = zip(tables, outputs, strict=True)
+    return [linear_estimator(table).coefficients(y) for table, y in pairs]
+
+
 def _judge(
     tables: Sequence[PreparedTable],
     readings: Sequence[Array],
@@ -293,9 +304,7 @@ def _judge(
     *,
     predict: bool,
 ) -> ErrorsOfReadings:
-    coefficients = [
-        linear_estimator(table).coefficients(y) for table, y in zip(tables, readings, strict=True)
-    ]
+    coefficients = _by_least_squares(tables, readings)
     noises = noise_of_stack(tables, readings)
     declared, root = apparatus.head_uncertainty, None
     if known is not None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from accelcal.estimate.tables import PreparedTable
 from accelcal.grouping import grouped
-from accelcal.probability import f_survival
+from accelcal.probability import f_exceeds
 
 __all__ = ["FEW", "NoiseStack", "ReadingNoise", "noise_of_stack", "reading_noise"]
 
@@ -177,7 +177,7 @@ def _declared(own: _Scatter, declared_dof: float) -> NoiseStack:
     found = NoiseStack.of(np.ones_like(own.squares), declared_dof, "declared")
     if own.dof < FEW:
         return found
-    excess = f_survival(own.variance, own.dof, declared_dof) < _SIGNIFICANT
+    excess = f_exceeds(_SIGNIFICANT, own.variance, own.dof, declared_dof)
     factor = np.sqrt(own.variance)
     return NoiseStack(
         np.where(excess, factor, found.factor),

@@ -56,6 +56,7 @@ def tables_of_axis(
         names=of(estimate.names),
         stands_for=of(estimate.stands_for),
         coefficients=of(estimate.coefficients),
+        judged=of(estimate.judged),
         residuals=of(estimate.residuals),
         noises=of(estimate.noises),
         components=own(estimate.components),

@@ -45,6 +45,7 @@ def stack_of_one(estimate: JointEstimate) -> JointStack:
         names=estimate.names,
         stands_for=estimate.stands_for,
         coefficients=tuple(k[None] for k in estimate.coefficients),
+        judged=tuple(k[None] for k in estimate.judged),
         residuals=tuple(r[None] for r in estimate.residuals),
         noises=tuple(map(_noise, estimate.noises)),
         head=_alone(estimate.head, "uncertainty", "dof", "predicted", "unseen", "from_noise"),
