@@ -120,19 +120,22 @@ class Errors(NamedTuple):
         return Component(at.T @ among @ at, self._per_coefficient(dof))
 
     def resolution(self, outputs: Sequence[Array], step: float | None) -> dict[str, Component]:
-        """Rounding errors that the reading noise does not hold, where the readings have steps."""
-        steps = [decimal_steps(y) if step is None else np.full(len(y), step) for y in outputs]
-        if not np.any(steps):
+        """Rounding errors that the reading noise does not hold, where it does not hold all."""
+        left = [
+            rounding(
+                noise.factor * e.table.scatter.min(),
+                decimal_steps(y) if step is None else step,
+                seen=noise.source != "declared",
+            )
+            for e, noise, y in zip(self.estimators, self.judged.noises, outputs, strict=True)
+        ]
+        if not np.any(left):
             return {}
-        whole = np.zeros((len(steps[0]), *2 * self.influence.shape[1:2]))
-        for e, noise, q, own in zip(
-            self.estimators, self.judged.noises, steps, self._blocks(whole), strict=True
-        ):
-            size = noise.factor * e.table.scatter.min()
-            left = rounding(size, q, seen=noise.source != "declared")
-            common = e.map @ np.equal(distinct(e.table.head), e.table.head[:, None])
-            own += left.common[:, None, None] ** 2 * (common @ common.T)
-            own += left.own[:, None, None] ** 2 * (e.map @ e.map.T)
+        whole = np.zeros((len(outputs[0]), *2 * self.influence.shape[1:2]))
+        for e, (common, own), block in zip(self.estimators, left, self._blocks(whole), strict=True):
+            means = e.map @ np.equal(distinct(e.table.head), e.table.head[:, None])
+            block += common[:, None, None] ** 2 * (means @ means.T)
+            block += own[:, None, None] ** 2 * (e.map @ e.map.T)
         return {"resolution": Component(whole, np.full(whole.shape[:2], np.inf))}
 
     def _edges(self) -> list[int]:

@@ -92,4 +92,6 @@ def _common_variance() -> Array:
     k = np.arange(1.0, 200.0)[:, None]
     series = np.exp(-((2.0 * np.pi * k * _NOISES) ** 2)) / (2.0 * (np.pi * k) ** 2)
     # the tail of the series matters at noise 0 only, where the sum is known
-    return np.where(_NOISES > 0.0, series.sum(axis=0), _WHOLE)
+    common = np.where(_NOISES > 0.0, series.sum(axis=0), _WHOLE)
+    common[-1] = 0.0  # in place of 1e-40
+    return common
