@@ -447,7 +447,7 @@ def test_a_coarse_voltmeter_adds_its_rounding():
     assert_allclose(seen.covariance, coarse.covariance)  # the step shows in the digits
     y = noisy(angles, 12)
     hidden = estimate_jointly([prepare(record(angles, y))], Apparatus(resolution=SIGMA / 2.0))
-    assert np.abs(hidden.components["resolution"].covariance).max() < 1e-6 * SIGMA**2
+    assert "resolution" not in hidden.components
 
 
 def test_declared_noise_does_not_hold_the_rounding():
