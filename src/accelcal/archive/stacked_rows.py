@@ -98,7 +98,7 @@ def stacked_laws(stack: CalibrationStack) -> tuple[Columns, NDArray[np.intp]]:
     record, term = np.nonzero(~np.isnan(laws.value))
     records = stack.plan.records
     units = [_law_unit(name, records[0].unit) for name in laws.names]
-    warnings = [JOINT.join(laws.warnings(i)) for i in range(len(records))]
+    warnings = [JOINT.join(said) for said in laws.warnings]
     mountings = [str(table.record.mounting[0]) for table in stack.tables]
     dof = laws.dof[record, term]
     found: dict[str, Any] = {

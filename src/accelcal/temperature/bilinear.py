@@ -28,12 +28,15 @@ __all__ = [
     "misfit",
     "named_model",
     "quantity",
-    "stacked_laws",
+    "relative_slopes",
+    "tell_a_law",
 ]
 
 Array = NDArray[np.float64]
 
 _LAWS = ("k0", "K1", "delta")
+
+_SAME = 1e-9  # degC, the rounding errors of a mean
 
 LEAST_RISE = 5.0
 """Levels closer to T0 than this tell no slope [degC]."""
@@ -87,6 +90,31 @@ def bilinear_design(rise: Array, sides: Sequence[str]) -> Array:
     return np.stack([np.ones_like(rise), *(parts[side] for side in sides)], axis=-1)
 
 
+def tell_a_law(rise: Array, sides: Sequence[str]) -> NDArray[np.bool_]:
+    """Tell which levels determine a law, once they span a slope.
+
+    Parameters
+    ----------
+    rise : ndarray, shape (R, n)
+        T - T0 of the levels of R records [degC].
+    sides : sequence of str
+        See `measured_sides`; of all records alike.
+
+    Returns
+    -------
+    ndarray of bool, shape (R,)
+        Two slopes and a value need three different levels.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> tell_a_law(np.array([[-60.0, 0.0, 60.0], [-60.0, 60.0, 60.0]]), ("above", "below")).tolist()
+    [True, False]
+    """
+    apart = np.diff(np.sort(rise, axis=1), axis=1) > _SAME
+    return np.asarray(apart.sum(axis=1) >= len(sides))
+
+
 def local_slopes(rise: Array, sides: Sequence[str]) -> Array:
     """Weights of a law's parameters in its slope at each temperature.
 
@@ -122,17 +150,11 @@ class LawStack(NamedTuple):
         K1 are relative.
     intervals : Intervals
         Their uncertainties.
-    covariance : ndarray, shape (R, 3 p + others, 3 p + others)
-        Covariance of them and of what follows no law.
-    others : tuple of str
-        Names of what follows no law.
     """
 
     sides: tuple[str, ...]
     values: Array
     intervals: Intervals
-    covariance: Array
-    others: tuple[str, ...]
 
     @property
     def names(self) -> list[str]:
@@ -143,11 +165,16 @@ class LawStack(NamedTuple):
         self,
         index: int,
         unit: str | None,
+        covariance: Array,
         *,
+        others: tuple[str, ...] = (),
         hysteresis: Quantity | None,
         warnings: tuple[str, ...],
     ) -> TemperatureModel:
-        """Give the laws of one record their names and units."""
+        """Give the laws of one record their names and units.
+
+        `covariance` is that of the values and of `others`, which follow no law.
+        """
         output = f"{unit or 'output unit'}/g"
         units = (("g", "g/degC"), (output, "1/degC"), ("rad", "rad/degC"))
         found = [interval_of(self.intervals, (index, i)) for i in range(self.values.shape[1])]
@@ -157,7 +184,6 @@ class LawStack(NamedTuple):
             _law(values[own], found[own], self.sides, of_law)
             for own, of_law in zip(parts, units, strict=True)
         )
-        covariance = self.covariance[index]
         known = bool(np.isfinite(covariance).all())
         return TemperatureModel(
             k0,
@@ -165,44 +191,9 @@ class LawStack(NamedTuple):
             delta,
             hysteresis,
             warnings,
-            covariance_names=(*self.names, *self.others) if known else (),
+            covariance_names=(*self.names, *others) if known else (),
             covariance_matrix=tuple(map(tuple, covariance.tolist())) if known else (),
         )
-
-
-def stacked_laws(
-    values: Array, components: Mapping[str, Component], sides: Sequence[str], others: Sequence[str]
-) -> LawStack:
-    """Make the slopes of K1 relative and combine the uncertainties.
-
-    Parameters
-    ----------
-    values : ndarray, shape (R, 3 p)
-        Value at T0 and slopes of k0, of K1 and of delta; the slopes of K1 are absolute.
-    components : mapping of str to Component
-        Components of their errors and, behind them, of those of `others`.
-    sides : sequence of str
-        See `measured_sides`.
-    others : sequence of str
-        Names of what follows no law, but is correlated with the laws.
-
-    Returns
-    -------
-    LawStack
-        The laws.
-    """
-    count = 1 + len(sides)
-    shown = propagate(components, _relative_slopes(values, count, len(others)))
-    relative = values.copy()
-    relative[:, count + 1 : 2 * count] /= values[:, count : count + 1]
-    size = values.shape[1]
-    return LawStack(
-        sides=tuple(sides),
-        values=relative,
-        intervals=Intervals(*(part[:, :size] for part in interval_stack(shown))),
-        covariance=np.asarray(sum(part.covariance for part in shown.values())),
-        others=tuple(others),
-    )
 
 
 def named_model(
@@ -213,7 +204,6 @@ def named_model(
     *,
     hysteresis: Quantity | None,
     warnings: tuple[str, ...],
-    others: tuple[str, ...] = (),
 ) -> TemperatureModel:
     """Name the parameters of the three laws of one record and give them their uncertainties.
 
@@ -222,7 +212,7 @@ def named_model(
     values : ndarray, shape (3 p,)
         Value at T0 and slopes of k0, of K1 and of delta; the slopes of K1 are absolute.
     components : mapping of str to Component
-        Components of their errors and, behind them, of those of `others`.
+        Components of their errors.
     sides : sequence of str
         See `measured_sides`.
     unit : str or None
@@ -231,28 +221,50 @@ def named_model(
         h_T.
     warnings : tuple of str
         What is missing.
-    others : tuple of str
-        Names of what follows no law, but is correlated with the laws.
 
     Returns
     -------
     TemperatureModel
         Laws of k0, K1 and delta, with their covariance; the slopes of K1 are relative.
     """
-    alone = {name: Component(c.covariance[None], c.dof[None]) for name, c in components.items()}
-    laws = stacked_laws(values[None], alone, sides, others)
-    return laws.model(0, unit, hysteresis=hysteresis, warnings=warnings)
+    of_scale_factor = slice(1 + len(sides), 2 * (1 + len(sides)))
+    relative, jacobian = values.copy(), np.eye(values.size)
+    relative[of_scale_factor], own = relative_slopes(values[of_scale_factor])
+    jacobian[of_scale_factor, of_scale_factor] = own
+    shown = propagate(components, jacobian)
+    intervals = Intervals(*(part[None] for part in interval_stack(shown)))
+    covariance = np.sum([part.covariance for part in shown.values()], axis=0)
+    laws = LawStack(tuple(sides), relative[None], intervals)
+    return laws.model(0, unit, covariance, hysteresis=hysteresis, warnings=warnings)
 
 
-def _relative_slopes(values: Array, count: int, others: int) -> Array:
-    """Derivative of the laws' parameters when the slopes of K1 are divided by K1 at T0."""
-    size = values.shape[1] + others
-    jacobian = np.tile(np.eye(size), (len(values), 1, 1))
-    at_reference = values[:, count]
-    for row in range(count + 1, 2 * count):
-        jacobian[:, row, row] = 1.0 / at_reference
-        jacobian[:, row, count] = -values[:, row] / at_reference**2
-    return jacobian
+def relative_slopes(law: Array) -> tuple[Array, Array]:
+    """Divide the slopes of a law by its value at T0.
+
+    Parameters
+    ----------
+    law : ndarray, shape (..., p)
+        Value at T0 and slopes.
+
+    Returns
+    -------
+    law : ndarray, shape (..., p)
+        Value at T0 and relative slopes.
+    jacobian : ndarray, shape (..., p, p)
+        Their derivatives by what was given.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> relative_slopes(np.array([2.0, 6.0]))[0].tolist()
+    [2.0, 3.0]
+    """
+    at_reference = law[..., :1]
+    relative = law / at_reference
+    jacobian = np.eye(law.shape[-1]) / at_reference[..., None]
+    jacobian[..., 1:, 0] = -relative[..., 1:] / at_reference
+    relative[..., 0], jacobian[..., 0, 0] = law[..., 0], 1.0
+    return relative, jacobian
 
 
 def interval_of(stack: Intervals, place: tuple[int, ...]) -> Interval:

@@ -8,7 +8,7 @@ to launch is new at each and does not.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,33 +17,31 @@ from numpy.typing import NDArray
 from accelcal.estimate.joint import JointEstimate, JointStack
 from accelcal.estimate.stack_of_one import stack_of_one
 from accelcal.estimate.tables import PreparedTable
-from accelcal.estimate.uncertainty import Component, propagate
+from accelcal.estimate.uncertainty import Component, Intervals, combined, propagate
 from accelcal.probability import f_survival
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
+from accelcal.sentences import of_each
 from accelcal.temperature.bilinear import (
-    LEAST_RISE,
     LawStack,
     bilinear_design,
     local_slopes,
     measured_sides,
     misfit,
-    stacked_laws,
+    relative_slopes,
+    tell_a_law,
 )
-from accelcal.temperature.hysteresis import (
-    Branches,
-    Hysteresis,
-    branches_of,
-    confounded,
-    mean_hysteresis,
-)
+from accelcal.temperature.generalised import law_maps
+from accelcal.temperature.hysteresis import Branches, Hysteresis, branches_of, mean_hysteresis
 from accelcal.temperature.levels import (
     Levels,
     LevelStack,
     alike,
+    joint_covariance,
     level_stack,
     levels_of,
 )
 from accelcal.temperature.run_temperatures import run_temperature_uncertainty
+from accelcal.temperature.weaknesses import NO_LEVEL_NEAR_T0, law_sentences
 
 __all__ = ["LawsOfRecords", "laws_from_tables", "laws_of_records", "tables_of_one_mounting"]
 
@@ -51,18 +49,9 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Places = NDArray[np.intp]
 
-_NOT_MEASURED = {
-    "above": "no level more than 5 degC above T0: the slopes above are not determined",
-    "below": "no level more than 5 degC below T0: the slopes below are not determined",
-}
-_NO_LEVEL_NEAR_T0 = (
-    "one level on each side of T0 and none at it: the laws are not determined; measure at T0, or"
-    " give T0 at a measured level"
-)
 _SIGNIFICANT = 0.001
 _ROUNDING = 1e-9  # g, relative or rad: below it a misfit is of no interest
-_QUANTITIES = ("bias", "scale factor", "misalignment")
-_PARTS = [f"{law} {part}" for law in ("k0", "K1", "delta") for part in ("at_T0", *_NOT_MEASURED)]
+_PARTS = [f"{law} {part}" for law in ("k0", "K1", "delta") for part in ("at_T0", "above", "below")]
 _NAMES = (*_PARTS, "hysteresis")
 _WITHOUT, _UNDETERMINED = -1, -2  # in place of a group
 
@@ -116,33 +105,57 @@ def laws_from_tables(
     T0 = np.array([np.nan if reference is None else reference])
     of_levels = uncertain[0][None], uncertain[1][None]
     stack = level_stack(tables, stack_of_one(estimate), chosen, levels, of_levels, T0)
-    return laws_of_records(stack._replace(unit=[unit])).model(0)
+    return laws_of_records(stack._replace(unit=unit)).model(0)
 
 
 class _Group(NamedTuple):
-    """Laws of records alike."""
+    """Laws of records alike; `maps`, shape (R, 3, m, n), take the tables to the parameters."""
 
     stack: LevelStack
+    levels: Levels
+    maps: Array
     laws: LawStack
     hysteresis: Hysteresis
-    off: Mask  # whether bias, scale factor and misalignment follow no law, shape (R, 3)
+    warnings: Sequence[tuple[str, ...]]
 
-    def warnings(self, index: int) -> tuple[str, ...]:
-        """Say what is missing in the laws of one record, and why."""
-        stack, loop = self.stack, self.hysteresis.half_widths.shape[1] > 0
-        return (
-            *_unmeasured(self.laws.sides),
-            *_misfits(self.off[index]),
-            *self.hysteresis.said(index),
-            *(filter(None, [confounded(stack.shift_source[index])]) if loop else ()),
-            *_far_reference(float(stack.reference[index]), stack.temperature[index]),
-        )
+    @property
+    def names(self) -> list[str]:
+        """Names of the `numbers`."""
+        return [*self.laws.names, "hysteresis"]
+
+    @property
+    def numbers(self) -> Array:
+        """Values, standard and expanded uncertainties, and degrees of freedom, (4, R, names)."""
+        laws, loop = self.laws, self.hysteresis
+        parts = ("standard", "expanded", "dof")
+        of_laws = [laws.values, *(getattr(laws.intervals, part) for part in parts)]
+        of_loop = [loop.mean[:, None], *(getattr(loop.intervals, part) for part in parts)]
+        return np.concatenate([np.stack(of_laws), np.stack(of_loop)], axis=2)
 
     def model(self, index: int) -> TemperatureModel:
         """Laws of one record."""
-        hysteresis, warnings = self.hysteresis.quantity(index), self.warnings(index)
-        unit = self.stack.unit[index]
-        return self.laws.model(index, unit, hysteresis=hysteresis, warnings=warnings)
+        covariance, others = self._covariance(index)
+        return self.laws.model(
+            index,
+            self.stack.unit,
+            covariance,
+            others=others,
+            hysteresis=self.hysteresis.quantity(index),
+            warnings=self.warnings[index],
+        )
+
+    def _covariance(self, index: int) -> tuple[Array, tuple[str, ...]]:
+        """Covariance of the laws of one record and of what follows no law."""
+        covariance, others = joint_covariance(self.stack, index)
+        size = self.stack.temperature.shape[1]
+        by_heat = np.concatenate([np.diag(own) for own in self.levels.by_heat[index]])
+        by_loop = self.levels.by_loop[index]
+        covariance[: 3 * size, : 3 * size] += by_heat @ by_heat.T
+        covariance[:size, :size] += by_loop @ by_loop.T
+        laws = (np.eye(3)[:, None, :, None] * self.maps[index, :, :, None]).reshape(-1, 3 * size)
+        through = np.pad(laws, (0, len(others)))
+        through[len(laws) :, 3 * size :] = np.eye(len(others))
+        return through @ covariance @ through.T, others
 
 
 class LawsOfRecords(NamedTuple):
@@ -155,6 +168,8 @@ class LawsOfRecords(NamedTuple):
     value, standard, expanded, dof : ndarray, shape (R, 10)
         Each with its standard and expanded uncertainty and degrees of freedom; NaN where not
         determined, or unknown. Units are those of `TemperatureModel`.
+    warnings : sequence of tuple of str
+        What is missing in the laws of each record, and why.
     groups : tuple
         Records alike, fitted together.
     group, member : ndarray of int, shape (R,)
@@ -167,6 +182,7 @@ class LawsOfRecords(NamedTuple):
     standard: Array
     expanded: Array
     dof: Array
+    warnings: Sequence[tuple[str, ...]]
     groups: tuple[_Group, ...]
     group: Places
     member: Places
@@ -176,19 +192,12 @@ class LawsOfRecords(NamedTuple):
         """Whether a record has laws, shape (R,), be it that its levels determine nothing."""
         return np.asarray(self.group != _WITHOUT)
 
-    def warnings(self, index: int) -> tuple[str, ...]:
-        """Say what is missing in the laws of one record, and why."""
-        group = int(self.group[index])
-        if group < 0:
-            return (_NO_LEVEL_NEAR_T0,) if group == _UNDETERMINED else ()
-        return self.groups[group].warnings(int(self.member[index]))
-
     def model(self, index: int) -> TemperatureModel | None:
         """Laws of one record; None where there is one level only, or a temperature is unknown."""
         group = int(self.group[index])
         if group == _UNDETERMINED:
             nothing = BilinearLaw(None, None, None)
-            return TemperatureModel(nothing, nothing, nothing, warnings=(_NO_LEVEL_NEAR_T0,))
+            return TemperatureModel(nothing, nothing, nothing, warnings=self.warnings[index])
         return None if group < 0 else self.groups[group].model(int(self.member[index]))
 
 
@@ -206,110 +215,99 @@ def laws_of_records(stack: LevelStack) -> LawsOfRecords:
         The laws, see `laws_from_tables`. Records alike are solved together.
     """
     records = len(stack.reference)
-    value, standard, expanded, dof = (np.full((records, len(_NAMES)), np.nan) for _ in range(4))
+    numbers = np.full((4, records, len(_NAMES)), np.nan)
     group, member = np.full(records, _WITHOUT), np.zeros(records, dtype=np.intp)
+    warnings: list[tuple[str, ...]] = [()] * records
     groups: list[_Group] = []
     for rows in alike(stack):
         sides = measured_sides(stack.rise[rows[0]])
-        rank = np.linalg.matrix_rank(bilinear_design(stack.rise[rows], sides))
-        group[rows] = _UNDETERMINED
-        rows = rows[rank == 1 + len(sides)]
-        if not rows.size:
+        told = tell_a_law(stack.rise[rows], sides)
+        for row in rows[~told].tolist():
+            group[row], warnings[row] = _UNDETERMINED, (NO_LEVEL_NEAR_T0,)
+        if not told.any():
             continue
+        rows = rows[told]
         found = _fitted(stack.of_records(rows), sides)
         group[rows], member[rows] = len(groups), np.arange(rows.size)
         groups.append(found)
-        at = np.ix_(rows, [_NAMES.index(name) for name in (*found.laws.names, "hysteresis")])
-        value[at] = np.column_stack([found.laws.values, found.hysteresis.mean])
-        for whole, name in ((standard, "standard"), (expanded, "expanded"), (dof, "dof")):
-            parts = [getattr(of, name) for of in (found.laws.intervals, found.hysteresis.intervals)]
-            whole[at] = np.column_stack(parts)
-    return LawsOfRecords(_NAMES, value, standard, expanded, dof, tuple(groups), group, member)
-
-
-def _fitted(stack: LevelStack, sides: Sequence[str]) -> _Group:
-    levels, loop = levels_of(stack), branches_of(stack.temperature[0], stack.order)
-    count, others = 3 * (1 + len(sides)), len(levels.others)
-    if stack.uncertainty.any() or loop.loose.size:
-        first = _applied(_solution(levels, sides, loop), levels.values)
-        levels = _with_temperature_error(levels, first, sides, stack.uncertainty, stack.dof)
-        levels = _with_open_loop(levels, loop.off_the_middle(first[:, count:]))
-    solved = _solution(levels, sides, loop)
-    values = _applied(solved, levels.values)
-    size = solved.shape[1]
-    whole = np.zeros((len(values), size + others, solved.shape[2] + others))
-    whole[:, :size, : solved.shape[2]] = solved
-    whole[:, size:, solved.shape[2] :] = np.eye(others)
-    components = propagate(levels.components, whole)
-    half_widths, kept = slice(count, size), np.delete(np.arange(size + others), slice(count, size))
-    return _Group(
-        stack=stack,
-        laws=stacked_laws(values[:, :count], _some(components, kept), sides, levels.others),
-        hysteresis=mean_hysteresis(
-            values[:, half_widths],
-            {name: part.part(half_widths) for name, part in components.items()},
-            stack.temperature @ loop.mean,
-        ),
-        off=_off_the_law(levels, values, sides, loop),
+        numbers[:, rows[:, None], [_NAMES.index(name) for name in found.names]] = found.numbers
+        for row, said in zip(rows.tolist(), found.warnings, strict=True):
+            warnings[row] = said
+    value, standard, expanded, dof = numbers
+    return LawsOfRecords(
+        _NAMES, value, standard, expanded, dof, warnings, tuple(groups), group, member
     )
 
 
+def _fitted(stack: LevelStack, sides: Sequence[str]) -> _Group:
+    loop, count = branches_of(stack.temperature[0], stack.order), 1 + len(sides)
+    rise = stack.rise
+    rise = rise[:1] if (rise == rise[:1]).all() else rise  # one design for all records
+    design, levels = bilinear_design(rise, sides), levels_of(stack)
+    maps = law_maps(design, loop.paired, levels.covariance)
+    if stack.uncertainty.any() or loop.loose.size:
+        first = _applied(maps, levels.values)
+        slopes = _applied(local_slopes(rise, sides)[:, None], first[..., :count])
+        by_heat, by_loop = slopes * stack.uncertainty[:, None], first[:, 0, count:]
+        levels = levels.at_uncertain_levels(by_heat, stack.dof, loop.off_the_middle(by_loop))
+        maps = law_maps(design, loop.paired, levels.covariance)
+    fitted = _applied(maps, levels.values)
+    hysteresis = _hysteresis(levels, fitted[:, 0, count:], maps[:, 0, count:], stack, loop)
+    off = _off_the_law(levels, fitted, design, loop)
+    said = law_sentences(
+        sides, off, hysteresis, stack.shift_source, stack.reference, stack.temperature
+    )
+    laws, maps = _laws(levels, fitted[..., :count], maps[:, :, :count], sides)
+    return _Group(stack, levels, maps, laws, hysteresis, of_each(said, len(off)))
+
+
 def _applied(matrix: Array, values: Array) -> Array:
-    """Each record's matrix times its values, shape (R, m)."""
-    return np.asarray((matrix @ values[..., None])[..., 0])
+    """Each matrix times its values, shapes (..., m, n) and (..., n)."""
+    return np.asarray(np.einsum("...mn,...n->...m", matrix, values))
 
 
-def _some(components: Mapping[str, Component], kept: Places) -> dict[str, Component]:
-    """Components of some of the estimates."""
-    return {
-        name: Component(part.covariance[:, kept[:, None], kept], part.dof[:, kept])
-        for name, part in components.items()
-    }
+def _laws(
+    levels: Levels, fitted: Array, maps: Array, sides: Sequence[str]
+) -> tuple[LawStack, Array]:
+    """Make the slopes of K1 relative: the laws, and the maps that lead to them, (R, 3, p, n)."""
+    values = fitted.copy()
+    maps = np.broadcast_to(maps, (*fitted.shape, maps.shape[-1])).copy()
+    values[:, 1], jacobian = relative_slopes(fitted[:, 1])
+    maps[:, 1] = jacobian @ maps[:, 1]
+    variances, freedom = [], []
+    for part in levels.components.values():
+        passed = np.einsum("...mn,...mn->...m", maps @ part.covariance, maps)
+        variances.append(passed)
+        freedom.append(np.broadcast_to(part.dof.min(axis=-1, keepdims=True), passed.shape))
+    intervals = combined(variances, freedom)
+    records = len(values)
+    flat = Intervals(*(part.reshape(records, -1) for part in intervals))
+    return LawStack(tuple(sides), values.reshape(records, -1), flat), maps
 
 
-def _off_the_law(levels: Levels, parameters: Array, sides: Sequence[str], loop: Branches) -> Mask:
+def _hysteresis(
+    levels: Levels, half_widths: Array, maps: Array, stack: LevelStack, loop: Branches
+) -> Hysteresis:
+    parts = levels.components.items() if half_widths.size else ()
+    of_bias = {name: Component(part.covariance[:, 0], part.dof[:, 0]) for name, part in parts}
+    components = propagate(of_bias, maps)
+    return mean_hysteresis(half_widths, components, stack.temperature @ loop.mean)
+
+
+def _off_the_law(levels: Levels, fitted: Array, design: Array, loop: Branches) -> Mask:
     """Which quantities do not follow their law, by chi-squared of what is left, shape (R, 3)."""
-    law, covariance = bilinear_design(levels.rise, sides), levels.covariance
-    records, size, count = law.shape
-    off = np.zeros((records, len(_QUANTITIES)), dtype=np.bool_)
-    known = np.isfinite(covariance).all(axis=(1, 2))
-    for i in range(len(_QUANTITIES)):
-        own = slice(i * size, (i + 1) * size)
-        left = levels.values[:, own] - _applied(law, parameters[:, i * count : (i + 1) * count])
-        dof = size - count
-        if i == 0:
-            left = left - parameters[:, 3 * count :] @ loop.paired.T
-            dof -= loop.paired.shape[1]
+    size, count = design.shape[-2:]
+    left = levels.values - _applied(design[:, None], fitted[..., :count])
+    left[:, 0] -= fitted[:, 0, count:] @ loop.paired.T
+    covariance = levels.covariance
+    known = np.isfinite(covariance.reshape(len(left), -1)).all(axis=1)
+    off = np.zeros((len(left), 3), dtype=np.bool_)
+    for i in range(3):
+        dof = size - count - (loop.paired.shape[1] if i == 0 else 0)
         if dof >= 1:
-            p = f_survival(misfit(left, covariance[:, own, own]) / dof, float(dof), np.inf)
-            off[:, i] = known & (np.abs(left).max(axis=1) >= _ROUNDING) & (p < _SIGNIFICANT)
+            p = f_survival(misfit(left[:, i], covariance[:, i]) / dof, float(dof), np.inf)
+            off[:, i] = known & (np.abs(left[:, i]).max(axis=1) >= _ROUNDING) & (p < _SIGNIFICANT)
     return off
-
-
-def _misfits(off: Mask) -> Iterator[str]:
-    """Say which quantity of a record does not follow its law."""
-    for name, is_off in zip(_QUANTITIES, off.tolist(), strict=True):
-        if is_off:
-            yield (
-                f"the {name} does not follow its bilinear law: a curvature, another break, or an"
-                " undeclared shift from run to run; its slopes are less certain than U says"
-            )
-
-
-def _far_reference(reference: float, temperature: Array) -> Iterator[str]:
-    """Say that the values at T0 are extrapolated, where T0 is far outside the levels."""
-    low, high = temperature.min(), temperature.max()
-    outside = max(low - reference, reference - high)
-    if outside > LEAST_RISE:
-        yield (
-            f"T0 = {reference:g} degC lies {outside:g} degC outside the levels, {low:g} to"
-            f" {high:g} degC: the values at T0 are extrapolated, and U holds nothing of a curvature"
-        )
-
-
-def _unmeasured(sides: Sequence[str]) -> tuple[str, ...]:
-    """Say which slopes are missing, one sentence each."""
-    return tuple(text for side, text in _NOT_MEASURED.items() if side not in sides)
 
 
 def tables_of_one_mounting(
@@ -327,65 +325,3 @@ def tables_of_one_mounting(
             meaning = (estimate.stands_for[index].get(name) for name in ("K0", "K1", "M"))
             found.setdefault((mounting, *meaning), []).append(index)
     return max(found.values(), key=len, default=[])
-
-
-def _solution(levels: Levels, sides: Sequence[str], loop: Branches) -> Array:
-    """Generalised least-squares map of the laws of k0, K1 and delta and, last, of the half widths.
-
-    Each law is solved by itself: the correlations between them are weak, and their uncertainties
-    may differ by many powers of ten. Propagation through the map keeps them all.
-    """
-    law, covariance = bilinear_design(levels.rise, sides), levels.covariance
-    records, size, count = law.shape
-    pairs = np.broadcast_to(loop.paired, (records, *loop.paired.shape))
-    solution = np.zeros((records, 3 * count + loop.paired.shape[1], 3 * size))
-    for i, design in enumerate((np.concatenate([law, pairs], axis=2), law, law)):
-        own = slice(i * size, (i + 1) * size)
-        found = _generalised(design, covariance[:, own, own])
-        solution[:, i * count : (i + 1) * count, own] = found[:, :count]
-        solution[:, 3 * count : 3 * count + found.shape[1] - count, own] = found[:, count:]
-    return solution
-
-
-def _generalised(design: Array, covariance: Array) -> Array:
-    """Generalised least-squares maps, (R, parameters, n); plain where the weights are unknown."""
-    variance = np.einsum("...nn->...n", covariance)
-    known = np.isfinite(covariance).all(axis=(1, 2)) & (variance > 0.0).all(axis=1)
-    size = variance.shape[1]
-    sigma = np.sqrt(np.where(known[:, None], variance, 1.0))
-    among = covariance / (sigma[:, :, None] * sigma[:, None])
-    root = np.linalg.cholesky(np.where(known[:, None, None], among, 0.0) + _diagonal(known, size))
-    whitened = np.linalg.solve(root, design / sigma[..., None])
-    norms = np.sqrt((whitened**2).sum(axis=1, keepdims=True))  # slopes are far from the values
-    solved = np.linalg.pinv(whitened / norms) / norms.swapaxes(1, 2)
-    return np.asarray(solved @ np.linalg.inv(root) / sigma[:, None])
-
-
-def _diagonal(known: Mask, size: int) -> Array:
-    """What keeps a matrix of correlations definite; all of it where they are unknown."""
-    return np.where(known, 1e-12, 1.0)[:, None, None] * np.eye(size)
-
-
-def _with_temperature_error(
-    levels: Levels, parameters: Array, sides: Sequence[str], uncertainty: Array, dof: Array
-) -> Levels:
-    """Add what an error of each temperature does through the slopes of the laws."""
-    size, count = levels.rise.shape[1], 1 + len(sides)
-    laws = parameters[:, : 3 * count].reshape(-1, 3, count)
-    local = laws @ local_slopes(levels.rise, sides).swapaxes(1, 2)
-    acting = local[..., None] * np.eye(size) * uncertainty[:, None, None]
-    acting = acting.reshape(-1, 3 * size, size)
-    aside = len(levels.others)
-    component = Component(
-        np.pad(acting @ acting.swapaxes(1, 2), ((0, 0), (0, aside), (0, aside))),
-        np.pad(np.tile(dof, 3), ((0, 0), (0, aside)), constant_values=np.inf),
-    )
-    return levels._replace(components={**levels.components, "temperature": component})
-
-
-def _with_open_loop(levels: Levels, off_the_middle: Array) -> Levels:
-    """Add that the bias of some runs lies off the middle of the loop by an unknown amount."""
-    behind = levels.values.shape[1] + len(levels.others) - levels.rise.shape[1]
-    acting = np.pad(off_the_middle, ((0, 0), (0, behind), (0, 0)))
-    component = Component(acting @ acting.swapaxes(1, 2), np.full(acting.shape[:2], np.inf))
-    return levels._replace(components={**levels.components, "hysteresis": component})

@@ -8,7 +8,7 @@ mean of h over the levels.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -26,13 +26,10 @@ __all__ = [
     "Hysteresis",
     "branches",
     "branches_of",
-    "confounded",
     "mean_hysteresis",
 ]
 
 Array = NDArray[np.float64]
-
-_SIGNIFICANT = 0.001
 
 _OPEN = 1.0 / np.sqrt(3.0)
 """Standard uncertainty, in half widths, of a level where the loop may be closed or as wide as it is
@@ -149,18 +146,6 @@ class Hysteresis(NamedTuple):
         found = interval_of(self.intervals, (index, 0))
         return quantity(float(self.mean[index]), found, "g")
 
-    def said(self, index: int) -> Iterator[str]:
-        """Say where the levels differ by more than their uncertainty."""
-        if self.p[index] < _SIGNIFICANT:
-            each = ", ".join(
-                f"{1e6 * h:.3g} ug at {at:.3g} degC"
-                for h, at in zip(self.half_widths[index], self.temperature[index], strict=True)
-            )
-            yield (
-                f"the hysteresis differs by level: {each}; h_T is their mean, and U holds the"
-                " scatter"
-            )
-
 
 def mean_hysteresis(
     half_widths: Array, components: Mapping[str, Component], temperature: Array
@@ -207,30 +192,3 @@ def _alike(half_widths: Array, components: Mapping[str, Component]) -> Array:
     squares = misfit(half_widths @ contrast.T, contrast @ covariance @ contrast.T)
     p: Array = f_survival(squares / dof, float(dof), np.inf)
     return p
-
-
-def confounded(source: str) -> str:
-    """Say that launches may pass for hysteresis, where nobody declared how far they shift.
-
-    Parameters
-    ----------
-    source : str
-        Where the shift from launch to launch is from, see `accelcal.estimate.launch.RunShift`.
-
-    Returns
-    -------
-    str
-        A sentence; none where the shift is declared.
-    """
-    if source == "declared":
-        return ""
-    if source == "none":
-        return (
-            "launch_uncertainty not declared: h_T is half the difference of launches, and what"
-            " their biases shift by cannot be told from it; U of h_T leaves that out"
-        )
-    return (
-        "launch_uncertainty not declared: launches and a hysteresis that differs by level cannot"
-        " be told apart; the shift from launch to launch takes the hysteresis as alike at all"
-        " levels"
-    )

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from accelcal.estimate.joint import JointStack
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import PreparedTable
-from accelcal.estimate.uncertainty import Component, propagate
+from accelcal.estimate.uncertainty import Component
 from accelcal.model import COEFFICIENTS, ERROR_TERMS
 from accelcal.temperature.bilinear import LEAST_RISE
 
-__all__ = ["LevelStack", "Levels", "alike", "level_stack", "levels_of"]
+__all__ = ["LevelStack", "Levels", "alike", "joint_covariance", "level_stack", "levels_of"]
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -48,10 +48,10 @@ class LevelStack(NamedTuple):
         Place of each coefficient among those P; -1 where it is not estimated.
     order : ndarray of int, shape (n,)
         Order in which the runs were made.
-    shift_source : sequence of str
-        Where the shift of the bias from launch to launch is from, of each record.
-    unit : sequence of str or None
-        Output unit of each record.
+    shift_source : str
+        Where the shift of the bias from launch to launch is from.
+    unit : str or None
+        Output unit.
     """
 
     temperature: Array
@@ -62,8 +62,8 @@ class LevelStack(NamedTuple):
     components: Mapping[str, Component]
     place: Places
     order: Places
-    shift_source: Sequence[str]
-    unit: Sequence[str | None]
+    shift_source: str
+    unit: str | None
 
     @property
     def rise(self) -> Array:
@@ -84,8 +84,6 @@ class LevelStack(NamedTuple):
                 name: Component(part.covariance[rows], part.dof[rows])
                 for name, part in self.components.items()
             },
-            shift_source=[self.shift_source[row] for row in rows],
-            unit=[self.unit[row] for row in rows],
         )
 
 
@@ -119,7 +117,7 @@ def level_stack(
     LevelStack
         The tables.
     """
-    records, own = len(temperature), [tables[i].record for i in chosen]
+    own = [tables[i].record for i in chosen]
     coefficients = [estimate.coefficients[i] for i in chosen]
     return LevelStack(
         temperature=temperature[:, chosen],
@@ -130,8 +128,8 @@ def level_stack(
         components={**estimate.components, **estimate.alike},
         place=np.array([_places(estimate.names, i) for i in chosen]),
         order=np.argsort([int(record.run[0]) for record in own], kind="stable"),
-        shift_source=[estimate.bias_shift.source] * records,
-        unit=[own[0].unit] * records,
+        shift_source=estimate.bias_shift.source,
+        unit=own[0].unit,
     )
 
 
@@ -176,20 +174,34 @@ def alike(stack: LevelStack) -> list[Places]:
 class Levels(NamedTuple):
     """k0, K1 and delta of n tables in R records alike, with the components of their errors.
 
-    `values`, shape (R, 3 n), and the components go k0 of all tables, then K1, then delta; the
-    components then have `others`, which follow no law, of the table nearest to T0. `rise`, shape
-    (R, n), is T - T0 [degC].
+    `values`, shape (R, 3, n), and the covariances of the components, shape (R, 3, n, n), are of
+    each quantity by itself: its law is fitted by itself. `by_heat`, shape (R, 3, n), is what an
+    error of each temperature does, and `by_loop`, shape (R, n, m), are columns of errors of k0.
     """
 
-    rise: Array
     values: Array
     components: Mapping[str, Component]
-    others: tuple[str, ...]
+    by_heat: Array
+    by_loop: Array
 
     @property
     def covariance(self) -> Array:
-        """Covariance of the values and of `others`, shape (R, m, m)."""
+        """Covariance of the values of each quantity, shape (R, 3, n, n)."""
         return np.asarray(sum(part.covariance for part in self.components.values()))
+
+    def at_uncertain_levels(self, by_heat: Array, dof: Array, by_loop: Array) -> Levels:
+        """Add what errors of the temperatures do, and runs off the middle of a loop.
+
+        `dof`, shape (R, n), are the degrees of freedom of the temperatures.
+        """
+        heat = by_heat[..., None] ** 2 * np.eye(by_heat.shape[2])
+        loop = np.zeros_like(heat)
+        loop[:, 0] = by_loop @ by_loop.swapaxes(1, 2)
+        more = {
+            "temperature": Component(heat, np.broadcast_to(dof[:, None], by_heat.shape)),
+            "hysteresis": Component(loop, np.full(by_heat.shape, np.inf)),
+        }
+        return Levels(self.values, {**self.components, **more}, by_heat, by_loop)
 
 
 def levels_of(stack: LevelStack) -> Levels:
@@ -198,27 +210,64 @@ def levels_of(stack: LevelStack) -> Levels:
     Parameters
     ----------
     stack : LevelStack
-        Records alike.
+        Records.
 
     Returns
     -------
     Levels
         The quotients.
     """
-    rise, k, place = stack.rise, stack.coefficients, stack.place
-    size, nearest = place.shape[0], int(np.abs(rise[0]).argmin())
-    others = [name for name in _WITHOUT_LAW if place[nearest, COEFFICIENTS.index(name)] >= 0]
+    k, k1 = stack.coefficients, stack.coefficients[..., _K1]
+    k0, delta = k[..., _K0] / k1, k[..., _M] / k1
+
+    def of(part: Component) -> Component:
+        whole, (at_k0, at_k1, at_m) = part.covariance, stack.place[:, [_K0, _K1, _M]].T
+        common, own = whole[:, at_k1[:, None], at_k1], part.dof[:, at_k1]
+
+        def of_quotient(quotient: Array, at: Places) -> Array:
+            mixed = quotient[..., None] * whole[:, at_k1[:, None], at]
+            squares = quotient[..., None] * quotient[:, None] * common
+            found = whole[:, at[:, None], at] - mixed - mixed.swapaxes(1, 2) + squares
+            return np.asarray(found / (k1[..., None] * k1[:, None]))
+
+        covariance = of_quotient(k0, at_k0), common, of_quotient(delta, at_m)
+        fewest = np.minimum(part.dof[:, at_k0], own), own, np.minimum(part.dof[:, at_m], own)
+        return Component(np.stack(covariance, axis=1), np.stack(fewest, axis=1))
+
+    components = {name: of(part) for name, part in stack.components.items()}
+    values = np.stack([k0, k1, delta], axis=1)
+    return Levels(values, components, np.zeros_like(values), np.zeros((*k1.shape, 0)))
+
+
+def joint_covariance(stack: LevelStack, record: int) -> tuple[Array, tuple[str, ...]]:
+    """Covariance of k0, K1 and delta of all tables of one record, and of what follows no law.
+
+    Parameters
+    ----------
+    stack : LevelStack
+        Records.
+    record : int
+        Place of one of them.
+
+    Returns
+    -------
+    covariance : ndarray, shape (3 n + others, 3 n + others)
+        k0 of all tables, then K1, then delta, then the others.
+    others : tuple of str
+        k2, k3 and delta_ip of the table nearest to T0, as far as they are known.
+    """
+    k, place = stack.coefficients[record], stack.place
+    size, nearest = len(place), int(np.abs(stack.rise[record]).argmin())
+    others = [COEFFICIENTS.index(name) for name in _WITHOUT_LAW]
+    others = [c for c in others if place[nearest, c] >= 0]
     lines = [(table, c) for c in (_K0, _K1, _M) for table in range(size)]
-    lines += [(nearest, COEFFICIENTS.index(name)) for name in others]
-    parameters = next(iter(stack.components.values())).dof.shape[-1]
-    jacobian = np.zeros((len(rise), len(lines), parameters))
+    lines += [(nearest, c) for c in others]
+    whole = np.sum([part.covariance[record] for part in stack.components.values()], axis=0)
+    jacobian = np.zeros((len(lines), len(whole)))
     for line, (table, c) in enumerate(lines):
-        if c == _K1:
-            jacobian[:, line, place[table, _K1]] = 1.0
-            continue
-        jacobian[:, line, place[table, c]] = 1.0 / k[:, table, _K1]
-        jacobian[:, line, place[table, _K1]] = -k[:, table, c] / k[:, table, _K1] ** 2
-    k1 = k[..., _K1]
-    values = np.concatenate([k[..., _K0] / k1, k1, k[..., _M] / k1], axis=1)
-    components = propagate(stack.components, jacobian)
-    return Levels(rise, values, components, tuple(ERROR_TERMS[name] for name in others))
+        scale_factor = 1.0 if c == _K1 else k[table, _K1]
+        jacobian[line, place[table, c]] = 1.0 / scale_factor
+        if c != _K1:
+            jacobian[line, place[table, _K1]] = -k[table, c] / scale_factor**2
+    names = tuple(ERROR_TERMS[COEFFICIENTS[c]] for c in others)
+    return jacobian @ whole @ jacobian.T, names

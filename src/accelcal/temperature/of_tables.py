@@ -122,7 +122,7 @@ def temperature_component(
     Returns
     -------
     Component or None
-        See `stacked_temperature_component`; None without slopes.
+        See `stacked_temperature_component`; None without slopes too.
     """
     if laws is None or reference is None or laws.K1.at_T0 is None:
         return None
@@ -130,9 +130,8 @@ def temperature_component(
     uncertain, dof = run_temperature_uncertainty(tables, declared, unfelt)
     rise = np.array([[table.record.mean_temperature - reference for table in tables]])
     stack, slopes = stack_of_one(estimate), Slopes.of_one(laws)
-    return stacked_temperature_component(
-        tables, stack, slopes, rise, (uncertain[None], dof[None])
-    ).of(0)
+    found = stacked_temperature_component(tables, stack, slopes, rise, (uncertain[None], dof[None]))
+    return None if found is None else found.of(0)
 
 
 def stacked_temperature_component(
@@ -141,7 +140,7 @@ def stacked_temperature_component(
     slopes: Slopes,
     rise: Array,
     uncertain: tuple[Array, Array],
-) -> Component:
+) -> Component | None:
     """Find the component of error of all coefficients that the temperatures of the runs give.
 
     Parameters
@@ -159,8 +158,9 @@ def stacked_temperature_component(
 
     Returns
     -------
-    Component
-        Component of the coefficients, table after table; zero in records without slopes.
+    Component or None
+        Component of the coefficients, table after table; zero in records without slopes. None
+        where all temperatures are exact.
 
     Notes
     -----
@@ -169,6 +169,8 @@ def stacked_temperature_component(
     error of temperature. The laws do not take this component: they weigh it at the slopes of
     their own.
     """
+    if not uncertain[0].any():
+        return None
     runs, column, _ = grouped(np.array([table.record.run[0] for table in tables]))
     of_laws = set(tables_of_one_mounting(tables, estimate))
     sizes = [len(names) for names in estimate.names]

@@ -87,8 +87,11 @@ def stacked_temperature_uncertainty(
     """
     changes = [np.count_nonzero(np.diff(own, axis=1), axis=1) for own in temperatures]
     taken = 1.0 + np.stack(changes, axis=1)
-    scatter = np.stack([own.std(axis=1, ddof=1) for own in temperatures], axis=1)
-    scatter = np.where(taken > 1.0, scatter, 0.0)  # of equal values it is a rounding error
+    scatter = np.zeros_like(taken)  # of equal values it would be a rounding error
+    for table, own in enumerate(temperatures):
+        moves = taken[:, table] > 1.0
+        if moves.any():
+            scatter[moves, table] = own[moves].std(axis=1, ddof=1)
     seen = scatter * np.sqrt(np.asarray(share) / taken)
     least = declared or 0.0
     return np.maximum(seen, least), np.where(seen > least, np.maximum(taken - 1.0, 1.0), np.inf)

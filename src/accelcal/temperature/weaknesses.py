@@ -1,0 +1,113 @@
+"""What is missing in temperature laws from tables, and why: each condition with its sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.sentences import Sentence
+from accelcal.temperature.bilinear import LEAST_RISE
+from accelcal.temperature.hysteresis import Hysteresis
+
+__all__ = ["NO_LEVEL_NEAR_T0", "law_sentences"]
+
+Array = NDArray[np.float64]
+
+NO_LEVEL_NEAR_T0 = (
+    "one level on each side of T0 and none at it: the laws are not determined; measure at T0, or"
+    " give T0 at a measured level"
+)
+_NOT_MEASURED = {
+    "above": "no level more than 5 degC above T0: the slopes above are not determined",
+    "below": "no level more than 5 degC below T0: the slopes below are not determined",
+}
+_LAUNCH = "launch_uncertainty not declared:"
+_CONFOUNDED = {
+    "none": (
+        f"{_LAUNCH} h_T is half the difference of launches, and what their biases shift by cannot"
+        " be told from it; U of h_T leaves that out"
+    ),
+    "estimated": (
+        f"{_LAUNCH} launches and a hysteresis that differs by level cannot be told apart; the shift"
+        " from launch to launch takes the hysteresis as alike at all levels"
+    ),
+}
+_QUANTITIES = ("bias", "scale factor", "misalignment")
+_SIGNIFICANT = 0.001
+
+
+def law_sentences(
+    sides: Sequence[str],
+    off: NDArray[np.bool_],
+    loop: Hysteresis,
+    shift_source: str,
+    reference: Array,
+    temperature: Array,
+) -> Iterator[Sentence]:
+    """Say what is missing in the laws of R records alike.
+
+    Parameters
+    ----------
+    sides : sequence of str
+        Sides of T0 that were measured.
+    off : ndarray of bool, shape (R, 3)
+        Whether bias, scale factor and misalignment follow no law.
+    loop : Hysteresis
+        The hysteresis of each.
+    shift_source : str
+        Where the shift from launch to launch is from, see `accelcal.estimate.launch.RunShift`.
+    reference : ndarray, shape (R,)
+        T0 [degC].
+    temperature : ndarray, shape (R, n)
+        The levels [degC].
+
+    Yields
+    ------
+    Sentence
+        What some or all of the records need.
+    """
+    for side, text in _NOT_MEASURED.items():
+        if side not in sides:
+            yield Sentence(True, text)
+    for name, is_off in zip(_QUANTITIES, off.T, strict=True):
+        yield Sentence(
+            is_off,
+            f"the {name} does not follow its bilinear law: a curvature, another break, or an"
+            " undeclared shift from run to run; its slopes are less certain than U says",
+        )
+    yield from _of_loop(loop, shift_source)
+    yield _of_far_reference(reference, temperature)
+
+
+def _of_loop(loop: Hysteresis, shift_source: str) -> Iterator[Sentence]:
+    """Say where its width differs, and that launches may pass for it where they may."""
+    yield Sentence(
+        loop.p < _SIGNIFICANT,
+        lambda i: (
+            f"the hysteresis differs by level: {_widths(loop, i)}; h_T is their mean, and U holds"
+            " the scatter"
+        ),
+    )
+    if loop.half_widths.shape[1] and shift_source in _CONFOUNDED:
+        yield Sentence(True, _CONFOUNDED[shift_source])
+
+
+def _widths(loop: Hysteresis, i: int) -> str:
+    levels = zip(loop.half_widths[i], loop.temperature[i], strict=True)
+    return ", ".join(f"{1e6 * h:.3g} ug at {at:.3g} degC" for h, at in levels)
+
+
+def _of_far_reference(reference: Array, temperature: Array) -> Sentence:
+    """Say that the values at T0 are extrapolated, where T0 is far outside the levels."""
+    low, high = temperature.min(axis=1), temperature.max(axis=1)
+    outside = np.maximum(low - reference, reference - high)
+    return Sentence(
+        outside > LEAST_RISE,
+        lambda i: (
+            f"T0 = {reference[i]:g} degC lies {outside[i]:g} degC outside the levels, {low[i]:g} to"
+            f" {high[i]:g} degC: the values at T0 are extrapolated, and U holds nothing of a"
+            " curvature"
+        ),
+    )
