@@ -5,12 +5,15 @@ import math
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 import accelcal
 from accelcal.estimate.joint import estimate_stack
 from accelcal.estimate.tables import prepare
 from accelcal.gates.record import RecordStack, gates_of_records
 from accelcal.simulation import NoiseComponents, TumblePlan
+from accelcal.temperature.bilinear import bilinear_design
+from accelcal.temperature.generalised import law_maps
 from accelcal.temperature.of_record import can_be_stacked, laws_of_stack
 
 DECLARED = {"head_uncertainty": 1e-5, "launch_uncertainty": 2e-6}
@@ -126,6 +129,39 @@ def test_arrays_of_the_laws_are_those_of_the_models():
             assert laws.expanded[i, place] == quantity.expanded_uncertainty
             assert laws.dof[i, place] == (quantity.dof or math.inf)
     assert np.isfinite(laws.value).all()
+
+
+@pytest.mark.parametrize("case", ["temperature uncertain", "loop", "open loop", "above only"])
+def test_uncertainties_of_a_stack_are_those_of_the_covariance(case):
+    """The one is worked out quantity by quantity, the other from all coefficients at once."""
+    levels, options = CASES[case]
+    laws = stacked(list(records(levels, **options)))[-1].main
+    for i in range(RECORDS):
+        model = laws.model(i)
+        sigma = np.sqrt(np.diagonal(model.covariance_matrix))
+        for name, quantity in model.quantities():
+            if name != "hysteresis":
+                place = model.covariance_names.index(name)
+                assert sigma[place] == pytest.approx(quantity.standard_uncertainty, rel=1e-9)
+
+
+@pytest.mark.parametrize("pairs", [0, 1], ids=["laws alone", "with a half width"])
+def test_maps_are_those_of_generalised_least_squares(pairs):
+    """(X' C^-1 X)^-1 X' C^-1 written out; without a covariance all tables weigh alike."""
+    rng = np.random.default_rng(3)
+    law = bilinear_design(np.array([[-60.0, -20.0, 0.0, 30.0, 30.2, 60.0]]), ("above", "below"))
+    paired = np.array([[0.0, 0.0, 0.0, 1.0, -1.0, 0.0]]).T[:, :pairs]
+    factor = rng.standard_normal((2, 3, 6, 6))
+    covariance = factor @ factor.swapaxes(2, 3)
+    covariance[1] = np.nan
+    found = law_maps(law, paired, covariance)
+    whole = np.concatenate([law[0], paired], axis=1)
+    for i, X in enumerate((whole, law[0], law[0])):
+        weight = np.linalg.inv(covariance[0, i])
+        expected = np.linalg.solve(X.T @ weight @ X, X.T @ weight)
+        assert_allclose(found[0, i, : X.shape[1]], expected, rtol=1e-8, atol=1e-10)
+        assert_allclose(found[1, i, : X.shape[1]], np.linalg.pinv(X), rtol=1e-9, atol=1e-14)
+        assert not found[:, i, X.shape[1] :].any()
 
 
 def test_what_is_not_determined_is_nan():
