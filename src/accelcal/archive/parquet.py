@@ -3,41 +3,110 @@
 from __future__ import annotations
 
 import io
+import os
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
+from functools import lru_cache
+from itertools import accumulate
 from typing import IO, Any
 
 from accelcal.errors import InputError
 
-__all__ = ["as_csv", "row_ranges"]
+__all__ = ["as_csv", "is_parquet", "read_all", "read_rows", "row_ranges"]
 
 _SERIALS = ("serial", "sn", "s_n", "serial_number", "serial_no")
 
 
-def as_csv(source: str | IO[bytes], start: int = 0, end: int | None = None) -> bytes:
-    """Rows of a Parquet file as CSV, below their headings; numbers keep all their digits.
+def is_parquet(path: str) -> bool:
+    """Tell whether a file is a Parquet file, by its name.
+
+    Parameters
+    ----------
+    path : str
+        Path or URL.
+
+    Returns
+    -------
+    bool
+        True where it is.
+    """
+    return path.lower().endswith(".parquet")
+
+
+def read_all(source: str | IO[bytes]) -> Any:
+    """Read a Parquet file.
 
     Parameters
     ----------
     source : str or binary file object
         The file.
-    start, end : int
-        The rows; None is the last.
 
     Returns
     -------
-    bytes
-        The text; cells that are missing are empty.
+    pyarrow.Table
+        Its rows, texts in dictionaries.
 
     Raises
     ------
     InputError
         If pyarrow is not installed, or the file is no Parquet file.
     """
+    return _open(source, with_dictionaries=True).read(use_threads=False)
+
+
+def read_rows(path: str, start: int, end: int) -> Any:
+    """Read some rows of a Parquet file.
+
+    Parameters
+    ----------
+    path : str
+        The file.
+    start, end : int
+        The first of the rows, and the one behind the last.
+
+    Returns
+    -------
+    pyarrow.Table
+        The rows, texts in dictionaries.
+
+    Raises
+    ------
+    InputError
+        As of `read_all`.
+    """
+    import pyarrow as pa
+
+    metadata = _open(path).metadata
+    sizes = [metadata.row_group(group).num_rows for group in range(metadata.num_row_groups)]
+    ends = list(accumulate(sizes))
+    first, last = bisect_right(ends, start), bisect_left(ends, end)
+    stamp = os.stat(path).st_mtime_ns  # noqa: PTH116
+    groups = [_row_group(path, stamp, group) for group in range(first, last + 1)]
+    above = ends[first] - sizes[first]
+    return pa.concat_tables(groups).slice(start - above, end - start)
+
+
+@lru_cache(maxsize=2)  # parts follow each other: one may begin in a group and end in the next
+def _row_group(path: str, _stamp: int, group: int) -> Any:
+    return _open(path, with_dictionaries=True).read_row_group(group, use_threads=False)
+
+
+def as_csv(table: Any) -> bytes:
+    """Write rows as CSV, below their headings; numbers keep all their digits.
+
+    Parameters
+    ----------
+    table : pyarrow.Table
+        The rows.
+
+    Returns
+    -------
+    bytes
+        The text; cells that are missing are empty.
+    """
     import pyarrow as pa
     from pyarrow import csv
 
-    file = _open(source)
-    table = _rows(file, start, file.metadata.num_rows if end is None else end)
     for index, column in enumerate(table.columns):
         if pa.types.is_dictionary(column.type):
             plain = column.cast(column.type.value_type)
@@ -64,24 +133,28 @@ def row_ranges(path: str, size: int) -> Iterator[tuple[int, int]]:
     tuple of int
         First row and the one behind the last; nothing where there is no column of serials.
     """
-    file = _open(path)
+    file = _open(path, with_dictionaries=True)
     names = [name for name in file.schema_arrow.names if name.casefold() in _SERIALS]
     if not names:
         return
-    rows = file.metadata.num_rows
     about = max(size // (10 * len(file.schema_arrow.names)), 1)  # ten characters a cell
-    start = 0
-    serials = file.read(columns=names[:1]).column(0)
-    while start < rows:
-        end = min(start + about, rows)
-        last = serials[end - 1]
-        while end < rows and serials[end] == last:
-            end += 1
-        yield start, end
-        start = end
+    start = at = 0
+    last = None
+    for batch in file.iter_batches(about, columns=names[:1], use_threads=False):
+        serials = batch.column(0)
+        for row in range(max(start + about, at), at + len(serials)):
+            before = serials[row - at - 1].as_py() if row > at else last
+            if serials[row - at].as_py() != before:  # the only one in a batch of so many rows
+                yield start, row
+                start = row
+                break
+        at += len(serials)
+        last = serials[-1].as_py() if len(serials) else last
+    if start < at:
+        yield start, at
 
 
-def _open(source: str | IO[bytes]) -> Any:
+def _open(source: str | IO[bytes], *, with_dictionaries: bool = False) -> Any:
     try:
         import pyarrow as pa
         import pyarrow.parquet as pq
@@ -90,20 +163,18 @@ def _open(source: str | IO[bytes]) -> Any:
             "Parquet needs pyarrow; install it with: pip install 'accelcal[parquet]'"
         ) from None
     try:
-        return pq.ParquetFile(source)
+        file = pq.ParquetFile(source)
+        if not with_dictionaries:
+            return file
+        return pq.ParquetFile(source, metadata=file.metadata, read_dictionary=_texts(file))
     except pa.ArrowInvalid as error:
         told = " ".join(str(error).split())
         raise InputError(f"no Parquet file ({told}); give one, or CSV") from None
 
 
-def _rows(file: Any, start: int, end: int) -> Any:
-    """Rows of the row groups that hold them."""
-    groups: list[int] = []
-    first = at = 0
-    for group in range(file.num_row_groups):
-        size = file.metadata.row_group(group).num_rows
-        if at + size > start and at < end:
-            first = first if groups else at
-            groups.append(group)
-        at += size
-    return file.read_row_groups(groups).slice(start - first, end - start)
+def _texts(file: Any) -> list[str]:
+    """Names of the columns of text."""
+    from pyarrow import types
+
+    text = (types.is_string, types.is_large_string)
+    return [field.name for field in file.schema_arrow if any(test(field.type) for test in text)]

@@ -12,7 +12,7 @@ from itertools import accumulate, groupby
 from operator import itemgetter
 from typing import IO, NamedTuple
 
-from accelcal.archive.parquet import as_csv, row_ranges
+from accelcal.archive.parquet import as_csv, is_parquet, read_rows, row_ranges
 from accelcal.archive.sources import SourceFile, is_url
 from accelcal.io.ordinary import Content, ordinary_head
 
@@ -21,7 +21,7 @@ __all__ = ["LARGE", "Part", "Stretch", "comes_back", "divide", "part_content", "
 LARGE = 2**24
 """Bytes from which on a table of many serials is read in parts."""
 
-PART = 2**23
+PART = 2**22
 """Bytes of a part, and then to the end of its last serial."""
 
 _PACKED = 4  # times that Parquet is smaller than text, about
@@ -61,7 +61,7 @@ def divide(source: SourceFile) -> list[Part]:
     list of Part
         In the order of the file; empty where it is to be read whole.
     """
-    parquet = source.path.lower().endswith(".parquet")
+    parquet = is_parquet(source.path)
     least = LARGE // _PACKED if parquet else LARGE
     if source.size < least or is_url(source.path):
         return []
@@ -97,8 +97,8 @@ def part_content(path: str, part: Part) -> tuple[Content, int]:
     OSError
         If the file cannot be read.
     """
-    if path.lower().endswith(".parquet"):
-        data = as_csv(path, part.start, part.end)
+    if is_parquet(path):
+        data = as_csv(read_rows(path, part.start, part.end))
         head = data[: data.index(b"\n") + 1]
     else:
         with open(path, "rb") as file:  # noqa: PTH123

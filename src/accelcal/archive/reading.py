@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 
 from accelcal.archive.columns import ERRORS, LAWS, ROWS
 from accelcal.archive.failures import attempt, caught
+from accelcal.archive.parquet import is_parquet, read_rows
 from accelcal.archive.parts import Part, part_content, stretches
 from accelcal.archive.sources import SourceFile, is_url, read_bytes
-from accelcal.io.ordinary import Content, read_ordinary
+from accelcal.io.ordinary import Content, read_arrow, read_ordinary
 from accelcal.io.tables import read_tables, survey_text
 from accelcal.io.text import read_text
 from accelcal.record import TumbleRecord
@@ -116,13 +117,13 @@ def read_part(
     serials : tuple of str
         Serial of each stretch of its rows.
     """
-    whole = attempt(file.path, part_content, file.path, part)
+    records = attempt(file.path, _read_at_once, file.path, part, overrides)
+    if isinstance(records, tuple):
+        return list(_found(0, file.path, records)), tuple(str(r.serial) for r in records)
+    whole = attempt(file.path, part_content, file.path, part) if records is None else records
     if isinstance(whole, str):
         return [Failure(0, file.path, whole)], ()
     content, column = whole
-    records = None if part.refused else read_ordinary([content], overrides)[0]
-    if records is not None:
-        return list(_found(0, file.path, records)), tuple(str(r.serial) for r in records)
     pieces = list(stretches(content, column))
     ordinary = read_ordinary([piece.content for piece in pieces], overrides)
     found: list[Found | Failure] = []
@@ -134,6 +135,17 @@ def read_part(
             again = attempt(file.path, _read_stretch, piece.content, overrides)
         found += _found(0, file.path, again)
     return found, tuple(piece.serial for piece in pieces)
+
+
+def _read_at_once(path: str, part: Part, overrides: Mapping[str, Any]) -> Records | None:
+    """Records of an ordinary part; None where its serials are to be read one by one."""
+    if part.refused:
+        return None
+    if is_parquet(path):
+        records = read_arrow(path, read_rows(path, part.start, part.end), part.skipped, overrides)
+        if records is not None:
+            return records
+    return read_ordinary([part_content(path, part)[0]], overrides)[0]
 
 
 def _found(index: int, path: str, records: Records | str) -> Iterator[Found | Failure]:
@@ -160,7 +172,7 @@ def _is_result(content: bytes | str) -> bool:
 
 def _read(path: str, overrides: Mapping[str, Any]) -> Records:
     """Read a file out of the ordinary by the general reader, which has the words for its faults."""
-    if not is_url(path) and not path.lower().endswith(".parquet"):
+    if not is_url(path) and not is_parquet(path):
         return read_tables(path, overrides=overrides)
     content = io.BytesIO(read_bytes(path))
     content.name = path  # where a file has its name, for messages

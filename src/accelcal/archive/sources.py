@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterator, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
-from accelcal.archive.parquet import as_csv
+from accelcal.archive.parquet import as_csv, is_parquet, read_all
 from accelcal.errors import InputError
 
 __all__ = ["SUFFIXES", "SourceFile", "find_sources", "is_url", "read_bytes"]
@@ -111,13 +111,12 @@ def read_bytes(path: str) -> bytes:
     OSError
         If it cannot be read.
     """
-    parquet = path.lower().endswith(".parquet")
     if is_url(path):
         system, name = _file_system(path)
         content: bytes = system.cat_file(name)
-        return as_csv(io.BytesIO(content)) if parquet else content
-    if parquet:
-        return as_csv(path)
+        return as_csv(read_all(io.BytesIO(content))) if is_parquet(path) else content
+    if is_parquet(path):
+        return as_csv(read_all(path))
     file = os.open(path, _READ)  # half the time of open, which counts in thousands of small files
     try:
         return b"".join(iter(partial(os.read, file, 2**16), b""))

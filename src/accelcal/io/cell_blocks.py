@@ -7,17 +7,26 @@ or decimal commas.
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.io.text_cells import labels_of, numbers_of, split_cells
 
-__all__ = ["CellBlock", "Unreadable", "has_pyarrow", "is_plain", "parse_cells", "read_engine"]
+__all__ = [
+    "CellBlock",
+    "Unreadable",
+    "cells_of_arrow",
+    "has_pyarrow",
+    "is_plain",
+    "parse_cells",
+    "read_engine",
+]
 
 _PLAIN = b"0123456789.,+-eE\n"
 _LETTERS = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_/:()"
+_LABEL = (_PLAIN + _LETTERS).translate(None, b",\n")
 
 
 class Unreadable(Exception):  # noqa: N818  (a signal between two functions, no error)
@@ -118,6 +127,64 @@ def is_plain(body: bytes, roles: Sequence[str], labels: Collection[str]) -> bool
     )
 
 
+def cells_of_arrow(table: Any, roles: Sequence[str], labels: Collection[str]) -> CellBlock:
+    """Take the columns of an Arrow table, where they are as plain as those of `parse_cells`.
+
+    Parameters
+    ----------
+    table : pyarrow.Table
+        The table, with a row or more.
+    roles, labels
+        As of `parse_cells`.
+
+    Returns
+    -------
+    CellBlock
+        The columns; each number is the one of its shortest decimal form.
+
+    Raises
+    ------
+    Unreadable
+        If a cell is missing, a number has neither 64 bits nor is whole, or a label is not plain.
+    """
+    if table.num_columns != len(roles) or any(column.null_count for column in table.columns):
+        raise Unreadable
+    found = CellBlock({}, {}, {})
+    for role, column in zip(roles, table.columns, strict=True):
+        if role in labels:
+            found.codes[role], found.labels[role] = _labels_of_arrow(column)
+        else:
+            found.numbers[role] = _numbers_of_arrow(column)
+    return found
+
+
+def _numbers_of_arrow(column: Any) -> NDArray[np.float64]:
+    from pyarrow import types
+
+    if not (types.is_float64(column.type) or types.is_integer(column.type)):
+        raise Unreadable
+    numbers: NDArray[np.float64] = column.to_numpy().astype(np.float64, copy=False)
+    return numbers
+
+
+def _labels_of_arrow(column: Any) -> tuple[NDArray[np.int64], list[str]]:
+    from pyarrow import string, types
+
+    if types.is_integer(column.type):
+        column = column.cast(string())
+    if not types.is_dictionary(column.type):
+        column = column.dictionary_encode()
+    if not (
+        types.is_string(column.type.value_type) or types.is_large_string(column.type.value_type)
+    ):
+        raise Unreadable
+    whole = column.unify_dictionaries().combine_chunks()
+    names = whole.dictionary.to_pylist()
+    if None in names or "".join(names).encode().translate(None, _LABEL):
+        raise Unreadable
+    return whole.indices.to_numpy().astype(np.int64), names
+
+
 def _has_plain_characters(body: bytes, roles: Sequence[str], labels: Collection[str]) -> bool:
     allowed = _PLAIN + _LETTERS if any(role in labels for role in roles) else _PLAIN
     return not body.translate(None, allowed)
@@ -138,15 +205,7 @@ def _by_pyarrow(body: bytes, roles: Sequence[str], labels: Collection[str]) -> C
         )
     except pa.ArrowInvalid as error:
         raise Unreadable from error
-    columns = {role: table.column(role).combine_chunks() for role in roles}
-    found = CellBlock({}, {}, {})
-    for role, column in columns.items():
-        if role not in labels:
-            found.numbers[role] = column.to_numpy(zero_copy_only=False)
-            continue
-        found.codes[role] = column.indices.to_numpy(zero_copy_only=False).astype(np.int64)
-        found.labels[role] = column.dictionary.to_pylist()
-    return found
+    return cells_of_arrow(table, roles, labels)
 
 
 def _by_numpy(body: bytes, roles: Sequence[str], labels: Collection[str]) -> CellBlock:

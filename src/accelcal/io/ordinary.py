@@ -17,7 +17,14 @@ from hashlib import sha256
 from typing import Any, NamedTuple
 
 from accelcal.errors import InputError
-from accelcal.io.cell_blocks import CellBlock, Unreadable, is_plain, parse_cells, read_engine
+from accelcal.io.cell_blocks import (
+    CellBlock,
+    Unreadable,
+    cells_of_arrow,
+    is_plain,
+    parse_cells,
+    read_engine,
+)
 from accelcal.io.columns import CONSTANTS
 from accelcal.io.declarations import Declarations, declarations
 from accelcal.io.layout import Layout, read_layout
@@ -27,7 +34,7 @@ from accelcal.io.vocabulary import KEYS, TIME_UNITS, UNITS_OF, Heading, canonica
 from accelcal.record import TumbleRecord
 from accelcal.units import output_unit
 
-__all__ = ["Content", "ordinary_head", "read_ordinary"]
+__all__ = ["Content", "ordinary_head", "read_arrow", "read_ordinary"]
 
 LABELS = frozenset({"run", "serial", "mounting"})
 _ORDINARY = frozenset(
@@ -97,6 +104,39 @@ def read_ordinary(
             for i, own in zip(part, records, strict=True):
                 read[members[i][0]] = own
     return read
+
+
+def read_arrow(
+    name: str, table: Any, skipped: int, overrides: Mapping[str, Any]
+) -> tuple[TumbleRecord, ...] | None:
+    """Read an ordinary Arrow table as `read_ordinary` reads the text of its rows.
+
+    Parameters
+    ----------
+    name : str
+        Name of the file, for the records.
+    table : pyarrow.Table
+        Part of a table, with a row or more.
+    skipped : int
+        Rows of the file above it.
+    overrides : mapping of str to object
+        As of `read_ordinary`.
+
+    Returns
+    -------
+    tuple of TumbleRecord, or None
+        None where the text of the rows must be read.
+    """
+    head = (",".join(table.column_names) + "\n").encode()
+    found = _Heads(overrides).plain(Content(name, head + b"\n", skipped))
+    if found is None:
+        return None
+    rules, plain = found
+    try:
+        cells = cells_of_arrow(table, rules.roles, LABELS)
+    except Unreadable:
+        return None
+    return records_of(Group(rules, [plain._replace(rows=table.num_rows)], cells))[0]
 
 
 def ordinary_head(data: bytes) -> tuple[bytes, tuple[str, ...]] | None:

@@ -1,0 +1,128 @@
+"""Parts of large Parquet files: what is read without the text of its rows is read the same."""
+
+import os
+from dataclasses import fields
+from itertools import pairwise
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from accelcal.archive.parquet import as_csv, read_rows, row_ranges
+from accelcal.io.ordinary import Content, read_arrow, read_ordinary
+
+pa = pytest.importorskip("pyarrow")
+pq = pytest.importorskip("pyarrow.parquet")
+
+
+def frame(serials=("S1", "S2", "S3"), **columns):
+    rng = np.random.default_rng(7)
+    size = 18 * len(serials)
+    position, stroke = np.tile(np.arange(1, 10), 2 * len(serials)), np.arange(size) // 9 % 2 + 1
+    output = 1.35 * np.cos(np.radians(45.0 * (position - 1))) + 1e-5 * rng.normal(size=size)
+    found = pd.DataFrame(
+        {
+            "serial": np.repeat(serials, 18),
+            "temperature": np.repeat(20.0 + 0.1 * np.arange(len(serials)), 18),
+            "position": position,
+            "stroke": stroke,
+            "output": output,
+        }
+    )
+    return found.assign(**columns)
+
+
+def arrow(columns, **types):
+    table = pa.Table.from_pandas(columns, preserve_index=False)
+    for name, kind in types.items():
+        place = table.column_names.index(name)
+        table = table.set_column(place, name, table.column(name).cast(kind))
+    return table
+
+
+ORDINARY = {
+    "as pandas writes it": arrow(frame()),
+    "dictionaries": arrow(frame(), serial=pa.dictionary(pa.int32(), pa.string())),
+    "strings": arrow(frame(), serial=pa.string()),
+    "serials of digits": arrow(frame(serials=(101, 102, 7))),
+    "floats everywhere": arrow(frame(), position=pa.float64(), stroke=pa.float64()),
+    "small integers": arrow(frame(), position=pa.int8(), stroke=pa.uint16()),
+    "runs, mountings and scatter": arrow(frame(run="a", mounting="p", std=1e-6, count=10)),
+    "chunks": pa.concat_tables([arrow(frame(("A", "B"))), arrow(frame(("C", "A1")))]),
+    "a slice": arrow(frame()).slice(18, 36),
+}
+
+
+@pytest.mark.parametrize("name", ORDINARY)
+def test_columns_are_read_as_their_text_is(name):
+    table = ORDINARY[name]
+    expected = read_ordinary([Content("a.parquet", as_csv(table), 5)], {"unit": "V"})[0]
+    found = read_arrow("a.parquet", table, 5, {"unit": "V"})
+    assert len(found) == len(expected) > 1
+    for one, other in zip(found, expected, strict=True):
+        for field in fields(one):
+            a, b = getattr(one, field.name), getattr(other, field.name)
+            assert type(a) is type(b), field.name
+            assert np.array_equal(a, b), field.name
+            assert getattr(a, "dtype", None) == getattr(b, "dtype", None), field.name
+
+
+def missing(columns, name):
+    return columns.assign(**{name: columns[name].where(columns.index != 20)})
+
+
+LEFT = {
+    "short floats": arrow(frame(), output=pa.float32()),
+    "missing number": arrow(missing(frame(), "output")),
+    "missing label": arrow(missing(frame(), "serial")),
+    "infinite": arrow(frame(output=np.inf)),
+    "numbers as text": arrow(frame(), temperature=pa.string()),
+    "serials of fractions": arrow(frame(serials=(1.5, 2.5))),
+    "a comma in a label": arrow(frame(serials=("S,1", "S2"))),
+    "a label in quotes": arrow(frame(serials=('"S1"', "S2"))),
+    "an empty label": arrow(frame(serials=("", "S2"))),
+    "true and false": arrow(frame(run=True)),
+    "bytes": arrow(frame(), serial=pa.binary()),
+    "an unknown column": arrow(frame(operator="me")),
+    "a comma in a heading": arrow(frame().rename(columns={"stroke": "stroke,run"})),
+    "decimals": arrow(frame(), temperature=pa.decimal128(9, 3)),
+}
+
+
+@pytest.mark.parametrize("name", LEFT)
+def test_other_columns_are_left_to_the_text(name):
+    assert read_arrow("a.parquet", LEFT[name], 0, {}) is None
+
+
+@pytest.fixture
+def path(tmp_path):
+    serials = [f"S{n}" for n in (1, 1, 2, 3, 3, 3, 4, 5, 5, 6)]
+    pq.write_table(arrow(frame(serials)), tmp_path / "a.parquet", row_group_size=50)
+    return str(tmp_path / "a.parquet")
+
+
+@pytest.mark.parametrize(("start", "end"), [(0, 180), (0, 50), (49, 51), (50, 100), (7, 179)])
+def test_rows_across_row_groups(path, start, end):
+    found = read_rows(path, start, end).to_pandas().astype({"serial": object})
+    expected = pd.read_parquet(path)[start:end].reset_index(drop=True).astype({"serial": object})
+    pd.testing.assert_frame_equal(found, expected)
+
+
+def test_a_file_that_has_changed_is_read_anew(path):
+    before = read_rows(path, 0, 20)
+    pq.write_table(arrow(frame(("T1", "T2"))), path)
+    os.utime(path, ns=(1, 1))
+    assert read_rows(path, 0, 20).column("serial")[0].as_py() == "T1"
+    assert before.column("serial")[0].as_py() == "S1"
+
+
+@pytest.mark.parametrize("size", [1, 500, 2000, 2500, 10**6])
+def test_ranges_end_where_a_serial_ends(path, size):
+    serials = pd.read_parquet(path)["serial"].tolist()
+    ranges = list(row_ranges(path, size))
+    least = max(size // 50, 1)
+    assert [start for start, _ in ranges] == [0, *(end for _, end in ranges[:-1])]
+    assert ranges[-1][1] == len(serials)
+    changes = [i + 1 for i, (a, b) in enumerate(pairwise(serials)) if a != b] + [len(serials)]
+    for start, end in ranges:
+        assert end == next((c for c in changes if c >= start + least), len(serials))
