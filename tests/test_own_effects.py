@@ -370,7 +370,7 @@ def test_the_list_of_effects_has_those_of_a_file(run):
     [
         ("simulate --effects nosuch.toml", "nosuch.toml: no such file; give the path"),
         ("simulate --effects MINE --effects MINE", "error: effect 'head-third-harmonic' is given"),
-        ("simulate --effects MINE --positions x", "Usage: "),
+        ("simulate --effects MINE --positions x", "error: invalid value for '--positions'"),
         ("simulate --effect rayleigh-hysteresis=1", "error: effect 'rayleigh-hysteresis' is not"),
         ("discover nosuch.csv --effects MINE", "nosuch.csv: no such file"),
     ],

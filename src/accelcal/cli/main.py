@@ -6,6 +6,7 @@ import atexit
 import gc
 import io
 import os
+import re
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
@@ -49,8 +50,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with _warnings_in_one_line():
             return _run(sys.argv[1:] if arguments is None else arguments)
-    except click.ClickException as error:
+    except click.exceptions.NoArgsIsHelpError as error:
         error.show()
+    except click.ClickException as error:
+        _tell("error", _in_a_line(error))
     except AccelcalError as error:
         _tell("error", error, prefix=getattr(error, "source", None) is None)
     except BrokenPipeError:
@@ -108,6 +111,16 @@ def _tell(kind: str, message: object, *, prefix: bool = True) -> None:
     label = click.style(f"{kind}: ", fg={"error": "red", "warning": "yellow"}[kind], bold=True)
     line = " ".join(str(message).splitlines())
     click.echo(f"{label}{line}" if prefix else line, err=True, color=_colour())
+
+
+def _in_a_line(error: click.ClickException) -> str:
+    """What click says of the command line, and where to read what would be right."""
+    message = " ".join(error.format_message().split()).removesuffix(".")
+    if not isinstance(error, click.UsageError):
+        return message
+    command = error.ctx.command_path if error.ctx else "accelcal COMMAND"
+    message = re.sub(r"\. \(?Did you mean (.*\?)\)?$", r" (did you mean \1)", message)
+    return f"{message[:1].lower()}{message[1:]}; see {command} --help"
 
 
 def _report_bug(error: Exception) -> None:
