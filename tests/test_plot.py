@@ -427,6 +427,7 @@ def test_pyplot_shows_what_is_drawn_where_it_is_in_use():
         ("mA", 2e-5, (1e6, "nA")),
         ("mV/g", 0.002, (1e3, "µV/g")),
         ("counts", 1e-9, (1.0, "counts")),
+        ("1", 57.0, (1.0, "1")),
         ("g", float("nan"), (1e6, "µg")),
     ],
 )

@@ -10,7 +10,7 @@ from accelcal.page.pictures import pictures
 from accelcal.page.typeset import typeset
 from accelcal.report.numbers import significant
 from accelcal.report.rows import coefficient_rows, strong_correlations, temperature_rows
-from accelcal.report.text import in_microradians, scale_factor_elsewhere, sized
+from accelcal.report.text import in_microradians, scale_factor_elsewhere, sizes_of
 from accelcal.results.calibration import Calibration
 
 __all__ = ["coefficients", "effects", "fixture_angles", "place", "temperature"]
@@ -204,10 +204,8 @@ def effects(document: Document) -> Section | None:
     """
     rows = []
     for effect in document.get("effects", ()):
-        parameters = effect["parameters"].items()
-        told = ", ".join(f"{name} = {sized(quantity)}" for name, quantity in parameters)
         gaps = [significant(effect[f"gap_{when}"] * 1e6) for when in ("before", "after")]
-        rows.append((effect["name"], typeset(told), *gaps))
+        rows.append((effect["name"], typeset(sizes_of(effect)), *gaps))
     if not rows:
         return None
     headings = ("effect", "size in this record (95 %)", "gap before [µg]", "gap after [µg]")

@@ -26,7 +26,7 @@ from accelcal.report.discovery import SCALES, change_row, entry_of
 from accelcal.report.findings import chance, factor_cells, noise_line, probability
 from accelcal.report.names import counted
 from accelcal.report.numbers import significant
-from accelcal.report.text import sized
+from accelcal.report.scale import sized
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import FoundEffect
 
@@ -114,7 +114,7 @@ def _highlights(found: Discovery) -> Iterator[Highlight]:
     for effect in found.effects:
         first = next(iter(effect.parameters.values()), None)
         if first is not None and first.value is not None:
-            value, _, uncertainty = sized(first.to_document()).partition(" +- ")
+            value, _, uncertainty = sized(first).partition(" +- ")
             uncertainty, _, unit = uncertainty.partition(" ")
             detail = f"± {uncertainty} (95 %)" if uncertainty else effect.id
             yield Highlight(effect.name, typeset(f"{value} {unit}"), typeset(detail))
@@ -179,7 +179,7 @@ def _effect(found: Discovery, place: int, record: TumbleRecord | None, name: str
 
 def _parameters(effect: FoundEffect) -> list[tuple[str, str]]:
     return [
-        (name.replace("_", " "), typeset(sized(quantity.to_document())))
+        (name.replace("_", " "), typeset(sized(quantity)))
         for name, quantity in effect.parameters.items()
     ]
 

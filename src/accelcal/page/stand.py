@@ -7,8 +7,8 @@ from accelcal.page.pictures import pictures
 from accelcal.page.typeset import typeset
 from accelcal.report.findings import chance, probability
 from accelcal.report.numbers import matching_digits
+from accelcal.report.scale import sized
 from accelcal.report.stand import gain_rows
-from accelcal.report.text import sized
 from accelcal.results.stand import StandDiscovery, StandEffect
 
 __all__ = ["stand_chapter"]
@@ -69,7 +69,7 @@ def _effect(found: StandDiscovery, effect: StandEffect, name: str) -> Section:
         *((name.replace("_", " "), quantity) for name, quantity in effect.parameters.items()),
         *((f"size in {unit}", effect.sizes[unit]) for unit in found.units),
     ]
-    sizes = [(what, typeset(sized(quantity.to_document()))) for what, quantity in rows]
+    sizes = [(what, typeset(sized(quantity))) for what, quantity in rows]
     words = (f"Size of {effect.name}, unit by unit.", "The table below has the numbers.")
 
     def draw(ax: object) -> object:

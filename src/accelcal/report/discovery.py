@@ -9,7 +9,7 @@ from accelcal.errors import InputError
 from accelcal.report.columns import aligned
 from accelcal.report.findings import chance, factor_rows, noise_line, wrapped
 from accelcal.report.numbers import matching_digits, significant
-from accelcal.report.scale import readable
+from accelcal.report.scale import plain, readable, sized
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import Change, Detectable, FoundEffect
 from accelcal.results.quantity import Quantity
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from accelcal.effects.effect import Effect
 
 __all__ = ["SCALES", "change_row", "discovery_text", "entry_of", "told"]
-
-_PLAIN = str.maketrans({"µ": "u", "°": "deg", "²": "^2", "³": "^3", "·": "*"})
 
 
 def discovery_text(found: Discovery) -> str:
@@ -129,11 +127,8 @@ def entry_of(name: str, parameters: Iterable[str] = ()) -> Effect | None:
 
 def told(quantity: Quantity) -> str:
     """Tell a parameter with its half width."""
-    unit = "" if quantity.unit == "1" else f" {quantity.unit}"
-    if quantity.value is None or quantity.standard_uncertainty is None:
-        return f"{quantity.value:g}{unit}"
-    value, uncertainty = matching_digits(quantity.value, quantity.expanded_uncertainty)
-    return f"{value} +- {uncertainty}{unit} (95 %)"
+    known = quantity.standard_uncertainty is not None
+    return f"{sized(quantity)} (95 %)" if known else sized(quantity)
 
 
 def _changes(found: Discovery) -> Iterator[str]:
@@ -190,7 +185,7 @@ def _open(found: Discovery) -> Iterator[str]:
 
 def _detectable(item: Detectable) -> str:
     factor, unit = readable(item.unit, item.value)
-    return f"{item.id} {factor * item.value:.2g} {unit.translate(_PLAIN)}"
+    return f"{item.id} {factor * item.value:.2g} {plain(unit)}"
 
 
 def _notes(found: Discovery) -> Iterator[str]:

@@ -7,13 +7,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-__all__ = ["Scale", "readable", "written"]
+from accelcal.report.numbers import matching_digits
+from accelcal.results.quantity import Quantity
+
+__all__ = ["Scale", "plain", "readable", "sized", "written"]
 
 _PREFIXES = ((1e6, "µ", 2e-3), (1e3, "m", 2.0))
 _SMALL = 0.1
 _DOWN = {"": ("m", "µ", "n"), "m": ("µ", "n", "p"), "u": ("n", "p", "f"), "k": ("", "m", "µ")}
 _ELECTRICAL = re.compile(r"(u|m|k)?(V|A|Hz)(?![a-z])")
 _PREFIXED = re.compile(r"(g|rad)(?![a-z])")
+_PLAIN = str.maketrans({"µ": "u", "°": "deg", "²": "^2", "³": "^3", "·": "*"})
 _SIGNS = (("degC", "°C"), ("^2", "²"), ("^3", "³"), ("*", "·"))
 
 
@@ -46,7 +50,7 @@ def readable(unit: str, *values: Any) -> Scale:
     -------
     Scale
         Micro, milli or none before g and rad, a smaller prefix before V and A where numbers are
-        small; ppm or percent in place of 1; else the unit itself.
+        small; ppm or percent in place of 1, but for 1 and more; else the unit itself.
 
     Examples
     --------
@@ -56,6 +60,8 @@ Scale(factor=1.0, unit='mA'))
     """
     known = np.concatenate([np.ravel(np.asarray(v, dtype=float)) for v in values] or [np.zeros(1)])
     largest = float(np.abs(known[np.isfinite(known)]).max(initial=0.0))
+    if unit == "1" and largest >= 1.0:  # a number of something
+        return Scale(1.0, unit)
     if unit == "1" or unit.startswith("1/"):
         factor, name = (1e6, "ppm") if largest < 1e-2 else (1e2, "%")
         return Scale(factor, written(name + unit[1:]))
@@ -75,6 +81,55 @@ def _smaller(prefix: str, rest: str, largest: float) -> Scale:
     while names[1:] and 0.0 < factor * largest < _SMALL:
         factor, names = 1e3 * factor, names[1:]
     return Scale(factor, written(names[0] + rest))
+
+
+def plain(unit: str) -> str:
+    """Write a unit of `readable` without signs that a terminal may lack.
+
+    Parameters
+    ----------
+    unit : str
+        The unit.
+
+    Returns
+    -------
+    str
+        The same.
+
+    Examples
+    --------
+    >>> plain("µg/g²"), plain("1")
+    ('ug/g^2', '')
+    """
+    return "" if unit == "1" else unit.translate(_PLAIN)
+
+
+def sized(quantity: Quantity) -> str:
+    """Tell the size of an effect with its half width, where there is one.
+
+    Parameters
+    ----------
+    quantity : Quantity
+        The size.
+
+    Returns
+    -------
+    str
+        In the unit in which it is best read, in ASCII.
+
+    Examples
+    --------
+    >>> sized(Quantity(2.04e-5, 7e-7, "rad", 1.4e-6)), sized(Quantity(57.0, None, "1"))
+    ('20.4 +- 1.4 urad', '57')
+    """
+    if quantity.value is None:
+        return "unknown"
+    factor, unit = readable(quantity.unit, quantity.value)
+    if quantity.standard_uncertainty is None:
+        return f"{factor * quantity.value:g} {plain(unit)}".rstrip()
+    half = quantity.expanded_uncertainty or 2.0 * quantity.standard_uncertainty
+    value, uncertainty = matching_digits(factor * quantity.value, factor * half)
+    return f"{value} +- {uncertainty} {plain(unit)}".rstrip()
 
 
 def written(unit: str) -> str:

@@ -6,11 +6,10 @@ from collections.abc import Iterator
 from statistics import median
 
 from accelcal.report.columns import aligned
-from accelcal.report.discovery import SCALES
+from accelcal.report.discovery import SCALES, told
 from accelcal.report.findings import chance, probability, wrapped
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.findings import Change
-from accelcal.results.quantity import Quantity
 from accelcal.results.stand import HeadPosition, StandDiscovery, StandEffect
 
 __all__ = ["gain_rows", "stand_text"]
@@ -48,10 +47,10 @@ def _head(found: StandDiscovery) -> Iterator[str]:
     yield ""
     if not found.effects and found.common.unexplained is None:
         yield "Nothing that the units share is missing, and none has anything of its own."
-    for verdict, told in _VERDICTS.items():
+    for verdict, said in _VERDICTS.items():
         names = [effect.name for effect in found.effects if effect.verdict == verdict]
         if names:
-            yield from wrapped(f"{told}: {' and '.join(names)}.")
+            yield from wrapped(f"{said}: {' and '.join(names)}.")
 
 
 _VERDICTS = {
@@ -64,7 +63,7 @@ _VERDICTS = {
 def _effect(found: StandDiscovery, effect: StandEffect) -> Iterator[str]:
     yield f"{effect.name.capitalize()}  [{effect.id}], {effect.verdict}, {chance(effect.p_value)}"
     for name, quantity in effect.parameters.items():
-        yield f"  {name} = {_told(quantity)}"
+        yield f"  {name} = {told(quantity)}"
     if effect.found_in:
         yield from wrapped(f"found beside the others in: {', '.join(effect.found_in)}", "  ")
     spread = f"they differ by less than {100.0 * effect.spread:.0f} % of it (95 %)"
@@ -72,20 +71,10 @@ def _effect(found: StandDiscovery, effect: StandEffect) -> Iterator[str]:
         spread = "they differ from unit to unit"
     one = f"one size for all: chance of noise {probability(effect.p_one_value)}; {spread}"
     yield from wrapped(one, "  ")
-    rows = [(name, _told(effect.sizes[name])) for name in found.units]
+    rows = [(name, told(effect.sizes[name])) for name in found.units]
     yield from (f"    {line}" for line in aligned(rows, right=()))
     if effect.indistinguishable:
         yield from wrapped(f"It could as well be: {', '.join(effect.indistinguishable)}.", "  ")
-
-
-def _told(quantity: Quantity) -> str:
-    unit = "" if quantity.unit == "1" else f" {quantity.unit}"
-    if quantity.value is None or quantity.standard_uncertainty is None:
-        return f"{quantity.value:g}{unit}"
-    scale, unit = SCALES.get(quantity.unit, (1.0, unit.strip()))
-    expanded = (quantity.expanded_uncertainty or 0.0) * scale
-    value, uncertainty = matching_digits(quantity.value * scale, expanded)
-    return f"{value} +- {uncertainty} {unit} (95 %)"
 
 
 def _unexplained(found: StandDiscovery) -> Iterator[str]:

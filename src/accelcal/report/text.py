@@ -17,6 +17,8 @@ from accelcal.report.rows import (
     temperature_rows,
     without_uncertainty,
 )
+from accelcal.report.scale import sized
+from accelcal.results.quantity import Quantity
 
 __all__ = [
     "calibration_text",
@@ -24,7 +26,7 @@ __all__ = [
     "in_microradians",
     "scale_factor_elsewhere",
     "size_of_source",
-    "sized",
+    "sizes_of",
 ]
 
 Document = Mapping[str, Any]
@@ -183,20 +185,14 @@ def _effects(effects: Sequence[Document]) -> Iterator[str]:
     if effects:
         yield "Effects taken out of the readings, with their sizes in this record"
     for effect in effects:
-        parameters = effect["parameters"].items()
-        told = ", ".join(f"{name} = {sized(quantity)}" for name, quantity in parameters)
         gaps = [significant(effect[f"gap_{when}"] * _MICRO) for when in ("before", "after")]
-        yield from _item(effect["name"], f"{told}; gap {gaps[0]} -> {gaps[1]} ug rms")
+        yield from _item(effect["name"], f"{sizes_of(effect)}; gap {gaps[0]} -> {gaps[1]} ug rms")
 
 
-def sized(quantity: Document) -> str:
-    """Tell a parameter of an effect with its half width."""
-    factor, unit = _READABLE.get(quantity["unit"], (1.0, quantity["unit"]))
-    if quantity["standard_uncertainty"] is None:
-        return f"{quantity['value']:g} {quantity['unit']}"
-    expanded = quantity.get("expanded_uncertainty") or 2.0 * quantity["standard_uncertainty"]
-    value, uncertainty = matching_digits(factor * quantity["value"], factor * expanded)
-    return f"{value} +- {uncertainty} {unit}"
+def sizes_of(effect: Document) -> str:
+    """Tell the parameters of an effect with their half widths."""
+    sizes = {name: Quantity.from_document(size) for name, size in effect["parameters"].items()}
+    return ", ".join(f"{name} = {sized(size)}" for name, size in sizes.items())
 
 
 def _errors(document: Document) -> Iterator[str]:
