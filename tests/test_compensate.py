@@ -362,3 +362,8 @@ def test_the_printed_method_is_no_calibration():
 )
 def test_conversion_factor(given, wanted, factor):
     assert conversion_factor(given, wanted) == factor
+
+
+def test_a_run_is_a_label_or_its_number(calibration):
+    by_label, by_number = (accelcal.apply(calibration, [1.0], 20.0, run=r) for r in ("1", 1))
+    assert by_label.value == by_number.value

@@ -326,6 +326,23 @@ def test_changes_are_in_half_widths(found):
     assert discovery.plot.changes().containers[0][0].get_xdata() == pytest.approx([5.0])
 
 
+def test_what_stays_is_named_and_not_drawn_as_a_measured_zero(found):
+    stays = Quantity(1.0, 1e-6, "1", 2e-6)
+    moves = Change("K2", Quantity(1e-4, 1e-6, "g/g^2", 2e-6), Quantity(1.1e-4, 1e-6, "g", 2e-6))
+    ax = replace(found[0], coefficients=(Change("K1", stays, stays), moves)).plot.changes()
+    assert [(text.get_text(), text.get_position()[1]) for text in ax.texts] == [("unchanged", 0)]
+    assert [bar.get_label() for bar in ax.containers] == ["with the effects, 95 % interval"]
+    assert ax.containers[0][0].get_ydata() == [1]
+
+
+@pytest.mark.parametrize("draw", ["residuals", "tumble", "budget"])
+def test_a_run_is_a_label_or_its_number(several, draw):
+    by_label, by_number = (getattr(several.plot, draw)(run=run) for run in ("2", 2))
+    assert by_label.get_title() == by_number.get_title()
+    with pytest.raises(InputError, match="no run 7 in the calibration; it has 1, 2, 3"):
+        getattr(several.plot, draw)(run=7)
+
+
 # -- errors ----------------------------------------------------------------------------------------
 
 

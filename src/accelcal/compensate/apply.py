@@ -55,7 +55,7 @@ def apply(
     a_p: ArrayLike | None = None,
     a_o: ArrayLike | None = None,
     *,
-    run: str | None = None,
+    run: str | int | None = None,
     extrapolate: bool = False,
     same_launch: bool = False,
     output_uncertainty: float = 0.0,
@@ -73,7 +73,7 @@ def apply(
         Temperatures, or one for all samples; needed with temperature laws [degC].
     a_p, a_o : array_like, optional
         Acceleration along the pendulous and the output axis, 0 by default [g].
-    run : str, optional
+    run : str or int, optional
         Use the table of this run only.
     extrapolate : bool, default False
         Accept temperatures outside the calibrated range, with a warning.

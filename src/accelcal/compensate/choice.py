@@ -49,7 +49,7 @@ _COMMON = ("k2", "k3", "delta_ip")
 
 
 def compensation(
-    calibration: Calibration, run: str | None = None, *, same_launch: bool = False
+    calibration: Calibration, run: str | int | None = None, *, same_launch: bool = False
 ) -> Compensation:
     """Choose what a calibration gives to its users.
 
@@ -57,7 +57,7 @@ def compensation(
     ----------
     calibration : Calibration
         The calibration.
-    run : str, optional
+    run : str or int, optional
         Use the table of this run only; by default the temperature laws, or the only table.
     same_launch : bool, default False
         Leave the shift to the next launch out.
@@ -87,7 +87,7 @@ def compensation(
     """
     expect(calibration, Calibration)
     refuse_misprinted(calibration)
-    tables = [table for table in calibration.tables if run is None or table.run == run]
+    tables = [table for table in calibration.tables if run is None or table.run == str(run)]
     if not tables:
         runs = ", ".join(dict.fromkeys(table.run for table in calibration.tables))
         raise InputError(f"no run {run!r} in the calibration; it has {runs or 'none'}")

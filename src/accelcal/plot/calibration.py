@@ -35,14 +35,14 @@ class CalibrationPlot:
 
     calibration: Calibration
 
-    def residuals(self, ax: Axes | None = None, *, run: str | None = None) -> Axes:
+    def residuals(self, ax: Axes | None = None, *, run: str | int | None = None) -> Axes:
         """Draw reading minus model by head angle, forward and back strokes apart.
 
         Parameters
         ----------
         ax : Axes, optional
             Axes to draw into.
-        run : str, optional
+        run : str or int, optional
             Label of one run; all of them without it.
 
         Returns
@@ -76,14 +76,14 @@ class CalibrationPlot:
 
         return residual_map(self.calibration, ax)
 
-    def tumble(self, ax: Axes | None = None, *, run: str | None = None) -> Axes:
+    def tumble(self, ax: Axes | None = None, *, run: str | int | None = None) -> Axes:
         """Draw reading minus model round the turn.
 
         Parameters
         ----------
         ax : Axes, optional
             Axes of ``projection="polar"`` to draw into.
-        run : str, optional
+        run : str or int, optional
             Label of one run; all of them without it.
 
         Returns
@@ -119,14 +119,14 @@ class CalibrationPlot:
 
         return temperature(self.calibration, axes)
 
-    def budget(self, ax: Axes | None = None, *, run: str | None = None) -> Axes:
+    def budget(self, ax: Axes | None = None, *, run: str | int | None = None) -> Axes:
         """Draw where the uncertainty of each coefficient comes from.
 
         Parameters
         ----------
         ax : Axes, optional
             Axes to draw into.
-        run : str, optional
+        run : str or int, optional
             Label of a run; the one nearest to T0 without it.
 
         Returns

@@ -125,7 +125,7 @@ _SOURCES = {
 
 
 @styled
-def budget(calibration: Calibration, ax: Axes | None, *, run: str | None) -> Axes:
+def budget(calibration: Calibration, ax: Axes | None, *, run: str | int | None) -> Axes:
     """Draw `CalibrationPlot.budget`."""
     table = _nearest(tables_of(calibration, run), calibration.T0_degC)
     shown = [row for row in _SHOWN if any(table.budget.get(row[2], {}).values())]

@@ -109,7 +109,8 @@ class DiscoveryPlot:
         Returns
         -------
         Axes
-            Coefficients without and with the effects, in 95 % half widths of the fit without them.
+            Coefficients without and with the effects, in 95 % half widths of the fit without them;
+            those are named unchanged that the effects leave as they were.
         """
         from accelcal.plot.gap import changes
 

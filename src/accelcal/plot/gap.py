@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from accelcal.results.discovery import Discovery
-    from accelcal.results.findings import Share
+    from accelcal.results.findings import Change, Share
 
 __all__ = ["changes", "gap", "where"]
 
@@ -106,6 +106,9 @@ def _in_words(factor: str) -> str:
 
 # -- changes ---------------------------------------------------------------------------------------
 
+_UNCHANGED = 0.02
+"""An effect that moves a coefficient by less, over its half width, leaves it as it was."""
+
 
 @styled
 def changes(discovery: Discovery, ax: Axes | None) -> Axes:
@@ -119,15 +122,25 @@ def changes(discovery: Discovery, ax: Axes | None) -> Axes:
     ax = canvas(ax, (6.4, max(1.7 + 0.3 * len(shown), 2.2)))
     ax.grid(visible=False, axis="y")
     ax.axvspan(-1.0, 1.0, color=palette().muted, alpha=0.18, lw=0, label="without, 95 % interval")
-    for place, change in enumerate(shown):
-        before, after = change.before, change.after
-        unit = before.expanded_uncertainty or 1.0
-        moved = ((after.value or 0.0) - (before.value or 0.0)) / unit
-        wide = (after.expanded_uncertainty or 0.0) / unit
-        label = "with the effects, 95 % interval" if place == 0 else None
+    label: str | None = "with the effects, 95 % interval"
+    for place, (moved, wide) in enumerate(map(_moved, shown)):
+        if max(abs(moved), abs(wide - 1.0)) < _UNCHANGED:
+            ax.text(0.0, place, "unchanged", ha="center", va="center", fontsize=SMALL)
+            continue
         colour = palette().series[1]
         ax.errorbar(moved, place, xerr=wide, marker="o", ls="", color=colour, label=label)
+        label = None
     ax.set_yticks(range(len(shown)), [change.coefficient for change in shown])
     ax.set_ylim(len(shown) - 0.4, -0.6)
     ax.set(xlabel="change, over the 95 % half width without the effects [1]")
+    low, high = ax.get_xlim()
+    ax.set_xlim(min(low, -3.0), max(high, 3.0))  # where nothing moves, the band is not all there is
     return entitled(ax, "What the effects change in the coefficients")
+
+
+def _moved(change: Change) -> tuple[float, float]:
+    """Change of a coefficient and its new half width, over its half width without the effects."""
+    before, after = change.before, change.after
+    unit = before.expanded_uncertainty or 1.0
+    moved = (after.value or 0.0) - (before.value or 0.0)
+    return moved / unit, (after.expanded_uncertainty or 0.0) / unit

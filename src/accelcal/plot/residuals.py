@@ -35,14 +35,14 @@ _MOST_NAMED = 12  # angles or runs that have each its own label
 _CROWDED = 400  # points; more of them are drawn fainter
 
 
-def tables_of(calibration: Calibration, run: str | None) -> tuple[TableCalibration, ...]:
+def tables_of(calibration: Calibration, run: str | int | None) -> tuple[TableCalibration, ...]:
     """Tables of one run, or of all.
 
     Parameters
     ----------
     calibration : Calibration
         The calibration.
-    run : str or None
+    run : str, int or None
         Label of the run.
 
     Returns
@@ -55,7 +55,7 @@ def tables_of(calibration: Calibration, run: str | None) -> tuple[TableCalibrati
     InputError
         If there is no such run.
     """
-    found = tuple(t for t in calibration.tables if run is None or t.run == run)
+    found = tuple(t for t in calibration.tables if run is None or t.run == str(run))
     if not found:
         have = ", ".join(dict.fromkeys(t.run for t in calibration.tables))
         raise InputError(f"no run {run!r} in the calibration; it has {have}")
@@ -63,7 +63,7 @@ def tables_of(calibration: Calibration, run: str | None) -> tuple[TableCalibrati
 
 
 @styled
-def residuals(calibration: Calibration, ax: Axes | None, *, run: str | None) -> Axes:
+def residuals(calibration: Calibration, ax: Axes | None, *, run: str | int | None) -> Axes:
     """Draw `CalibrationPlot.residuals`."""
     tables = tables_of(calibration, run)
     ax = draw_by_angle(canvas(ax), _readings(tables), "residual")
@@ -134,7 +134,7 @@ def _readings(tables: Sequence[TableCalibration]) -> Readings:
     )
 
 
-def _title(what: str, tables: Sequence[TableCalibration], run: str | None) -> str:
+def _title(what: str, tables: Sequence[TableCalibration], run: str | int | None) -> str:
     if run is not None:
         return f"{what}, run {run}"
     return what if len(tables) == 1 else f"{what}, {len(tables)} tables"
@@ -223,7 +223,7 @@ def _level(table: TableCalibration) -> str:
 
 
 @styled
-def tumble(calibration: Calibration, ax: Axes | None, *, run: str | None) -> Axes:
+def tumble(calibration: Calibration, ax: Axes | None, *, run: str | int | None) -> Axes:
     """Draw `CalibrationPlot.tumble`."""
     tables = tables_of(calibration, run)
     readings, colours = _readings(tables), palette()

@@ -185,7 +185,7 @@ def _open(found: Discovery) -> Iterator[str]:
 
 def _detectable(item: Detectable) -> str:
     factor, unit = readable(item.unit, item.value)
-    return f"{item.id} {factor * item.value:.2g} {plain(unit)}"
+    return f"{item.id} {significant(factor * item.value, 2)} {plain(unit)}"
 
 
 def _notes(found: Discovery) -> Iterator[str]:
