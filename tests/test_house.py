@@ -230,6 +230,7 @@ def test_fit_is_light():
     loaded = loaded_by(RUN, "fit", "examples/al15.csv")
     assert "numpy" in loaded
     assert loaded & (HEAVY - {"numpy"}) == set()
+    assert "_hashlib" not in loaded  # OpenSSL
 
 
 # -- commands --------------------------------------------------------------------------------------

@@ -2,9 +2,13 @@
 
 import hashlib
 import io
+import sys
 from pathlib import Path
 
+import pytest
+
 import accelcal
+from accelcal.io import digest
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "al15.csv"
 
@@ -40,3 +44,18 @@ def test_a_discovery_names_its_file():
     found = accelcal.discover(accelcal.read_table(EXAMPLE))
     assert found.sha256 == hashlib.sha256(EXAMPLE.read_bytes()).hexdigest()
     assert accelcal.Discovery.from_document(found.to_document()) == found
+
+
+# -- digest ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", [0, 1, 9000, 600_000])
+@pytest.mark.parametrize("loaded", [True, False])
+@pytest.mark.parametrize("alone", [digest._ALONE, "no_such_module"])
+def test_the_digest_is_that_of_hashlib(monkeypatch, size, loaded, alone):
+    data = bytes(range(256)) * (size // 256) + b"x" * (size % 256)
+    expected = hashlib.sha256(data).hexdigest()
+    monkeypatch.setattr(digest, "_ALONE", alone)
+    if not loaded:
+        monkeypatch.delitem(sys.modules, "hashlib")
+    assert digest.sha256_of(data) == expected

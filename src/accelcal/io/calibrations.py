@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-from pathlib import Path
 from typing import NamedTuple
 
 from accelcal.errors import DocumentError, InputError
@@ -88,9 +86,8 @@ def read_calibrations(source: str) -> CalibrationFile:
         If it is no file of calibrations.
     """
     read = read_text(source, "calibration")
-    data = read.text.encode() if source == "-" else Path(source).read_bytes()
     try:
         calibrations = calibrations_from_json(read.text)
     except DocumentError as error:
         raise error.at(read.name) from None
-    return CalibrationFile(read.name, hashlib.sha256(data).hexdigest(), calibrations)
+    return CalibrationFile(read.name, read.sha256 or "", calibrations)

@@ -9,6 +9,7 @@ from typing import IO, NamedTuple
 
 from accelcal.arguments import kind_of
 from accelcal.errors import InputError, TableError
+from accelcal.io.digest import sha256_of
 
 __all__ = ["Source", "SourceText", "read_text", "refuse_document"]
 
@@ -78,10 +79,7 @@ def read_text(source: Source, what: str = "table") -> SourceText:
     data = _gunzip(content, name) if compressed else content
     _refuse_foreign(data, name)
     text, encoding = _decode(data, name)
-    from hashlib import sha256
-
-    digest = sha256(content).hexdigest()
-    return SourceText(name, _tidy(text, name), encoding, compressed, digest)
+    return SourceText(name, _tidy(text, name), encoding, compressed, sha256_of(content))
 
 
 def refuse_document(text: str, name: str) -> None:
