@@ -342,3 +342,25 @@ def test_a_head_is_whole(change):
     accelcal.HeadCalibration(**whole)
     with pytest.raises(accelcal.InputError):
         accelcal.HeadCalibration(**whole | change)
+
+
+# -- searches --------------------------------------------------------------------------------------
+
+
+def test_a_search_refuses_several_clampings_in_a_line(tmp_path, capsys):
+    _, (unit,), (record,) = measured(5)
+    alone = one_clamping(record)
+    calls = (
+        lambda: accelcal.discover(record),
+        lambda: accelcal.discover_stand([record, record]),
+        lambda: accelcal.compare(accelcal.fit(alone), record),
+    )
+    for call in calls:
+        with pytest.raises(accelcal.InputError, match="clampings at 0 and 90 deg; head errors"):
+            call()
+    (tmp_path / "two.csv").write_text(unit.text)
+    assert main(["discover", str(tmp_path / "two.csv")]) == 2
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert "two.csv: clampings at 0 and 90 deg" in err
+    assert not accelcal.discover(alone).effects

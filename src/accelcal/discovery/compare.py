@@ -21,6 +21,7 @@ from accelcal.discovery.noise import (
     reading_noise,
     saturated,
 )
+from accelcal.discovery.one_clamping import refuse_several_clampings
 from accelcal.discovery.space import Space, space_of, whitener_of
 from accelcal.discovery.where import pattern, shares, structure
 from accelcal.effects.conditions import Conditions, conditions_of
@@ -154,6 +155,7 @@ def residuals_of(calibration: Calibration, record: TumbleRecord) -> Array:
 
 def _check(calibration: Calibration, found: Compensation, record: TumbleRecord) -> None:
     expect(record, TumbleRecord)
+    refuse_several_clampings(record)
     units = {calibration.output_unit, record.unit} - {None}
     if len(units) > 1:
         raise InputError(

@@ -20,6 +20,7 @@ from accelcal.discovery.faults import fault
 from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.held_out import held_out_rms
 from accelcal.discovery.noise import orthonormal
+from accelcal.discovery.one_clamping import refuse_several_clampings
 from accelcal.discovery.prospects.audit import audit
 from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
@@ -124,6 +125,7 @@ def discover(
     """
     expect(record, TumbleRecord)
     check_search(alpha, max_effects)
+    refuse_several_clampings(record)
     t0 = reference_temperature_of(record, reference_temperature)
     question = _Question(
         reference=0.0 if t0 is None else t0,

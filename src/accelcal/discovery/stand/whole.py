@@ -11,6 +11,7 @@ from accelcal.arguments import each_of
 from accelcal.discovery.candidates import Instance, searched_among
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.discover import check_search, discover
+from accelcal.discovery.one_clamping import refuse_several_clampings
 from accelcal.discovery.stand.joint_fit import coefficients, without_head
 from accelcal.discovery.stand.mean_unit import (
     Unit,
@@ -120,6 +121,8 @@ def discover_stand(
     """
     records = list(each_of(records, TumbleRecord))
     check_search(alpha, max_effects)
+    for record in records:
+        refuse_several_clampings(record)
     check_one_plan(records)
     records = on_one_stand(records)
     settings = _Settings(

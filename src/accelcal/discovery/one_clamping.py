@@ -1,0 +1,34 @@
+"""Records whose fixture was clamped at several angles, which a search cannot take."""
+
+from __future__ import annotations
+
+from accelcal.errors import InputError
+from accelcal.grouping import distinct
+from accelcal.record import TumbleRecord
+
+__all__ = ["refuse_several_clampings"]
+
+
+def refuse_several_clampings(record: TumbleRecord) -> None:
+    """Refuse a record of several clampings of the fixture.
+
+    The errors of the head and the misalignment are the same in all runs of a search; from one
+    clamping to the next both are others, and would look like a missing effect.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        The record.
+
+    Raises
+    ------
+    InputError
+        If the fixture was clamped at more than one angle.
+    """
+    met = [] if record.clamping is None else distinct(record.clamping % 360.0).tolist()
+    if len(met) > 1:
+        raise InputError(
+            f"{record.source}: clampings at {' and '.join(f'{angle:g}' for angle in met)} deg; head"
+            " errors and misalignment differ from one to the next, so give the runs of one clamping"
+            " in a file of their own (fit and head take all of them)"
+        )
