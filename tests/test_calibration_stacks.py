@@ -13,6 +13,7 @@ from accelcal.calibrate.columns import columns_of, columns_of_one
 from accelcal.calibrate.many import calibrate_many
 from accelcal.calibrate.options import Options
 from accelcal.errors import InputError
+from accelcal.estimate.reversal import misalignment_stack
 from accelcal.record import Apparatus
 
 PLANS = {
@@ -147,14 +148,60 @@ def test_runs_that_share_a_level_are_of_the_plan():
     assert_stack_is_its_records([*given, unknown, unknown])
 
 
-def test_temperatures_that_move_and_both_sides_of_an_axis_are_alone():
+def test_temperatures_that_move_are_alone():
     (record,) = records(1)
     moving = replace(record, temperature=record.temperature + np.linspace(0.0, 1.0, len(record)))
     some = np.where(np.arange(len(record)) == 5, np.nan, record.temperature)
     known = replace(record, temperature=some)
-    both = records(2, mountings=("o+", "o-"), strokes=3, temperatures=(20.0,))
-    given = [record, moving, record, moving, known, *both]
-    assert plans(given) == [[0, 2], [1], [3], [4], [5], [6]]
+    given = [record, moving, record, moving, known]
+    assert plans(given) == [[0, 2], [1], [3], [4]]
+    assert_stack_is_its_records(given)
+
+
+BOTH_SIDES = {
+    "one level": {"temperatures": (20.0,), "mountings": ("o+", "o-")},
+    "three levels": {"mountings": ("o+", "o-")},
+    "both axes": {"temperatures": (20.0, 60.0), "mountings": ("o+", "o-", "p+", "p-")},
+    "one side of the other axis": {"temperatures": (20.0, 60.0), "mountings": ("o+", "o-", "p+")},
+    "levels met again": {"temperatures": (20.0, 60.0, 20.0), "mountings": ("p+", "p-")},
+}
+
+
+@pytest.mark.parametrize("declared", [None, DECLARED], ids=["nothing declared", "declared"])
+@pytest.mark.parametrize("design", BOTH_SIDES.values(), ids=BOTH_SIDES)
+def test_both_sides_of_an_axis_free_the_laws_of_its_fixture_angle(design, declared):
+    given = records(3, declared, strokes=2, **design)
+    ((_, stack),) = assert_stack_is_its_records(given).stacks
+    for row, record in enumerate(given):
+        expected = accelcal.fit(record)
+        assert expected.fixture_angle
+        assert_numbers_agree(stack.one(row).to_document(), expected.to_document())
+
+
+def test_misalignments_free_of_the_fixture_angle_are_those_of_each():
+    design = {"mountings": ("o+", "o-", "p+"), "strokes": 2, "temperatures": (20.0, 60.0)}
+    given = records(3, **design)
+    part = given[0].run != 1  # one side at 60 degC
+    sides = part | (given[0].mounting == "o+")
+    given = [*given, *(record.select(sides) for record in given)]
+    given += [replace(r, temperature=np.full(len(r), np.nan)) for r in given[:2]]
+    for places, stack in calibrate_many(given).stacks:
+        value, expanded = misalignment_stack(stack.tables, stack.estimate, stack.plan.levels)
+        for row, place in enumerate(places.tolist()):
+            calibration = accelcal.fit(given[place])
+            for i, table in enumerate(calibration.tables):
+                found = calibration.misalignment(table)
+                if table.mounting[0] == "p":
+                    assert np.isnan([value[row, i], expanded[row, i]]).all()
+                else:
+                    assert value[row, i] == pytest.approx(found.value, rel=1e-9)
+                    assert expanded[row, i] == pytest.approx(found.expanded_uncertainty, rel=1e-9)
+
+
+def test_runs_just_one_degree_apart_are_of_another_plan():
+    (record,) = records(1, mountings=("o+", "o-"), temperatures=(20.0, 60.0), strokes=1)
+    given = [at_levels(record, 20.0, second) for second in (20.5, 21.0, 21.5, 20.75)]
+    assert plans(given) == [[0, 3], [1], [2]]
     assert_stack_is_its_records(given)
 
 

@@ -11,6 +11,7 @@ from accelcal.archive.cells import Columns
 from accelcal.archive.rows import JOINT
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.conformity import Found, Measured, conformity
+from accelcal.estimate.reversal import misalignment_stack
 from accelcal.results.verdict import OUTCOMES
 from accelcal.specification import Specification
 
@@ -67,17 +68,17 @@ def verdicts_of(
 
 
 def _measured(stack: CalibrationStack, tables: Columns) -> Measured:
-    laws, shape = stack.laws.main, (len(stack), len(stack.tables))
-    unknown = np.full(len(stack), np.nan)
+    free = Found(*misalignment_stack(stack.tables, stack.estimate, stack.plan.levels))
 
     def quantity(symbol: str, place: int | str) -> Found:
-        if isinstance(place, int):
-            columns = tables[symbol], tables[f"{symbol}_expanded_uncertainty"]
-            return Found(*(np.reshape(column, shape)[:, place] for column in columns))
-        if laws is None:
-            return Found(unknown, unknown)
-        term = laws.names.index(place)
-        return Found(laws.value[:, term], laws.expanded[:, term])
+        if isinstance(place, str):
+            return _of_law(stack, place)
+        columns = tables[symbol], tables[f"{symbol}_expanded_uncertainty"]
+        own = Found(*(np.reshape(column, free.value.shape)[:, place] for column in columns))
+        if symbol != "delta":
+            return own
+        known = ~np.isnan(own.value) & ~np.isnan(free.value[:, place])
+        return Found(*(np.where(known, f[:, place], o) for f, o in zip(free, own, strict=True)))
 
     return Measured(
         output_unit=stack.plan.records[0].unit,
@@ -86,3 +87,11 @@ def _measured(stack: CalibrationStack, tables: Columns) -> Measured:
         reference=stack.references,
         quantity=quantity,
     )
+
+
+def _of_law(stack: CalibrationStack, term: str) -> Found:
+    laws = stack.laws.main
+    if laws is None:
+        return Found(*np.full((2, len(stack)), np.nan))
+    place = laws.names.index(term)
+    return Found(laws.value[:, place], laws.expanded[:, place])

@@ -51,11 +51,9 @@ class OnePlan(NamedTuple):
 
     def can_be_stacked(self) -> NDArray[np.bool_]:
         """Tell which records can be calibrated with others, shape (R,), see `plans_of`."""
-        mountings = {str(self.records[0].mounting[mask][0]) for mask in self.masks}
-        one_sided = len({mounting[0] for mounting in mountings}) == len(mountings)
         usable = [is_usable(y) for y in self.outputs]
         stand = [(t == t[:, :1]).all(axis=1) | np.isnan(t).all(axis=1) for t in self.temperatures]
-        return np.asarray(one_sided & np.all([*usable, *stand], axis=0))
+        return np.asarray(np.all([*usable, *stand], axis=0))
 
     def times(self, tables: Sequence[int]) -> Array | None:
         """Times of the readings of some tables of one plan, table after table [s].
@@ -117,9 +115,8 @@ def plans_of(
     -------
     list of tuple
         Places of the records of each plan, and their readings; those of many records in parts of
-        a thousand. A record is alone where its temperatures move within a run, where both sides of
-        an axis were measured, and where its readings or its fixture angle are none, so that it
-        harms no other.
+        a thousand. A record is alone where its temperatures move within a run, and where its
+        readings or its fixture angle are none, so that it harms no other.
 
     Notes
     -----
@@ -164,7 +161,9 @@ def _plan_key(record: TumbleRecord, delta0: float | None) -> Hashable:
 def _level_keys(levels: Array) -> list[bytes]:
     """What counts of the temperatures of each record: which differ, and in which direction."""
     step = levels[:, None, :] - levels[:, :, None]
-    sign = np.where(np.abs(step) > SAME_LEVEL, np.sign(step), 0.0)
+    away = np.abs(step)
+    # a step of just this size is one for some, and none for others
+    sign = np.sign(step) * (1.0 * (away >= SAME_LEVEL) + (away > SAME_LEVEL))
     order = np.sort(levels, axis=1)  # NaN come last
     breaks = np.diff(order, axis=1) > SAME_LEVEL
     rank = np.argsort(np.argsort(levels, axis=1), axis=1)

@@ -15,23 +15,30 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.joint import JointEstimate
+from accelcal.estimate.joint import JointEstimate, JointStack
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import PreparedTable
-from accelcal.estimate.uncertainty import Component, Interval, intervals, propagate
+from accelcal.estimate.uncertainty import (
+    Component,
+    Interval,
+    interval_stack,
+    intervals,
+    propagate,
+)
 from accelcal.model import COEFFICIENTS
 from accelcal.results.checked import Covariance
 from accelcal.results.fixture_angle import FixtureAngle
 from accelcal.results.quantity import Quantity
 
-__all__ = ["fixture_angles", "free_of_fixture_angle"]
+__all__ = ["fixture_angles", "free_of_fixture_angle", "misalignment_stack"]
 
 Array = NDArray[np.float64]
+Joint = TypeVar("Joint", JointEstimate, JointStack)
 
 _K1, _M = (COEFFICIENTS.index(name) for name in ("K1", "M"))
 
@@ -80,6 +87,50 @@ def fixture_angles(
     return tuple(_told(each, estimate, delta0) for each in _reversals(tables, estimate))
 
 
+def misalignment_stack(
+    tables: Sequence[PreparedTable], estimate: JointStack, temperatures: Array
+) -> tuple[Array, Array]:
+    """Tell the misalignments free of the fixture angle of many records.
+
+    Parameters
+    ----------
+    tables : sequence of PreparedTable
+        The tables of any of the R records.
+    estimate : JointStack
+        Their coefficients.
+    temperatures : ndarray, shape (R, tables)
+        Temperature of each table; NaN where unknown [degC].
+
+    Returns
+    -------
+    value, expanded : ndarray, shape (R, tables)
+        What `FixtureAngle.nearest` has for the temperature of each table, and its expanded
+        uncertainty; NaN where one side of the axis was measured only [rad].
+    """
+    value, expanded = (np.full(temperatures.shape, np.nan) for _ in range(2))
+    axes = np.array([str(table.record.mounting[0])[0] for table in tables])
+    for reversal in reversed(list(_reversals(tables, estimate))):  # the first of an axis counts
+        effective, jacobian = _effective(estimate)
+        weights, own = reversal.misalignments, np.flatnonzero(axes == reversal.axis)
+        known = interval_stack(propagate(estimate.components, weights @ jacobian))
+        level = _nearest(temperatures[:, own], _means(temperatures, weights != 0.0))
+        value[:, own] = np.take_along_axis(effective @ weights.T, level, axis=1)
+        expanded[:, own] = np.take_along_axis(known.expanded, level, axis=1)
+    return value, expanded
+
+
+def _means(temperatures: Array, chosen: NDArray[np.bool_]) -> Array:
+    """Mean temperature of some tables, shape (R, L); NaN where that of one is unknown."""
+    known = np.nan_to_num(temperatures) @ _mean(chosen).T
+    return np.where(np.isnan(temperatures) @ chosen.T, np.nan, known)
+
+
+def _nearest(temperatures: Array, levels: Array) -> NDArray[np.intp]:
+    """Place of the level, (R, L), that is nearest to each temperature, (R, m)."""
+    away = np.nan_to_num(np.abs(temperatures[..., None] - levels[:, None]))
+    return np.asarray(away.argmin(axis=2))
+
+
 def _told(reversal: _Reversal, estimate: JointEstimate, delta0: float) -> FixtureAngle:
     effective, jacobian = _effective(estimate)
     weights = np.vstack([reversal.angle, reversal.misalignments])
@@ -120,21 +171,19 @@ def _tells_couplings(estimate: JointEstimate, weights: Array) -> bool:
     return all("M_ip" in estimate.names[i] and "M_ip" not in estimate.stands_for[i] for i in used)
 
 
-def free_of_fixture_angle(
-    tables: Sequence[PreparedTable], estimate: JointEstimate
-) -> JointEstimate:
+def free_of_fixture_angle(tables: Sequence[PreparedTable], estimate: Joint) -> Joint:
     """Take the fixture angle out of M, where both sides of an axis were measured.
 
     Parameters
     ----------
     tables : sequence of PreparedTable
-        The tables of one record.
-    estimate : JointEstimate
+        The tables of one record, or of any of those of a stack.
+    estimate : JointEstimate or JointStack
         Their coefficients.
 
     Returns
     -------
-    JointEstimate
+    JointEstimate or JointStack
         With the M and its error components of the tables of these axes free of the angle, by that
         of their own level, or by the mean angle where a level has one side only. The same object
         where no axis was measured on both sides.
@@ -144,14 +193,17 @@ def free_of_fixture_angle(
         return estimate
     correction = np.sum(corrections, axis=0)
     effective, jacobian = _effective(estimate)
-    change, by_all = correction @ effective, correction @ jacobian
-    whole = np.eye(jacobian.shape[1])
+    change: Array = effective @ correction.T
+    by_all: Array = correction @ jacobian
+    size = jacobian.shape[-1]
+    whole = np.zeros((*change.shape[:-1], size, size)) + np.eye(size)
     coefficients = [values.copy() for values in estimate.coefficients]
     for i in np.flatnonzero(correction.any(axis=1)).tolist():
-        scale_factor = coefficients[i][_K1]
-        coefficients[i][_M] += scale_factor * change[i]
-        whole[_place(estimate, i, "M")] += scale_factor * by_all[i]
-        whole[_place(estimate, i, "M"), _place(estimate, i, "K1")] += change[i]
+        scale_factor = coefficients[i][..., _K1]
+        coefficients[i][..., _M] += scale_factor * change[..., i]
+        own = whole[..., _place(estimate, i, "M"), :]
+        own += scale_factor[..., None] * by_all[..., i, :]
+        own[..., _place(estimate, i, "K1")] += change[..., i]
     return estimate._replace(
         coefficients=tuple(coefficients),
         components=propagate(estimate.components, whole),
@@ -159,7 +211,9 @@ def free_of_fixture_angle(
     )
 
 
-def _reversals(tables: Sequence[PreparedTable], estimate: JointEstimate) -> Iterator[_Reversal]:
+def _reversals(
+    tables: Sequence[PreparedTable], estimate: JointEstimate | JointStack
+) -> Iterator[_Reversal]:
     mountings = [str(table.record.mounting[0]) for table in tables]
     clampings = [_clamping(table) for table in tables]
     for axis, clamping in itertools.product("op", sorted(set(clampings))):
@@ -180,7 +234,7 @@ def _clamping(table: PreparedTable) -> float:
     return 0.0 if clamping is None else float(clamping[0])
 
 
-def _tells_misalignment(estimate: JointEstimate, table: int) -> bool:
+def _tells_misalignment(estimate: JointEstimate | JointStack, table: int) -> bool:
     return "M" in estimate.names[table] and "M" not in estimate.stands_for[table]
 
 
@@ -211,24 +265,25 @@ def _reversal(
 
 
 def _mean(chosen: NDArray[np.bool_]) -> Array:
-    return np.asarray(chosen / chosen.sum())
+    return np.asarray(chosen / chosen.sum(axis=-1, keepdims=True))
 
 
-def _effective(estimate: JointEstimate, name: str = "M") -> tuple[Array, Array]:
+def _effective(estimate: JointEstimate | JointStack, name: str = "M") -> tuple[Array, Array]:
     """Quotient by K1 of a coefficient of each table, and its derivatives by all coefficients."""
     place = COEFFICIENTS.index(name)
     size = sum(len(names) for names in estimate.names)
-    jacobian = np.zeros((len(estimate.names), size))
-    values = np.zeros(len(estimate.names))
-    for i, k in enumerate(estimate.coefficients):
-        values[i] = k[place] / k[_K1]
-        if name in estimate.names[i]:
-            jacobian[i, _place(estimate, i, name)] = 1.0 / k[_K1]
-            jacobian[i, _place(estimate, i, "K1")] = -k[place] / k[_K1] ** 2
-    return values, jacobian
+    whole = np.stack(estimate.coefficients, axis=-2)
+    jacobian = np.zeros((*whole.shape[:-1], size))
+    scale_factor, own = whole[..., _K1], whole[..., place]
+    for i, names in enumerate(estimate.names):
+        if name in names:
+            jacobian[..., i, _place(estimate, i, name)] = 1.0 / scale_factor[..., i]
+            by_scale_factor = -own[..., i] / scale_factor[..., i] ** 2
+            jacobian[..., i, _place(estimate, i, "K1")] = by_scale_factor
+    return own / scale_factor, jacobian
 
 
-def _place(estimate: JointEstimate, table: int, name: str) -> int:
+def _place(estimate: JointEstimate | JointStack, table: int, name: str) -> int:
     return int(estimate.part(table).start) + estimate.names[table].index(name)
 
 

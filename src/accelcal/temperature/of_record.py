@@ -147,13 +147,10 @@ def can_be_stacked(
     Returns
     -------
     ndarray of bool, shape (R,)
-        Those whose temperatures stand within each run; none where both sides of an axis were
-        measured. The others are fitted one by one.
+        Those whose temperatures stand within each run. The others are fitted one by one.
     """
-    mountings = {str(table.record.mounting[0]) for table in tables}
-    one_sided = len({mounting[0] for mounting in mountings}) == len(mountings)
     moved = [np.nan_to_num(np.ptp(own, axis=1)) > 0.0 for own in temperatures]
-    return np.asarray(one_sided & ~np.any(moved, axis=0))
+    return np.asarray(~np.any(moved, axis=0))
 
 
 def laws_of_stack(
@@ -180,6 +177,7 @@ def laws_of_stack(
     StackLaws
         The laws; record by record those of `laws_of_record`.
     """
+    free = free_of_fixture_angle(tables, estimate)
     levels = np.stack([own.mean(axis=1) for own in temperatures], axis=1)
     declared = tables[0].record.apparatus.temperature_uncertainty
     uncertain = stacked_temperature_uncertainty(temperatures, declared)
@@ -187,7 +185,7 @@ def laws_of_stack(
     def of(chosen: list[int]) -> LawsOfRecords | None:
         if len(chosen) < 2:
             return None
-        return laws_of_records(level_stack(tables, estimate, chosen, levels, uncertain, reference))
+        return laws_of_records(level_stack(tables, free, chosen, levels, uncertain, reference))
 
     chosen = tables_of_one_mounting(tables, estimate)
     if not chosen:
