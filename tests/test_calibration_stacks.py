@@ -181,9 +181,12 @@ def test_both_sides_of_an_axis_free_the_laws_of_its_fixture_angle(design, declar
 def test_misalignments_free_of_the_fixture_angle_are_those_of_each():
     design = {"mountings": ("o+", "o-", "p+"), "strokes": 2, "temperatures": (20.0, 60.0)}
     given = records(3, **design)
-    part = given[0].run != 1  # one side at 60 degC
-    sides = part | (given[0].mounting == "o+")
-    given = [*given, *(record.select(sides) for record in given)]
+    one_side = given[0].run != 3  # at 60 degC
+    labels = ("1", "2", "3", "5", "6")
+    given += [
+        replace(part, run=part.run - (part.run > 3), run_labels=labels)
+        for part in (record.select(one_side) for record in given)
+    ]
     given += [replace(r, temperature=np.full(len(r), np.nan)) for r in given[:2]]
     for places, stack in calibrate_many(given).stacks:
         value, expanded = misalignment_stack(stack.tables, stack.estimate, stack.plan.levels)
@@ -200,7 +203,7 @@ def test_misalignments_free_of_the_fixture_angle_are_those_of_each():
 
 def test_runs_just_one_degree_apart_are_of_another_plan():
     (record,) = records(1, mountings=("o+", "o-"), temperatures=(20.0, 60.0), strokes=1)
-    given = [at_levels(record, 20.0, second) for second in (20.5, 21.0, 21.5, 20.75)]
+    given = [at_levels(record, 20.0, s, 20.0, s) for s in (20.5, 21.0, 21.5, 20.75)]
     assert plans(given) == [[0, 3], [1], [2]]
     assert_stack_is_its_records(given)
 

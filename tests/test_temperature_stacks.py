@@ -8,13 +8,14 @@ import pytest
 from numpy.testing import assert_allclose
 
 import accelcal
+from accelcal.calibrate.plan import OnePlan
 from accelcal.estimate.joint import estimate_stack
 from accelcal.estimate.tables import prepare
 from accelcal.gates.record import RecordStack, gates_of_records
 from accelcal.simulation import NoiseComponents, TumblePlan
 from accelcal.temperature.bilinear import bilinear_design
 from accelcal.temperature.generalised import law_maps
-from accelcal.temperature.of_record import can_be_stacked, laws_of_stack
+from accelcal.temperature.of_record import laws_of_stack
 
 DECLARED = {"head_uncertainty": 1e-5, "launch_uncertainty": 2e-6}
 THREE = (20.0, 80.0, -40.0)
@@ -53,7 +54,7 @@ def stacked(made, reference=20.0):
     temperatures = [np.array([one.temperature[mask] for one in made]) for mask in masks]
     levels = np.stack([own.mean(axis=1) for own in temperatures], axis=1)
     estimate = estimate_stack(tables, outputs, levels, made[0].apparatus)
-    assert can_be_stacked(tables, temperatures).all()
+    assert OnePlan.of(made).can_be_stacked().all()
     laws = laws_of_stack(tables, estimate, temperatures, np.full(len(made), reference))
     return tables, estimate, laws
 
@@ -182,11 +183,8 @@ def test_records_of_other_courses_are_told_apart():
 
 def test_moving_temperatures_are_left_to_the_single_fit():
     made = list(records(THREE, scatter=0.1))
-    tables = [prepare(table) for table in made[0].tables()]
-    masks = list(made[0].table_masks())
-    temperatures = [np.array([one.temperature[mask] for one in made]) for mask in masks]
-    temperatures[0][1], temperatures[1][1], temperatures[2][1] = 20.0, 80.0, -40.0
-    assert can_be_stacked(tables, temperatures).tolist() == [i == 1 for i in range(RECORDS)]
+    made[1] = dataclasses.replace(made[1], temperature=np.array(THREE)[made[1].run])
+    assert OnePlan.of(made).can_be_stacked().tolist() == [i == 1 for i in range(RECORDS)]
 
 
 @pytest.mark.parametrize("options", [DECLARED, {}], ids=["declared", "nothing declared"])

@@ -30,7 +30,7 @@ from accelcal.temperature.of_tables import (
 )
 from accelcal.temperature.run_temperatures import stacked_temperature_uncertainty
 
-__all__ = ["RecordLaws", "StackLaws", "can_be_stacked", "laws_of_record", "laws_of_stack"]
+__all__ = ["RecordLaws", "StackLaws", "laws_of_record", "laws_of_stack"]
 
 Array = NDArray[np.float64]
 
@@ -132,27 +132,6 @@ class StackLaws(NamedTuple):
         return Slopes.without_laws(records) if self.main is None else Slopes.of(self.main)
 
 
-def can_be_stacked(
-    tables: Sequence[PreparedTable], temperatures: Sequence[Array]
-) -> NDArray[np.bool_]:
-    """Tell which records of one plan `laws_of_stack` can take.
-
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of any of the R records.
-    temperatures : sequence of ndarray, shape (R, n)
-        Temperatures of the readings of each table [degC].
-
-    Returns
-    -------
-    ndarray of bool, shape (R,)
-        Those whose temperatures stand within each run. The others are fitted one by one.
-    """
-    moved = [np.nan_to_num(np.ptp(own, axis=1)) > 0.0 for own in temperatures]
-    return np.asarray(~np.any(moved, axis=0))
-
-
 def laws_of_stack(
     tables: Sequence[PreparedTable],
     estimate: JointStack,
@@ -164,7 +143,8 @@ def laws_of_stack(
     Parameters
     ----------
     tables : sequence of PreparedTable
-        The tables of any of the R records, which are of one plan, see `can_be_stacked`.
+        The tables of any of the R records, which are of one plan; their temperatures stand within
+        each run.
     estimate : JointStack
         Their coefficients.
     temperatures : sequence of ndarray, shape (R, n)
