@@ -219,10 +219,10 @@ def fit_and_groups(table):
 def test_no_order_of_a_group_is_better_than_leaving_it_out():
     table = prepared(missing=0.1, seed=3, strokes=5)
     stack, fit, groups = stacked([table]), *fit_and_groups(table)
-    chosen = [groups.readings(k) for k in range(len(groups.names))]
-    without = [order._LeftOut.of(fit.basis, own).squares(fit).item() for own in chosen]
-    for own, squares in zip(chosen, without, strict=True):
-        kept = ~own
+    left_out = order._left_out(fit.basis.columns, groups)
+    without = [group.squares(fit).item() for group in left_out]
+    for k, squares in enumerate(without):
+        kept = ~groups.readings(k)
         rest = np.linalg.lstsq(table.kept_design[kept], table.record.output[kept], rcond=None)[1]
         assert squares == pytest.approx(rest.item(), rel=1e-6)
     for other in order._other_orders(table.record.angle, table.head):

@@ -351,8 +351,8 @@ def f_exceeds(level: ArrayLike, ratio: Array, dof1: ArrayLike, dof2: ArrayLike) 
 
     Notes
     -----
-    The probability falls as the ratio grows. So many ratios with the same level and degrees of
-    freedom are held against their one quantile, without a probability of each.
+    The probability falls as the ratio grows. So the ratios of a row that have the same level and
+    degrees of freedom are held against their one quantile, without a probability of each.
 
     Examples
     --------
@@ -360,7 +360,7 @@ def f_exceeds(level: ArrayLike, ratio: Array, dof1: ArrayLike, dof2: ArrayLike) 
     >>> f_exceeds(0.05, np.array([3.1, 3.3]), 2, 46).tolist()
     [False, True]
     """
-    each = np.broadcast_arrays(*map(_one_if_alike, (level, dof1, dof2)))
+    each = np.broadcast_arrays(*map(_one_a_row, (level, dof1, dof2)))
     if each[0].size * _WORTH_ARRAYS > ratio.size:
         return np.asarray(f_survival(ratio, dof1, dof2) < level)
     tests = zip(*(values.ravel().tolist() for values in each), strict=True)
@@ -368,7 +368,7 @@ def f_exceeds(level: ArrayLike, ratio: Array, dof1: ArrayLike, dof2: ArrayLike) 
     return np.asarray(ratio > limits)
 
 
-def _one_if_alike(values: ArrayLike) -> Array:
-    array = np.asarray(values)
-    alike = array.size > 1 and (array == array.flat[0]).all()
-    return array.ravel()[:1] if alike else array
+def _one_a_row(values: ArrayLike) -> Array:
+    array = np.atleast_1d(values)
+    first = array[..., :1]
+    return first if (array == first).all() else array

@@ -102,11 +102,6 @@ class _LeftOut(NamedTuple):
     basis: Array  # their rows of the basis B, shape (readings, p)
     inverse: Array  # (1 - B' B)^-1, shape (p, p)
 
-    @classmethod
-    def of(cls, basis: _Basis, readings: Mask) -> _LeftOut:
-        own = basis.columns[readings]
-        return cls(np.flatnonzero(readings), own, _inverse(np.eye(own.shape[1]) - own.T @ own))
-
     def squares(self, fit: _Fit) -> Array:
         """Squared residuals without these readings, shape (T,).
 
@@ -132,7 +127,7 @@ class _Groups(NamedTuple):
         numbers = strokes.key
         each = np.eye(numbers.size)
         if numbers.size < 2:
-            return cls([], each, strokes)
+            return cls([], each[:0], strokes)
         if numbers.size == 2:
             names, members = [f"stroke {numbers[0]} or {numbers[1]}"], each[1:]
         else:
@@ -156,6 +151,13 @@ class _Groups(NamedTuple):
         return np.asarray(self.members[group, self.strokes.cell] > 0.0)
 
 
+def _left_out(basis: Array, groups: _Groups) -> list[_LeftOut]:
+    """What a fit without each group needs."""
+    inverses = _inverse(np.eye(basis.shape[1]) - groups.products(basis, basis))
+    own = [np.flatnonzero(groups.readings(group)) for group in range(len(groups.names))]
+    return [_LeftOut(i, basis[i], inverse) for i, inverse in zip(own, inverses, strict=True)]
+
+
 class _OrderPlan(NamedTuple):
     """What the other orders of tables of one plan are."""
 
@@ -169,9 +171,9 @@ class _OrderPlan(NamedTuple):
 @once_a_plan
 def _order_plan(plan: TablePlan) -> _OrderPlan:
     basis, groups = _Basis.of(plan.design), _Groups.of(plan.stroke)
-    without = [_LeftOut.of(basis, groups.readings(i)) for i in range(len(groups.names))]
-    swaps = swap_blocks(basis.columns, groups.strokes)
-    return _OrderPlan(basis, groups, list(_other_orders(plan.angle, plan.head)), without, swaps)
+    orders = list(_other_orders(plan.angle, plan.head))
+    without = _left_out(basis.columns, groups)
+    return _OrderPlan(basis, groups, orders, without, swap_blocks(basis.columns, groups.strokes))
 
 
 class _Found(NamedTuple):
