@@ -64,23 +64,28 @@ def closure(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
         return "Y(return) - Y1 {}, end - start of a stroke {}, standard error {}".format(*sizes)
 
     missing = (
-        (not returns.size.any(), "no stroke holds both the first position and the return"),
+        (not returns.any, "no stroke holds both the first position and the return"),
         (~known, "nothing tells the reading noise; repeat the strokes"),
     )
     return gate_stack("closure", bad, said, missing)
 
 
 class _Returns(NamedTuple):
-    """Weights that make both contrasts of the returns, (D, n, 2), and their sizes, (2, D)."""
+    """Whether there are any, weights that make both contrasts, (D, n, 2), and their sizes, (2, D).
 
+    A drift over the run does not move the contrasts, see `_contrasts_of_returns`.
+    """
+
+    any: bool
     weights: Array
     size: Array
 
 
 @once_a_plan
 def _returns(plan: TablePlan) -> _Returns:
-    weights = plan.apart.blind(_contrasts_of_returns(plan), plan.trend.columns)
-    return _Returns(weights, np.sqrt((weights**2).sum(axis=1)).T)
+    contrasts = _contrasts_of_returns(plan)
+    weights = plan.apart.blind(contrasts, plan.trend.columns)
+    return _Returns(bool(contrasts.any()), weights, np.sqrt((weights**2).sum(axis=1)).T)
 
 
 def _contrasts_of_returns(plan: TablePlan) -> Array:

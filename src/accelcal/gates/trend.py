@@ -261,7 +261,7 @@ def trend_of(angle: Array, stroke: NDArray[np.int64], moment: Array) -> Trend:
     whole = powers > 0 and free >= powers + 2
     th = np.radians(angle)
     return Trend(
-        bias=np.cumprod(np.repeat(x[..., None], powers, axis=-1), axis=-1),
+        bias=np.multiply.accumulate(np.repeat(x[..., None], powers, axis=-1), axis=-1),
         scale_factor=(x * np.cos(th))[..., None][..., : int(whole)],
         angle=(x * np.sin(th))[..., None][..., : int(whole)],
     )
