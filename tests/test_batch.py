@@ -537,6 +537,7 @@ PLANS = (
     accelcal.TumblePlan(temperatures=(20.0,), positions=4),
     accelcal.TumblePlan(mountings=("o+", "p+")),
     accelcal.TumblePlan(mountings=("o+", "o-")),
+    accelcal.TumblePlan(mountings=("p+", "o+", "o-"), temperatures=(20.0, 60.0, 20.0), strokes=2),
 )
 
 

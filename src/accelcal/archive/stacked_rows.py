@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.archive.cells import Cells, Columns
+from accelcal.archive.cells import Cells, Columns, put_together
 from accelcal.archive.columns import LAWS, ROWS, FrameColumn
 from accelcal.archive.rows import JOINT
 from accelcal.archive.warned import warning_cells
 from accelcal.calibrate.columns import columns_of
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.record import TumbleRecord
+from accelcal.temperature.from_tables import LawsOfRecords
 from accelcal.version import __version__
 
 __all__ = ["can_be_columns", "stacked_laws", "stacked_tables"]
@@ -36,11 +37,7 @@ def can_be_columns(stack: CalibrationStack) -> bool:
     bool
         False where its calibrations are to be made one by one.
     """
-    return (
-        not stack.is_alone
-        and stack.options.temperature_laws == "tables"
-        and stack.laws.second_axis is None
-    )
+    return not stack.is_alone and stack.options.temperature_laws == "tables"
 
 
 def stacked_tables(stack: CalibrationStack) -> Columns:
@@ -91,19 +88,39 @@ def stacked_laws(stack: CalibrationStack) -> tuple[Columns, NDArray[np.intp]]:
     record : ndarray of int
         Place in the stack of the record of each row.
     """
-    laws = stack.laws.main
-    if laws is None:
-        nothing = np.zeros(0, dtype=np.intp)
-        return _columns({}, LAWS, 0), nothing
+    parts = [_laws_of(stack, laws, mounting) for mounting, laws in _laws_by_mounting(stack)]
+    if not parts:
+        return _columns({}, LAWS, 0), np.zeros(0, dtype=np.intp)
+    if len(parts) == 1:
+        return parts[0]
+    record = np.concatenate([own for _, own in parts])
+    order = np.argsort(record, kind="stable")
+    return put_together([columns for columns, _ in parts], order), record[order]
+
+
+def _laws_by_mounting(stack: CalibrationStack) -> list[tuple[str, LawsOfRecords]]:
+    """Laws of one axis or of both, each with the mounting of most of its tables, in their order."""
+    have = [str(table.record.mounting[0]) for table in stack.tables]
+    main = max(have, key=have.count)
+    others = [mounting for mounting in have if mounting[0] != main[0]]
+    found = {main: stack.laws.main}
+    if others:
+        found[max(others, key=others.count)] = stack.laws.second_axis
+    laws = ((mounting, found.get(mounting)) for mounting in dict.fromkeys(have))
+    return [(mounting, own) for mounting, own in laws if own is not None]
+
+
+def _laws_of(
+    stack: CalibrationStack, laws: LawsOfRecords, mounting: str
+) -> tuple[Columns, NDArray[np.intp]]:
     record, term = np.nonzero(~np.isnan(laws.value))
     records = stack.plan.records
     units = [_law_unit(name, records[0].unit) for name in laws.names]
     warnings = [JOINT.join(said) for said in laws.warnings]
-    mountings = [str(table.record.mounting[0]) for table in stack.tables]
     dof = laws.dof[record, term]
     found: dict[str, Any] = {
         **_of_records(records, record),
-        "mounting": max(mountings, key=mountings.count),
+        "mounting": mounting,
         "term": np.array(laws.names, dtype=object)[term],
         "value": laws.value[record, term],
         "standard_uncertainty": laws.standard[record, term],
