@@ -518,3 +518,30 @@ def test_light_reading_imports_nothing_heavy():
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == ""
+
+
+# -- German tables ---------------------------------------------------------------------------------
+
+
+def test_a_german_table_is_read_as_the_english_one():
+    english = "# date: 2024-05-31\n# unit: mA\ntime,temperature,position,stroke,output\n"
+    english += "2024-05-31T14:30:00,20.5,1,1,1.35\n2024-06-01T09:05:00,20.5,5,1,-1.34\n"
+    german = "# Datum: 2024-05-31\n# Einheit: mA\nZeit;Temperatur;Stellung;Durchlauf;Messwert\n"
+    german += "31.05.2024 14:30;20,5;1;1;1,35\n1.6.2024 9:05:00;20,5;5;1;-1,34\n"
+    read = [read_table(io.StringIO(text)) for text in (english, german)]
+    assert read[0] == read[1]
+    assert read[1].time.tolist() == [0.0, 66900.0]
+
+
+def test_a_wide_german_table():
+    text = "Temperatur [°C];Winkel;Durchlauf 1;Durchlauf 2\n20,0;0;1,35;1,36\n20,0;180;-1,3;-1,2\n"
+    record = read_table(io.StringIO(text))
+    assert sorted(set(record.stroke.tolist())) == [1, 2]
+    assert sorted(record.output.tolist()) == [-1.3, -1.2, 1.35, 1.36]
+
+
+@pytest.mark.parametrize("cell", ["31.02.2024 10:00", "31.13.2024", "1.5.24 10:00"])
+def test_a_day_that_is_none_is_no_date(cell):
+    text = f"time,temperature,position,stroke,output\n{cell},20,1,1,1.3\n"
+    with pytest.raises(TableError, match=":2: time"):
+        read_table(io.StringIO(text))

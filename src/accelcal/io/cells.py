@@ -23,6 +23,7 @@ MISSING = frozenset(
 )
 """Cells that stand for a missing value, in lower case."""
 
+_DAY_FIRST = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})(?: +(\d{1,2})(:\d\d(?::\d\d(?:\.\d+)?)?))?")
 _WITH_UNIT = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*([^0-9\s.,+-].*)")
 
 
@@ -217,6 +218,10 @@ def _is_date(cell: str) -> bool:
 def _date(cell: str) -> Any:
     from datetime import UTC, datetime
 
+    day_first = _DAY_FIRST.fullmatch(cell)
+    if day_first:
+        day, month, year, hour, rest = day_first.groups("")
+        cell = f"{year}-{month:0>2}-{day:0>2}T{hour:0>2}{rest or ':00'}"
     try:
         date = datetime.fromisoformat(cell)
         return date.astimezone(UTC).replace(tzinfo=None) if date.tzinfo else date

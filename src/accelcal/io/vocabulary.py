@@ -25,19 +25,19 @@ __all__ = [
 
 COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "temperature": ("temperature", "temp"),
-        "position": ("position", "pos", "j"),
-        "angle": ("angle", "theta", "th", "θ", "head_angle"),
-        "stroke": ("stroke", "k"),
-        "output": ("output", "y", "value", "reading", "signal"),
-        "run": ("run",),
-        "time": ("time", "timestamp"),
-        "serial": ("serial", "sn", "s_n", "serial_number", "serial_no"),
+        "temperature": ("temperature", "temp", "temperatur"),
+        "position": ("position", "pos", "j", "stellung"),
+        "angle": ("angle", "theta", "th", "θ", "head_angle", "winkel"),
+        "stroke": ("stroke", "k", "hub", "durchlauf", "durchgang"),
+        "output": ("output", "y", "value", "reading", "signal", "ausgang", "messwert"),
+        "run": ("run", "lauf"),
+        "time": ("time", "timestamp", "zeit"),
+        "serial": ("serial", "sn", "s_n", "serial_number", "serial_no", "seriennummer"),
         "mounting": ("mounting",),
         "clamping": ("clamping",),
         "std": ("std", "sd", "sigma", "stdev", "std_dev"),
         "count": ("count", "n", "samples"),
-        "unit": ("unit", "units"),
+        "unit": ("unit", "units", "einheit"),
     }
 )
 """What a column holds -> the headings it may have, in any case; a lone T and t are told by case."""
@@ -45,17 +45,17 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "serial": COLUMNS["serial"],
-        "unit": ("unit", "units", "output_unit"),
+        "unit": ("unit", "units", "output_unit", "einheit"),
         "local_gravity": ("g", "local_gravity"),
         "reference_temperature": ("t0", "reference_temperature"),
-        "positions": ("positions",),
+        "positions": ("positions", "stellungen"),
         "head_uncertainty": ("head_uncertainty",),
         "launch_uncertainty": ("launch_uncertainty",),
         "launch_sf_uncertainty": ("launch_sf_uncertainty",),
         "temperature_uncertainty": ("temperature_uncertainty",),
         "resolution": ("resolution",),
         "delta0": ("delta0",),
-        "date": ("date",),
+        "date": ("date", "datum"),
         "runs": ("runs",),
         "temperature": COLUMNS["temperature"],
         "stroke": COLUMNS["stroke"],
@@ -104,7 +104,7 @@ _ROLES = {name: role for role, names in COLUMNS.items() for name in names}
 _CANONICAL_KEYS = {name: key for key, names in KEYS.items() for name in names}
 _BRACKET = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]")
 _SUFFIX = re.compile(r"(.+?)\s*[/,]\s*(.+)|(.+)[_ ]([^_ ]+)")
-_STROKE = re.compile(r"(?:y|k|stroke|output|reading)?_?([0-9]{1,6})")
+_STROKE = re.compile(r"(?:y|k|stroke|output|reading|hub|durchlauf|durchgang)?_?([0-9]{1,6})")
 
 
 class Heading(NamedTuple):
