@@ -195,36 +195,36 @@ def _mountings(tables: Sequence[PreparedTable]) -> set[str]:
 
 
 def _of_noise_and_head(estimate: JointStack) -> Iterator[Sentence]:
-    """At most one sentence: the first that holds says enough."""
+    """At most one sentence a record: the first that holds says enough."""
+    if estimate.head.source != "declared":
+        yield from first_of((*_of_estimated_head(estimate), *_of_unknown_head(estimate)))
+
+
+def _of_estimated_head(estimate: JointStack) -> Iterator[Sentence]:
     head = estimate.head
     # of some records nothing is seen of the head while it is estimated in the others
     estimated = (head.source == "estimated") & (head.dof > 0.0)
-    if head.source == "declared":
-        return
-    few = estimated & _rests_on_few_residuals(estimate)
-    contrasts = _contrasts(estimate) > 0
+    yield Sentence(
+        estimated & _rests_on_few_residuals(estimate),
+        "noise and head error come from the same few residuals: no honest interval can be had, and"
+        " those given may hold the truth in fewer than 95 of 100 cases (91 to 96 in simulations);"
+        " measure two strokes or declare head_uncertainty",
+    )
+    yield Sentence(estimated & _is_lost_in_noise(estimate), lambda i: _lost_in_noise(head, i))
+    yield Sentence(estimated, lambda i: _head_of_few_dof(float(head.dof[i])))
+
+
+def _of_unknown_head(estimate: JointStack) -> Iterator[Sentence]:
     unrepeated = np.any([noise.source == "residuals" for noise in estimate.noises], axis=0)
-    yield from first_of(
-        (
-            Sentence(
-                few,
-                "noise and head error come from the same few residuals: no honest interval can be"
-                " had, and those given may hold the truth in fewer than 95 of 100 cases (91 to 96"
-                " in simulations); measure two strokes or declare head_uncertainty",
-            ),
-            Sentence(estimated & _is_lost_in_noise(estimate), lambda i: _lost_in_noise(head, i)),
-            Sentence(estimated, lambda i: _head_of_few_dof(float(head.dof[i]))),
-            Sentence(
-                contrasts & unrepeated,
-                "head error not declared: the intervals hold it as far as the residuals show it;"
-                " declare head_uncertainty",
-            ),
-            Sentence(
-                True,
-                "head error neither declared nor visible at these angles: the intervals leave it"
-                " out; declare head_uncertainty",
-            ),
-        )
+    yield Sentence(
+        unrepeated & (_contrasts(estimate) > 0),
+        "head error not declared: the intervals hold it as far as the residuals show it; declare"
+        " head_uncertainty",
+    )
+    yield Sentence(
+        True,
+        "head error neither declared nor visible at these angles: the intervals leave it out;"
+        " declare head_uncertainty",
     )
 
 
