@@ -124,6 +124,12 @@ def test_an_effect_that_nobody_knows_is_told_before_any_file(archive):
         accelcal.batch(archive / "tables", model=model)
 
 
+@pytest.mark.parametrize("option", ["model", "head", "specification"])
+def test_a_name_in_place_of_what_it_holds_is_refused_once(archive, option):
+    with pytest.raises(InputError, match="str in place of a"):
+        accelcal.batch(archive / "tables", **{option: "file.json"})
+
+
 def test_the_command_takes_all_three(archive, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("head.csv").write_text(head(3))

@@ -247,6 +247,18 @@ def test_the_limit_itself_is_kept():
     assert outcomes(verdict)["beta1"] == "pass"
 
 
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ((paper(), str(AL15)), "str in place of a data sheet; read one by accelcal.io.spec"),
+        (("calibration.json", read_specification(AL15)), "str in place of a calibration; make"),
+    ],
+)
+def test_a_name_in_place_of_what_it_holds_is_refused(given, said):
+    with pytest.raises(InputError, match=said):
+        judge(*given)
+
+
 # -- where a limit holds ---------------------------------------------------------------------------
 
 

@@ -42,6 +42,10 @@ _KINDS = {
     ),
     "NoiseComponents": ("noise", "make it by accelcal.NoiseComponents(reading=5e-6)"),
     "Pace": ("a pace", "make one by accelcal.Pace(reading=60)"),
+    "Specification": (
+        "a data sheet",
+        "read one by accelcal.io.specification.read_specification('sheet.toml')",
+    ),
     "Stand": ("a stand", "make one by accelcal.read_stand('stand.toml')"),
     "TriadRecord": (
         "a record of a triad",

@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arguments import expect
 from accelcal.conformity import (
     ANOTHER_TEST,
     Conformity,
@@ -53,7 +54,8 @@ def judge(calibration: Calibration, specification: Specification) -> Verdict:
     Raises
     ------
     InputError
-        If the unit of the scale factor does not fit the output of the calibration.
+        If the unit of the scale factor does not fit the output of the calibration, or what is
+        given is no calibration or no data sheet.
 
     Notes
     -----
@@ -72,6 +74,8 @@ def judge(calibration: Calibration, specification: Specification) -> Verdict:
     >>> [(j.symbol, j.outcome) for j in verdict.judgements], verdict.outcome
     ([('beta1', 'fail'), ('beta2', 'pass')], 'fail')
     """
+    expect(calibration, Calibration)
+    expect(specification, Specification)
     found = conformity(specification, _measured(calibration))
     return Verdict(
         specification=specification.name,

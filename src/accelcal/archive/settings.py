@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from accelcal.arguments import expect
 from accelcal.calibrate.options import TEMPERATURE_LAWS, Options
 from accelcal.calibrate.plan import OnePlan
 from accelcal.calibrate.stack import calibration_stack
@@ -82,11 +83,13 @@ class Settings:
         AccelcalWarning
             If the method is misprinted.
         """
-        if self.model is not None:
-            disturbances(self.model.effects)
         record = read_table(io.StringIO(_GOOD_TABLE), overrides=self.overrides)
         options = self.options()
         options.check()
+        if self.specification is not None:
+            expect(self.specification, Specification)
+        if self.model is not None:
+            disturbances(self.model.effects)
         with suppress(DesignError):
             calibration_stack(OnePlan.of([record]), options._replace(model=None, head=None)).one(0)
 
