@@ -288,6 +288,13 @@ def test_axes_that_hardly_tell_are_told_from_those_that_do(near):
     assert wrong.sum() > 200
 
 
+@pytest.mark.parametrize("positions", [4, 8, 12, 14, 22])
+def test_opposite_positions_are_on_one_axis(positions):
+    axes = sizes._groups(plan_of(tables_of(1, positions, 0)[0], None)).axes
+    assert len(axes) == positions // 2
+    assert sum(len(own) for own in axes) == positions + 1
+
+
 def test_units_of_a_stack_are_judged_as_without_a_screen():
     tables = tables_of(6, 8, 0, count=300)
     stack = TableStack.of(tables, *fits_of(tables))

@@ -170,7 +170,8 @@ class _Groups(NamedTuple):
 
 @once_a_plan
 def _groups(plan: TablePlan) -> _Groups:
-    axes, strokes = Cells(*grouped(np.mod(plan.head, 180.0))).parts, Cells.of(plan.stroke)
+    axis = np.mod(np.round(np.mod(plan.head, 180.0), 6), 180.0)  # as `head_positions` rounds
+    axes, strokes = Cells(*grouped(axis)).parts, Cells.of(plan.stroke)
     sine = lru_cache(maxsize=8)(_sine)  # strokes back are at the same angles as each other
     angles = [(own, tuple(plan.head[own].tolist())) for own in strokes.parts]
     known = [len(set(at)) >= 3 for _, at in angles]
