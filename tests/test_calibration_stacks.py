@@ -319,10 +319,12 @@ def test_a_record_that_fails_harms_no_other():
 
 def test_a_fixture_angle_that_is_none_harms_no_other():
     given = records(2)
-    given.insert(1, replace(given[0], metadata={"delta0": "steep"}))
+    for name in ("a.csv", "b.csv"):
+        given.insert(1, replace(given[0], source=name, metadata={"delta0": "steep"}))
     found = calibrate_many(given)
-    assert [places.tolist() for places, _ in found.stacks] == [[0, 2]]
-    assert "delta0 is 'steep'; it is a number in rad" in str(found.failures[1])
+    assert [places.tolist() for places, _ in found.stacks] == [[0, 3]]
+    said = "delta0 is 'steep'; it is a number in rad, as in 0.001"
+    assert [str(found.failures[i]) for i in (1, 2)] == [f"b.csv: {said}", f"a.csv: {said}"]
 
 
 def test_records_whose_plan_fails_fail_each_for_itself():

@@ -9,7 +9,12 @@ from accelcal.errors import InputError
 from accelcal.geometry import checked_fixture_angle
 from accelcal.record import TumbleRecord
 
-__all__ = ["fixture_angle", "has_reference_temperature", "reference_temperature_of"]
+__all__ = [
+    "declared_fixture_angle",
+    "fixture_angle",
+    "has_reference_temperature",
+    "reference_temperature_of",
+]
 
 _USUAL_TEMPERATURE = 20.0
 
@@ -34,7 +39,7 @@ def fixture_angle(record: TumbleRecord, given: float | None = None) -> float:
     InputError
         If what the record declares is no number, or the angle is none of a fixture.
     """
-    declared = record.metadata.get("delta0", "0")
+    declared = declared_fixture_angle(record)
     try:
         found = float(declared.replace(",", ".")) if given is None else given
     except ValueError:
@@ -42,6 +47,22 @@ def fixture_angle(record: TumbleRecord, given: float | None = None) -> float:
             f"{record.source}: delta0 is {declared!r}; it is a number in rad, as in 0.001"
         ) from None
     return checked_fixture_angle(found)
+
+
+def declared_fixture_angle(record: TumbleRecord) -> str:
+    """Return the fixture angle as it is written in the record, which may be no number.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        The record.
+
+    Returns
+    -------
+    str
+        What stands there; ``"0"`` where there is nothing.
+    """
+    return record.metadata.get("delta0", "0")
 
 
 def has_reference_temperature(record: TumbleRecord, given: float | None = None) -> bool:

@@ -10,11 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import is_usable
 from accelcal.record import TumbleRecord
-from accelcal.reference import fixture_angle, reference_temperature_of
+from accelcal.reference import declared_fixture_angle, reference_temperature_of
 
 __all__ = ["OnePlan", "plans_of"]
 
@@ -116,7 +115,7 @@ def plans_of(
     list of tuple
         Places of the records of each plan, and their readings; those of many records in parts of
         a thousand. A record is alone where its temperatures move within a run, and where its
-        readings or its fixture angle are none, so that it harms no other.
+        readings are none of an accelerometer, so that it harms no other.
 
     Notes
     -----
@@ -145,16 +144,12 @@ def _grouped(keys: Iterable[Hashable]) -> list[list[int]]:
 
 
 def _plan_key(record: TumbleRecord, delta0: float | None) -> Hashable:
-    try:
-        angle = fixture_angle(record, delta0)
-    except InputError:
-        return object()  # like no other: it fails by itself
     return (
         *(None if a is None else (a.dtype, a.tobytes()) for a in _of_plan(record)),
         len(record.run_labels),
         record.apparatus,
         record.unit,
-        angle,
+        declared_fixture_angle(record) if delta0 is None else None,
     )
 
 
