@@ -358,6 +358,17 @@ def test_comparison_of_good_records_agrees():
     assert min(p) > 0.005
 
 
+def test_a_typo_does_not_pass_for_agreement():
+    from dataclasses import replace
+
+    calibration, record = accelcal.fit(accelcal.simulate(seed=1)), accelcal.simulate(seed=2)
+    assert accelcal.compare(calibration, record).notes == ()
+    typo = replace(record, output=np.where(np.arange(len(record)) == 0, 13.5, record.output))
+    with pytest.warns(accelcal.AccelcalWarning, match="such noise hides disagreements"):
+        found = accelcal.compare(calibration, typo)
+    assert found.notes[0].startswith("the readings scatter by 713 mg, those of the calibration by")
+
+
 def test_comparison_refuses_what_it_cannot_compare():
     calibration = accelcal.fit(accelcal.simulate(seed=1))
     hot = accelcal.simulate(plan=TumblePlan(temperatures=(120.0,)), seed=1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
@@ -22,10 +23,11 @@ from accelcal.discovery.noise import (
     saturated,
 )
 from accelcal.discovery.one_clamping import refuse_several_clampings
+from accelcal.discovery.repeatability import known_noise, worse_than_known
 from accelcal.discovery.space import Space, space_of, whitener_of
 from accelcal.discovery.where import pattern, shares, structure
 from accelcal.effects.conditions import Conditions, conditions_of
-from accelcal.errors import InputError
+from accelcal.errors import AccelcalWarning, InputError
 from accelcal.estimate.tables import head_positions
 from accelcal.grouping import decimal_step
 from accelcal.probability import student_quantile
@@ -81,6 +83,12 @@ def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
         If the record is in another unit, outside the calibrated temperatures, in a mounting that
         was not calibrated, or no record at all.
 
+    Warns
+    -----
+    AccelcalWarning
+        Where the readings scatter so much more than those of the calibration that it hides
+        disagreements.
+
     Notes
     -----
     Nothing is fitted to the record. What may differ without disagreeing is the noise of its
@@ -100,6 +108,9 @@ def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
     simulated = _simulated(calibration, found, record)
     declared = _declared(calibration, record)
     noise = _noise(calibration, found, record, simulated)
+    worse = worse_than_known(noise, known_noise(calibration, found.K1.at_T0))
+    if worse:
+        warnings.warn(f"{record.source}: {worse}", AccelcalWarning, stacklevel=2)
     space = _space(record, simulated, noise, declared, found)
     c, seen = simulated.conditions, space.see(simulated.residual)
     factors = blocks(space, c, first="run")
@@ -119,7 +130,7 @@ def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
         runs=tuple(_runs(record, simulated, space)),
         noise=_sources(noise, declared, record),
         effects=tuple(str(effect["id"]) for effect in calibration.effects),
-        notes=tuple(_notes(calibration, record, declared)),
+        notes=(*filter(None, [worse]), *_notes(calibration, record, declared)),
         serial=record.serial,
         readings=len(record),
         source=record.source,
@@ -259,11 +270,10 @@ def _noise(
         within = saturated(c, record.mounting)
         return reading_noise(c, simulated.residual, within, _step(found, record))
     except InputError:
-        known = [s.value for s in calibration.error_sources if s.name == "reading" and s.value]
-        if not known:
+        known = known_noise(calibration, found.K1.at_T0)
+        if known is None:
             raise
-        sigma = float(np.sqrt(np.mean(np.square(known)))) / abs(found.K1.at_T0)
-        return ReadingNoise(sigma, 0.0, 0, np.inf)
+        return ReadingNoise(known.sigma, 0.0, 0, np.inf)
 
 
 def _space(

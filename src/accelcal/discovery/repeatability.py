@@ -1,0 +1,84 @@
+"""Whether readings repeat as well as those of the calibration that they are compared with."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.discovery.noise import ReadingNoise
+from accelcal.gates.verdict import acceleration
+from accelcal.probability import f_survival
+from accelcal.results.calibration import Calibration
+
+__all__ = ["KnownNoise", "known_noise", "worse_than_known"]
+
+_WORSE = 3.0
+"""Noise over that of the calibration from which it may hide a disagreement."""
+
+_CHANCE = 1e-6
+"""Chance of the same noise below which it is another."""
+
+
+class KnownNoise(NamedTuple):
+    """Noise of a reading of the calibration.
+
+    Attributes
+    ----------
+    sigma : float
+        Standard deviation [g].
+    dof : float
+        Degrees of freedom; infinite where it was declared.
+    """
+
+    sigma: float
+    dof: float
+
+
+def known_noise(calibration: Calibration, scale_factor: float) -> KnownNoise | None:
+    """Noise of a reading as the tables of a calibration have it; None where none has.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    scale_factor : float
+        K1 at T0 [output unit / g].
+
+    Returns
+    -------
+    KnownNoise or None
+        Root mean square over the tables.
+    """
+    found = [s for s in calibration.error_sources if s.name == "reading" and s.value]
+    if not found:
+        return None
+    sigma = np.sqrt(np.mean([(source.value or 0.0) ** 2 for source in found]))
+    dof = sum(np.inf if source.dof is None else source.dof for source in found)
+    return KnownNoise(float(sigma) / abs(scale_factor), float(dof))
+
+
+def worse_than_known(noise: ReadingNoise, known: KnownNoise | None) -> str:
+    """Say that readings scatter far more than those of the calibration; empty where they do not.
+
+    Parameters
+    ----------
+    noise : ReadingNoise
+        Noise of the readings, from their replicates.
+    known : KnownNoise or None
+        That of the calibration.
+
+    Returns
+    -------
+    str
+        A sentence.
+    """
+    if known is None or not noise.dof or noise.sigma < _WORSE * known.sigma:
+        return ""
+    if f_survival((noise.sigma / known.sigma) ** 2, noise.dof, known.dof) > _CHANCE:
+        return ""
+    return (
+        f"the readings scatter by {acceleration(noise.sigma)}, those of the calibration by"
+        f" {acceleration(known.sigma)}: such noise hides disagreements; look for an outlier or a"
+        " coarse step by accelcal fit, and mend it"
+    )
