@@ -20,9 +20,11 @@ from tumble_oracle import (
     turn,
 )
 
+from accelcal.calibrate.quantities import table_quantities
 from accelcal.estimate.joint import estimate_jointly
 from accelcal.estimate.tables import prepare
 from accelcal.estimate.uncertainty import Component, interval_stack, intervals, propagate
+from accelcal.model import COEFFICIENTS, ERROR_TERMS
 from accelcal.probability import student_quantile
 
 SIGMA = 5e-6
@@ -388,3 +390,29 @@ def test_a_stack_of_intervals_is_that_of_each():
             assert [float(field[i, j]) for field in stack] == pytest.approx(expected, nan_ok=True)
     assert intervals({name: part.of(1) for name, part in parts.items()})[0] == (None,) * 4
     assert stack.standard[2].tolist() == [0.0, 0.0]
+
+
+def test_quotients_have_the_uncertainty_of_the_law_of_propagation():
+    """By the formula of their variances as by the Jacobian, where tables tell different things."""
+    rng = np.random.default_rng(8)
+    names = (COEFFICIENTS, ("K0", "K1", "M"))
+    roots = rng.standard_normal((2, 5, 9, 9))
+    dof = np.repeat([[4.0, 11.0], [np.inf, np.inf]], [6, 3], axis=1)
+    parts = zip(roots @ roots.swapaxes(-1, -2), dof, strict=True)
+    components = {str(i): Component(c, np.tile(d, (5, 1))) for i, (c, d) in enumerate(parts)}
+    values = rng.uniform(1.0, 3.0, (2, 5, 6)) * [[[1.0] * 6], [[1.0, 1.0, 0.0, 0.0, 1.0, 0.0]]]
+    found = table_quantities(names, list(values), components, "mA").error_model
+    assert_allclose(found.value[:, 1, [0, 3]], values[1][:, [0, 4]] / values[1][:, [1]], rtol=1e-12)
+    assert np.isnan(found.value[:, 1, [1, 2, 4]]).all()
+    for table, part in enumerate((slice(0, 6), slice(6, 9))):
+        k = values[table][:, [COEFFICIENTS.index(name) for name in names[table]]]
+        jacobian = np.eye(k.shape[1]) / k[:, 1, None, None]
+        jacobian[:, :, 1] -= k / k[:, [1]] ** 2
+        own = {name: component.part(part) for name, component in components.items()}
+        expected = interval_stack(propagate(own, jacobian))
+        kept = [i for i, name in enumerate(names[table]) if name != "K1"]
+        told = [list(ERROR_TERMS).index(names[table][i]) for i in kept]
+        for one in ("standard", "expanded", "dof"):
+            assert_allclose(
+                getattr(found, one)[:, table, told], getattr(expected, one)[:, kept], rtol=1e-10
+            )
