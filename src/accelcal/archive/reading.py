@@ -79,7 +79,9 @@ def read_files(
     Found or Failure
         The records of each file in its order, or why it could not be read.
     """
-    ordinary = read_ordinary(map(_content, files), overrides)
+    ordinary = attempt("", read_ordinary, map(_content, files), overrides)
+    if isinstance(ordinary, str):  # a bug, which the general reader need not have
+        ordinary = [None] * len(files)
     for index, (file, read) in enumerate(zip(files, ordinary, strict=True)):
         records: Records | str | None = read
         if records is None:
