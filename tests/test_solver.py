@@ -157,6 +157,45 @@ def test_units_of_g_are_well_conditioned():
     assert LeastSquares(in_metres).condition < 12
 
 
+# -- replicates ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("order", ["one after the other", "stroke by stroke", "in no order"])
+def test_replicates_are_brought_down_without_loss(order):
+    """Exact fractions of readings that differ in their last digits only."""
+    rng = np.random.default_rng(6)
+    place = np.repeat(np.arange(5), 4) if order == "one after the other" else np.arange(20) % 5
+    place = rng.permutation(place) if order == "in no order" else place
+    design = rng.integers(-5, 6, (5, 3)).astype(float)[place]
+    y = design @ [1.0, 1e-5, 3e-9] + rng.integers(0, 16, 20) * 2.0**-40
+    found = LeastSquares(design).solve(y)
+    exact = solved_in_fractions(design, y, np.ones(20))
+    assert_allclose(found, exact, rtol=1e-14, atol=1e-22)
+
+
+def test_the_squares_of_replicates_that_nearly_agree():
+    design = np.repeat(np.eye(3), 4, axis=0)
+    steps = np.array([0.0, 1.0, 2.0, 3.0] * 3)
+    found = LeastSquares(design).fit(1.0 + steps * 2.0**-52)
+    assert found.squares == pytest.approx(15.0 * 2.0**-104, rel=1e-12)
+
+
+def test_rows_of_other_weights_are_no_replicates():
+    design, y = np.ones((4, 1)), np.array([1.0, 2.0, 3.0, 6.0])
+    found = LeastSquares(design, [1.0, 1.0, 2.0, 2.0]).fit(y)
+    assert found.coefficients == pytest.approx([(3.0 + 9.0 / 4.0) / 2.5])
+    assert found.squares == pytest.approx(((y - 2.1) ** 2 / [1.0, 1.0, 4.0, 4.0]).sum())
+
+
+def test_a_gap_leaves_an_observation_out():
+    rng = np.random.default_rng(7)
+    design, y = rng.standard_normal((9, 3)), rng.standard_normal(9)
+    gap = np.where(np.arange(9) == 4, np.nan, y)
+    found, known = LeastSquares(design).fit(gap), ~np.isnan(gap)
+    assert_allclose(found.coefficients, LeastSquares(design[known]).solve(y[known]), rtol=1e-12)
+    assert found.readings == 8
+
+
 # -- refusals --------------------------------------------------------------------------------------
 
 

@@ -72,6 +72,76 @@ def test_a_stack_is_the_same_as_its_tables_one_by_one(gaps, options):
     assert_same_numbers(permuted, taken(whole, order), rounding)
 
 
+def test_the_last_digit_of_a_table_is_the_same_in_every_block_of_its_width():
+    """Products with other numbers of tables may sum in another order, those of one width not."""
+    y = readings(2048 + 700)
+    swapped = np.concatenate([y[:2048][::-1], y[2048:]])
+    one, other = (estimate_tables(values, ANGLES) for values in (y, swapped))
+    assert_array_equal(one.coefficients[2048:], other.coefficients[2048:])
+    assert_array_equal(one.residual_rms[2048:], other.residual_rms[2048:])
+
+
+@pytest.mark.parametrize("lacking", [1, 600, 1900])
+def test_tables_with_gaps_do_not_change_those_without(lacking):
+    """Neither few nor most of a block."""
+    y = readings(2000)
+    spoilt = y.copy()
+    spoilt[:lacking, 5] = np.nan
+    assert_same_numbers(
+        taken(estimate_tables(spoilt, ANGLES), slice(lacking, None)),
+        taken(estimate_tables(y, ANGLES), slice(lacking, None)),
+    )
+
+
+@pytest.mark.parametrize("strokes", [1, 5, 6])
+@pytest.mark.parametrize("share", [0.0, 0.1])
+def test_designs_with_any_number_of_replicates(strokes, share):
+    angles = np.append(turn(8, strokes), [45.0, 10.0])
+    rng = np.random.default_rng(8)
+    y = rng.uniform(0.5, 1.5, (30, 1)) * forward(AL15, angles)
+    y = with_gaps(y + SIGMA * rng.standard_normal(y.shape[:1] + angles.shape), share)
+    found = estimate_tables(y, angles)
+    for row, x, rms in zip(y, found.coefficients, found.residual_rms, strict=True):
+        known = ~np.isnan(row)
+        oracle, squares, *_ = np.linalg.lstsq(rows(angles)[known], row[known], rcond=None)
+        assert_allclose(x, oracle, atol=1e-12)
+        assert_allclose(rms, np.sqrt(squares[0] / (known.sum() - 6)), rtol=1e-8)
+
+
+def test_a_position_without_any_reading():
+    y = readings(3)
+    y[:, np.mod(ANGLES, 360.0) == 45.0] = np.nan
+    found = estimate_tables(y, ANGLES)
+    for i, row in enumerate(y):
+        x, u = solved_by_lstsq(row, np.ones(row.size))
+        assert_allclose(found.coefficients[i], x, atol=1e-12)
+        assert_allclose(found.standard_uncertainties[i], u, rtol=1e-8)
+
+
+@pytest.mark.parametrize("stroke", [0, 3])
+def test_the_first_replicate_may_be_the_outlier(stroke):
+    """The differences of the replicates are taken from the first."""
+    y = readings(1)
+    y[0, np.flatnonzero(np.mod(ANGLES, 360.0) == 90.0)[stroke]] += 1e9 * SIGMA
+    x, u = solved_by_lstsq(y[0], np.ones(y.shape[1]))
+    found = estimate_tables(y, ANGLES)
+    assert_allclose(found.coefficients[0], x, rtol=1e-13, atol=2e-12)
+    assert_allclose(found.standard_uncertainties[0], u, rtol=1e-9)
+
+
+def test_weights_may_differ_by_any_factor():
+    """A replicate that counts for nothing is far off, wherever it stands."""
+    y = readings(4)
+    std = np.ones_like(y)
+    for table, reading in enumerate((0, 1, 20, 53)):
+        y[table, reading] += 0.1
+        std[table, reading] = 1e7
+    found = estimate_tables(y, ANGLES, std=std)
+    left_out = estimate_tables(np.where(std > 1.0, np.nan, y), ANGLES)
+    assert_allclose(found.coefficients, left_out.coefficients, atol=1e-13)
+    assert_allclose(found.residual_rms, left_out.residual_rms * np.sqrt(47 / 48), rtol=1e-6)
+
+
 def test_the_one_table_solver_gives_the_numbers_of_the_stack():
     y = readings(300)
     solver = LeastSquares(design_matrix(accelerations(ANGLES)))
@@ -186,6 +256,7 @@ def test_no_tables_are_no_estimates():
         (np.zeros(54), {}, r"outputs of shape \(54,\) with angles of shape \(54,\); outputs have"),
         (np.zeros((2, 53)), {}, "a row a table and a column for each angle"),
         (np.full((2, 54), np.inf), {}, "an output is infinite; a reading that is missing is NaN"),
+        (np.where(np.arange(54) == 7, -np.inf, np.ones((2, 54))), {}, "an output is infinite"),
         (np.zeros((2, 54)), {"std": np.ones(3)}, r"std has shape \(3,\); it is \(54,\) or"),
         (np.zeros((2, 54)), {"std": np.zeros(54)}, "a std is not above zero"),
     ],

@@ -16,9 +16,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.estimate.memory import Memory
+
 __all__ = ["CutDesign", "twice_precise_residual"]
 
 Array = NDArray[np.float64]
+
+_MEMORY = Memory()
 
 # A solution in multiples of its size / 2^23 and a design in multiples of 2^-24 have a product of
 # up to 49 bits, so that it is exact in the 53 bits of a number, in whatever order it is summed.
@@ -31,8 +35,8 @@ class CutDesign(NamedTuple):
 
     Attributes
     ----------
-    high, low : ndarray, shape (p, n)
-        The transposed matrix is their sum.
+    high, low : ndarray, shape (n, p)
+        The matrix is their sum.
     """
 
     high: Array
@@ -41,25 +45,24 @@ class CutDesign(NamedTuple):
     @classmethod
     def of(cls, matrix: Array) -> CutDesign:
         """Cut a matrix whose elements are of the size of one, shape (n, p)."""
-        high = np.round(matrix.T * _CUT_DESIGN) / _CUT_DESIGN
-        return cls(high, matrix.T - high)
+        high = np.round(matrix * _CUT_DESIGN) / _CUT_DESIGN
+        return cls(high, matrix - high)
 
     def near(self, solution: Array) -> Array:
-        """Round solutions to the few bits that `residual` needs, shape (..., p)."""
-        size = np.sqrt(np.einsum("...p,...p->...", solution, solution))[..., None]
-        anchor = _CUT_SOLUTION * size
-        return np.asarray((solution + anchor) - anchor)
+        """Round solutions to the few bits that `subtract_fit` needs, in place, shape (p, T)."""
+        anchor = _CUT_SOLUTION * np.abs(solution).max(axis=0)
+        solution += anchor
+        solution -= anchor
+        return solution
 
-    def residual(self, y: Array, solution: Array, work: Array | None = None) -> Array:
-        """Return y - matrix @ solution for solutions of `near`, shape (..., n).
+    def subtract_fit(self, y: Array, solution: Array) -> Array:
+        """Turn y, shape (n, T), into y - matrix @ solution for solutions of `near`.
 
-        The first product is exact, and so is its difference to a y that it is close to. It is made
-        in `work`, shape (2, ..., n), if given: fresh memory takes longer than all the rest.
+        The first product is exact, and so is its difference to a y that it is close to.
         """
-        left, rest = np.empty((2, *y.shape)) if work is None else work
-        np.subtract(y, np.matmul(solution, self.high, out=left), out=left)
-        left -= np.matmul(solution, self.low, out=rest)
-        return np.asarray(left)
+        for part in self:
+            y -= np.matmul(part, solution, out=_MEMORY.array("fit", y.shape))
+        return y
 
 
 def twice_precise_residual(y: Array, r: Array, matrix: Array, x: Array) -> Array:

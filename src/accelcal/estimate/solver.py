@@ -1,14 +1,15 @@
 """The solver core: linear least squares by an orthogonal method, for a stack of tables at once.
 
-Columns are scaled by powers of two, which rounds nothing, and factorised by Householder QR. Tables
-of one design share the factorisation: each is solved by two products with one matrix, the second
-with its residuals, which keeps the digits of coefficients that are thousands of times smaller than
-the scale factor. In units of g a tumble design has a condition number near 8; designs that need
-more are refined by the augmented system.
+Columns are scaled by powers of two, which rounds nothing, and factorised by Householder QR.
+Replicates are brought down to their means first. Tables of one design share the factorisation: each
+is solved by two small products, the second with its residuals, which keeps the digits of
+coefficients that are thousands of times smaller than the scale factor. In units of g a tumble
+design has a condition number near 8; designs that need more are refined by the augmented system.
 
-Tables with weights of their own, zero at their gaps, are solved by normal equations in the
-orthonormal basis of the common design. Those are as well conditioned as the weights allow, which
-the normal equations of the columns are not, and the same correction by the residuals follows.
+Tables with gaps or weights of their own are solved by normal equations in the orthonormal basis of
+the common design, to which only the sum of the weights of a row matters. Those are as well
+conditioned as the weights allow, which the normal equations of the columns are not, and the same
+correction by the residuals follows.
 
 References
 ----------
@@ -17,18 +18,26 @@ A. Bjorck, "Iterative refinement of linear least squares solutions I", BIT 7 (19
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from accelcal.errors import DesignError
+from accelcal.estimate.memory import Memory
+from accelcal.estimate.replicates import Means, Replicates
 from accelcal.estimate.residuals import CutDesign, twice_precise_residual
 
 __all__ = ["LeastSquares", "Solution"]
 
 Array = NDArray[np.float64]
+_Step = Callable[[Array], tuple[Array, Array]]
+
+_MEMORY = Memory()
+
+_MANY = 0.5  # where a larger share of a stack has gaps, the rest is solved in the same way
 
 _WELL_CONDITIONED = 100.0  # below it, one correction from the residuals is enough
 
@@ -49,11 +58,28 @@ class Solution(NamedTuple):
     variances : ndarray, shape (p,) or (..., p)
         Variance of each coefficient where the weights are inverse variances; one for all tables
         that have the same weights.
+    readings : ndarray of int, shape (...)
+        How many observations there are.
     """
 
     coefficients: Array
     squares: Array
     variances: Array
+    readings: NDArray[np.int64]
+
+    def replaced(self, chosen: NDArray[np.intp], other: Solution) -> Solution:
+        """Put the solutions of the chosen tables in the places of these."""
+        variances = np.broadcast_to(self.variances, self.coefficients.shape).copy()
+        whole = self._replace(variances=variances)
+        for values, part in zip(whole, other, strict=True):
+            values[chosen] = part
+        return whole
+
+    def of(self, table: int) -> Solution:
+        """That of one table."""
+        x, squares, variances, readings = self
+        one = variances if variances.ndim == 1 else variances[table]
+        return Solution(x[table], squares[table], one, readings[table])
 
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
@@ -96,12 +122,15 @@ class LeastSquares:
     basis: Array
     _sigma: Array
     _scale: Array
+    _replicates: Replicates
+    _precision: Array  # of the groups of replicates: inverse squares of sigma, shape (g,)
+    _design: Array  # of the groups, with the columns scaled, without the weights, shape (g, p)
+    _cut: CutDesign  # the same
     _triangle: Array
     _back: Array  # inverse of the triangle
-    _dual: Array  # the basis over sigma
-    _first: Array  # the map to the coefficients of the scaled columns
-    _precision: Array  # inverse squares of sigma
-    _cut: CutDesign  # of the matrix with its columns scaled, without the weights
+    _dual: Array  # the basis for sums of the groups that are not yet weighted, shape (p, g)
+    _weighing: Array  # the design for the same, shape (p, g)
+    _variances: Array
 
     def __init__(self, matrix: ArrayLike, sigma: ArrayLike = 1.0) -> None:
         given = np.asarray(matrix, dtype=np.float64)
@@ -111,22 +140,18 @@ class LeastSquares:
             raise DesignError(_dependent(rows, columns))
         scale = np.exp2(np.round(np.log2(norms)))
         spread = np.broadcast_to(np.asarray(sigma, dtype=np.float64), rows)
-        basis, triangle = np.linalg.qr(given / scale / spread[:, None])
-        singular = np.linalg.svd(triangle, compute_uv=False)
-        if singular[-1] <= rows * np.finfo(float).eps * singular[0]:
-            raise DesignError(_dependent(rows, columns))
-        values = {
-            "map": np.linalg.solve(triangle, basis.T) / scale[:, None] / spread,
-            "condition": float(singular[0] / singular[-1]),
-            "basis": basis,
+        same = Replicates.of(np.column_stack([given, spread]))
+        design = given[same.first] / scale
+        factors = _factors(design, spread[same.first], same.size)
+        values = factors | {
+            "map": factors["map"][:, same.group] / scale[:, None],
+            "basis": factors["basis"][same.group],
             "_sigma": spread,
             "_scale": scale,
-            "_triangle": triangle,
-            "_back": np.linalg.inv(triangle),
-            "_dual": basis / spread[:, None],
-            "_first": np.linalg.solve(triangle, basis.T) / spread,
-            "_precision": spread**-2.0,
-            "_cut": CutDesign.of(given / scale),
+            "_replicates": same,
+            "_design": design,
+            "_cut": CutDesign.of(design),
+            "_variances": (factors["_back"] ** 2).sum(axis=1) / scale**2,
         }
         for name, value in values.items():
             object.__setattr__(self, name, value)
@@ -146,15 +171,15 @@ class LeastSquares:
         """
         return self.fit(y).coefficients
 
-    def fit(self, y: ArrayLike, work: Array | None = None) -> Solution:
+    def fit(self, y: ArrayLike, weight: Array | None = None) -> Solution:
         """Least squares with the sum of squares that is left.
 
         Parameters
         ----------
         y : array_like, shape (n,) or (T, n)
-            Observations of one table, or of each of a stack.
-        work : ndarray, shape (2, n) or (2, T, n), optional
-            Memory to work in.
+            Observations of one table, or of each of a stack; NaN where there is none.
+        weight : ndarray, shape (T, n), optional
+            Weights beside those of `sigma`, zero where there is no observation.
 
         Returns
         -------
@@ -162,64 +187,85 @@ class LeastSquares:
             Coefficients, squares and variances.
         """
         right = np.asarray(y, dtype=np.float64)
-        if self.condition > _WELL_CONDITIONED:
-            x, squares = self._refined(right / self._sigma)
+        if self.condition > _WELL_CONDITIONED and weight is None and not np.isnan(right).any():
+            return self._refined(right)
+        means = self._replicates.means(np.atleast_2d(right), weight)
+        gaps = np.flatnonzero(means.readings < self._sigma.size)
+        if weight is None and not gaps.size:
+            found = self._alike(means)
+        elif weight is not None or gaps.size > _MANY * len(means.readings):
+            found = self._by_own_weights(means)
         else:
-            start = self._cut.near(right @ self._first.T)
-            residual = self._cut.residual(right, start, work)
-            seen = residual @ self._dual
-            x = start + seen @ self._back.T
-            squares = np.square(residual, out=residual) @ self._precision - _squares(seen)
-        variances = (self._back**2).sum(axis=1) / self._scale**2
-        return Solution(x / self._scale, np.maximum(squares, 0.0), variances)
+            own = self._by_own_weights(means.taken(gaps))
+            found = self._alike(means).replaced(gaps, own)
+        return found if right.ndim == 2 else found.of(0)
 
-    def fit_weighted(self, y: Array, weight: Array, work: Array | None = None) -> Solution:
-        """Least squares where each table has weights of its own.
+    def _alike(self, means: Means) -> Solution:
+        """Solve tables without gaps."""
+        return self._corrected(means, self._step, self._variances)
 
-        Parameters
-        ----------
-        y : ndarray, shape (T, n)
-            Observations; anything finite where the weight is zero.
-        weight : ndarray, shape (T, n)
-            Weights beside those of `sigma`; zero leaves an observation out.
-        work : ndarray, shape (2, T, n), optional
-            Memory to work in.
+    def _by_own_weights(self, means: Means) -> Solution:
+        """Solve tables that each have weights of its own in the groups."""
+        half = self._half(means.weight)
 
-        Returns
-        -------
-        Solution
-            Coefficients, squares and variances.
+        def step(right: Array) -> tuple[Array, Array]:
+            seen = np.einsum("pit,pt->it", half, self._weighing @ right)
+            return seen, np.einsum("pit,it->pt", half, seen)
+
+        variances = np.einsum("pit,pit->pt", half, half).T / self._scale**2
+        return self._corrected(means, step, variances)
+
+    def _step(self, right: Array) -> tuple[Array, Array]:
+        """What the basis sees of weighted sums of the groups, and the solution, shape (p, T)."""
+        seen = self._dual @ right
+        return seen, self._back @ seen
+
+    def _corrected(self, means: Means, step: _Step, variances: Array) -> Solution:
+        """Solve and correct by the residuals."""
+        _, x = step(means.weight * means.reference)
+        x = self._cut.near(x)
+        residual = self._cut.subtract_fit(means.reference, x)
+        right = means.weight * residual
+        right += means.sums
+        seen, correction = step(right)
+        x += correction
+        x /= self._scale[:, None]
+        right += means.sums
+        right *= residual
+        right += means.squares
+        squares = self._precision @ right
+        squares -= np.einsum("it,it->t", seen, seen)
+        np.maximum(squares, 0.0, out=squares)
+        return Solution(x.T, squares, variances, means.readings.astype(np.int64))
+
+    def _half(self, weight: Array) -> Array:
+        """Half of the covariance of the scaled coefficients, half @ half.T, shape (p, p, T).
+
+        Forward elimination of the normal equations in the basis, with the way back to the
+        coefficients below them; NaN where singular. It goes without pivoting, which positive
+        definite matrices of equal diagonals do not need.
         """
-        inverse = _inverse(self._normal_equations(weight))
-        work = np.empty((2, *y.shape)) if work is None else work
-        start, _ = self._weighted_step(np.multiply(weight, y, out=work[0]), inverse)
-        start = self._cut.near(start @ self._back.T)
-        residual = self._cut.residual(y, start, work)
-        weighted = np.multiply(weight, residual, out=work[1])
-        step, seen = self._weighted_step(weighted, inverse)
-        squares = np.multiply(weighted, residual, out=residual) @ self._precision
-        squares -= np.einsum("tp,tp->t", step, seen)
-        back = self._back / self._scale[:, None]
-        pairs = (back[:, :, None] * back[:, None, :]).reshape(len(back), -1)
-        return Solution(
-            (start + step @ self._back.T) / self._scale,
-            np.maximum(squares, 0.0),
-            (pairs @ inverse.reshape(pairs.shape[1], -1)).T,
-        )
+        size, tables = len(self._back), weight.shape[1]
+        rows = self._design @ self._back
+        products = rows[:, :, None] * rows[:, None, :] * self._precision[:, None, None]
+        left = _MEMORY.array("normal equations", (2 * size, size, tables))
+        np.matmul(products.reshape(-1, size**2).T, weight, out=left[:size].reshape(-1, tables))
+        left[size:] = self._back[:, :, None]
+        diagonal = np.einsum("iit->it", left[:size])
+        least = _LEAST_PIVOT * diagonal
+        with np.errstate(divide="ignore", invalid="ignore"):
+            for k in range(size):
+                column = left[k : size + k + 1, k]
+                column /= np.sqrt(column[0])
+                product = _MEMORY.array("product", (size, size - k - 1, tables))
+                np.multiply(column[1:, None], column[1 : size - k], out=product)
+                left[k + 1 : size + k + 1, k + 1 :] -= product
+        left[size:, :, ~(diagonal**2 > least).all(axis=0)] = np.nan
+        return np.asarray(left[size:])
 
-    def _normal_equations(self, weight: Array) -> Array:
-        """Normal equations in the basis, shape (p, p, T)."""
-        size = self.basis.shape[1]
-        products = self.basis[:, :, None] * self.basis[:, None, :]
-        return np.asarray((products.reshape(-1, size**2).T @ weight.T).reshape(size, size, -1))
-
-    def _weighted_step(self, weighted: Array, inverse: Array) -> tuple[Array, Array]:
-        """Solve the normal equations; the solution and the right-hand side, shape (T, p)."""
-        right = self._dual.T @ weighted.T
-        return (inverse * right).sum(axis=1).T, right.T
-
-    def _refined(self, y: Array, steps: int = 3) -> tuple[Array, Array]:
-        matrix = (self._cut.high + self._cut.low).T / self._sigma[:, None]
+    def _refined(self, right: Array, steps: int = 3) -> Solution:
+        y = right / self._sigma
+        matrix = self._design[self._replicates.group] / self._sigma[:, None]
         x = self._through_triangle(y @ self.basis)
         residual = y - x @ matrix.T
         nothing = np.zeros_like(x)
@@ -230,30 +276,35 @@ class LeastSquares:
             d = f @ self.basis
             x = x + self._through_triangle(d - h)
             residual = residual + f - (d - h) @ self.basis.T
-        return x, _squares(residual)
+        squares = np.einsum("...n,...n->...", residual, residual)
+        readings = np.full(squares.shape, self._sigma.size)
+        return Solution(x / self._scale, squares, self._variances, readings)
 
     def _through_triangle(self, right: Array) -> Array:
         return np.asarray(np.linalg.solve(self._triangle, right.T).T)
 
 
-def _squares(rows: Array) -> Array:
-    return np.asarray(np.einsum("...n,...n->...", rows, rows))
+def _factors(design: Array, sigma: Array, size: int) -> dict[str, Any]:
+    """Factorise a design of which each row stands for that many observations.
 
-
-def _inverse(normal: Array) -> Array:
-    """Invert a stack of normal equations by sweeping, shape (p, p, T); NaN where singular.
-
-    Without pivoting, which positive definite matrices of equal diagonals do not need.
+    The map and the basis are those of one observation each, the map without the scale.
     """
-    left = normal.copy()
-    for k, whole in enumerate(np.einsum("kkt->kt", normal)):
-        pivot = np.where(left[k, k] > _LEAST_PIVOT * whole, left[k, k], np.nan)
-        row = left[k] / pivot
-        column = left[:, k].copy()
-        left -= column[:, None] * row
-        left[k], left[:, k] = row, -column / pivot
-        left[k, k] = 1.0 / pivot
-    return left
+    root, precision = np.sqrt(size) / sigma[:, None], sigma**-2.0
+    basis, triangle = np.linalg.qr(design * root)
+    singular = np.linalg.svd(triangle, compute_uv=False)
+    rows, columns = size * len(design), len(triangle)
+    if singular[-1] <= rows * np.finfo(float).eps * singular[0]:
+        raise DesignError(_dependent(rows, columns))
+    return {
+        "map": np.linalg.solve(triangle, (basis * root / size).T),
+        "condition": float(singular[0] / singular[-1]),
+        "basis": basis / np.sqrt(size),
+        "_precision": precision,
+        "_triangle": triangle,
+        "_back": np.linalg.inv(triangle),
+        "_dual": np.ascontiguousarray((basis / root).T * precision),
+        "_weighing": np.ascontiguousarray(design.T * precision),
+    }
 
 
 def _dependent(rows: int, columns: int) -> str:

@@ -24,9 +24,7 @@ __all__ = ["TableEstimates", "estimate_tables"]
 
 Array = NDArray[np.float64]
 
-_BLOCK = 448
-"""Tables at a time: what belongs to them stays in the cache of one core, and their normal equations
-below the 128 kB from which the C library fetches fresh memory, which takes longer than the work."""
+_BLOCK = 2048  # tables at a time: many, as each operation takes a microsecond to begin with
 
 
 class TableEstimates(NamedTuple):
@@ -120,7 +118,7 @@ def estimate_tables(
     -----
     Equation (1) fitted to the readings of (5), each table by itself, all by the same products with
     one matrix; tables with gaps or with a `std` of their own by normal equations in an orthonormal
-    basis. A table comes out the same whatever the others are.
+    basis. A table comes out the same whatever the others are, but for the rounding of a number.
 
     The uncertainties hold what is new in each reading. What all strokes have in common, an error of
     the head above all, they leave out; `accelcal.fit` has it.
@@ -161,12 +159,8 @@ class _Stack(NamedTuple):
     def estimates(self, threads: int) -> tuple[Array, Array, Array, NDArray[np.int64]]:
         """Coefficients, their uncertainties, residual rms and dof, in the order of the tables."""
         tables, coefficients = len(self.outputs), self.solver.map.shape[0]
-        found = (
-            np.empty((tables, coefficients)),
-            np.empty((tables, coefficients)),
-            np.empty(tables),
-            np.empty(tables, dtype=np.int64),
-        )
+        values, errors = np.empty((2, coefficients, tables))
+        found = (values.T, errors.T, np.empty(tables), np.empty(tables, dtype=np.int64))
         threads = min(threads, -(-tables // _BLOCK))
         if threads <= 1:
             self._fill(found, 0, tables)
@@ -179,55 +173,30 @@ class _Stack(NamedTuple):
         return found
 
     def _fill(self, found: Sequence[NDArray[Any]], start: int, stop: int) -> None:
-        work = np.empty((2, _BLOCK, self.outputs.shape[1]))
         for at in range(start, stop, _BLOCK):
             rows = slice(at, min(at + _BLOCK, stop))
-            for whole, part in zip(found, self._of_block(rows, work), strict=True):
+            for whole, part in zip(found, _with_scatter(self._fit(rows)), strict=True):
                 whole[rows] = part
 
-    def _of_block(self, rows: slice, work: Array) -> tuple[Array, ...]:
+    def _fit(self, rows: slice) -> Solution:
         y = self.outputs[rows]
         spread = self.spread[rows] if self.spread.ndim == 2 else self.spread
         if self.cells is not None:
             y = pseudo_values(y, self.cells, spread)
-        if self.spread.ndim == 2:
-            return _with_weights(self.solver, y, spread**-2.0, work)
+        weight = None if spread.ndim == 1 else np.where(np.isnan(y), np.inf, spread) ** -2.0
         with np.errstate(invalid="ignore"):
-            gaps = ~np.isfinite(y @ np.ones(y.shape[1]))
-        if not gaps.any():
-            return self._whole(y, work)
-        some = _with_weights(self.solver, y[gaps], np.ones(y.shape[1]), work)
-        if gaps.all():
-            return some
-        pairs = zip(some, self._whole(y[~gaps], work), strict=True)
-        return tuple(_merged(gaps, part, rest) for part, rest in pairs)
-
-    def _whole(self, y: Array, work: Array) -> tuple[Array, ...]:
-        return _with_scatter(self.solver.fit(y, work[:, : len(y)]), np.full(*y.shape))
+            found = self.solver.fit(y, weight)
+        if np.isnan(found.squares).any() and np.isinf(y).any():
+            raise InputError("an output is infinite; a reading that is missing is NaN")
+        return found
 
 
-def _merged(chosen: NDArray[np.bool_], part: Array, rest: Array) -> Array:
-    """Put the results of the chosen tables and of the others into their order."""
-    whole = np.empty((chosen.size, *part.shape[1:]), part.dtype)
-    whole[chosen], whole[~chosen] = part, rest
-    return whole
-
-
-def _with_weights(solver: LeastSquares, y: Array, weight: Array, work: Array) -> tuple[Array, ...]:
-    missing = np.isnan(y)
-    if np.isinf(y).any():
-        raise InputError("an output is infinite; a reading that is missing is NaN")
-    readings = y.shape[1] - missing.sum(axis=1)
-    y, weight = (np.where(missing, 0.0, values) for values in (y, weight))
-    return _with_scatter(solver.fit_weighted(y, weight, work[:, : len(y)]), readings)
-
-
-def _with_scatter(found: Solution, readings: NDArray[np.int64]) -> tuple[Array, ...]:
+def _with_scatter(found: Solution) -> tuple[Array, Array, Array, NDArray[np.int64]]:
     """Coefficients, their uncertainties by the residuals, residual rms and dof."""
-    dof = np.maximum(readings - found.coefficients.shape[1], 0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        rms = np.where(dof > 0, np.sqrt(found.squares / dof), np.nan)
-    return found.coefficients, rms[:, None] * np.sqrt(found.variances), rms, dof
+    dof = found.readings - found.coefficients.shape[1]
+    rms = np.sqrt(found.squares / np.where(dof > 0, dof, np.nan))
+    errors = np.sqrt(np.atleast_2d(found.variances).T) * rms
+    return found.coefficients, errors.T, rms, np.maximum(dof, 0)
 
 
 def _checked(outputs: ArrayLike, angles: ArrayLike) -> tuple[Array, Array]:

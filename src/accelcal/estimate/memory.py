@@ -1,0 +1,45 @@
+"""Memory to work in, used again and again."""
+
+from __future__ import annotations
+
+import threading
+from math import prod
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+__all__ = ["Memory"]
+
+
+_LARGEST = 500_000  # 4 MB; blocks of tables that are chosen with care need less
+
+
+class Memory(threading.local):
+    """Arrays by name, whose memory stays for the next array of that name; each thread has its own.
+
+    The C library fetches each array above 128 kB afresh from the system, page by page, which takes
+    longer than most of what is done with it.
+
+    Examples
+    --------
+    >>> memory = Memory()
+    >>> small, other = memory.array("fit", (2, 3)), memory.array("rest", (2, 3))
+    >>> np.shares_memory(small, memory.array("fit", (6,))), np.shares_memory(small, other)
+    (True, False)
+    """
+
+    def __init__(self) -> None:
+        self._kept: dict[str, NDArray[Any]] = {}
+
+    def array(
+        self, name: str, shape: tuple[int, ...], dtype: DTypeLike = np.float64
+    ) -> NDArray[Any]:
+        """Return an array of that shape with anything in it; the last of that name is lost."""
+        size = prod(shape)
+        if size > _LARGEST:
+            return np.empty(shape, dtype)
+        kept = self._kept.get(name)
+        if kept is None or kept.size < size:
+            kept = self._kept[name] = np.empty(size, dtype)
+        return kept[:size].reshape(shape)
