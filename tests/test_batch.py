@@ -16,7 +16,7 @@ import pandas as pd
 import pytest
 
 import accelcal
-from accelcal.archive import parts, through
+from accelcal.archive import parts, reading, through
 from accelcal.archive.columns import LAWS, ROWS, gate_column
 from accelcal.archive.sources import find_sources
 from accelcal.errors import InputError
@@ -516,6 +516,19 @@ def test_parquet_is_read_as_csv_is(tmp_path, monkeypatch):
     but = ("source", "line", "sha256")
     same_frames(accelcal.batch(tmp_path / "a.parquet"), expected, *but)
     same_frames(in_parts(monkeypatch, tmp_path / "a.parquet"), expected, *but)
+
+
+def test_a_bug_of_the_quick_reader_costs_no_file(tmp_path, monkeypatch):
+    for seed in range(3):
+        accelcal.write_table(accelcal.simulate(seed=seed, plan=PLAN), tmp_path / f"{seed}.csv")
+    expected = accelcal.batch(tmp_path)
+
+    def broken(*_):
+        raise IndexError
+
+    monkeypatch.setattr(reading, "read_ordinary", broken)
+    same_frames(accelcal.batch(tmp_path), expected)
+    assert len(expected.tables) >= 3
 
 
 @pytest.mark.usefixtures("small_parts")

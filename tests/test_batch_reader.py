@@ -166,6 +166,8 @@ def test_tables_out_of_the_ordinary_are_left(name, engine):
 
 WRONG = {
     "stroke 0": table().replace("20.0,3,1,", "20.0,3,0,", 1),
+    "stroke below 0": table().replace("20.0,3,1,", "20.0,3,-9999,", 1),
+    "stroke beyond all integers": table().replace("20.0,3,1,", "20.0,3,1e300,", 1),
     "position outside": table().replace("20.0,3,1,", "20.0,12,1,", 1),
     "half a position": table().replace("20.0,3,1,", "20.0,3.5,1,", 1),
     "a clash": table().replace("20.0,3,1,", "20.0,2,1,", 1),

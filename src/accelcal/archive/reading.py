@@ -79,21 +79,22 @@ def read_files(
     Found or Failure
         The records of each file in its order, or why it could not be read.
     """
-    contents = [caught(file.path, read_bytes, file.path) for file in files]
-    ordinary = read_ordinary(
-        [
-            Content(file.path, b"" if isinstance(content, str) else content)
-            for file, content in zip(files, contents, strict=True)
-        ],
-        overrides,
-    )
-    for index, (file, content) in enumerate(zip(files, contents, strict=True)):
-        records: Records | str | None = ordinary[index]
+    ordinary = attempt("", read_ordinary, map(_content, files), overrides)
+    if isinstance(ordinary, str):  # a bug, which the general reader need not have
+        ordinary = [None] * len(files)
+    for index, (file, read) in enumerate(zip(files, ordinary, strict=True)):
+        records: Records | str | None = read
         if records is None:
             records = attempt(file.path, _read, file.path, overrides)
-        if isinstance(records, str) and _is_result(content):
+        if isinstance(records, str) and _is_result(_content(file).data):
             records = _OWN.format(file.path)
         yield from _found(index, file.path, records)
+
+
+def _content(file: SourceFile) -> Content:
+    """Content of a file; nothing where it cannot be read, which the general reader tells."""
+    content = caught(file.path, read_bytes, file.path)
+    return Content(file.path, b"" if isinstance(content, str) else content)
 
 
 def read_part(
@@ -160,10 +161,8 @@ def _read_stretch(piece: Content, overrides: Mapping[str, Any]) -> Records:
     return survey_text(text._replace(skipped=piece.skipped or 0), overrides)[1]
 
 
-def _is_result(content: bytes | str) -> bool:
-    """Tell whether the content of a file is a result of another batch; a text tells of none."""
-    if isinstance(content, str):
-        return False
+def _is_result(content: bytes) -> bool:
+    """Tell whether the content of a file is a result of another batch."""
     if content.startswith(b"\x1f\x8b"):
         with suppress(OSError, EOFError):
             content = gzip.GzipFile(fileobj=io.BytesIO(content)).read(100)

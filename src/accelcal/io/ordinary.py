@@ -10,7 +10,7 @@ from __future__ import annotations
 import gzip
 import re
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import lru_cache
 from hashlib import sha256
@@ -41,6 +41,7 @@ _ORDINARY = frozenset(
     {"temperature", "position", "angle", "stroke", "output", "time", "std", "count"}
 ).union(LABELS)
 _DECLARATION = re.compile(r"# ([A-Za-z][A-Za-z0-9_]*): ([^\s,;](?:.*[^\s,;])?)")
+_HEAD = re.compile(rb"(?:#[^\n]*+\n)*+[^#\n][^\n]*+\n")
 _BOM = b"\xef\xbb\xbf"
 
 
@@ -64,7 +65,7 @@ class Content(NamedTuple):
 
 
 def read_ordinary(
-    tables: Sequence[Content],
+    tables: Iterable[Content],
     overrides: Mapping[str, Any],
     engine: str | None = None,
 ) -> list[tuple[TumbleRecord, ...] | None]:
@@ -72,8 +73,8 @@ def read_ordinary(
 
     Parameters
     ----------
-    tables : sequence of Content
-        The files.
+    tables : iterable of Content
+        The files; each is taken only when the one before has been looked at.
     overrides : mapping of str to object
         Declarations that win over the header lines, as of `read_tables`.
     engine : str, optional
@@ -91,10 +92,11 @@ def read_ordinary(
     [(<TumbleRecord 'a.csv': 2 readings, 1 runs, 2 positions>,), None]
     """
     chosen = read_engine(engine)
-    read: list[tuple[TumbleRecord, ...] | None] = [None] * len(tables)
+    read: list[tuple[TumbleRecord, ...] | None] = []
     heads = _Heads(overrides)
     alike: dict[Rules, list[tuple[int, Plain]]] = {}
     for index, content in enumerate(tables):
+        read.append(None)
         found = heads.plain(content)
         if found is not None:
             alike.setdefault(found[0], []).append((index, found[1]))
@@ -255,14 +257,9 @@ def _split(content: bytes) -> tuple[str, bytes] | None:
     content = content.removeprefix(_BOM)
     if b"\r" in content:
         content = content.replace(b"\r\n", b"\n")
-    start = 0
-    while content.startswith(b"#", start):
-        start = content.find(b"\n", start) + 1
-        if not start:
-            return None
-    end = content.find(b"\n", start) + 1
-    head, body = content[:end], content[end:]
-    if not end or not body or b"\r" in head or b"\0" in head:
+    match = _HEAD.match(content)
+    head, body = (match[0], content[match.end() :]) if match else (b"", b"")
+    if not body or b"\r" in head or b"\0" in head:
         return None
     with suppress(UnicodeDecodeError):
         return head.decode("utf-8"), body if body.endswith(b"\n") else body + b"\n"

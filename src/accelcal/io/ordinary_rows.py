@@ -160,7 +160,7 @@ def _columns(group: Group) -> tuple[dict[str, Any], Mask]:
         "output": output,
         "angle": angle,
         "temperature": temperature,
-        "stroke": stroke.astype(np.int64),
+        "stroke": np.clip(stroke, 1, _MOST).astype(np.int64),  # odd rows may hold anything
         "mounting": mounting,
         "position": position,
         "time": numbers["time"] * group.rules.factor if "time" in numbers else None,
@@ -318,7 +318,7 @@ def _repeated(columns: Mapping[str, Any], runs: _Runs, parts: _Parts) -> Mask:
         place = _codes(columns["angle"], parts.end[0])
     key = parts.of_row
     size = 1
-    for code in (runs.of_row, columns["mounting"], np.minimum(columns["stroke"], _MOST), place):
+    for code in (runs.of_row, columns["mounting"], columns["stroke"], place):
         span = int(code.max()) + 1
         key = key * span + code
         size *= span
