@@ -190,7 +190,7 @@ def _declared(own: _Scatter, declared_dof: float) -> NoiseStack:
 def _pure_error(table: PreparedTable, y: Array) -> _Scatter:
     _, cell, members = grouped(table.head)
     at = np.equal(cell[:, None], np.arange(members.size)) * table.scatter[:, None] ** -2.0
-    apart = (y - y @ (at / at.sum(axis=0))[:, cell]) / table.scatter
+    apart = (y - (y @ (at / at.sum(axis=0)))[:, cell]) / table.scatter
     return _Scatter(np.einsum("rn,rn->r", apart, apart), float(cell.size - members.size))
 
 
