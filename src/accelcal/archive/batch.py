@@ -9,7 +9,7 @@ from os.path import realpath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from accelcal.archive.block import Block, fit_block, work
-from accelcal.archive.cells import Columns, put_together
+from accelcal.archive.cells import Columns, Labels, put_together
 from accelcal.archive.columns import ERRORS, LAWS, ROWS, FrameColumn, units_of
 from accelcal.archive.formats import form_of, join, require_form, results, write_errors
 from accelcal.archive.journal import Journal, Summary, open_journal
@@ -227,7 +227,9 @@ def _frame(parts: Sequence[Columns], kinds: Mapping[str, FrameColumn]) -> pd.Dat
     import pandas as pd
 
     columns = {
-        name: pd.Series(cells, dtype=_TYPES[kinds[name].kind])
+        name: pd.Series(
+            cells.cells() if isinstance(cells, Labels) else cells, dtype=_TYPES[kinds[name].kind]
+        )
         for name, cells in put_together(parts).items()
     }
     frame = pd.DataFrame(columns)

@@ -42,7 +42,7 @@ class Fitted(NamedTuple):
 
     Attributes
     ----------
-    tables, laws : mapping of str to list or ndarray
+    tables, laws : mapping of str to Labels or ndarray
         Cells by column.
     errors : tuple of tuple of str
         Source and message of what could not be read or fitted.

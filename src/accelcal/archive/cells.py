@@ -3,18 +3,48 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.archive.columns import FrameColumn
 
-__all__ = ["Cells", "Columns", "columns_of_rows", "put_together"]
+__all__ = ["Cells", "Columns", "Labels", "columns_of_rows", "put_together"]
 
-Cells = list[Any] | NDArray[np.float64]
-"""Cells of a column: an array of numbers, NaN where there is none, or a list of whatever is no
-number, None where there is nothing."""
+
+class Labels(NamedTuple):
+    """Cells that are no numbers, most of which come again.
+
+    Attributes
+    ----------
+    code : ndarray of int
+        Place of each cell among the values.
+    values : list
+        What the cells hold, None for nothing.
+
+    Examples
+    --------
+    >>> Labels(np.array([0, 0, 1]), ["o+", None]).cells()
+    ['o+', 'o+', None]
+    """
+
+    code: NDArray[np.intp]
+    values: list[Any]
+
+    @classmethod
+    def each(cls, values: list[Any]) -> Labels:
+        """Cells with a value of its own each."""
+        return cls(np.arange(len(values)), values)
+
+    def cells(self, values: Sequence[Any] | None = None) -> list[Any]:
+        """List the cells, by other values where these are given."""
+        known = self.values if values is None else values
+        return [known[i] for i in self.code.tolist()]
+
+
+Cells = NDArray[np.float64] | Labels
+"""Cells of a column: numbers, NaN where there is none, or labels."""
 
 Columns = dict[str, Cells]
 """Cells of a frame by the name of the column."""
@@ -32,18 +62,20 @@ def columns_of_rows(rows: Sequence[Sequence[Any]], kinds: Mapping[str, FrameColu
 
     Returns
     -------
-    mapping of str to list or ndarray
+    mapping of str to Labels or ndarray
         Cells by column.
 
     Examples
     --------
     >>> from accelcal.archive.columns import ROWS
     >>> columns_of_rows([["20", 1.35], ["60", None]], {name: ROWS[name] for name in ("run", "K1")})
-    {'run': ['20', '60'], 'K1': array([1.35,  nan])}
+    {'run': Labels(code=array([0, 1]), values=['20', '60']), 'K1': array([1.35,  nan])}
     """
     columns = map(list, zip(*rows, strict=True)) if rows else ([] for _ in kinds)
     return {
-        name: np.array(column, dtype=np.float64) if kinds[name].kind == "number" else column
+        name: np.array(column, dtype=np.float64)
+        if kinds[name].kind == "number"
+        else Labels.each(column)
         for name, column in zip(kinds, columns, strict=True)
     }
 
@@ -60,15 +92,17 @@ def put_together(parts: Sequence[Columns], order: NDArray[np.intp] | None = None
 
     Returns
     -------
-    mapping of str to list or ndarray
+    mapping of str to Labels or ndarray
         Cells by column.
     """
     return {name: _joined([part[name] for part in parts], order) for name in parts[0]}
 
 
 def _joined(parts: Sequence[Cells], order: NDArray[np.intp] | None) -> Cells:
-    if isinstance(parts[0], np.ndarray):
-        numbers = np.concatenate(parts)
-        return numbers if order is None else numbers[order]
-    cells = [cell for part in parts for cell in part]
-    return cells if order is None else [cells[i] for i in order.tolist()]
+    rows = slice(None) if order is None else order
+    labels = [part for part in parts if isinstance(part, Labels)]
+    if not labels:
+        return np.concatenate([part for part in parts if not isinstance(part, Labels)])[rows]
+    starts = np.cumsum([0, *(len(part.values) for part in labels)])
+    codes = [part.code + start for part, start in zip(labels, starts.tolist(), strict=False)]
+    return Labels(np.concatenate(codes)[rows], [value for part in labels for value in part.values])

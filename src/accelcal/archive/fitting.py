@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.archive.cells import Columns, columns_of_rows, put_together
+from accelcal.archive.cells import Columns, Labels, columns_of_rows, put_together
 from accelcal.archive.columns import LAWS, ROWS, FrameColumn
 from accelcal.archive.failures import attempt, one_line
 from accelcal.archive.judged import verdicts_of
@@ -26,7 +26,7 @@ class FittedRecords(NamedTuple):
 
     Attributes
     ----------
-    tables, laws : mapping of str to list or ndarray
+    tables, laws : mapping of str to Labels or ndarray
         Cells by column, in the order of the records.
     failures : mapping of int to str
         Place of each record that could not be fitted, and the line that tells why.
@@ -112,12 +112,9 @@ def _of_stack(stack: CalibrationStack, places: Sequence[int], settings: Settings
         return _Piece(tables, of_table, laws, of_law)
     verdicts = verdicts_of(stack, tables, settings.specification)
     judged = {"verdict": verdicts.outcomes, "failed_limits": verdicts.failed_limits}
-    tables = tables | {name: _repeated(cells, count) for name, cells in judged.items()}
+    record = np.repeat(np.arange(len(stack)), count)
+    tables = tables | {name: Labels(record, cells) for name, cells in judged.items()}
     return _Piece(tables, of_table, laws, of_law, verdicts.outcomes.count("fail"))
-
-
-def _repeated(cells: Sequence[str], times: int) -> list[str]:
-    return [cell for cell in cells for _ in range(times)]
 
 
 def _one_by_one(

@@ -110,7 +110,7 @@ def encode(columns: Columns, kinds: Mapping[str, FrameColumn], form: str) -> byt
 
     Parameters
     ----------
-    columns : mapping of str to list or ndarray
+    columns : mapping of str to Labels or ndarray
         Cells by column.
     kinds : mapping of str to FrameColumn
         The columns in their order.
@@ -180,12 +180,11 @@ def _csv_lines(cells: Sequence[Sequence[str]]) -> bytes:
 
 
 def _written(cells: Cells, kind: str) -> list[str]:
-    """Cells as CSV has them; what is no number is written once however often it comes."""
+    """Cells as CSV has them; a label is written once however often it comes."""
     if isinstance(cells, np.ndarray):
         return ["" if cell != cell else repr(cell) for cell in cells.tolist()]  # NaN
     write: Callable[[Any], str] = _quoted if kind == "text" else repr
-    memo = {cell: "" if cell is None else write(cell) for cell in set(cells)}
-    return [memo[cell] for cell in cells]
+    return cells.cells(["" if value is None else write(value) for value in cells.values])
 
 
 def _quoted(text: str) -> str:
@@ -211,13 +210,21 @@ def _schema(kinds: Mapping[str, FrameColumn]) -> Any:
 def _arrow_bytes(columns: Columns, kinds: Mapping[str, FrameColumn]) -> bytes:
     import pyarrow as pa
 
-    schema = _schema(kinds)
-    arrays = [pa.array(columns[f.name], f.type, from_pandas=True) for f in schema]  # NaN is null
-    table = pa.table(arrays, schema=schema)
+    arrays = [_arrow_array(columns[field.name], field.type) for field in _schema(kinds)]
+    table = pa.table(arrays, names=list(kinds))
     sink = io.BytesIO()
-    with pa.ipc.new_stream(sink, schema) as writer:
+    with pa.ipc.new_stream(sink, table.schema) as writer:
         writer.write_table(table)
     return sink.getvalue()
+
+
+def _arrow_array(cells: Cells, kind: Any) -> Any:
+    import pyarrow as pa
+
+    if isinstance(cells, np.ndarray):
+        return pa.array(cells, kind, from_pandas=True)  # NaN is null
+    code = pa.array(cells.code.astype(np.int32))
+    return pa.DictionaryArray.from_arrays(code, pa.array(cells.values, kind))
 
 
 def _write_parquet(
@@ -228,10 +235,11 @@ def _write_parquet(
 
     texts = [name for name, column in kinds.items() if column.kind == "text"]
     options = {"compression": "zstd", "use_dictionary": texts}  # numbers hardly repeat
-    with pq.ParquetWriter(file, _schema(kinds), **options) as writer:
+    schema = _schema(kinds)
+    with pq.ParquetWriter(file, schema, **options) as writer:
         waiting: list[Any] = []
         for part in parts:
-            waiting.append(pa.ipc.open_stream(part).read_all())
+            waiting.append(pa.ipc.open_stream(part).read_all().cast(schema))
             if sum(table.num_rows for table in waiting) >= _ROW_GROUP:
                 writer.write_table(pa.concat_tables(waiting))
                 waiting = []

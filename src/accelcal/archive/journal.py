@@ -63,12 +63,15 @@ class Journal:
     def __init__(self, folder: Path, settings: Settings, form: str) -> None:
         self.folder = folder
         self._common = f"{settings.fingerprint()}\0{form}"
+        self._names: dict[Block, str] = {}
 
     def path(self, block: Block) -> Path:
         """File of a block."""
-        text = f"{self._common}\0{[*map(tuple, block.files)]!r}\0{block.part!r}"
-        digest = hashlib.sha256(text.encode("utf-8", "backslashreplace")).hexdigest()
-        return self.folder / f"{digest[:40]}{_SUFFIX}"
+        if block not in self._names:
+            text = f"{self._common}\0{[*map(tuple, block.files)]!r}\0{block.part!r}"
+            digest = hashlib.sha256(text.encode("utf-8", "backslashreplace")).hexdigest()
+            self._names[block] = f"{digest[:40]}{_SUFFIX}"
+        return self.folder / self._names[block]
 
     def keep(self, block: Block, outcome: Outcome) -> None:
         """Put a finished block on disk, whole or not at all."""

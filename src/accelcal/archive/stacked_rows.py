@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.archive.cells import Cells, Columns, put_together
+from accelcal.archive.cells import Columns, Labels, put_together
 from accelcal.archive.columns import LAWS, ROWS, FrameColumn
 from accelcal.archive.rows import JOINT
 from accelcal.archive.warned import warning_cells
-from accelcal.calibrate.columns import columns_of
+from accelcal.calibrate.columns import mountings_of, numbers_of, runs_of, verdict_codes
 from accelcal.calibrate.stack import CalibrationStack
-from accelcal.record import TumbleRecord
+from accelcal.gates.verdict import VERDICTS
 from accelcal.temperature.from_tables import LawsOfRecords
 from accelcal.version import __version__
 
@@ -50,26 +50,29 @@ def stacked_tables(stack: CalibrationStack) -> Columns:
 
     Returns
     -------
-    mapping of str to list or ndarray
+    mapping of str to Labels or ndarray
         R * t cells of each of `ROWS`.
     """
-    records, tables = stack.plan.records, stack.tables
-    table = np.tile(np.arange(len(tables)), len(records))
-    record = np.repeat(np.arange(len(records)), len(tables))
+    records, count = stack.plan.records, len(stack.tables)
+    record = np.repeat(np.arange(len(records)), count)
+    table = np.tile(np.arange(count), len(records))
     stands_for = [
         JOINT.join(f"{n}: {m}" for n, m in own.items()) for own in stack.estimate.stands_for
     ]
-    found: dict[str, Any] = {
-        **columns_of(stack),
-        **_of_records(records, record),
-        "stands_for": np.array(stands_for, dtype=object)[table],
-        "warnings": warning_cells(stack),
-        "T0_degC": stack.references[record],
-        "method": stack.options.method,
-        "robust": stack.options.robust,
-        "delta0_rad": stack.delta0,
-        "failed_limits": "",
+    runs = [label for own in runs_of(stack) for label in own]
+    verdicts = {name: Labels(code, list(VERDICTS)) for name, code in verdict_codes(stack).items()}
+    found: Columns = {
+        **_numbers(numbers_of(stack)),
+        **_of_records(stack, record),
+        **verdicts,
+        "run": Labels(table * len(records) + record, runs),
+        "mounting": Labels(table, mountings_of(stack)),
+        "stands_for": Labels(table, stands_for),
+        "warnings": Labels.each(warning_cells(stack)),
     }
+    same = {"method": stack.options.method, "robust": stack.options.robust, "failed_limits": ""}
+    found |= {name: _everywhere(value, record.size) for name, value in same.items()}
+    found["delta0_rad"] = np.full(record.size, stack.delta0)
     return _columns(found, ROWS, record.size)
 
 
@@ -83,7 +86,7 @@ def stacked_laws(stack: CalibrationStack) -> tuple[Columns, NDArray[np.intp]]:
 
     Returns
     -------
-    columns : mapping of str to list or ndarray
+    columns : mapping of str to Labels or ndarray
         Cells of each of `LAWS`.
     record : ndarray of int
         Place in the stack of the record of each row.
@@ -100,7 +103,7 @@ def stacked_laws(stack: CalibrationStack) -> tuple[Columns, NDArray[np.intp]]:
 
 def _laws_by_mounting(stack: CalibrationStack) -> list[tuple[str, LawsOfRecords]]:
     """Laws of one axis or of both, each with the mounting of most of its tables, in their order."""
-    have = [str(table.record.mounting[0]) for table in stack.tables]
+    have = mountings_of(stack)
     main = max(have, key=have.count)
     others = [mounting for mounting in have if mounting[0] != main[0]]
     found = {main: stack.laws.main}
@@ -114,53 +117,69 @@ def _laws_of(
     stack: CalibrationStack, laws: LawsOfRecords, mounting: str
 ) -> tuple[Columns, NDArray[np.intp]]:
     record, term = np.nonzero(~np.isnan(laws.value))
-    records = stack.plan.records
-    units = [_law_unit(name, records[0].unit) for name in laws.names]
-    warnings = [JOINT.join(said) for said in laws.warnings]
+    units = [_law_unit(name, stack.plan.records[0].unit) for name in laws.names]
     dof = laws.dof[record, term]
-    found: dict[str, Any] = {
-        **_of_records(records, record),
-        "mounting": mounting,
-        "term": np.array(laws.names, dtype=object)[term],
+    found: Columns = {
+        **_of_records(stack, record),
+        "mounting": _everywhere(mounting, record.size),
+        "term": Labels(term, list(laws.names)),
         "value": laws.value[record, term],
         "standard_uncertainty": laws.standard[record, term],
         "expanded_uncertainty": laws.expanded[record, term],
         "dof": np.where(np.isinf(dof), np.nan, dof),
-        "unit": np.array(units, dtype=object)[term],
-        "T0_degC": stack.references[record],
-        "warnings": np.array(warnings, dtype=object)[record],
+        "unit": Labels(term, units),
+        "warnings": Labels(record, [JOINT.join(said) for said in laws.warnings]),
     }
     return _columns(found, LAWS, record.size), record
 
 
-def _of_records(records: Sequence[TumbleRecord], row: NDArray[np.intp]) -> dict[str, Any]:
+def _of_records(stack: CalibrationStack, row: NDArray[np.intp]) -> Columns:
     """Cells that rows have from their records."""
-    cells = {
+    records = stack.plan.records
+    gravity = np.array([r.apparatus.local_gravity for r in records], dtype=np.float64)
+    cells: dict[str, list[Any]] = {
         "source": [r.source for r in records],
         "line": [None if r.line is None else int(r.line[0]) for r in records],
         "serial": [r.serial for r in records],
         "date": [r.date for r in records],
-        "output_unit": [r.unit for r in records],
         "notes": [JOINT.join(r.notes) for r in records],
         "sha256": [r.sha256 for r in records],
     }
-    gravity = np.array([r.apparatus.local_gravity for r in records], dtype=np.float64)
-    of_rows = {name: np.array(own, dtype=object)[row] for name, own in cells.items()}
-    return {**of_rows, "g_local_m_s2": gravity[row]}
+    return {
+        **{name: Labels(row, own) for name, own in cells.items()},
+        "output_unit": _everywhere(records[0].unit, row.size),
+        "g_local_m_s2": gravity[row],
+        "T0_degC": stack.references[row],
+    }
 
 
-def _columns(found: Mapping[str, Any], kinds: Mapping[str, FrameColumn], rows: int) -> Columns:
-    """Cells of all columns; one that is not found is empty, a single cell that of all rows."""
-    every = {**dict.fromkeys(kinds), **found, "software": f"accelcal {__version__}"}
-    return {name: _cells(every[name], kind.kind, rows) for name, kind in kinds.items()}
+def _numbers(found: Mapping[str, NDArray[Any]]) -> Columns:
+    """Columns of numbers; a count is a label, as it has no NaN for nothing."""
+    return {
+        name: column if column.dtype == np.float64 else _counts(column)
+        for name, column in found.items()
+    }
 
 
-def _cells(found: Any, kind: str, rows: int) -> Cells:
-    if kind == "number":
-        return np.broadcast_to(np.asarray(found, dtype=np.float64), rows)
-    if isinstance(found, np.ndarray):
-        return list(found.tolist())
-    return found if isinstance(found, list) else [found] * rows
+def _counts(column: NDArray[Any]) -> Labels:
+    values, code = np.unique(column, return_inverse=True)
+    return Labels(code, values.tolist())
+
+
+def _columns(found: Columns, kinds: Mapping[str, FrameColumn], rows: int) -> Columns:
+    """Cells of all columns; one that is not found is empty."""
+    software = {"software": _everywhere(f"accelcal {__version__}", rows)}
+    every: Columns = {
+        name: np.full(rows, np.nan) if kind.kind == "number" else _everywhere(None, rows)
+        for name, kind in kinds.items()
+        if name not in found
+    }
+    every |= {**found, **software}
+    return {name: every[name] for name in kinds}
+
+
+def _everywhere(value: Any, rows: int) -> Labels:
+    return Labels(np.zeros(rows, dtype=np.intp), [value])
 
 
 def _law_unit(term: str, unit: str | None) -> str:

@@ -13,7 +13,14 @@ from accelcal.calibrate.stack import CalibrationStack
 from accelcal.gates.verdict import VERDICTS
 from accelcal.results.calibration import Calibration
 
-__all__ = ["columns_of", "columns_of_one"]
+__all__ = [
+    "columns_of",
+    "columns_of_one",
+    "mountings_of",
+    "numbers_of",
+    "runs_of",
+    "verdict_codes",
+]
 
 Column = NDArray[Any]
 
@@ -38,15 +45,65 @@ def columns_of(stack: CalibrationStack) -> dict[str, Column]:
     """
     if stack.is_alone:
         return columns_of_one(stack.one(0))
-    records, count = len(stack), len(stack.tables)
-    found = {
-        "record": np.repeat(np.arange(records), count),
-        **_of_tables(stack),
-        **{name: part for of_all in _quantities(stack) for name, part in of_all.columns().items()},
-        **_of_gates(stack),
+    runs = [run for own in zip(*runs_of(stack), strict=True) for run in own]
+    return {
+        "record": np.repeat(np.arange(len(stack)), len(stack.tables)),
+        "run": np.array(runs),
+        "mounting": np.tile(mountings_of(stack), len(stack)),
+        **numbers_of(stack),
+        **{name: _VERDICTS[code] for name, code in verdict_codes(stack).items()},
     }
+
+
+def runs_of(stack: CalibrationStack) -> list[list[str]]:
+    """Label of the run of each table, in each record."""
+    runs = (int(table.record.run[0]) for table in stack.tables)
+    return [[record.run_labels[run] for record in stack.plan.records] for run in runs]
+
+
+def mountings_of(stack: CalibrationStack) -> list[str]:
+    """Mounting of each table, which is that of all records."""
+    return [str(table.record.mounting[0]) for table in stack.tables]
+
+
+def numbers_of(stack: CalibrationStack) -> dict[str, Column]:
+    """Columns of `columns_of` that are numbers.
+
+    Parameters
+    ----------
+    stack : CalibrationStack
+        R records of one plan of t tables, none of them alone.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (R * t,)
+        ``temperature_degC`` to the last coefficient.
+    """
+    quantities = (of_all.columns().items() for of_all in _quantities(stack))
+    return {**_of_tables(stack), **{name: part for own in quantities for name, part in own}}
+
+
+def verdict_codes(stack: CalibrationStack) -> dict[str, NDArray[np.intp]]:
+    """Columns of `columns_of` that are verdicts of gates.
+
+    Parameters
+    ----------
+    stack : CalibrationStack
+        R records of one plan of t tables, none of them alone.
+
+    Returns
+    -------
+    dict of str to ndarray of int, shape (R * t,)
+        Place of the verdict in `accelcal.gates.verdict.VERDICTS`; those of the record, which all
+        its tables share, come last.
+    """
+    found = {}
+    for gates in zip(*(own for own, _ in stack.gates), strict=True):
+        starts = (start for _, start in stack.gates)
+        rows = [g.verdict[i : i + len(stack)] for g, i in zip(gates, starts, strict=True)]
+        found[_name(gates[0].name)] = np.stack(rows, axis=1).ravel()
     for gate in stack.record_gates:
-        found[_name(gate.name)] = np.repeat(_VERDICTS[gate.verdict], count)
+        found[_name(gate.name)] = np.repeat(gate.verdict, len(stack.tables))
     return found
 
 
@@ -80,15 +137,11 @@ def columns_of_one(calibration: Calibration) -> dict[str, Column]:
 def _of_tables(stack: CalibrationStack) -> dict[str, Column]:
     """What the tables hold, and how well they were fitted."""
     records, estimate = len(stack), stack.estimate
-    whole = [table.record for table in stack.tables]
     readings = np.array([residual.shape[1] for residual in estimate.residuals])
     dof = readings - [len(names) for names in estimate.names]
     squares = [np.einsum("rn,rn->r", residual, residual) for residual in estimate.residuals]
     rms = np.sqrt(np.stack(squares, axis=1) / np.where(dof > 0, dof, np.inf))
-    runs = [int(table.run[0]) for table in whole]
     return {
-        "run": np.array([r.run_labels[run] for r in stack.plan.records for run in runs]),
-        "mounting": np.tile([str(table.mounting[0]) for table in whole], records),
         "temperature_degC": stack.plan.levels.ravel(),
         "readings": np.tile(readings, records),
         "dof": np.tile(dof, records),
@@ -99,16 +152,6 @@ def _of_tables(stack: CalibrationStack) -> dict[str, Column]:
 def _quantities(stack: CalibrationStack) -> TableQuantities:
     estimate, unit = stack.estimate, stack.plan.records[0].unit
     return table_quantities(estimate.names, estimate.coefficients, stack.components, unit)
-
-
-def _of_gates(stack: CalibrationStack) -> dict[str, Column]:
-    """Verdicts of the gates on tables, table after table of a record."""
-    found = {}
-    for gates in zip(*(own for own, _ in stack.gates), strict=True):
-        starts = (start for _, start in stack.gates)
-        rows = [g.verdict[i : i + len(stack)] for g, i in zip(gates, starts, strict=True)]
-        found[_name(gates[0].name)] = _VERDICTS[np.stack(rows, axis=1).ravel()]
-    return found
 
 
 def _name(gate: str) -> str:
