@@ -33,9 +33,15 @@ class Labels(NamedTuple):
     values: list[Any]
 
     @classmethod
-    def each(cls, values: list[Any]) -> Labels:
-        """Cells with a value of its own each."""
-        return cls(np.arange(len(values)), values)
+    def of(cls, cells: Sequence[Any]) -> Labels:
+        """Find the values of cells."""
+        places = {value: place for place, value in enumerate(dict.fromkeys(cells))}
+        code = np.fromiter(map(places.__getitem__, cells), np.intp, len(cells))
+        return cls(code, list(places))
+
+    def taken(self, places: NDArray[np.intp]) -> Labels:
+        """Those of some cells."""
+        return self._replace(code=self.code[places])
 
     def cells(self, values: Sequence[Any] | None = None) -> list[Any]:
         """List the cells, by other values where these are given."""
@@ -75,7 +81,7 @@ def columns_of_rows(rows: Sequence[Sequence[Any]], kinds: Mapping[str, FrameColu
     return {
         name: np.array(column, dtype=np.float64)
         if kinds[name].kind == "number"
-        else Labels.each(column)
+        else Labels.of(column)
         for name, column in zip(kinds, columns, strict=True)
     }
 
@@ -105,4 +111,5 @@ def _joined(parts: Sequence[Cells], order: NDArray[np.intp] | None) -> Cells:
         return np.concatenate([part for part in parts if not isinstance(part, Labels)])[rows]
     starts = np.cumsum([0, *(len(part.values) for part in labels)])
     codes = [part.code + start for part, start in zip(labels, starts.tolist(), strict=False)]
-    return Labels(np.concatenate(codes)[rows], [value for part in labels for value in part.values])
+    values = [value for part in labels for value in part.values]
+    return Labels(np.concatenate(codes)[rows], values)

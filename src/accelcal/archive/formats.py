@@ -10,6 +10,7 @@ from typing import IO, Any
 
 import numpy as np
 
+from accelcal.archive.arrow import arrow_bytes, write_parquet
 from accelcal.archive.cells import Cells, Columns
 from accelcal.archive.columns import ERRORS, FrameColumn
 from accelcal.errors import InputError
@@ -23,8 +24,6 @@ __all__ = [
     "results",
     "write_errors",
 ]
-
-_ROW_GROUP = 50_000  # rows that are compressed together
 
 FORMS = (".csv.gz", ".csv", ".parquet")
 """Ends of the names of results."""
@@ -123,7 +122,7 @@ def encode(columns: Columns, kinds: Mapping[str, FrameColumn], form: str) -> byt
         Lines of CSV, a member of gzip, or a stream of Arrow.
     """
     if form == ".parquet":
-        return _arrow_bytes(columns, kinds)
+        return arrow_bytes(columns, kinds)
     text = _csv_lines([_written(columns[name], kinds[name].kind) for name in kinds])
     return text if form == ".csv" else gzip.compress(text, mtime=0)
 
@@ -145,7 +144,7 @@ def join(
         Where to write.
     """
     if form == ".parquet":
-        _write_parquet(parts, kinds, file)
+        write_parquet(parts, kinds, file)
         return
     headings = (",".join(kinds) + "\n").encode()
     file.write(headings if form == ".csv" else gzip.compress(headings, mtime=0))
@@ -191,57 +190,3 @@ def _quoted(text: str) -> str:
     if any(mark in text for mark in ',"\n\r'):
         return '"' + text.replace('"', '""') + '"'
     return text
-
-
-# -- Parquet ---------------------------------------------------------------------------------------
-
-
-def _schema(kinds: Mapping[str, FrameColumn]) -> Any:
-    import pyarrow as pa
-
-    types = {"text": pa.string(), "number": pa.float64(), "whole": pa.int64(), "flag": pa.bool_()}
-    fields = [
-        pa.field(c.name, types[c.kind], metadata={"unit": c.unit} if c.unit else None)
-        for c in kinds.values()
-    ]
-    return pa.schema(fields)
-
-
-def _arrow_bytes(columns: Columns, kinds: Mapping[str, FrameColumn]) -> bytes:
-    import pyarrow as pa
-
-    arrays = [_arrow_array(columns[field.name], field.type) for field in _schema(kinds)]
-    table = pa.table(arrays, names=list(kinds))
-    sink = io.BytesIO()
-    with pa.ipc.new_stream(sink, table.schema) as writer:
-        writer.write_table(table)
-    return sink.getvalue()
-
-
-def _arrow_array(cells: Cells, kind: Any) -> Any:
-    import pyarrow as pa
-
-    if isinstance(cells, np.ndarray):
-        return pa.array(cells, kind, from_pandas=True)  # NaN is null
-    code = pa.array(cells.code.astype(np.int32))
-    return pa.DictionaryArray.from_arrays(code, pa.array(cells.values, kind))
-
-
-def _write_parquet(
-    parts: Iterable[bytes], kinds: Mapping[str, FrameColumn], file: IO[bytes]
-) -> None:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    texts = [name for name, column in kinds.items() if column.kind == "text"]
-    options = {"compression": "zstd", "use_dictionary": texts}  # numbers hardly repeat
-    schema = _schema(kinds)
-    with pq.ParquetWriter(file, schema, **options) as writer:
-        waiting: list[Any] = []
-        for part in parts:
-            waiting.append(pa.ipc.open_stream(part).read_all().cast(schema))
-            if sum(table.num_rows for table in waiting) >= _ROW_GROUP:
-                writer.write_table(pa.concat_tables(waiting))
-                waiting = []
-        if any(table.num_rows for table in waiting):
-            writer.write_table(pa.concat_tables(waiting))

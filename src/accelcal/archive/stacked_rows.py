@@ -68,7 +68,7 @@ def stacked_tables(stack: CalibrationStack) -> Columns:
         "run": Labels(table * len(records) + record, runs),
         "mounting": Labels(table, mountings_of(stack)),
         "stands_for": Labels(table, stands_for),
-        "warnings": Labels.each(warning_cells(stack)),
+        "warnings": Labels.of(warning_cells(stack)),
     }
     same = {"method": stack.options.method, "robust": stack.options.robust, "failed_limits": ""}
     found |= {name: _everywhere(value, record.size) for name, value in same.items()}
@@ -128,7 +128,7 @@ def _laws_of(
         "expanded_uncertainty": laws.expanded[record, term],
         "dof": np.where(np.isinf(dof), np.nan, dof),
         "unit": Labels(term, units),
-        "warnings": Labels(record, [JOINT.join(said) for said in laws.warnings]),
+        "warnings": Labels.of([JOINT.join(said) for said in laws.warnings]).taken(record),
     }
     return _columns(found, LAWS, record.size), record
 

@@ -163,8 +163,7 @@ def _numbers_of_arrow(column: Any) -> NDArray[np.float64]:
 
     if not (types.is_float64(column.type) or types.is_integer(column.type)):
         raise Unreadable
-    numbers: NDArray[np.float64] = column.to_numpy().astype(np.float64, copy=False)
-    return numbers
+    return _values_of_arrow(column.combine_chunks()).astype(np.float64, copy=False)
 
 
 def _labels_of_arrow(column: Any) -> tuple[NDArray[np.int64], list[str]]:
@@ -182,7 +181,12 @@ def _labels_of_arrow(column: Any) -> tuple[NDArray[np.int64], list[str]]:
     names = whole.dictionary.to_pylist()
     if None in names or "".join(names).encode().translate(None, _LABEL):
         raise Unreadable
-    return whole.indices.to_numpy().astype(np.int64), names
+    return _values_of_arrow(whole.indices).astype(np.int64), names
+
+
+def _values_of_arrow(array: Any) -> NDArray[Any]:
+    """Values of an array without gaps; `to_numpy` would load pandas, which takes longer."""
+    return np.from_dlpack(array)
 
 
 def _has_plain_characters(body: bytes, roles: Sequence[str], labels: Collection[str]) -> bool:

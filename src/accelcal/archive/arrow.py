@@ -1,0 +1,135 @@
+"""Frames in Arrow and Parquet.
+
+Arrays are made from their buffers: what pyarrow offers for numpy and lists loads pandas wherever it
+is installed, which takes longer than a worker has to do.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.archive.cells import Cells, Columns
+from accelcal.archive.columns import FrameColumn
+
+__all__ = ["arrow_bytes", "write_parquet"]
+
+_ROW_GROUP = 50_000  # rows that are compressed together
+
+
+def arrow_bytes(columns: Columns, kinds: Mapping[str, FrameColumn]) -> bytes:
+    """Encode a part of a frame as a stream of Arrow, its labels as dictionaries.
+
+    Parameters
+    ----------
+    columns : mapping of str to Labels or ndarray
+        Cells by column.
+    kinds : mapping of str to FrameColumn
+        The columns in their order.
+
+    Returns
+    -------
+    bytes
+        The stream.
+    """
+    import pyarrow as pa
+
+    arrays = [_array(columns[name], kind.kind) for name, kind in kinds.items()]
+    table = pa.table(arrays, names=list(kinds))
+    sink = io.BytesIO()
+    with pa.ipc.new_stream(sink, table.schema) as writer:
+        writer.write_table(table)
+    return sink.getvalue()
+
+
+def write_parquet(
+    parts: Iterable[bytes], kinds: Mapping[str, FrameColumn], file: IO[bytes]
+) -> None:
+    """Write a frame as Parquet, part by part.
+
+    Parameters
+    ----------
+    parts : iterable of bytes
+        What `arrow_bytes` returned, in order.
+    kinds : mapping of str to FrameColumn
+        The columns in their order.
+    file : binary file object
+        Where to write.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    schema = _schema(kinds)
+    texts = [name for name, column in kinds.items() if column.kind == "text"]
+    options = {"compression": "zstd", "use_dictionary": texts}  # numbers hardly repeat
+    with pq.ParquetWriter(file, schema, **options) as writer:
+        waiting: list[Any] = []
+        for part in parts:
+            waiting.append(pa.ipc.open_stream(part).read_all().cast(schema))
+            if sum(table.num_rows for table in waiting) >= _ROW_GROUP:
+                writer.write_table(pa.concat_tables(waiting))
+                waiting = []
+        if any(table.num_rows for table in waiting):
+            writer.write_table(pa.concat_tables(waiting))
+
+
+def _schema(kinds: Mapping[str, FrameColumn]) -> Any:
+    import pyarrow as pa
+
+    fields = [
+        pa.field(c.name, _type(c.kind), metadata={"unit": c.unit} if c.unit else None)
+        for c in kinds.values()
+    ]
+    return pa.schema(fields)
+
+
+def _type(kind: str) -> Any:
+    import pyarrow as pa
+
+    types = {"text": pa.string(), "number": pa.float64(), "whole": pa.int64(), "flag": pa.bool_()}
+    return types[kind]
+
+
+def _array(cells: Cells, kind: str) -> Any:
+    import pyarrow as pa
+
+    if isinstance(cells, np.ndarray):
+        return _plain(cells, ~np.isnan(cells), pa.float64())
+    code = _plain(cells.code.astype(np.int32), np.ones(len(cells.code), np.bool_), pa.int32())
+    return pa.DictionaryArray.from_arrays(code, _values(cells.values, kind))
+
+
+def _values(values: Sequence[Any], kind: str) -> Any:
+    known = np.array([value is not None for value in values], dtype=np.bool_)
+    if kind == "text":
+        return _texts(["" if value is None else value for value in values], known)
+    numbers = np.array([0 if value is None else value for value in values], dtype=np.int64)
+    if kind == "flag":
+        return _plain(_bits(numbers != 0), known, _type(kind))
+    return _plain(numbers, known, _type(kind))
+
+
+def _plain(values: NDArray[Any], known: NDArray[np.bool_], kind: Any) -> Any:
+    import pyarrow as pa
+
+    buffers = [pa.py_buffer(_bits(known)), pa.py_buffer(np.ascontiguousarray(values))]
+    return pa.Array.from_buffers(kind, known.size, buffers)
+
+
+def _texts(texts: Sequence[str], known: NDArray[np.bool_]) -> Any:
+    import pyarrow as pa
+
+    encoded = [text.encode("utf-8", errors="backslashreplace") for text in texts]
+    ends = np.cumsum([0, *map(len, encoded)], dtype=np.int32)
+    data = pa.py_buffer(b"".join(encoded))
+    return pa.StringArray.from_buffers(
+        known.size, pa.py_buffer(ends), data, pa.py_buffer(_bits(known))
+    )
+
+
+def _bits(flags: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    return np.packbits(flags, bitorder="little")
