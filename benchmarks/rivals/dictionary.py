@@ -58,7 +58,7 @@ class Dictionary(NamedTuple):
 def dictionary_of(record: TumbleRecord) -> Dictionary:
     """Set up the columns of all physical effects, at all values of their parameters."""
     pooled = replace(record.apparatus, launch_uncertainty=0.0, launch_sf_uncertainty=0.0)
-    reference, _ = reference_temperature_of(record, None)
+    reference = reference_temperature_of(record, None)
     model = base_model(replace(record, apparatus=pooled), reference or 0.0)
     parameters = solve(model)
     jacobian = model.jacobian(parameters)

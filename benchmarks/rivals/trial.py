@@ -95,7 +95,7 @@ def truth_of(case: Case, seed: int) -> tuple[Truth, TumbleRecord, Table]:
     """Draw a table: what is right about it, its record, and the table."""
     table = case.draw(seed, _size(case, seed))[1]
     record = _record(table)
-    reference, _ = reference_temperature_of(record, None)
+    reference = reference_temperature_of(record, None)
     return Truth(table, base_model(record, reference or 0.0).conditions), record, table
 
 
@@ -144,7 +144,7 @@ def _record(table: Table) -> TumbleRecord:
 
 def _closed(said: Answer, record: TumbleRecord, table: Table) -> float:
     """Part of the held-out mean square beyond that of the table without its effect."""
-    reference, _ = reference_temperature_of(record, None)
+    reference = reference_temperature_of(record, None)
     whole = compared(record, reference or 0.0)
     clean = compared(replace(record, output=record.output - table.effect), reference or 0.0)
     (floor,) = held_out_rms(clean, [()])
