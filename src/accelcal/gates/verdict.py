@@ -42,14 +42,14 @@ class GateStack(NamedTuple):
     ----------
     name : str
         What was checked.
-    verdict : ndarray of int8, shape (T,)
+    verdict : ndarray of int, shape (T,)
         Places in `VERDICTS`.
     finding : callable
         Gives the sentence of one table.
     """
 
     name: str
-    verdict: NDArray[np.int8]
+    verdict: NDArray[np.intp]
     finding: Callable[[int], str]
 
     def gate(self, index: int) -> Gate:
@@ -108,7 +108,7 @@ def gate_stack(
     >>> found.verdicts, found.gate(1).finding
     (['pass', 'warn'], '30 ug')
     """
-    verdict = np.where(bad, _WARN, 0).astype(np.int8)
+    verdict = np.where(bad, _WARN, 0)
     masks = [(np.broadcast_to(where, verdict.shape), why) for where, why in missing]
     for where, _ in masks:
         verdict[where] = _NOT_ASSESSED
