@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.noise import FEW
+from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
-from accelcal.gates.trend import Cells, ReplicatePlan, contracted, directed
+from accelcal.gates.trend import ReplicatePlan, contracted, directed
 from accelcal.gates.verdict import (
     SIGNIFICANT,
     GateStack,

@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
-from accelcal.gates.trend import Cells
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack, times
 from accelcal.grouping import grouped
 from accelcal.model import COEFFICIENTS

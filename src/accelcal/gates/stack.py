@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.plan import TablePlan, plan_of
-from accelcal.gates.trend import Replicates
+from accelcal.gates.trend import ReplicateFit
 from accelcal.gates.verdict import reading_name
 from accelcal.grouping import median
 from accelcal.model import COEFFICIENTS
@@ -130,7 +130,7 @@ class TableStack:
         return np.where(by_time, np.ptp(moment, axis=1) / _HOUR, np.nan)
 
     @cached_property
-    def apart(self) -> Replicates:
+    def apart(self) -> ReplicateFit:
         """Readings of one angle and one direction, a drift set aside."""
         return self.plan.apart.fit(self.output)
 

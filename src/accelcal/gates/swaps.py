@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.gates.trend import Cells
+from accelcal.gates.cells import Cells
 
 __all__ = ["SwapBlock", "Swaps", "best_swap", "swap_blocks"]
 

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.noise import FEW
+from accelcal.gates.cells import Cells
 from accelcal.grouping import distinct, grouped
 
 __all__ = [
-    "Cells",
+    "ReplicateFit",
     "ReplicatePlan",
-    "Replicates",
     "Trend",
     "contracted",
     "directed",
@@ -28,9 +28,7 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-Places = NDArray[np.intp]
 
-_BLOCK = 64  # cells whose sums are found at a time
 _HIGHEST_POWER = 3  # of a drift, however many strokes there are
 
 
@@ -52,50 +50,6 @@ def contracted(matrix: Array, values: Array) -> Array:
     if len(matrix) == 1:
         return np.asarray(matrix[0].T @ values)
     return np.asarray((values.T[:, None] @ matrix)[:, 0].T)
-
-
-class Cells(NamedTuple):
-    """Readings brought together in cells, for sums over each.
-
-    Attributes
-    ----------
-    key : ndarray, shape (m,)
-        What the readings of each cell share.
-    cell : ndarray of int, shape (n,)
-        Cell of each reading.
-    members : ndarray of int, shape (m,)
-        Number of readings of each cell.
-    """
-
-    key: NDArray[np.int64]
-    cell: Places
-    members: Places
-
-    @classmethod
-    def of(cls, keys: NDArray[np.int64]) -> Cells:
-        """Bring readings of one key together."""
-        return cls(*grouped(keys))
-
-    @property
-    def parts(self) -> list[Places]:
-        """Readings of each cell."""
-        return np.split(np.argsort(self.cell, kind="stable"), np.cumsum(self.members)[:-1])
-
-    def sums(self, values: Array) -> Array:
-        """Sum over the readings of each cell, from shape (..., n, k) to shape (..., m, k)."""
-        cells = np.arange(self.members.size)[:, None]
-        # a product is faster than a sum over each cell, but its matrix must not grow as m n
-        blocks = (cells[i : i + _BLOCK] == self.cell for i in range(0, len(cells), _BLOCK))
-        sums = [own.astype(np.float64) @ values for own in blocks]
-        return sums[0] if len(sums) == 1 else np.concatenate(sums, axis=-2)
-
-    def means(self, values: Array) -> Array:
-        """Mean over the readings of each cell, from shape (..., n, k) to shape (..., m, k)."""
-        return self.sums(values) / self.members[:, None]
-
-    def centred(self, values: Array) -> Array:
-        """Take the mean of its cell off each reading, shape (..., n, k)."""
-        return np.asarray(values - np.take(self.means(values), self.cell, axis=-2))
 
 
 def rank_and_inverse(columns: Array) -> tuple[Array, Array, Array]:
@@ -121,7 +75,7 @@ def rank_and_inverse(columns: Array) -> tuple[Array, Array, Array]:
     return rank, np.asarray(inverse), leverage
 
 
-class Replicates(NamedTuple):
+class ReplicateFit(NamedTuple):
     """Least squares through readings that are alike but for a trend.
 
     Attributes
@@ -176,13 +130,13 @@ class ReplicatePlan(NamedTuple):
         free = np.maximum(1.0 - 1.0 / cells.members[cells.cell] - leverage, 0.0)
         return cls(cells, within, inverse, rank, dof, free)
 
-    def fit(self, output: Array) -> Replicates:
+    def fit(self, output: Array) -> ReplicateFit:
         """Fit readings of shape (n, T)."""
         means = self.cells.means(output)
         trend = contracted(self.within @ self.inverse, output)
         deviation = output - means[self.cells.cell]
         residual = deviation - contracted(self.within.swapaxes(1, 2), trend)
-        return Replicates(means, trend, residual, (residual**2).sum(axis=0))
+        return ReplicateFit(means, trend, residual, (residual**2).sum(axis=0))
 
     def blind(self, weights: Array, columns: Array) -> Array:
         """Weights of the readings, (n, k), that no trend along the columns moves, (D, n, k)."""

@@ -1,0 +1,61 @@
+"""Readings brought together in cells, for sums over each."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.grouping import grouped
+
+__all__ = ["Cells"]
+
+Array = NDArray[np.float64]
+Places = NDArray[np.intp]
+
+_BLOCK = 64  # cells whose sums are found at a time
+
+
+class Cells(NamedTuple):
+    """Readings brought together in cells, for sums over each.
+
+    Attributes
+    ----------
+    key : ndarray, shape (m,)
+        What the readings of each cell share.
+    cell : ndarray of int, shape (n,)
+        Cell of each reading.
+    members : ndarray of int, shape (m,)
+        Number of readings of each cell.
+    """
+
+    key: NDArray[np.int64]
+    cell: Places
+    members: Places
+
+    @classmethod
+    def of(cls, keys: NDArray[np.int64]) -> Cells:
+        """Bring readings of one key together."""
+        return cls(*grouped(keys))
+
+    @property
+    def parts(self) -> list[Places]:
+        """Readings of each cell."""
+        return np.split(np.argsort(self.cell, kind="stable"), np.cumsum(self.members)[:-1])
+
+    def sums(self, values: Array) -> Array:
+        """Sum over the readings of each cell, from shape (..., n, k) to shape (..., m, k)."""
+        cells = np.arange(self.members.size)[:, None]
+        # a product is faster than a sum over each cell, but its matrix must not grow as m n
+        blocks = (cells[i : i + _BLOCK] == self.cell for i in range(0, len(cells), _BLOCK))
+        sums = [own.astype(np.float64) @ values for own in blocks]
+        return sums[0] if len(sums) == 1 else np.concatenate(sums, axis=-2)
+
+    def means(self, values: Array) -> Array:
+        """Mean over the readings of each cell, from shape (..., n, k) to shape (..., m, k)."""
+        return self.sums(values) / self.members[:, None]
+
+    def centred(self, values: Array) -> Array:
+        """Take the mean of its cell off each reading, shape (..., n, k)."""
+        return np.asarray(values - np.take(self.means(values), self.cell, axis=-2))
