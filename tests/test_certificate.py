@@ -21,7 +21,6 @@ from accelcal.io.laboratory import Laboratory, read_laboratory
 EXAMPLES = Path(__file__).parents[1] / "examples"
 DCC, SI = "{https://ptb.de/dcc}", "{https://ptb.de/si}"
 
-CONTACT = ("name", "eMail", "phone", "location")
 ORDER = {  # children in the order of the schema; those with ! must be there
     "digitalCalibrationCertificate": ("!administrativeData", "!measurementResults"),
     "administrativeData": (

@@ -18,8 +18,6 @@ from accelcal.record import Apparatus, TumbleRecord
 
 __all__ = ["write_table"]
 
-_ALWAYS = ("temperature", "angle", "stroke", "output", "run", "mounting")
-
 
 def write_table(
     records: TumbleRecord | Sequence[TumbleRecord], target: str | os.PathLike[str] | IO[str]
