@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from accelcal.calibrate.quantities import TableQuantities, table_quantities
 from accelcal.estimate.error_sources import finite_or_none
 from accelcal.estimate.joint import JointEstimate
+from accelcal.estimate.stack_of_one import stack_of_one
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.model import COEFFICIENTS
@@ -48,15 +49,8 @@ def table_calibrations(
     TableCalibration
         One a table.
     """
-    quantities = table_quantities(
-        estimate.names,
-        [k[None] for k in estimate.coefficients],
-        {
-            name: Component(c.covariance[None], c.dof[None])
-            for name, c in estimate.components.items()
-        },
-        tables[0].record.unit,
-    )
+    stack, unit = stack_of_one(estimate), tables[0].record.unit
+    quantities = table_quantities(stack.names, stack.coefficients, stack.components, unit)
     for index, table in enumerate(tables):
         yield _table_calibration(table, estimate, index, quantities, gates[index], warnings[index])
 

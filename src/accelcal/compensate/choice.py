@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.arguments import expect
 from accelcal.compensate.coefficients import (
@@ -37,7 +36,6 @@ from accelcal.results.usable import (
 
 __all__ = ["compensation"]
 
-Array = NDArray[np.float64]
 Rows = tuple[tuple[float, ...], ...]
 
 _CROSS_AXES = {"o": "a_p", "p": "a_o"}

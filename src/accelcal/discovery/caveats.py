@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.discovery.candidates import Instance, column_of, direction, instances_of
 from accelcal.discovery.comparison import Comparison
@@ -16,8 +15,6 @@ from accelcal.estimate.tables import head_positions
 from accelcal.results.findings import Change
 
 __all__ = ["caveats"]
-
-Array = NDArray[np.float64]
 
 _LIKE_THE_HEAD = 0.9
 """Part of an effect's squares that errors of the head positions must be able to take up."""

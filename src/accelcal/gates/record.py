@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.joint import JointEstimate, JointStack
+from accelcal.estimate.stack_of_one import stack_of_one
 from accelcal.gates.verdict import (
     SIGNIFICANT,
     GateStack,
@@ -76,20 +77,6 @@ class RecordStack(NamedTuple):
             names=names,
         )
 
-    @classmethod
-    def of_one(cls, estimate: JointEstimate, names: Sequence[str]) -> RecordStack:
-        """Stack of one record."""
-        return cls(
-            contrasts=estimate.lack_of_fit.contrasts[None],
-            strengths=estimate.lack_of_fit.strengths[None],
-            head=np.array([estimate.head.uncertainty]),
-            head_dof=np.array([estimate.head.dof]),
-            head_source=np.array([estimate.head.source]),
-            noise_dof=np.array([min(noise.dof for noise in estimate.noises)]),
-            coefficients=np.array(estimate.coefficients)[None],
-            names=names,
-        )
-
 
 def record_gates(estimate: JointEstimate, names: Sequence[str]) -> tuple[Gate, ...]:
     """Check what several tables say together.
@@ -106,7 +93,8 @@ def record_gates(estimate: JointEstimate, names: Sequence[str]) -> tuple[Gate, .
     tuple of Gate
         See `gates_of_records`.
     """
-    return tuple(found.gate(0) for found in gates_of_records(RecordStack.of_one(estimate, names)))
+    stack = RecordStack.of(stack_of_one(estimate), names)
+    return tuple(found.gate(0) for found in gates_of_records(stack))
 
 
 def gates_of_records(stack: RecordStack) -> tuple[GateStack, ...]:

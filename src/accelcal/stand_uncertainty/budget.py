@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.accelerometer import AL15, Accelerometer
 from accelcal.arguments import expect
@@ -35,8 +34,6 @@ from accelcal.stand_uncertainty.stand import Stand, StandComponent
 from accelcal.stand_uncertainty.sufficiency import sufficiency
 
 __all__ = ["stand_budget"]
-
-Array = NDArray[np.float64]
 
 _LEVEL = 0.95
 
