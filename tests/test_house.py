@@ -50,7 +50,7 @@ FLOORS = (
     {"model"},
     {"geometry"},
     {"units", "probability", "grouping", "atomic", "sentences", "arguments"},
-    {"errors", "version", "logs"},
+    {"error_free", "errors", "version", "logs"},
 )
 """The rooms, top floor first. Imports point downwards, and never to a room of the same floor."""
 

@@ -4,9 +4,6 @@ References
 ----------
 K. Ozaki, T. Ogita, S. Oishi, S. M. Rump, "Error-free transformations of matrix multiplication by
 using fast routines of matrix multiplication", Numerical Algorithms 59 (2012) 95-118.
-
-T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J. Sci. Comput. 26 (2005)
-1955-1988.
 """
 
 from __future__ import annotations
@@ -16,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.error_free import two_product, two_sum
 from accelcal.estimate.memory import Memory
 
 __all__ = ["CutDesign", "twice_precise_residual"]
@@ -89,31 +87,9 @@ def twice_precise_residual(y: Array, r: Array, matrix: Array, x: Array) -> Array
     >>> twice_precise_residual(np.array([1.0]), np.array([0.0]), tenth[:, None], np.array([10.0]))
     array([-5.55111512e-17])
     """
-    total, rest = _sum(y, -r)
+    total, rest = two_sum(y, -r)
     for column, factor in zip(matrix.T, np.moveaxis(x, -1, 0), strict=True):
-        product, error = _product(column, factor[..., None])
-        total, lost = _sum(total, -product)
+        product, error = two_product(column, factor[..., None])
+        total, lost = two_sum(total, -product)
         rest = rest + (lost - error)
     return np.asarray(total + rest)
-
-
-def _sum(a: Array, b: Array) -> tuple[Array, Array]:
-    """Sum and its rounding error, exactly (Knuth)."""
-    total = a + b
-    part = total - a
-    return total, (a - (total - part)) + (b - part)
-
-
-def _product(a: Array, b: Array) -> tuple[Array, Array]:
-    """Product and its rounding error, exactly (Dekker's product with Veltkamp's splitting)."""
-    product = a * b
-    a_high, a_low = _split(a)
-    b_high, b_low = _split(b)
-    rest = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
-    return product, rest
-
-
-def _split(a: Array) -> tuple[Array, Array]:
-    c = 134217729.0 * a  # 2^27 + 1
-    high = c - (c - a)
-    return high, a - high

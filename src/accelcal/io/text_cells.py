@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.error_free import two_product
+
 __all__ = ["TextCells", "labels_of", "numbers_of", "split_cells"]
 
 Ints = NDArray[np.int64]
@@ -205,18 +207,9 @@ def _quotients(whole: Ints, power: Floats) -> tuple[Floats, Mask]:
 
 
 def _excess(value: Floats, power: Floats, near: Floats) -> Floats:
-    """Product of two numbers less another that is close to it, exactly (Dekker's product)."""
-    product = value * power
-    (high, low), (high_power, low_power) = _halves(value), _halves(power)
-    error = ((high * high_power - product) + high * low_power + low * high_power) + low * low_power
+    """Product of two numbers less another that is close to it, rounded once."""
+    product, error = two_product(value, power)
     return (product - near) + error
-
-
-def _halves(value: Floats) -> tuple[Floats, Floats]:
-    """Sum of two numbers of half the bits (Veltkamp's splitting)."""
-    scaled = value * (2.0**27 + 1.0)
-    high = scaled - (scaled - value)
-    return high, value - high
 
 
 def _number(cell: bytes) -> float:
