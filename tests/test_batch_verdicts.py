@@ -9,8 +9,8 @@ import pytest
 
 import accelcal
 from accelcal.archive import fitting
-from accelcal.archive.judged import verdicts_of
 from accelcal.archive.stacked_rows import can_be_columns, stacked_tables
+from accelcal.archive.stacked_verdicts import verdicts_of
 from accelcal.calibrate.many import calibrate_many
 from accelcal.calibrate.options import Options
 from accelcal.io.specification import read_specification

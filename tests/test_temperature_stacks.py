@@ -14,7 +14,7 @@ from accelcal.estimate.tables import prepare
 from accelcal.gates.record import RecordStack, gates_of_records
 from accelcal.simulation import NoiseComponents, TumblePlan
 from accelcal.temperature.bilinear import bilinear_design
-from accelcal.temperature.generalised import law_maps
+from accelcal.temperature.generalised_least_squares import law_maps
 from accelcal.temperature.of_record import laws_of_stack
 
 DECLARED = {"head_uncertainty": 1e-5, "launch_uncertainty": 2e-6}

@@ -10,10 +10,10 @@ import numpy as np
 from accelcal.archive.cells import Columns, Labels, columns_of_rows, put_together
 from accelcal.archive.columns import LAWS, ROWS, FrameColumn
 from accelcal.archive.failures import attempt, one_line
-from accelcal.archive.judged import verdicts_of
 from accelcal.archive.rows import law_rows, table_rows
 from accelcal.archive.settings import Settings
 from accelcal.archive.stacked_rows import can_be_columns, stacked_laws, stacked_tables
+from accelcal.archive.stacked_verdicts import verdicts_of
 from accelcal.calibrate.many import calibrate_many
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.record import TumbleRecord

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from accelcal.archive.cells import Columns, Labels, put_together
 from accelcal.archive.columns import LAWS, ROWS, FrameColumn
 from accelcal.archive.rows import JOINT
-from accelcal.archive.warned import warning_cells
 from accelcal.calibrate.columns import mountings_of, numbers_of, runs_of, verdict_codes
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.gates.verdict import VERDICTS
@@ -68,12 +67,24 @@ def stacked_tables(stack: CalibrationStack) -> Columns:
         "run": Labels(table * len(records) + record, runs),
         "mounting": Labels(table, mountings_of(stack)),
         "stands_for": Labels(table, stands_for),
-        "warnings": Labels.of(warning_cells(stack)),
+        "warnings": Labels.of(_warnings(stack)),
     }
     same = {"method": stack.options.method, "robust": stack.options.robust, "failed_limits": ""}
     found |= {name: _everywhere(value, record.size) for name, value in same.items()}
     found["delta0_rad"] = np.full(record.size, stack.delta0)
     return _columns(found, ROWS, record.size)
+
+
+def _warnings(stack: CalibrationStack) -> list[str]:
+    """Sentences about each table and its record, joined."""
+    warned = stack.warnings
+    of_records = [JOINT.join(own) for own in warned.of_record]
+    of_tables = zip(*warned.of_tables, strict=True)
+    return [
+        JOINT.join((*own, of_record)) if own else of_record
+        for of_record, of_each in zip(of_records, of_tables, strict=True)
+        for own in of_each
+    ]
 
 
 def stacked_laws(stack: CalibrationStack) -> tuple[Columns, NDArray[np.intp]]:

@@ -30,7 +30,7 @@ from accelcal.temperature.bilinear import (
     relative_slopes,
     tell_a_law,
 )
-from accelcal.temperature.generalised import law_maps
+from accelcal.temperature.generalised_least_squares import law_maps
 from accelcal.temperature.hysteresis import Branches, Hysteresis, branches_of, mean_hysteresis
 from accelcal.temperature.levels import (
     Levels,
