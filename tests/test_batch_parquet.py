@@ -8,7 +8,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import accelcal
+from accelcal.archive import parts
 from accelcal.archive.parquet import as_csv, read_rows, row_ranges
+from accelcal.archive.sources import find_sources
 from accelcal.io.ordinary import Content, read_arrow, read_ordinary
 
 pa = pytest.importorskip("pyarrow")
@@ -119,10 +122,35 @@ def test_a_file_that_has_changed_is_read_anew(path):
 @pytest.mark.parametrize("size", [1, 500, 2000, 2500, 10**6])
 def test_ranges_end_where_a_serial_ends(path, size):
     serials = pd.read_parquet(path)["serial"].tolist()
-    ranges = list(row_ranges(path, size))
+    ranges = list(row_ranges(path, size, 0))
     least = max(size // 50, 1)
     assert [start for start, _ in ranges] == [0, *(end for _, end in ranges[:-1])]
     assert ranges[-1][1] == len(serials)
     changes = [i + 1 for i, (a, b) in enumerate(pairwise(serials)) if a != b] + [len(serials)]
     for start, end in ranges:
         assert end == next((c for c in changes if c >= start + least), len(serials))
+
+
+@pytest.mark.parametrize(
+    ("columns", "in_parts"),
+    [
+        (frame(), True),
+        (frame().rename(columns={"serial": "Seriennummer"}), True),
+        (frame().rename(columns={"serial": "S.N"}), True),
+        (frame().assign(operator="me"), False),
+        (frame().rename(columns={"stroke": "stroke,run"}), False),
+    ],
+    ids=["serial", "German", "with a point", "an unknown column", "a comma in a heading"],
+)
+def test_what_is_out_of_the_ordinary_is_read_whole(tmp_path, monkeypatch, columns, in_parts):
+    path = tmp_path / "a.parquet"
+    pq.write_table(arrow(columns), path)
+    (source,) = find_sources([str(path)])
+    assert parts.divide(source) == []
+    whole = accelcal.batch(path)
+    monkeypatch.setattr(parts, "LARGE", 1)
+    monkeypatch.setattr(parts, "PART", 500)
+    assert (len(parts.divide(source)) > 1) == in_parts
+    found = accelcal.batch(path)
+    assert found.tables["K1"].tolist() == whole.tables["K1"].tolist()
+    assert found.errors["message"].tolist() == whole.errors["message"].tolist()

@@ -12,9 +12,7 @@ from typing import IO, Any
 
 from accelcal.errors import InputError
 
-__all__ = ["as_csv", "is_parquet", "read_all", "read_rows", "row_ranges"]
-
-_SERIALS = ("serial", "sn", "s_n", "serial_number", "serial_no")
+__all__ = ["as_csv", "headings_of", "is_parquet", "read_all", "read_rows", "row_ranges"]
 
 
 def is_parquet(path: str) -> bool:
@@ -118,7 +116,29 @@ def as_csv(table: Any) -> bytes:
     return text.getvalue()
 
 
-def row_ranges(path: str, size: int) -> Iterator[tuple[int, int]]:
+def headings_of(path: str) -> list[str]:
+    """Names of the columns of a Parquet file.
+
+    Parameters
+    ----------
+    path : str
+        The file.
+
+    Returns
+    -------
+    list of str
+        The names.
+
+    Raises
+    ------
+    InputError
+        As of `read_all`.
+    """
+    names: list[str] = _open(path).schema_arrow.names
+    return names
+
+
+def row_ranges(path: str, size: int, serial: int) -> Iterator[tuple[int, int]]:
     """Divide the rows of a Parquet file where its serial changes.
 
     Parameters
@@ -127,20 +147,20 @@ def row_ranges(path: str, size: int) -> Iterator[tuple[int, int]]:
         The file.
     size : int
         About how many bytes a range holds as text.
+    serial : int
+        Index of the column of serials.
 
     Yields
     ------
     tuple of int
-        First row and the one behind the last; nothing where there is no column of serials.
+        First row and the one behind the last.
     """
     file = _open(path, with_dictionaries=True)
-    names = [name for name in file.schema_arrow.names if name.casefold() in _SERIALS]
-    if not names:
-        return
-    about = max(size // (10 * len(file.schema_arrow.names)), 1)  # ten characters a cell
+    names = file.schema_arrow.names
+    about = max(size // (10 * len(names)), 1)  # ten characters a cell
     start = at = 0
     last = None
-    for batch in file.iter_batches(about, columns=names[:1], use_threads=False):
+    for batch in file.iter_batches(about, columns=[names[serial]], use_threads=False):
         serials = batch.column(0)
         for row in range(max(start + about, at), at + len(serials)):
             before = serials[row - at - 1].as_py() if row > at else last

@@ -12,7 +12,7 @@ from itertools import accumulate, groupby
 from operator import itemgetter
 from typing import IO, NamedTuple
 
-from accelcal.archive.parquet import as_csv, is_parquet, read_rows, row_ranges
+from accelcal.archive.parquet import as_csv, headings_of, is_parquet, read_rows, row_ranges
 from accelcal.archive.sources import SourceFile, is_url
 from accelcal.io.ordinary import Content, ordinary_head
 
@@ -65,14 +65,7 @@ def divide(source: SourceFile) -> list[Part]:
     least = LARGE // _PACKED if parquet else LARGE
     if source.size < least or is_url(source.path):
         return []
-    if parquet:
-        return [Part(*bounds, bounds[0]) for bounds in row_ranges(source.path, PART)]
-    with open(source.path, "rb") as file:  # noqa: PTH123
-        found = ordinary_head(file.read(_HEAD))
-        if found is None or "serial" not in found[1]:
-            return []
-        file.seek(len(found[0]))
-        return list(_parts_of_csv(file, found[1].index("serial")))
+    return list((_parts_of_parquet if parquet else _parts_of_csv)(source.path))
 
 
 def part_content(path: str, part: Part) -> tuple[Content, int]:
@@ -184,7 +177,24 @@ def _head(file: IO[bytes]) -> tuple[bytes, tuple[str, ...]]:
     return found
 
 
-def _parts_of_csv(file: IO[bytes], column: int) -> Iterator[Part]:
+def _parts_of_parquet(path: str) -> Iterator[Part]:
+    names = headings_of(path)
+    found = ordinary_head((",".join(names) + "\n1\n").encode())
+    if found is not None and "serial" in found[1] and len(found[1]) == len(names):
+        for start, end in row_ranges(path, PART, found[1].index("serial")):
+            yield Part(start, end, start)
+
+
+def _parts_of_csv(path: str) -> Iterator[Part]:
+    with open(path, "rb") as file:  # noqa: PTH123
+        found = ordinary_head(file.read(_HEAD))
+        if found is not None and "serial" in found[1]:
+            file.seek(len(found[0]))
+            yield from _parts_below(file, found[1].index("serial"))
+
+
+def _parts_below(file: IO[bytes], column: int) -> Iterator[Part]:
+    """Parts of the rows below the headings."""
     start, skipped = file.tell(), 0
     while chunk := file.read(PART):
         last = chunk[chunk.rfind(b"\n") + 1 :] + file.readline()
