@@ -13,8 +13,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from accelcal.errors import InputError
 
-__all__ = ["checked", "each_of", "expect", "kind_of", "number_array", "path_text"]
-__all__ += ["several", "whole"]
+__all__ = [
+    "checked",
+    "each_of",
+    "expect",
+    "kind_of",
+    "number_array",
+    "path_text",
+    "several",
+    "whole",
+]
 
 _KINDS = {
     "Acceleration": ("accelerations", "make them by accelcal.accelerations(angles)"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -67,32 +67,58 @@ def calibration_of_record(
     Calibration
         With its temperature laws.
     """
-    method, delta0 = options.method, fixture_angle(record, options.delta0)
+    fit = _Fit(tables, estimate, gates, RecordLaws(None, None) if laws is None else laws)
+    if laws is None and options.method != "printed":  # laws of misprinted coefficients are no laws
+        fit = _with_laws(record, fit, known, options)
+    return _calibration(record, fit, known, options)
+
+
+class _Fit(NamedTuple):
+    """What was found of one record."""
+
+    tables: Sequence[PreparedTable]
+    estimate: JointEstimate
+    gates: Sequence[tuple[Gate, ...]]
+    laws: RecordLaws
+
+
+def _with_laws(record: TumbleRecord, fit: _Fit, known: Correction | None, options: Options) -> _Fit:
+    """Fit the laws, and all anew where the temperatures moved within the runs."""
+    delta0 = fixture_angle(record, options.delta0)
     reference = reference_temperature_of(record, options.reference_temperature)
-    # laws of misprinted coefficients are no laws
-    found = RecordLaws(None, None) if laws is None else laws
-    if method != "printed" and laws is None:
-        moving, outputs = tables, estimate.outputs
-        at_rest = brought_to_rest(tables, estimate, reference)
-        if at_rest.said:
-            tables = at_rest.tables
-            estimate = _estimated_anew(record, tables, known, options, delta0)
-            gates = gates_of_tables(tables, estimate.judged, estimate.noises, delta0)
-        found = laws_of_record(
-            at_rest, estimate, reference, options.temperature_laws, moving=moving, outputs=outputs
-        )
-    warned = _warnings(record, tables, estimate, found, options)
+    tables, estimate, gates, _ = fit
+    at_rest = brought_to_rest(tables, estimate, reference)
+    if at_rest.said:
+        tables = at_rest.tables
+        estimate = _estimated_anew(record, tables, known, options, delta0)
+        gates = gates_of_tables(tables, estimate.judged, estimate.noises, delta0)
+    laws = laws_of_record(
+        at_rest,
+        estimate,
+        reference,
+        options.temperature_laws,
+        moving=fit.tables,
+        outputs=fit.estimate.outputs,
+    )
+    return _Fit(tables, estimate, gates, laws)
+
+
+def _calibration(
+    record: TumbleRecord, fit: _Fit, known: Correction | None, options: Options
+) -> Calibration:
+    tables, estimate, gates, laws = fit
+    method, delta0 = options.method, fixture_angle(record, options.delta0)
+    warned = _warnings(record, fit, options)
     of_tables = [own[0] for own in warned.of_tables]
+    stated = laws.with_temperature(estimate)
     return Calibration(
         method=method,
         robust=options.robust,
         output_unit=record.unit,
-        tables=tuple(
-            table_calibrations(tables, found.with_temperature(estimate), gates, of_tables)
-        ),
+        tables=tuple(table_calibrations(tables, stated, gates, of_tables)),
         serial=record.serial,
         g_local_m_s2=record.apparatus.local_gravity,
-        T0_degC=reference,
+        T0_degC=reference_temperature_of(record, options.reference_temperature),
         delta0_rad=delta0,
         source=record.source,
         date=record.date,
@@ -100,8 +126,8 @@ def calibration_of_record(
         gates=record_gates(estimate, table_names(tables)),
         warnings=warned.of_record[0],
         software=f"accelcal {__version__}",
-        temperature_model=found.main,
-        second_axis_model=found.second_axis,
+        temperature_model=laws.main,
+        second_axis_model=laws.second_axis,
         fixture_angle=fixture_angles(tables, estimate, delta0) if method != "printed" else (),
         effects=() if known is None else tuple(frozen(e.to_document()) for e in known.effects),
         provenance=frozen(record.provenance(options.asked())),
@@ -131,25 +157,19 @@ def _estimated_anew(
     return estimate._replace(components={**estimate.components, "effects": of_effects})
 
 
-def _warnings(
-    record: TumbleRecord,
-    tables: Sequence[PreparedTable],
-    estimate: JointEstimate,
-    laws: RecordLaws,
-    options: Options,
-) -> Warned:
+def _warnings(record: TumbleRecord, fit: _Fit, options: Options) -> Warned:
     """Say what a reader must know of one record: a stack of one."""
     is_given = has_reference_temperature(record, options.reference_temperature)
     return warnings_of(
         Fitted(
-            tables=tables,
-            estimate=stack_of_one(estimate),
-            slopes=Slopes.of_one(laws.main),
+            tables=fit.tables,
+            estimate=stack_of_one(fit.estimate),
+            slopes=Slopes.of_one(fit.laws.main),
             is_chosen=np.array([not is_given]),
             method=options.method,
             delta0=fixture_angle(record, options.delta0),
             told_of_head=np.array([options.leaves_out(record)]),
-            moved=laws.said,
+            moved=fit.laws.said,
         )
     )
 

@@ -128,8 +128,7 @@ class CalibrationStack:
     @cached_property
     def references(self) -> Array:
         """T0 of each record, shape (R,); NaN where no temperature is known [degC]."""
-        given = self.options.reference_temperature
-        return self.plan.references(given)
+        return self.plan.references(self.options.reference_temperature)
 
     @cached_property
     def laws(self) -> StackLaws:
