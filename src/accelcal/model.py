@@ -38,10 +38,12 @@ from accelcal.geometry import Acceleration
 __all__ = [
     "COEFFICIENTS",
     "ERROR_TERMS",
+    "ERROR_UNITS",
     "POWERS",
     "SEEN_IN_MOUNTING",
     "acceleration_error",
     "bias_bound",
+    "coefficient_unit",
     "design_matrix",
     "error_bounds",
     "error_coefficients",
@@ -76,6 +78,11 @@ ERROR_TERMS: Mapping[str, str] = MappingProxyType(
 )
 """Coefficient of (1) -> coefficient of the error model (2), which is its quotient by K1."""
 
+ERROR_UNITS: Mapping[str, str] = MappingProxyType(
+    {"k0": "g", "k2": "g/g^2", "k3": "g/g^3", "delta": "rad", "delta_ip": "g/g^2"}
+)
+"""Coefficient of the error model (2) -> its unit."""
+
 SEEN_IN_MOUNTING: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "o": ("K0", "K1", "K2", "K3", "M_O", "M_ip"),
@@ -83,6 +90,31 @@ SEEN_IN_MOUNTING: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )
 """Terms of (1) that `COEFFICIENTS` stand for, by the axis that lies along the shaft."""
+
+
+def coefficient_unit(name: str, output_unit: str | None = None) -> str:
+    """Unit of a coefficient of a tumble test.
+
+    Parameters
+    ----------
+    name : str
+        One of `COEFFICIENTS`.
+    output_unit : str, optional
+        Output unit.
+
+    Returns
+    -------
+    str
+        The unit.
+
+    Examples
+    --------
+    >>> coefficient_unit("K0", "mA"), coefficient_unit("K1", "mA"), coefficient_unit("K2")
+    ('mA', 'mA/g', 'output unit/g^2')
+    """
+    power = POWERS[name]
+    suffix = {0: "", 1: "/g"}.get(power, f"/g^{power}")
+    return f"{output_unit or 'output unit'}{suffix}"
 
 
 def output(coefficients: Mapping[str, float], acceleration: Acceleration) -> Array:

@@ -108,7 +108,7 @@ def _found(calibration: Calibration, symbol: str, place: int | str) -> Found:
 
 
 def _numbers(values: list[float | None]) -> NDArray[np.float64]:
-    return np.array([np.nan if value is None else value for value in values])
+    return np.array(values, dtype=np.float64)  # None becomes NaN
 
 
 def _quantity(calibration: Calibration, symbol: str, place: Place) -> Quantity | None:

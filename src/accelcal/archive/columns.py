@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from accelcal.model import COEFFICIENTS, ERROR_TERMS, POWERS
+from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, coefficient_unit
 
 __all__ = ["ERRORS", "LAWS", "ROWS", "TABLE_GATES", "FrameColumn", "gate_column", "units_of"]
 
@@ -28,7 +28,6 @@ _PARTS = (
     ("_standard_uncertainty", "standard uncertainty of {}"),
     ("_expanded_uncertainty", "half width of the 95 % interval of {}"),
 )
-_ERROR_UNITS = {"k0": "g", "k2": "g/g^2", "k3": "g/g^3", "delta": "rad", "delta_ip": "g/g^2"}
 
 
 class FrameColumn(NamedTuple):
@@ -96,11 +95,6 @@ def _of_quantity(name: str, unit: str) -> Iterator[FrameColumn]:
     yield FrameColumn(f"{name}_dof", "number", "", told)
 
 
-def _coefficient_unit(name: str) -> str:
-    power = POWERS[name]
-    return "output_unit" + ("" if power == 0 else "/g" if power == 1 else f"/g^{power}")
-
-
 _WHERE = (
     FrameColumn("source", "text", "", "file or URL that the readings come from"),
     FrameColumn("line", "whole", "", "line of the source with the first reading"),
@@ -117,8 +111,12 @@ _OF_TABLE = (
     FrameColumn("dof", "whole", "", "readings minus coefficients"),
     FrameColumn("output_unit", "text", "", "unit of the output"),
     FrameColumn("residual_rms", "number", "output_unit", "root of the squared residuals over dof"),
-    *(c for name in COEFFICIENTS for c in _of_quantity(name, _coefficient_unit(name))),
-    *(c for name in ERROR_TERMS.values() for c in _of_quantity(name, _ERROR_UNITS[name])),
+    *(
+        c
+        for name in COEFFICIENTS
+        for c in _of_quantity(name, coefficient_unit(name, "output_unit"))
+    ),
+    *(c for name in ERROR_TERMS.values() for c in _of_quantity(name, ERROR_UNITS[name])),
     FrameColumn("stands_for", "text", "", "what a coefficient holds besides itself, at few angles"),
     *(FrameColumn(gate_column(g), "text", "", f"gate {g}") for g in (*TABLE_GATES, *_RECORD_GATES)),
     FrameColumn("warnings", "text", "", "what to know before using the numbers, joined by ' | '"),

@@ -14,13 +14,11 @@ from accelcal.archive.rows import JOINT
 from accelcal.calibrate.columns import mountings_of, numbers_of, runs_of, verdict_codes
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.gates.verdict import VERDICTS
+from accelcal.temperature.bilinear import law_units
 from accelcal.temperature.from_tables import LawsOfRecords
 from accelcal.version import __version__
 
 __all__ = ["can_be_columns", "stacked_laws", "stacked_tables"]
-
-_SLOPES = {"k0": "g/degC", "K1": "1/degC", "delta": "rad/degC"}
-_AT_T0 = {"k0": "g", "delta": "rad"}
 
 
 def can_be_columns(stack: CalibrationStack) -> bool:
@@ -195,6 +193,4 @@ def _everywhere(value: Any, rows: int) -> Labels:
 
 def _law_unit(term: str, unit: str | None) -> str:
     law, _, part = term.partition(" ")
-    if law == "hysteresis":
-        return "g"
-    return _SLOPES[law] if part != "at_T0" else _AT_T0.get(law, f"{unit or 'output unit'}/g")
+    return "g" if law == "hysteresis" else law_units(unit)[law][part != "at_T0"]

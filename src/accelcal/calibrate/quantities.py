@@ -9,14 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.uncertainty import Component, Intervals, combined, interval_stack
-from accelcal.model import COEFFICIENTS, ERROR_TERMS, POWERS
+from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, coefficient_unit
 from accelcal.results.quantity import Quantity
 
 __all__ = ["QuantityStack", "TableQuantities", "table_quantities"]
 
 Array = NDArray[np.float64]
-
-_ERROR_UNITS = {"k0": "g", "k2": "g/g^2", "k3": "g/g^3", "delta": "rad", "delta_ip": "g/g^2"}
 
 
 class QuantityStack(NamedTuple):
@@ -110,7 +108,7 @@ def table_quantities(
     """
     whole = [(table, name) for table, own in enumerate(names) for name in own]
     k = np.stack(values, axis=1)[:, *_columns(whole, COEFFICIENTS)]
-    units = {name: _coefficient_unit(unit, POWERS[name]) for name in COEFFICIENTS}
+    units = {name: coefficient_unit(name, unit) for name in COEFFICIENTS}
     own = [i for i, (_, name) in enumerate(whole) if name in ERROR_TERMS]
     k1 = [whole.index((whole[i][0], "K1")) for i in own]
     errors = [(table, ERROR_TERMS[name]) for table, name in (whole[i] for i in own)]
@@ -123,7 +121,7 @@ def table_quantities(
     )
     return TableQuantities(
         _stack(units, len(names), whole, k, interval_stack(components)),
-        _stack(_ERROR_UNITS, len(names), errors, quotients, known),
+        _stack(ERROR_UNITS, len(names), errors, quotients, known),
     )
 
 
@@ -158,11 +156,6 @@ def _columns(
 ) -> tuple[list[int], list[int]]:
     """Table and place among the names of each quantity."""
     return [table for table, _ in places], [names.index(name) for _, name in places]
-
-
-def _coefficient_unit(unit: str | None, power: int) -> str:
-    suffix = {0: "", 1: "/g"}.get(power, f"/g^{power}")
-    return f"{unit or 'output unit'}{suffix}"
 
 
 def _known(value: float) -> float | None:

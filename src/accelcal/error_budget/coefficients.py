@@ -16,10 +16,7 @@ from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
 
-__all__ = ["SAME_LEVEL", "Coefficients", "coefficients_of"]
-
-SAME_LEVEL = 1.0
-"""Temperatures closer than this are one level [degC]."""
+__all__ = ["Coefficients", "coefficients_of"]
 
 _AXES = {"o": ("delta_O", "delta_ip"), "p": ("delta_P", "delta_io")}
 

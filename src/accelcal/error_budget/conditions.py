@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.error_budget.coefficients import SAME_LEVEL, Coefficients
+from accelcal.error_budget.coefficients import Coefficients
 from accelcal.errors import InputError
+from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.geometry import Acceleration
 
 __all__ = ["Conditions", "conditions"]

@@ -19,13 +19,11 @@ from accelcal.gates.verdict import (
     GateStack,
     acceleration,
     gate_stack,
-    reading_name,
 )
 from accelcal.grouping import distinct, grouped
 from accelcal.probability import f_exceeds
-from accelcal.record import TumbleRecord
 
-__all__ = ["closure", "forward_against_back", "outlier", "place"]
+__all__ = ["closure", "forward_against_back", "outlier"]
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -325,21 +323,3 @@ def outlier(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
 
     few = ~known, "no position is read often enough; repeat the strokes"
     return gate_stack("outlier", bad, said, [few])
-
-
-def place(record: TumbleRecord, index: int) -> str:
-    """Say which reading it is.
-
-    Parameters
-    ----------
-    record : TumbleRecord
-        The readings.
-    index : int
-        The reading.
-
-    Returns
-    -------
-    str
-        Stroke, angle and line.
-    """
-    return reading_name(record, index, record.line)

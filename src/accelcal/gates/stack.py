@@ -94,7 +94,7 @@ class TableStack:
             noise_dof=np.array([noise.dof for noise in noises]),
             declared=np.array([noise.source == "declared" for noise in noises]),
             scatter=np.array([median(table.scatter) for table in tables]),
-            step=np.array([np.nan if step is None else step for step in steps]),
+            step=np.array(steps, dtype=np.float64),  # None becomes NaN
             time=_times(records),
             line=lambda index: records[index].line,
             delta0=delta0,

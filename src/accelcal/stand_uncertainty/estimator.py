@@ -14,9 +14,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.linear import METHODS, linear_estimator
 from accelcal.estimate.tables import prepare
-from accelcal.model import ERROR_TERMS, POWERS
+from accelcal.model import ERROR_TERMS, ERROR_UNITS, POWERS
 from accelcal.record import TumbleRecord
 from accelcal.results.stand_budget import BudgetedCoefficient
 from accelcal.stand_uncertainty.readings import Readings
@@ -28,15 +29,12 @@ Array = NDArray[np.float64]
 _LEAST_RISE = 5.0
 """Levels closer to T0 than this tell no slope [degC]."""
 
-_ERROR_UNITS = {"k0": "g", "k2": "g/g^2", "k3": "g/g^3", "delta": "rad", "delta_ip": "g/g^2"}
 _SLOPES = {"lam": "g/degC", "beta": "1/degC", "gam": "rad/degC"}
 _LAWFUL = {"K0", "K1", "M"}
 """What a table must have determined to take part in the temperature laws."""
 _SEEN = {"o": "O", "p": "P"}
 _ROUNDING = 1e-13
 _DIFFERENCE = np.array([-1.0, 1.0])
-_SAME_LEVEL = 1.0
-"""Temperatures closer than this are one level [degC]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,7 +140,7 @@ class Estimator:
         for name in table.names:
             if name in ERROR_TERMS:
                 symbol = ERROR_TERMS[name]
-                named = BudgetedCoefficient(symbol, where, _ERROR_UNITS[symbol])
+                named = BudgetedCoefficient(symbol, where, ERROR_UNITS[symbol])
                 yield named, table.quotient(name)
 
     def _per_gravity(self, gravity: float) -> Rule:
@@ -196,7 +194,7 @@ class Estimator:
 
 
 def _same_level(one: _Table, other: _Table) -> bool:
-    return abs(one.rise - other.rise) < _SAME_LEVEL
+    return abs(one.rise - other.rise) < SAME_LEVEL
 
 
 def _law(rise: Array) -> tuple[tuple[int, ...], Array]:

@@ -15,6 +15,7 @@ from accelcal.estimate.uncertainty import (
     interval_stack,
     propagate,
 )
+from accelcal.model import coefficient_unit
 from accelcal.results.quantity import Quantity
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
 
@@ -23,6 +24,7 @@ __all__ = [
     "LawStack",
     "bilinear_design",
     "interval_of",
+    "law_units",
     "local_slopes",
     "measured_sides",
     "misfit",
@@ -138,6 +140,32 @@ def local_slopes(rise: Array, sides: Sequence[str]) -> Array:
     return np.stack([np.zeros_like(rise), *(parts[side] for side in sides)], axis=-1)
 
 
+def law_units(unit: str | None) -> dict[str, tuple[str, str]]:
+    """Units of the laws.
+
+    Parameters
+    ----------
+    unit : str or None
+        Output unit.
+
+    Returns
+    -------
+    dict of str to tuple of str
+        Law -> unit of its value at T0, and of its slopes.
+
+    Examples
+    --------
+    >>> law_units("mA")["K1"]
+    ('mA/g', '1/degC')
+    """
+    of_scale_factor = coefficient_unit("K1", unit)
+    return {
+        "k0": ("g", "g/degC"),
+        "K1": (of_scale_factor, "1/degC"),
+        "delta": ("rad", "rad/degC"),
+    }
+
+
 class LawStack(NamedTuple):
     """Laws of k0, K1 and delta of R records in which the same sides of T0 were measured.
 
@@ -175,8 +203,7 @@ class LawStack(NamedTuple):
 
         `covariance` is that of the values and of `others`, which follow no law.
         """
-        output = f"{unit or 'output unit'}/g"
-        units = (("g", "g/degC"), (output, "1/degC"), ("rad", "rad/degC"))
+        units = law_units(unit).values()
         found = [interval_of(self.intervals, (index, i)) for i in range(self.values.shape[1])]
         values, count = self.values[index], 1 + len(self.sides)
         parts = (slice(i * count, (i + 1) * count) for i in range(len(_LAWS)))

@@ -11,8 +11,7 @@ from accelcal.discovery.faults.fault import Fault
 from accelcal.discovery.faults.suspects import Suspect, Views, suspects, views_of
 from accelcal.effects.catalogue import effect
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions
-from accelcal.gates.replicates import place
-from accelcal.gates.verdict import acceleration
+from accelcal.gates.verdict import acceleration, reading_name
 from accelcal.record import TumbleRecord
 
 __all__ = ["nominal_scale", "single_readings"]
@@ -128,7 +127,8 @@ def _errors(
 
 def _where(record: TumbleRecord, reading: int) -> str:
     label = record.run_labels[record.run[reading]]
-    return f"{f'run {label}, ' if len(record.run_labels) > 1 else ''}{place(record, reading)}"
+    run = f"run {label}, " if len(record.run_labels) > 1 else ""
+    return run + reading_name(record, reading, record.line)
 
 
 def _doubt(record: TumbleRecord, step: Suspect) -> str:
@@ -163,6 +163,7 @@ def _exchange(record: TumbleRecord, c: Conditions, step: Suspect) -> Fault:
     chance = max(step.p_value, _SMALLEST)
     first, second = sorted(step.readings, key=lambda reading: int(c.number[reading]))
     apart = float(c.number[second] - c.number[first])
+    other = reading_name(record, second, record.line)
     return Fault(
         effect=effect("swapped-positions"),
         finding=effect("swapped-positions").name,
@@ -172,6 +173,6 @@ def _exchange(record: TumbleRecord, c: Conditions, step: Suspect) -> Fault:
         },
         p_value=chance,
         readings=(first, second),
-        text=f"{_where(record, first)} and {place(record, second)} are written at each other's"
-        f" place (p = {chance:.2g}): exchanged back; check the protocol",
+        text=f"{_where(record, first)} and {other} are written at each other's place"
+        f" (p = {chance:.2g}): exchanged back; check the protocol",
     )
