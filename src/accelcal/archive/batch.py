@@ -211,10 +211,14 @@ def _write(
     errors: Sequence[tuple[str, str]],
 ) -> None:
     """Put the results together; the tables come last, so that they stand for a whole batch."""
-    journal.write(names["errors"], partial(write_errors, errors))
-    for index, (name, columns) in reversed(list(enumerate((("tables", ROWS), ("laws", LAWS))))):
-        parts = journal.parts(blocks, index)
-        journal.write(names[name], partial(join, parts, columns, form))
+    tables, laws = (journal.parts(blocks, which) for which in (0, 1))
+    journal.write(
+        {
+            names["errors"]: partial(write_errors, errors),
+            names["laws"]: partial(join, laws, LAWS, form),
+            names["tables"]: partial(join, tables, ROWS, form),
+        }
+    )
     journal.remove()
 
 

@@ -12,7 +12,7 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, NamedTuple
@@ -108,14 +108,25 @@ class Journal:
                 file.seek(sum(sizes[:which]), os.SEEK_CUR)
                 yield file.read(sizes[which])
 
-    def write(self, path: str, fill: Callable[[IO[bytes]], None]) -> None:
-        """Write a result whole or not at all; what a kill leaves of it goes with the journal."""
-        unfinished = self.folder / "unfinished"
+    def write(self, results: Mapping[str, Callable[[IO[bytes]], None]]) -> None:
+        """Write results side by side, and let them appear whole or not at all, in their order.
+
+        What a kill leaves of one goes with the journal.
+        """
+        from concurrent.futures import ThreadPoolExecutor
+
+        with ThreadPoolExecutor(len(results)) as pool:  # compression and the disk work at once
+            ready = list(pool.map(self._write, map(str, range(len(results))), results.values()))
+        for unfinished, path in zip(ready, results, strict=True):
+            unfinished.replace(Path(path).resolve())
+
+    def _write(self, name: str, fill: Callable[[IO[bytes]], None]) -> Path:
+        unfinished = self.folder / f"unfinished-{name}"
         with unfinished.open("wb") as file:
             fill(file)
             file.flush()
             os.fsync(file.fileno())
-        unfinished.replace(Path(path).resolve())
+        return unfinished
 
     def remove(self) -> None:
         """Remove the journal: all results are written."""
