@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments import checked, expect
+from accelcal.arguments import check_number, expect
 from accelcal.errors import InputError
 
 __all__ = ["AL15", "Accelerometer", "BilinearLaw"]
@@ -40,7 +40,7 @@ class BilinearLaw:
     below: float = 0.0
 
     def __post_init__(self) -> None:
-        checked(**asdict(self))
+        check_number(**asdict(self))
 
     def change(self, excess: Array) -> Array:
         """Change from the value at T0, at dT = `excess` [degC]."""
@@ -97,8 +97,8 @@ class Accelerometer:
     def __post_init__(self) -> None:
         for law in (self.scale_factor, self.bias, self.misalignment):
             expect(law, BilinearLaw)
-        checked(k2=self.k2, k3=self.k3, cross_coupling=self.cross_coupling)
-        checked(reference_temperature=self.reference_temperature)
+        check_number(k2=self.k2, k3=self.k3, cross_coupling=self.cross_coupling)
+        check_number(reference_temperature=self.reference_temperature)
         if self.scale_factor.at_reference == 0.0:
             raise InputError("the scale factor is 0; it is the change of output for 1 g")
 

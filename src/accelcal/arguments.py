@@ -14,14 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 from accelcal.errors import InputError
 
 __all__ = [
-    "checked",
+    "check_number",
+    "check_whole",
     "each_of",
     "expect",
     "kind_of",
     "number_array",
     "path_text",
     "several",
-    "whole",
 ]
 
 _KINDS = {
@@ -146,7 +146,7 @@ def several(values: Any) -> tuple[Any, ...]:
     return tuple(values.tolist() if isinstance(values, np.ndarray) else values)
 
 
-def checked(minimum: float = -math.inf, maximum: float = math.inf, /, **values: float) -> None:
+def check_number(minimum: float = -math.inf, maximum: float = math.inf, /, **values: float) -> None:
     """Refuse values that are not finite or outside a range.
 
     Parameters
@@ -163,7 +163,7 @@ def checked(minimum: float = -math.inf, maximum: float = math.inf, /, **values: 
 
     Examples
     --------
-    >>> checked(0.0, hours="8")
+    >>> check_number(0.0, hours="8")
     Traceback (most recent call last):
     ...
     accelcal.errors.InputError: hours is '8'; it is a finite number
@@ -177,7 +177,7 @@ def checked(minimum: float = -math.inf, maximum: float = math.inf, /, **values: 
             raise InputError(f"{name} is {value}; it is {maximum:g} or less")
 
 
-def whole(minimum: int, /, **values: float) -> None:
+def check_whole(minimum: int, /, **values: float) -> None:
     """Refuse values that are no whole numbers or below the minimum.
 
     Parameters
@@ -194,7 +194,7 @@ def whole(minimum: int, /, **values: float) -> None:
 
     Examples
     --------
-    >>> whole(1, strokes=2.5)
+    >>> check_whole(1, strokes=2.5)
     Traceback (most recent call last):
     ...
     accelcal.errors.InputError: strokes is 2.5; it is a whole number, 1 or more

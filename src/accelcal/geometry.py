@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.arguments import checked, number_array
+from accelcal.arguments import check_number, number_array
 from accelcal.errors import InputError
 
 __all__ = [
@@ -83,7 +83,7 @@ def checked_fixture_angle(delta0: float) -> float:
     >>> checked_fixture_angle(0.001)
     0.001
     """
-    checked(delta0=delta0)
+    check_number(delta0=delta0)
     if abs(delta0) > math.pi / 4.0:
         raise InputError(
             f"fixture angle {delta0:g} rad is above pi/4; give it in rad, {delta0:g} deg are"
@@ -121,7 +121,7 @@ def position_angles(position: ArrayLike, positions: int = 8) -> NDArray[np.float
     >>> position_angles([1, 2, 9]).tolist()
     [0.0, 45.0, 360.0]
     """
-    checked(positions=positions)
+    check_number(positions=positions)
     if positions < 1 or positions % 1:
         raise InputError(
             f"{positions} positions in a turn; a turn has at least 1 position, a whole number"
@@ -222,7 +222,7 @@ def accelerations(
     >>> accelerations(90, mounting="p-").output.tolist()
     -1.0
     """
-    checked(delta0=delta0)
+    check_number(delta0=delta0)
     angle, kind = np.broadcast_arrays(number_array(angle_deg, "angle"), mounting)
     if not np.isfinite(angle).all():
         raise InputError(

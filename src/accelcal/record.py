@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments import checked
+from accelcal.arguments import check_number
 from accelcal.errors import InputError
 from accelcal.geometry import MOUNTINGS, is_mounting
 from accelcal.grouping import distinct
@@ -73,7 +73,7 @@ class Apparatus:
         for item in fields(self):
             given = getattr(self, item.name)
             if given is not None and not isinstance(given, Real):
-                checked(**{item.name: given})
+                check_number(**{item.name: given})
             value = None if item.name == "local_gravity" else given
             if value is not None and not 0 <= value < np.inf:
                 raise InputError(f"{item.name} is {value}; it is a finite number, zero or more")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from accelcal.arguments import checked
+from accelcal.arguments import check_number
 from accelcal.errors import InputError
 from accelcal.geometry import checked_fixture_angle
 from accelcal.record import TumbleRecord
@@ -99,7 +99,7 @@ def reference_temperature_of(record: TumbleRecord, given: float | None = None) -
         T0; None where no temperature is known [degC].
     """
     if given is not None:
-        checked(T0=given)
+        check_number(T0=given)
     if has_reference_temperature(record, given):
         return record.reference_temperature if given is None else given
     known = np.isfinite(record.temperature)

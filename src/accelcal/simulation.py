@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.accelerometer import AL15, Accelerometer, BilinearLaw
-from accelcal.arguments import checked, each_of, expect, several, whole
+from accelcal.arguments import check_number, check_whole, each_of, expect, several
 from accelcal.effects.conditions import SECONDS_PER_READING, Conditions, conditions_of
 from accelcal.effects.effect import ActsOn, Disturbance
 from accelcal.errors import InputError
@@ -77,7 +77,7 @@ class NoiseComponents:
     temperature: float = 0.0
 
     def __post_init__(self) -> None:
-        checked(0.0, _LARGEST, **asdict(self))
+        check_number(0.0, _LARGEST, **asdict(self))
 
 
 NOISE_FREE = NoiseComponents(0.0, 0.0, 0.0, 0.0, 0.0)
@@ -131,13 +131,13 @@ class TumblePlan:
 
     def __post_init__(self) -> None:
         self._complete()
-        checked(-_LARGEST, _LARGEST, **_numbered("angle", self.angles or ()))
-        checked(-273.15, _HOTTEST, **_numbered("temperature", self.temperatures))
+        check_number(-_LARGEST, _LARGEST, **_numbered("angle", self.angles or ()))
+        check_number(-273.15, _HOTTEST, **_numbered("temperature", self.temperatures))
         checked_fixture_angle(self.delta0)
-        checked(0.0, _LARGEST, resolution=self.resolution)
-        checked(_SMALLEST_STEP, resolution=self.resolution or 1.0)
-        checked(0.0, _LARGEST, seconds_between_runs=self.seconds_between_runs)
-        checked(1e-9, _LARGEST, seconds_per_reading=self.seconds_per_reading)
+        check_number(0.0, _LARGEST, resolution=self.resolution)
+        check_number(_SMALLEST_STEP, resolution=self.resolution or 1.0)
+        check_number(0.0, _LARGEST, seconds_between_runs=self.seconds_between_runs)
+        check_number(1e-9, _LARGEST, seconds_per_reading=self.seconds_per_reading)
         accelerations(0.0, mounting=self.mountings)  # refuses an unknown mounting
         if self.readings > _MOST_READINGS:
             raise InputError(
@@ -147,8 +147,8 @@ class TumblePlan:
 
     def _complete(self) -> None:
         """Take lists and single values as tuples, and whole numbers as such."""
-        whole(2, positions=self.positions)
-        whole(1, strokes=self.strokes)
+        check_whole(2, positions=self.positions)
+        check_whole(1, strokes=self.strokes)
         for name in ("positions", "strokes"):
             object.__setattr__(self, name, int(getattr(self, name)))
         for name in ("angles", "temperatures", "mountings"):
@@ -216,7 +216,7 @@ def simulate(
     """
     if seed is None:
         seed = int(np.random.default_rng().integers(2**32))
-    whole(0, seed=seed)
+    check_whole(0, seed=seed)
     for given, kind in ((accelerometer, Accelerometer), (plan, TumblePlan)):
         expect(given, kind)
     expect(noise, NoiseComponents)

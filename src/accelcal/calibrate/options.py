@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from typing import TYPE_CHECKING, NamedTuple
 
-from accelcal.arguments import checked, expect
+from accelcal.arguments import check_number, expect
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.estimate.linear import METHODS
 from accelcal.model import COEFFICIENTS
@@ -63,7 +63,7 @@ class Options(NamedTuple):
             With the misprinted method.
         """
         if self.reference_temperature is not None:
-            checked(T0=self.reference_temperature)
+            check_number(T0=self.reference_temperature)
         if self.model is not None:
             from accelcal.results.discovery import Discovery
 

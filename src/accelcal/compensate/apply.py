@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.arguments import checked, number_array
+from accelcal.arguments import check_number, number_array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import TEMPERATURE_MARGIN, Compensation
 from accelcal.compensate.inversion import FARTHEST, invert, slope
@@ -187,8 +187,8 @@ def compensate(
     The shift to the next launch, the hysteresis, and the errors of output and temperature are
     independent of it and added in squares.
     """
-    checked(0.0, output_uncertainty=output_uncertainty)
-    checked(0.0, temperature_uncertainty=temperature_uncertainty)
+    check_number(0.0, output_uncertainty=output_uncertainty)
+    check_number(0.0, temperature_uncertainty=temperature_uncertainty)
     rise, across = _rise(found, temperature), _cross(found, {"a_p": a_p, "a_o": a_o})
     Y, rise, *cross = _together(number_array(output, "output"), rise, *across)
     with np.errstate(over="ignore", invalid="ignore"):  # of what gets no solution

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments import checked, expect, whole
+from accelcal.arguments import check_number, check_whole, expect
 from accelcal.discovery.candidates import Instance, candidates, searched_among
 from accelcal.discovery.caveats import caveats
 from accelcal.discovery.comparison import Comparison, compared
@@ -144,8 +144,8 @@ def discover(
 
 def check_search(alpha: float, max_effects: int) -> None:
     """Refuse a false-alarm rate and a number of effects that no search has."""
-    checked(alpha=alpha)
-    whole(1, max_effects=max_effects)
+    check_number(alpha=alpha)
+    check_whole(1, max_effects=max_effects)
     if not 1e-6 <= alpha <= 0.5:
         raise InputError(f"alpha is {alpha:g}; it is a false-alarm rate from 1e-6 to 0.5")
     if max_effects > 5:

@@ -9,7 +9,7 @@ from numbers import Real
 from typing import Any
 
 from accelcal.accelerometer import AL15, Accelerometer
-from accelcal.arguments import checked, expect, several
+from accelcal.arguments import check_number, expect, several
 from accelcal.errors import InputError
 from accelcal.planning.pace import Pace, hours_of, per_run, stops_of, strokes_within
 from accelcal.planning.prediction import SLOPES, forecasts, lost_coefficients
@@ -111,7 +111,7 @@ def design(
     asked = checked_targets(targets or {})
     expect(noise, NoiseComponents)
     if hours is not None:
-        checked(hours=hours)
+        check_number(hours=hours)
     blank = blank_plan(pace, resolution, accelerometer)
     stops: list[dict[str, Any]] = [{"positions": n} for n in several(positions)]
     stops += [{"angles": each} for each in _choices(angles)]
@@ -149,7 +149,7 @@ def blank_plan(pace: Pace, resolution: float, accelerometer: Accelerometer) -> T
     """Make the plan of a test with its pace, and with a step of the readings [g]."""
     expect(pace, Pace)
     expect(accelerometer, Accelerometer)
-    checked(0.0, resolution=resolution)
+    check_number(0.0, resolution=resolution)
     return TumblePlan(
         resolution=resolution * accelerometer.scale_factor.at_reference,
         seconds_per_reading=pace.reading + pace.turn,

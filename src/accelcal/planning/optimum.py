@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.accelerometer import AL15, Accelerometer
-from accelcal.arguments import checked, expect, several, whole
+from accelcal.arguments import check_number, check_whole, expect, several
 from accelcal.errors import InputError
 from accelcal.geometry import turn_angles
 from accelcal.model import COEFFICIENTS
@@ -154,8 +154,8 @@ def optimal_design(
     True
     """
     asked = checked_targets(targets or {})
-    checked(hours=hours, spacing=spacing)
-    whole(0, seed=seed)
+    check_number(hours=hours, spacing=spacing)
+    check_whole(0, seed=seed)
     expect(noise, NoiseComponents)
     if not 1.0 <= spacing <= 60.0:
         raise InputError(f"spacing is {spacing:g}; it is from 1 to 60 deg")

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments import checked
+from accelcal.arguments import check_number
 from accelcal.effects.conditions import SECONDS_PER_READING
 from accelcal.errors import InputError
 from accelcal.geometry import turn_angles
@@ -52,8 +52,10 @@ class Pace:
     mount: float = 1.0
 
     def __post_init__(self) -> None:
-        checked(0.0, 1e12, **{f"time of a {name}": value for name, value in asdict(self).items()})
-        checked(1e-3, **{"time of a reading": self.reading})
+        check_number(
+            0.0, 1e12, **{f"time of a {name}": value for name, value in asdict(self).items()}
+        )
+        check_number(1e-3, **{"time of a reading": self.reading})
 
 
 def stops_of(plan: TumblePlan) -> Array:

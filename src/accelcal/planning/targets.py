@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 
-from accelcal.arguments import checked, kind_of
+from accelcal.arguments import check_number, kind_of
 from accelcal.errors import InputError
 from accelcal.model import COEFFICIENTS, ERROR_TERMS
 from accelcal.planning.prediction import AT_T0, SLOPES
@@ -85,7 +85,7 @@ def checked_targets(targets: Mapping[str, float]) -> dict[str, float]:
     for name, value in targets.items():
         if name not in NAMES:
             raise InputError(f"coefficient {name!r} is unknown; choose from {', '.join(NAMES)}")
-        checked(**{f"target {name}": value})
+        check_number(**{f"target {name}": value})
         if not value > 0.0:
             raise InputError(f"target {name}={value:g}; an uncertainty is a number above zero")
     return dict(targets)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments import checked
+from accelcal.arguments import check_number
 from accelcal.errors import InputError
 from accelcal.probability import student_quantile
 from accelcal.recalibrations.comparable import Comparable, comparable
@@ -115,7 +115,7 @@ def history_of(
     InputError
         As of `history`.
     """
-    checked(alpha=alpha)
+    check_number(alpha=alpha)
     if not SMALLEST_CHANCE <= alpha < 1.0:
         raise InputError(
             f"alpha is {alpha:g}; it is a chance from {SMALLEST_CHANCE:g} to 1, such as 0.01"
