@@ -238,7 +238,7 @@ def test_positions_that_the_head_does_not_know_are_refused():
 
 def test_the_name_of_a_file_is_no_head():
     _, _, (record,) = measured(11)
-    with pytest.raises(accelcal.InputError, match="str in place of a head; read one by"):
+    with pytest.raises(accelcal.InputError, match="str in place of a head; make one by"):
         accelcal.fit(record, head="head.json")
 
 

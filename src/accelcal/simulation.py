@@ -217,8 +217,8 @@ def simulate(
     if seed is None:
         seed = int(np.random.default_rng().integers(2**32))
     check_whole(0, seed=seed)
-    for given, kind in ((accelerometer, Accelerometer), (plan, TumblePlan)):
-        expect(given, kind)
+    expect(accelerometer, Accelerometer)
+    expect(plan, TumblePlan)
     expect(noise, NoiseComponents)
     run = _Simulation(accelerometer, plan, noise, each_of(effects, Disturbance), int(seed))
     blank = _blank(accelerometer, plan)

@@ -68,10 +68,10 @@ class Options(NamedTuple):
             from accelcal.results.discovery import Discovery
 
             expect(self.model, Discovery)
-        if self.head is not None and not hasattr(self.head, "spread_over"):
-            raise InputError(
-                f"{type(self.head).__name__} in place of a head; read one by accelcal.read_head"
-            )
+        if self.head is not None:
+            from accelcal.results.head_calibration import HeadCalibration
+
+            expect(self.head, HeadCalibration)
         if self.temperature_laws not in TEMPERATURE_LAWS:
             raise InputError(
                 f"temperature_laws is {self.temperature_laws!r}; choose from"

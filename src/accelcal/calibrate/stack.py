@@ -122,7 +122,7 @@ class CalibrationStack:
 
     @cached_property
     def is_alone(self) -> bool:
-        """Whether the stack is of one record that needs steps of its own, see `plans_of`."""
+        """Whether the stack is of one record that no other can be stacked with."""
         return not self.plan.can_be_stacked().all()
 
     @cached_property

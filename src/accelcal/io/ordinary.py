@@ -210,6 +210,7 @@ class _Heads:
         if fields is None:
             return None
         fields["source"] = name
+        # of many files: OpenSSL, which `sha256_of` may do without, is worth its loading
         fields["sha256"] = sha256(data).hexdigest() if skipped is None else None
         head, body = split
         line = head.count("\n") + 1 + (skipped or 0)

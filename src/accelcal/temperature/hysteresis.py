@@ -71,7 +71,7 @@ def branches(tables: Sequence[PreparedTable]) -> Branches:
     Parameters
     ----------
     tables : sequence of PreparedTable
-        R tables of one mounting.
+        n tables of one mounting.
 
     Returns
     -------
