@@ -237,6 +237,21 @@ def test_readings_at_too_few_angles_are_nan():
     assert np.isnan(estimate_tables(y, ANGLES).coefficients).all()
 
 
+@pytest.mark.parametrize("std", [1.0, None], ids=["alike", "own"])
+def test_no_choice_of_too_few_angles_passes_for_enough(std):
+    """Of 2,000 gaps some leave a small pivot, beside which rounding errors look like a rank."""
+    rng = np.random.default_rng(4)
+    angles = np.tile(45.0 * np.arange(9) + rng.uniform(-3.0, 3.0, 9), 3)
+    y = np.tile(forward(AL15, angles), (2000, 1))
+    left = np.arange(9).argsort()[rng.permuted(np.tile(np.arange(9), (2000, 1)), axis=1)] < 5
+    many = np.tile(left, 3) & (rng.random(y.shape) < 0.8)
+    few = np.hstack([left, np.zeros((2000, 18), dtype=bool)])
+    for known in (many, few):
+        spread = np.full(angles.size, std) if std else rng.uniform(1.0, 3.0, y.shape)
+        found = estimate_tables(np.where(known, y, np.nan), angles, std=spread)
+        assert np.isnan(found.coefficients).all()
+
+
 def test_four_positions_estimate_what_they_can():
     angles = turn(4, 6)
     y = forward(AL15, angles) + SIGMA * np.random.default_rng(6).standard_normal((5, angles.size))

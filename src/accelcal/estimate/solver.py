@@ -41,9 +41,11 @@ _MANY = 0.5  # where a larger share of a stack has gaps, the rest is solved in t
 
 _WELL_CONDITIONED = 100.0  # below it, one correction from the residuals is enough
 
-# Where less than this is left of a diagonal element of the normal equations, the readings of a
-# table do not determine its coefficients.
-_LEAST_PIVOT = 1e-12
+# Where more than this is left of all diagonal elements of the normal equations, the readings of a
+# table determine its coefficients. A smaller pivot makes the rounding errors of the next so many
+# times larger, so that these may pass for more than zero: eigenvalues tell then.
+_CLEAR_PIVOT = 1e-4
+_LEAST_EIGENVALUE = 1e-12
 
 
 class Solution(NamedTuple):
@@ -207,6 +209,7 @@ class LeastSquares:
     def _by_own_weights(self, means: Means) -> Solution:
         """Solve tables that each have weights of its own in the groups."""
         half = self._half(means.weight)
+        half[:, :, means.readings < len(half)] = np.nan
 
         def step(right: Array) -> tuple[Array, Array]:
             seen = np.einsum("pit,pt->it", half, self._weighing @ right)
@@ -248,11 +251,12 @@ class LeastSquares:
         size, tables = len(self._back), weight.shape[1]
         rows = self._design @ self._back
         products = rows[:, :, None] * rows[:, None, :] * self._precision[:, None, None]
+        normal = products.reshape(-1, size**2).T
         left = _MEMORY.array("normal equations", (2 * size, size, tables))
-        np.matmul(products.reshape(-1, size**2).T, weight, out=left[:size].reshape(-1, tables))
+        np.matmul(normal, weight, out=left[:size].reshape(-1, tables))
         left[size:] = self._back[:, :, None]
         diagonal = np.einsum("iit->it", left[:size])
-        least = _LEAST_PIVOT * diagonal
+        clear = _CLEAR_PIVOT * diagonal
         with np.errstate(divide="ignore", invalid="ignore"):
             for k in range(size):
                 column = left[k : size + k + 1, k]
@@ -260,7 +264,10 @@ class LeastSquares:
                 product = _MEMORY.array("product", (size, size - k - 1, tables))
                 np.multiply(column[1:, None], column[1 : size - k], out=product)
                 left[k + 1 : size + k + 1, k + 1 :] -= product
-        left[size:, :, ~(diagonal**2 > least).all(axis=0)] = np.nan
+        doubtful = np.flatnonzero(~(diagonal**2 > clear).all(axis=0))
+        if doubtful.size:
+            some = (normal @ weight[:, doubtful]).T.reshape(-1, size, size)
+            left[size:, :, doubtful[~_determined(some)]] = np.nan
         return np.asarray(left[size:])
 
     def _refined(self, right: Array, steps: int = 3) -> Solution:
@@ -282,6 +289,14 @@ class LeastSquares:
 
     def _through_triangle(self, right: Array) -> Array:
         return np.asarray(np.linalg.solve(self._triangle, right.T).T)
+
+
+def _determined(normal: Array) -> NDArray[np.bool_]:
+    """Tell which normal equations, shape (T, p, p), are not singular."""
+    root = np.sqrt(np.einsum("tii->ti", normal))
+    root[root == 0.0] = 1.0
+    scaled = normal / root[:, :, None] / root[:, None, :]
+    return np.asarray(np.linalg.eigvalsh(scaled)[:, 0] > _LEAST_EIGENVALUE)
 
 
 def _factors(design: Array, sigma: Array, size: int) -> dict[str, Any]:
