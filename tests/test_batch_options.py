@@ -13,6 +13,7 @@ from accelcal.archive import fitting, through
 from accelcal.archive.block import Block, fit_block
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import find_sources
+from accelcal.calibrate.options import Options
 from accelcal.cli.main import main
 from accelcal.effects.catalogue import catalogue, registered
 from accelcal.errors import InputError
@@ -106,11 +107,17 @@ def test_a_position_that_the_head_lacks_is_an_error_of_the_file(archive):
     assert found.errors["message"].str.contains(told, regex=False).all()
 
 
+def test_all_arguments_of_fit_are_taken(archive):
+    asked = {"reference_temperature": 60.0, "delta0": 1e-3}
+    found = assert_rows_are_those_of_fit(archive / "tables", **asked)
+    assert set(found.tables["T0_degC"]) == {60.0}
+
+
 # -- effects of one's own --------------------------------------------------------------------------
 
 
 def test_own_effects_go_along_to_a_worker(archive, lens):
-    settings = pickle.dumps(Settings(model=lens).with_own_effects())
+    settings = pickle.dumps(Settings(Options(model=lens)).with_own_effects())
     accelcal.unregister("lens")
     block = Block(tuple(find_sources([str(archive / "tables")])))
     assert fit_block(block, pickle.loads(settings)).fitted == 8
@@ -174,7 +181,7 @@ def test_the_journal_knows_the_content_of_the_files(lens, tmp_path):
         path.write_text(LENS.format(text))
         accelcal.unregister("lens")
         accelcal.register(*read_effects(path))
-        settings = Settings(model=lens, head=known_head(first))
+        settings = Settings(Options(model=lens, head=known_head(first)))
         return settings.with_own_effects().fingerprint()
 
     told = {asked("sin(th)", 3), asked("sin(2*th)", 3), asked("sin(th)", 4)}

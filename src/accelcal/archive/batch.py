@@ -17,10 +17,14 @@ from accelcal.archive.settings import Settings
 from accelcal.archive.sources import SourceFile, find_sources, is_url
 from accelcal.archive.through import InMemory, Progress, blocks_of, work_through
 from accelcal.arguments import path_text, several
+from accelcal.calibrate.options import Options
 from accelcal.errors import InputError
+from accelcal.model import COEFFICIENTS
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from accelcal.specification import Specification
 
 __all__ = ["BatchCounts", "BatchFrames", "batch", "write_batch"]
 
@@ -111,7 +115,7 @@ def batch(
     >>> found.tables[["serial", "run", "gate_drift"]].shape, len(found.errors)
     ((6, 3), 0)
     """
-    settings = _settings(options)
+    settings = _settings(**options)
     sources = find_sources(_texts(paths))
     function, kept = partial(fit_block, settings=settings), InMemory()
     blocks = work_through(blocks_of(sources), function, kept, jobs=jobs, dask=dask, tell=progress)
@@ -161,7 +165,7 @@ def write_batch(
     output = path_text(output)
     form = form_of(output)
     require_form(form)
-    settings = _settings(options)
+    settings = _settings(**options)
     names = results(output)
     sources = _sources(_texts(paths), names)
     function = partial(work, settings=settings, form=form)
@@ -174,10 +178,15 @@ def write_batch(
     return counts
 
 
-def _settings(options: Mapping[str, Any]) -> Settings:
-    if "coefficients" in options:
-        options = {**options, "coefficients": tuple(options["coefficients"])}
-    settings = Settings(**options)
+def _settings(
+    *,
+    overrides: Mapping[str, Any] | None = None,
+    specification: Specification | None = None,
+    coefficients: Sequence[str] = COEFFICIENTS,
+    **options: Any,
+) -> Settings:
+    asked = Options(coefficients=several(coefficients), **options)
+    settings = Settings(asked, overrides=overrides or {}, specification=specification)
     settings.try_out()
     return settings.with_own_effects()
 

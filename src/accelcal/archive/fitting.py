@@ -92,7 +92,7 @@ def _stacks(
     own = [records[i] for i in places]
     if not own:
         return
-    many = attempt(own[0].source, calibrate_many, own, settings.options())
+    many = attempt(own[0].source, calibrate_many, own, settings.options)
     if isinstance(many, str) and len(own) == 1:
         failures[places[0]] = many
     elif isinstance(many, str):

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from accelcal.arguments import expect
-from accelcal.calibrate.options import TEMPERATURE_LAWS, Options
+from accelcal.calibrate.options import Options
 from accelcal.calibrate.plan import OnePlan
 from accelcal.calibrate.stack import calibration_stack
 from accelcal.discovery.known import disturbances
@@ -18,12 +18,8 @@ from accelcal.effects.catalogue import catalogue, is_built_in
 from accelcal.effects.effect import Effect
 from accelcal.effects.formula import Formula
 from accelcal.errors import DesignError
-from accelcal.estimate.linear import METHODS
 from accelcal.io.tables import read_table
-from accelcal.model import COEFFICIENTS
 from accelcal.results.calibration import Calibration
-from accelcal.results.discovery import Discovery
-from accelcal.results.head_calibration import HeadCalibration
 from accelcal.specification import Specification
 from accelcal.verdict import judge
 from accelcal.version import __version__
@@ -38,12 +34,12 @@ _GOOD_TABLE = (
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """How each record of a batch is fitted, as `accelcal.fit` takes it.
+    """How each record of a batch is fitted and judged.
 
     Attributes
     ----------
-    method, robust, delta0, coefficients, strict, temperature_laws, model, head
-        Arguments of `accelcal.fit`.
+    options : Options
+        What is asked of the fit.
     effects : tuple of Effect
         Effects of the caller's own that the model has, for workers that do not know them.
     overrides : mapping of str to object
@@ -52,21 +48,15 @@ class Settings:
         Data sheet to judge against.
     """
 
-    method: str = METHODS[0]
-    robust: bool = False
-    delta0: float | None = None
-    coefficients: tuple[str, ...] = COEFFICIENTS
-    strict: bool = False
-    temperature_laws: str = TEMPERATURE_LAWS[0]
-    model: Discovery | None = None
-    head: HeadCalibration | None = None
+    options: Options = field(default_factory=Options)
     effects: tuple[Effect, ...] = ()
     overrides: Mapping[str, Any] = field(default_factory=dict)
     specification: Specification | None = None
 
     def with_own_effects(self) -> Settings:
         """Take along the effects of the model that come from a file of the caller's."""
-        needed = {found.id for found in self.model.effects} if self.model else set()
+        model = self.options.model
+        needed = {found.id for found in model.effects} if model else set()
         own = (entry for entry in catalogue() if entry.id in needed and not is_built_in(entry))
         return replace(self, effects=tuple(e for e in own if isinstance(e.term, Formula)))
 
@@ -84,27 +74,16 @@ class Settings:
             If the method is misprinted.
         """
         record = read_table(io.StringIO(_GOOD_TABLE), overrides=self.overrides)
-        options = self.options()
-        options.check()
+        self.options.check()
         if self.specification is not None:
             expect(self.specification, Specification)
-        if self.model is not None:
-            disturbances(self.model.effects)
+        if self.options.model is not None:
+            disturbances(self.options.model.effects)
         with suppress(DesignError):
-            calibration_stack(OnePlan.of([record]), options._replace(model=None, head=None)).one(0)
+            calibration_stack(OnePlan.of([record]), self._without_files()).one(0)
 
-    def options(self) -> Options:
-        """What is asked of the fit."""
-        return Options(
-            method=self.method,
-            robust=self.robust,
-            delta0=self.delta0,
-            coefficients=self.coefficients,
-            strict=self.strict,
-            temperature_laws=self.temperature_laws,
-            model=self.model,
-            head=self.head,
-        )
+    def _without_files(self) -> Options:
+        return self.options._replace(model=None, head=None)
 
     def judged(self, calibration: Calibration) -> Calibration:
         """Judge against the data sheet, where there is one."""
@@ -114,9 +93,10 @@ class Settings:
 
     def fingerprint(self) -> str:
         """Digest of all that decides the results of a file besides the file."""
-        files = ["" if file is None else file.to_json() for file in (self.model, self.head)]
+        of_files = self.options.model, self.options.head
+        files = ["" if file is None else file.to_json() for file in of_files]
         own = [(entry.id, entry.acts_on, entry.formula) for entry in self.effects]
         given = sorted((key, value) for key, value in self.overrides.items() if value is not None)
-        plain = replace(self, model=None, head=None, effects=(), overrides={})
+        plain = replace(self, options=self._without_files(), effects=(), overrides={})
         parts = (__version__, repr(plain), repr(given), repr(own), *files)
         return hashlib.sha256("\0".join(parts).encode()).hexdigest()
