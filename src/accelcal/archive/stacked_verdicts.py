@@ -9,6 +9,7 @@ import numpy as np
 
 from accelcal.archive.cells import Columns
 from accelcal.archive.rows import JOINT
+from accelcal.calibrate.columns import mountings_of
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.conformity import Found, Measured, conformity
 from accelcal.estimate.reversal import misalignment_stack
@@ -82,7 +83,7 @@ def _measured(stack: CalibrationStack, tables: Columns) -> Measured:
 
     return Measured(
         output_unit=stack.plan.records[0].unit,
-        mountings=[str(table.record.mounting[0]) for table in stack.tables],
+        mountings=mountings_of(stack),
         temperatures=stack.plan.levels,
         reference=stack.references,
         quantity=quantity,

@@ -57,13 +57,13 @@ def columns_of(stack: CalibrationStack) -> dict[str, Column]:
 
 def runs_of(stack: CalibrationStack) -> list[list[str]]:
     """Label of the run of each table, in each record."""
-    runs = (int(table.record.run[0]) for table in stack.tables)
+    runs = (table.run for table in stack.tables)
     return [[record.run_labels[run] for record in stack.plan.records] for run in runs]
 
 
 def mountings_of(stack: CalibrationStack) -> list[str]:
     """Mounting of each table, which is that of all records."""
-    return [str(table.record.mounting[0]) for table in stack.tables]
+    return [table.mounting for table in stack.tables]
 
 
 def numbers_of(stack: CalibrationStack) -> dict[str, Column]:

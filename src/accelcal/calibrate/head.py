@@ -55,7 +55,7 @@ def at_true_angles(
     for table, mask, readings in zip(tables, plan.masks, plan.outputs, strict=True):
         with naming(first):
             error, _ = head.at(table.head)
-        mounting = str(table.record.mounting[0])
+        mounting = table.mounting
         true = table.record.angle + np.rad2deg(error)
         change = design_matrix(accelerations(true, delta0, mounting), mounting) - table.design
         k = linear_estimator(table).coefficients(readings)

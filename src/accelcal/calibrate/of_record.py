@@ -187,9 +187,6 @@ def table_names(tables: Sequence[PreparedTable]) -> list[str]:
     list of str
         Such as ``"run 2"``, with the mounting where there are several.
     """
-    names = [
-        (f"run {t.record.run_labels[int(t.record.run[0])]}", str(t.record.mounting[0]))
-        for t in tables
-    ]
+    names = [(f"run {t.run_label}", t.mounting) for t in tables]
     several = len({mounting for _, mounting in names}) > 1
     return [f"{run}, mounting {mounting}" if several else run for run, mounting in names]

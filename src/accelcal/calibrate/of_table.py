@@ -70,8 +70,8 @@ def _table_calibration(
     dof = residual.size - len(names)
     scale_factor = estimate.judged[index][_SCALE_FACTOR]
     return TableCalibration(
-        run=table.record.run_labels[int(table.record.run[0])],
-        mounting=str(table.record.mounting[0]),
+        run=table.run_label,
+        mounting=table.mounting,
         temperature_degC=finite_or_none(table.record.mean_temperature),
         readings=residual.size,
         dof=dof,

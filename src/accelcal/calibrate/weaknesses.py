@@ -191,7 +191,7 @@ def _of_misalignment(fitted: Fitted) -> Iterator[Sentence]:
 
 
 def _mountings(tables: Sequence[PreparedTable]) -> set[str]:
-    return {str(table.record.mounting[0]) for table in tables}
+    return {table.mounting for table in tables}
 
 
 def _of_noise_and_head(estimate: JointStack) -> Iterator[Sentence]:

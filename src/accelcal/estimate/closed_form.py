@@ -61,7 +61,7 @@ def closed_form_map(table: PreparedTable, method: str, delta0: float = 0.0) -> A
             " delta0 = 0 only, so use least-squares"
         )
     means = _position_means(table.record.angle)
-    sign = np.array([1, 1, 1, 1, -1, -1]) if table.record.mounting[0].endswith("-") else np.ones(6)
+    sign = np.array([1, 1, 1, 1, -1, -1]) if table.mounting.endswith("-") else np.ones(6)
     return np.asarray(estimator_matrix(CLOSED_FORMS[method], delta0) @ means * sign[:, None])
 
 

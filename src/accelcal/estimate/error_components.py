@@ -109,7 +109,7 @@ class Errors(NamedTuple):
 
     def _shift(self, coefficient: str, shift: RunShift) -> Component:
         """Errors by the shift of one coefficient from run to run, common to a run's mountings."""
-        _, run, _ = grouped(np.array([e.table.record.run[0] for e in self.estimators]))
+        _, run, _ = grouped(np.array([e.table.run for e in self.estimators]))
         scale_factors = np.stack([k[:, _SCALE_FACTOR] for k in self.judged.coefficients], axis=1)
         size = scale_factors * shift.of_run[:, run]
         among = size[:, :, None] * size[:, None, :] * np.equal.outer(run, run)

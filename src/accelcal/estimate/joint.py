@@ -330,7 +330,7 @@ def _run_shifts(
 ) -> tuple[RunShift, RunShift]:
     """Shifts of bias [g] and scale factor (relative) from run to run, a table a run."""
     estimators = errors.estimators
-    runs = [int(e.table.record.run[0]) for e in estimators]
+    runs = [e.table.run for e in estimators]
     tables = [runs.index(run) for run in sorted(set(runs))]
     at = levels[:, tables]
     k = np.stack([errors.judged.coefficients[i] for i in tables], axis=1)

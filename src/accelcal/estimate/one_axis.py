@@ -37,7 +37,7 @@ def tables_of_axis(
     estimate : JointEstimate
         Their coefficients alone, with the components of their errors.
     """
-    kept = [i for i, t in enumerate(tables) if str(t.record.mounting[0])[0] == axis]
+    kept = [i for i, t in enumerate(tables) if t.axis == axis]
     if not kept:
         return [], estimate
     places = np.concatenate([np.r_[estimate.part(i)] for i in kept])

@@ -108,7 +108,7 @@ def misalignment_stack(
         uncertainty; NaN where one side of the axis was measured only [rad].
     """
     value, expanded = (np.full(temperatures.shape, np.nan) for _ in range(2))
-    axes = np.array([str(table.record.mounting[0])[0] for table in tables])
+    axes = np.array([table.axis for table in tables])
     for reversal in reversed(list(_reversals(tables, estimate))):  # the first of an axis counts
         effective, jacobian = _effective(estimate)
         weights, own = reversal.misalignments, np.flatnonzero(axes == reversal.axis)
@@ -214,7 +214,7 @@ def free_of_fixture_angle(tables: Sequence[PreparedTable], estimate: Joint) -> J
 def _reversals(
     tables: Sequence[PreparedTable], estimate: JointEstimate | JointStack
 ) -> Iterator[_Reversal]:
-    mountings = [str(table.record.mounting[0]) for table in tables]
+    mountings = [table.mounting for table in tables]
     clampings = [_clamping(table) for table in tables]
     for axis, clamping in itertools.product("op", sorted(set(clampings))):
         sides = np.array(

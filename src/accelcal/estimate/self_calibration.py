@@ -196,7 +196,7 @@ def _noise(record: TumbleRecord, tables: Sequence[PreparedTable]) -> tuple[list[
 
 def _places(names: list[str], table: PreparedTable, number: int) -> list[int]:
     """Columns of the coefficients of a table among those of its unit, new ones added."""
-    axis = str(table.record.mounting[0])[0]
+    axis = table.axis
     own = [
         f"{_OF_UNIT[name]}_{axis}" if name in _OF_UNIT else f"{name} of table {number}"
         for name in COEFFICIENTS

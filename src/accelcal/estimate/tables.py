@@ -54,6 +54,26 @@ class PreparedTable(NamedTuple):
     least_squares: LeastSquares
 
     @property
+    def mounting(self) -> str:
+        """Mounting, one of `accelcal.geometry.MOUNTINGS`."""
+        return str(self.record.mounting[0])
+
+    @property
+    def axis(self) -> str:
+        """Axis along the shaft, ``"o"`` or ``"p"``."""
+        return self.mounting[0]
+
+    @property
+    def run(self) -> int:
+        """Index of the run in its record."""
+        return int(self.record.run[0])
+
+    @property
+    def run_label(self) -> str:
+        """Name of the run."""
+        return self.record.run_labels[self.run]
+
+    @property
     def kept_design(self) -> Array:
         """Columns of the coefficients that are estimated, shape (n, p)."""
         return self.design[:, self.estimability.columns]

@@ -300,7 +300,7 @@ def _other_orders(angle: Array, head: Array) -> Iterator[_Order]:
 
 
 def _design(stack: TableStack, order: _Order) -> Array:
-    mounting = str(stack.table.record.mounting[0])
+    mounting = stack.table.mounting
     design = design_matrix(accelerations(order.angle, stack.delta0, mounting), mounting)
     return design[:, stack.table.estimability.columns]
 

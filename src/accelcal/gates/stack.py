@@ -162,6 +162,6 @@ def of_one_plan(tables: Sequence[PreparedTable]) -> list[list[int]]:
     found: dict[tuple[object, ...], list[int]] = {}
     for index, table in enumerate(tables):
         record = table.record
-        plan = record.angle.tobytes(), record.stroke.tobytes(), str(record.mounting[0])
+        plan = record.angle.tobytes(), record.stroke.tobytes(), table.mounting
         found.setdefault((*plan, table.estimability.kept), []).append(index)
     return list(found.values())

@@ -120,5 +120,5 @@ def _left_moving(tables: Sequence[PreparedTable], moved: Array) -> tuple[str, ..
 
 
 def _runs(tables: Sequence[PreparedTable]) -> str:
-    names = ", ".join(table.record.run_labels[int(table.record.run[0])] for table in tables)
+    names = ", ".join(table.run_label for table in tables)
     return f"run{'s' if len(tables) > 1 else ''} {names}"

@@ -214,11 +214,11 @@ def _problem(
     own = [tables[i] for i in chosen]
     outputs = np.concatenate([estimate.outputs[i] for i in chosen])
     loop = branches(own)
-    runs = [int(table.record.run[0]) for table in own]
+    runs = [table.run for table in own]
     return _Problem(
         tables=own,
         indices=chosen,
-        runs=np.searchsorted(sorted({int(t.record.run[0]) for t in tables}), runs),
+        runs=np.searchsorted(sorted({t.run for t in tables}), runs),
         readings=_stack(own, outputs, loop, estimate.names[chosen[0]], reference, sides),
         loop=loop,
         estimate=estimate,
@@ -391,7 +391,7 @@ def _unfelt(problem: _Problem, state: _State) -> Iterator[str]:
     unfelt = state.felt + 2.0 * state.doubt < _FELT
     own = [table for table, found in zip(problem.tables, unfelt, strict=True) if found]
     if own:
-        names = ", ".join(t.record.run_labels[int(t.record.run[0])] for t in own)
+        names = ", ".join(t.run_label for t in own)
         scatter = max(recorded_temperatures(table).std(ddof=1) for table in own)
         yield (
             f"run{'s' if len(own) > 1 else ''} {names}: the readings do not follow the recorded"

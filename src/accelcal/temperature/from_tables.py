@@ -320,7 +320,7 @@ def tables_of_one_mounting(
     """
     found: dict[tuple[object, ...], list[int]] = {}
     for index, table in enumerate(tables):
-        mounting = str(table.record.mounting[0])
+        mounting = table.mounting
         if {"K0", "K1", "M"} <= set(estimate.names[index]) and mounting.startswith(axis):
             meaning = (estimate.stands_for[index].get(name) for name in ("K0", "K1", "M"))
             found.setdefault((mounting, *meaning), []).append(index)

@@ -79,7 +79,7 @@ def branches(tables: Sequence[PreparedTable]) -> Branches:
         Without any column where no level was reached both ways.
     """
     temperature = np.array([table.record.mean_temperature for table in tables])
-    runs = np.array([int(table.record.run[0]) for table in tables])
+    runs = np.array([table.run for table in tables])
     return branches_of(temperature, np.argsort(runs, kind="stable"))
 
 

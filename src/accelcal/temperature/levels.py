@@ -117,7 +117,7 @@ def level_stack(
     LevelStack
         The tables.
     """
-    own = [tables[i].record for i in chosen]
+    own = [tables[i] for i in chosen]
     coefficients = [estimate.coefficients[i] for i in chosen]
     return LevelStack(
         temperature=temperature[:, chosen],
@@ -127,9 +127,9 @@ def level_stack(
         coefficients=np.stack(coefficients, axis=1),
         components={**estimate.components, **estimate.alike},
         place=np.array([_places(estimate.names, i) for i in chosen]),
-        order=np.argsort([int(record.run[0]) for record in own], kind="stable"),
+        order=np.argsort([table.run for table in own], kind="stable"),
         shift_source=estimate.bias_shift.source,
-        unit=own[0].unit,
+        unit=own[0].record.unit,
     )
 
 

@@ -98,9 +98,9 @@ def laws_of_record(
     uncertainty, unit = tables[0].record.apparatus.temperature_uncertainty, tables[0].record.unit
     main = laws_from_tables(tables, free, reference, uncertainty, unit, unfelt)
     chosen = tables_of_one_mounting(tables, estimate)
-    axis = str(tables[chosen[0]].record.mounting[0])[0] if chosen else "o"
+    axis = tables[chosen[0]].axis if chosen else "o"
     others, of_others = tables_of_axis(tables, free, "p" if axis == "o" else "o")
-    share = unfelt[[str(table.record.mounting[0])[0] != axis for table in tables]]
+    share = unfelt[[table.axis != axis for table in tables]]
     second = laws_from_tables(others, of_others, reference, uncertainty, unit, share)
     heat = temperature_component(tables, estimate, main, reference, unfelt)
     if main is None or main.k0.at_T0 is None or reference is None or laws_from == "tables":
@@ -170,7 +170,7 @@ def laws_of_stack(
     chosen = tables_of_one_mounting(tables, estimate)
     if not chosen:
         return StackLaws(None, None, None)
-    axis = str(tables[chosen[0]].record.mounting[0])[0]
+    axis = tables[chosen[0]].axis
     main = of(chosen)
     second = of(tables_of_one_mounting(tables, estimate, "p" if axis == "o" else "o"))
     if main is None:

@@ -171,7 +171,7 @@ def stacked_temperature_component(
     """
     if not uncertain[0].any():
         return None
-    runs, column, _ = grouped(np.array([table.record.run[0] for table in tables]))
+    runs, column, _ = grouped(np.array([table.run for table in tables]))
     of_laws = set(tables_of_one_mounting(tables, estimate))
     sizes = [len(names) for names in estimate.names]
     through = np.zeros((len(rise), sum(sizes), runs.size))
