@@ -15,7 +15,7 @@ from accelcal.gates import replicates, resolution, sizes
 from accelcal.gates.plan import TablePlan, plan_of
 from accelcal.gates.record import RecordStack, gates_of_records
 from accelcal.gates.stack import TableStack, of_one_plan
-from accelcal.gates.table import gates_of_stack, gates_of_tables, table_gates
+from accelcal.gates.table import gates_of_stack, gates_of_tables
 from accelcal.gates.verdict import VERDICTS
 from accelcal.geometry import accelerations, position_angles
 from accelcal.grouping import decimal_steps
@@ -119,6 +119,11 @@ def faulty(angle, stroke, times=None, declared=False, count=1):
         yield prepare(one.with_apparatus(resolution=(None, 1e-3, 1e-5)[i % 3]))
 
 
+def gates_of_one(table, coefficients, noise, tables=1):
+    stack = TableStack.of([table], [coefficients], [noise])
+    return tuple(found.gate(0) for found in gates_of_stack(stack, tables))
+
+
 def fits_of(tables):
     noises = [reading_noise([table], [table.record.output])[0] for table in tables]
     return [linear_estimator(t).coefficients(t.record.output) for t in tables], noises
@@ -174,7 +179,7 @@ def test_tables_of_several_plans_are_told_apart():
     coefficients, noises = fits_of(tables)
     found = gates_of_tables(tables, coefficients, noises)
     assert found == [
-        table_gates(*one, tables=4) for one in zip(tables, coefficients, noises, strict=True)
+        gates_of_one(*one, tables=4) for one in zip(tables, coefficients, noises, strict=True)
     ]
 
 
@@ -196,7 +201,7 @@ def test_unknown_noise_in_some_tables():
     noises[::2] = [ReadingNoise(np.nan, 0.0, "none")] * 5
     together = gates_of_stack(TableStack.of(tables, coefficients, noises))
     for i, one in enumerate(zip(tables, coefficients, noises, strict=True)):
-        assert tuple(gate.gate(i) for gate in together) == table_gates(*one)
+        assert tuple(gate.gate(i) for gate in together) == gates_of_one(*one)
 
 
 # -- records ---------------------------------------------------------------------------------------

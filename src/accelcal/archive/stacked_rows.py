@@ -14,6 +14,7 @@ from accelcal.archive.rows import JOINT
 from accelcal.calibrate.columns import mountings_of, numbers_of, runs_of, verdict_codes
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.gates.verdict import VERDICTS
+from accelcal.grouping import grouped
 from accelcal.temperature.bilinear import law_units
 from accelcal.temperature.from_tables import LawsOfRecords
 from accelcal.version import __version__
@@ -171,7 +172,7 @@ def _numbers(found: Mapping[str, NDArray[Any]]) -> Columns:
 
 
 def _counts(column: NDArray[Any]) -> Labels:
-    values, code = np.unique(column, return_inverse=True)
+    values, code, _ = grouped(column)
     return Labels(code, values.tolist())
 
 

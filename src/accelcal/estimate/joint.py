@@ -92,10 +92,12 @@ class JointStack(NamedTuple):
 
     Attributes
     ----------
-    outputs, coefficients, judged, residuals : tuple of ndarray
-        As of `JointEstimate`, of each table, with a leading axis of length R.
+    outputs : tuple of ndarray, shape (R, n)
+        As of `JointEstimate`, with a leading axis of length R.
     names, stands_for : tuple
         As of `JointEstimate`.
+    coefficients, judged, residuals : tuple of ndarray
+        As of `JointEstimate`, of each table, with a leading axis of length R.
     noises : tuple of NoiseStack
         Reading noise of each table.
     head : HeadError

@@ -1,4 +1,4 @@
-"""All gates of one table, or of many tables of one plan."""
+"""All gates of the tables of a record, and of many tables of one plan."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from accelcal.gates.stack import TableStack, of_one_plan
 from accelcal.gates.verdict import SIGNIFICANT, GateStack
 from accelcal.results.quantity import Gate
 
-__all__ = ["gates_of_stack", "gates_of_tables", "table_gates"]
+__all__ = ["gates_of_stack", "gates_of_tables"]
 
 
 def gates_of_stack(stack: TableStack, tables: int = 1) -> tuple[GateStack, ...]:
@@ -81,34 +81,3 @@ def gates_of_tables(
         gates = gates_of_stack(stack, len(tables))
         found |= {place: tuple(g.gate(i) for g in gates) for i, place in enumerate(places)}
     return [found[place] for place in range(len(tables))]
-
-
-def table_gates(
-    table: PreparedTable,
-    coefficients: NDArray[np.float64],
-    noise: ReadingNoise,
-    delta0: float = 0.0,
-    tables: int = 1,
-) -> tuple[Gate, ...]:
-    """Check one table.
-
-    Parameters
-    ----------
-    table : PreparedTable
-        The table.
-    coefficients : ndarray, shape (6,)
-        Its least-squares coefficients, zero where not estimated [output unit / g^n].
-    noise : ReadingNoise
-        Its reading noise.
-    delta0 : float, default 0
-        Fixture angle of the fit [rad].
-    tables : int, default 1
-        Tables of the record, which share the false alarms of each gate.
-
-    Returns
-    -------
-    tuple of Gate
-        See `gates_of_stack`.
-    """
-    stack = TableStack.of([table], [coefficients], [noise], delta0)
-    return tuple(found.gate(0) for found in gates_of_stack(stack, tables))

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.geometry import MOUNTINGS
+from accelcal.grouping import distinct, grouped
 from accelcal.io.cell_blocks import CellBlock
 from accelcal.io.readings import (
     FEWEST_IN_TURN,
@@ -329,9 +330,9 @@ def _repeated(columns: Mapping[str, Any], runs: _Runs, parts: _Parts) -> Mask:
 
 def _codes(values: Floats, few: int) -> Ints:
     """Number the values so that equal ones have one number; all are mostly among the first few."""
-    known = np.unique(values[:few])
+    known = distinct(values[:few])
     code = np.minimum(np.searchsorted(known, values), known.size - 1)
-    return code if (known[code] == values).all() else np.unique(values, return_inverse=True)[1]
+    return code if (known[code] == values).all() else grouped(values)[1]
 
 
 def _met_twice(key: Ints) -> Ints:
