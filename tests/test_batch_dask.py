@@ -56,9 +56,12 @@ def is_worker(process):
 def test_a_killed_worker_changes_nothing(archive, tmp_path):
     accelcal.write_batch(archive, tmp_path / "calm.csv")
     process = command(archive, "-o", tmp_path / "r.csv", "--dask", "local", "--jobs", "2")
-    journal = tmp_path / "r.csv.journal"
+    journal, began = tmp_path / "r.csv.journal", time.monotonic()
     while not any(journal.glob("*.block")):
         assert process.poll() is None, process.stderr.read()
+        if time.monotonic() > began + 300.0:
+            process.kill()
+            pytest.fail("the cluster has finished no block in five minutes")
         time.sleep(0.01)
     victims = [child for child in children(process.pid) if is_worker(child)]
     assert victims
