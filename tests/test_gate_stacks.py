@@ -396,3 +396,15 @@ def test_a_plan_is_that_of_its_table(part):
         found: TablePlan = plan_of(table, None)
         expected = {"angle": record.angle, "head": table.head, "stroke": record.stroke}
         assert (getattr(found, part) == {**expected, "design": table.kept_design}[part]).all()
+
+
+def test_rounding_errors_of_readings_that_are_all_alike_are_no_outlier():
+    """What a mean over strokes leaves of readings in coarse steps is nothing but rounding."""
+    angle, stroke = plan(6)
+    truth = output(TRUTH, accelerations(angle))
+    bias = np.random.default_rng(0).uniform(-1e-2, 1e-2, (500, 1))
+    y = 2e-4 * np.round((truth + bias) / 2e-4)
+    columns = {"angle": angle, "stroke": stroke, "temperature": 20.0}
+    tables = [prepare(accelcal.read_arrays({**columns, "output": row})) for row in y]
+    stack = TableStack.of(tables, *fits_of(tables))
+    assert not replicates.outlier(stack).verdict.any()

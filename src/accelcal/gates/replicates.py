@@ -306,8 +306,8 @@ def outlier(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
     squares = found.residual**2
     taken = squares / free
     most = taken.max(axis=0)
-    rest = np.maximum(found.squares - most, stack.smallest**2)
-    ratio = most / (rest / np.where(known, dof, 1.0))
+    variance = (found.squares - most) / np.where(known, dof, 1.0)
+    ratio = most / np.maximum(variance, stack.smallest**2)
     bad = f_exceeds(level / size.size, ratio, 1.0, np.where(known, dof, 1.0))
 
     def said(index: int) -> str:
