@@ -274,6 +274,10 @@ def test_no_tables_are_no_estimates():
         (np.where(np.arange(54) == 7, -np.inf, np.ones((2, 54))), {}, "an output is infinite"),
         (np.zeros((2, 54)), {"std": np.ones(3)}, r"std has shape \(3,\); it is \(54,\) or"),
         (np.zeros((2, 54)), {"std": np.zeros(54)}, "a std is not above zero"),
+        (np.zeros((2, 54)), {"std": np.full(54, 1e-160)}, "it lies between 1e-40 and 1e20"),
+        (1e300 * readings(2), {}, r"outputs of up to 1\.\d+e\+300; they lie between 1e-20 and"),
+        (1e160 * readings(2), {"robust": True}, "give them in another unit"),
+        (1e-160 * readings(2), {}, r"outputs of up to 1\.\d+e-160; they lie between 1e-20 and"),
     ],
 )
 def test_what_does_not_fit_is_refused(outputs, options, message):

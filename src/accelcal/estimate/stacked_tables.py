@@ -106,7 +106,8 @@ def estimate_tables(
     Raises
     ------
     InputError
-        If a shape does not fit, a reading is infinite or a `std` is not above zero.
+        If a shape does not fit, a reading is infinite or of a size far from any unit, or a `std`
+        is not above zero.
     DesignError
         If the angles do not determine K1; if `robust` and no position has three readings.
 
@@ -181,14 +182,32 @@ class _Stack(NamedTuple):
     def _fit(self, rows: slice) -> Solution:
         y = self.outputs[rows]
         spread = self.spread[rows] if self.spread.ndim == 2 else self.spread
-        if self.cells is not None:
-            y = pseudo_values(y, self.cells, spread)
-        weight = None if spread.ndim == 1 else np.where(np.isnan(y), np.inf, spread) ** -2.0
-        with np.errstate(invalid="ignore"):
+        with np.errstate(over="ignore", invalid="ignore"):
+            if self.cells is not None:
+                y = pseudo_values(y, self.cells, spread)
+            weight = None if spread.ndim == 1 else np.where(np.isnan(y), np.inf, spread) ** -2.0
             found = self.solver.fit(y, weight)
-        if np.isnan(found.squares).any() and np.isinf(y).any():
-            raise InputError("an output is infinite; a reading that is missing is NaN")
+        size = np.fmax.reduce(np.abs(found.coefficients), axis=1)
+        if not np.isfinite(found.squares).all() or _is_extreme(size).any():
+            _check_sizes(self.outputs[rows])
         return found
+
+
+def _is_extreme(size: Array) -> NDArray[np.bool_]:
+    """Tell sizes whose squares cannot be calculated with, see `accelcal.estimate.tables`."""
+    return np.asarray((size > 0.0) & ~((size > 1e-20) & (size < 1e20)))
+
+
+def _check_sizes(y: Array) -> None:
+    largest = np.fmax.reduce(np.abs(y), axis=1)  # looks at all readings, so only where in doubt
+    if np.isinf(largest).any():
+        raise InputError("an output is infinite; a reading that is missing is NaN")
+    extreme = largest[_is_extreme(largest)]
+    if extreme.size:
+        raise InputError(
+            f"outputs of up to {extreme[0]:g}; they lie between 1e-20 and 1e20, so give them in"
+            " another unit"
+        )
 
 
 def _with_scatter(found: Solution) -> tuple[Array, Array, Array, NDArray[np.int64]]:
@@ -216,4 +235,8 @@ def _checked_std(std: ArrayLike, y: Array) -> Array:
     known = spread[~np.isnan(y)] if spread.ndim == 2 else spread
     if not ((known > 0.0) & np.isfinite(known)).all():
         raise InputError("a std is not above zero; give that of each reading that is there")
+    if not ((known >= 1e-40) & (known <= 1e20)).all():
+        raise InputError(
+            f"std from {known.min():g} to {known.max():g}; it lies between 1e-40 and 1e20"
+        )
     return spread
