@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -146,6 +147,7 @@ def _start_worker() -> None:
     """Leave Ctrl-C to the parent, and end with it however it ends."""
     from multiprocessing import parent_process
 
+    gc.freeze()  # or each collection would copy the pages that are shared with the parent
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
 
