@@ -1,9 +1,14 @@
 """Cells of a frame: the same values, however many parts are put together."""
 
+import gc
+import weakref
+
 import numpy as np
 
 import accelcal
 from accelcal.archive.cells import Labels, put_together
+from accelcal.archive.fitting import fit_records
+from accelcal.archive.settings import Settings
 from accelcal.archive.stacked_rows import stacked_tables
 from accelcal.calibrate.many import calibrate_many
 
@@ -33,3 +38,17 @@ def test_rows_come_in_any_order():
     found = put_together(parts, np.array([3, 0, 1]))
     assert found["run"].cells() == ["80", "20", None]
     np.testing.assert_array_equal(found["K1"], [np.nan, 1.0, 2.0])
+
+
+def test_readings_go_as_soon_as_their_rows_are_there():
+    """Arrays hardly ever bring the collector of cycles in, so that one would keep whole blocks."""
+    records = [accelcal.simulate(seed=seed) for seed in range(3)]
+    readings = [weakref.ref(record.output) for record in records]
+    gc.disable()
+    try:
+        found = fit_records(records, Settings())
+        del records
+        assert [reading() for reading in readings] == [None] * 3
+    finally:
+        gc.enable()
+    assert found.failures == {}

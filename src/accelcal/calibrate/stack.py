@@ -181,6 +181,7 @@ class CalibrationStack:
         scatter = [median(self.tables[t].scatter) for t in places]
         step = self.plan.records[0].apparatus.resolution
         rows = len(self) * len(places)
+        plan, count = self.plan, len(self)  # not self: its gates hold what tells the lines
         return TableStack(
             table=self.tables[places[0]],
             output=np.ascontiguousarray(np.concatenate([self.plan.outputs[t] for t in places]).T),
@@ -191,7 +192,7 @@ class CalibrationStack:
             scatter=np.repeat(scatter, len(self)),
             step=np.full(rows, np.nan if step is None else step),
             time=self.plan.times(places),
-            line=lambda index: self.plan.line(places[index // len(self)], index % len(self)),
+            line=lambda index: plan.line(places[index // count], index % count),
             delta0=self.delta0,
         )
 
