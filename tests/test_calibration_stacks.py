@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from calibration_columns import columns_of, columns_of_one
 from numpy.testing import assert_allclose
 
 import accelcal
 from accelcal.calibrate import plan
-from accelcal.calibrate.columns import columns_of, columns_of_one
 from accelcal.calibrate.many import calibrate_many
 from accelcal.calibrate.options import Options
 from accelcal.errors import InputError

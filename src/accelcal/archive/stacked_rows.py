@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.archive.cells import Columns, Labels, put_together
-from accelcal.archive.columns import LAWS, ROWS, FrameColumn
+from accelcal.archive.columns import LAWS, ROWS, FrameColumn, gate_column
 from accelcal.archive.rows import JOINT
 from accelcal.calibrate.columns import mountings_of, numbers_of, runs_of, verdict_codes
 from accelcal.calibrate.stack import CalibrationStack
@@ -58,7 +58,10 @@ def stacked_tables(stack: CalibrationStack) -> Columns:
         JOINT.join(f"{n}: {m}" for n, m in own.items()) for own in stack.estimate.stands_for
     ]
     runs = [label for own in runs_of(stack) for label in own]
-    verdicts = {name: Labels(code, list(VERDICTS)) for name, code in verdict_codes(stack).items()}
+    verdicts = {
+        gate_column(name): Labels(code, list(VERDICTS))
+        for name, code in verdict_codes(stack).items()
+    }
     found: Columns = {
         **_numbers(numbers_of(stack)),
         **_of_records(stack, record),

@@ -48,7 +48,7 @@ def calibrate_many(records: Sequence[TumbleRecord], options: Options | None = No
     -------
     Many
         Their calibrations: `CalibrationStack.one` gives what `accelcal.fit` gives, and
-        `accelcal.calibrate.columns.columns_of` the columns of a frame.
+        `accelcal.calibrate.columns` the columns of all.
 
     Raises
     ------
