@@ -164,7 +164,7 @@ def test_design():
 def test_archives():
     printed = run("archives.py", "--smoke")
     assert re.search(
-        r"^\| batch to Parquet \| \d+ \| (\d+|not installed) \| \d+ % \| \d+ % \|$",
+        r"^\| batch to Parquet \| \d+ \| (\d+|not installed)( \| \d+ %){3} \|$",
         printed,
         re.MULTILINE,
     )
