@@ -100,8 +100,9 @@ def reference_temperature_of(record: TumbleRecord, given: float | None = None) -
     """
     if given is not None:
         check_number(T0=given)
-    if has_reference_temperature(record, given):
-        return record.reference_temperature if given is None else given
+        return given
+    if record.reference_temperature is not None:
+        return record.reference_temperature
     known = np.isfinite(record.temperature)
     runs = (record.temperature[known & (record.run == i)] for i in range(len(record.run_labels)))
     levels = [float(run.mean()) for run in runs if run.size]

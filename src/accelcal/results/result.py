@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
+from accelcal.errors import DocumentError
 from accelcal.results.json_text import document_in, json_text
 
 if TYPE_CHECKING:
@@ -58,6 +60,25 @@ class StoredResult(JsonResult):
         DocumentError
             If it is no such document.
         """
+
+    @classmethod
+    def _of_schema(
+        cls,
+        schema: str,
+        document: Any,
+        read: Callable[[dict[str, Any]], Self],
+        damage: type[Exception] | tuple[type[Exception], ...] = TypeError,
+    ) -> Self:
+        """Read a document of one schema, and tell what is wrong with another or a damaged one."""
+        found = document.get("schema") if isinstance(document, dict) else None
+        if found != schema:
+            raise DocumentError(f"schema {found!r} is not {schema!r}; give a file of {cls.WRITER}")
+        try:
+            return read(document)
+        except KeyError as error:
+            raise DocumentError(f"{error.args[0]} is missing; write it with {cls.WRITER}") from None
+        except damage as error:
+            raise DocumentError(f"{error}; write the file again with {cls.WRITER}") from None
 
     @classmethod
     def from_json(cls, source: str | PathLike[str]) -> Self:

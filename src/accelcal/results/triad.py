@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.errors import DocumentError, InputError
+from accelcal.errors import InputError
 from accelcal.results.checked import (
     Covariance,
     checked,
@@ -169,15 +169,7 @@ class TriadCalibration(StoredResult, TabularResult):
         DocumentError
             If it is no such document.
         """
-        schema = document.get("schema") if isinstance(document, dict) else None
-        if schema != SCHEMA:
-            raise DocumentError(f"schema {schema!r} is not {SCHEMA!r}; give a file of {cls.WRITER}")
-        try:
-            return _read(document)
-        except KeyError as error:
-            raise DocumentError(f"{error.args[0]} is missing; write it with {cls.WRITER}") from None
-        except TypeError as error:
-            raise DocumentError(f"{error}; write the file again with {cls.WRITER}") from None
+        return cls._of_schema(SCHEMA, document, _read)
 
 
 _GROUPS = ("parameters", "scale_factors", "misalignments", "axis_angles")
