@@ -8,12 +8,9 @@ number of threads of the linear algebra to one::
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/batch.py --runs 11
 
-What a table takes is spread evenly. A tenth is the reading of its memory, a sixth its transposition
-in the cache, a quarter the means of its replicates, a third the fit of these, and the rest the
-uncertainties and the memory of the results. Four products with the whole design, in the layout of
-the readings, take as long as the transposition with the means; the means serve tables with gaps as
-well. Blocks of 512 tables took 1.4 times as long as those of 2048: each operation takes a
-microsecond to begin with.
+Tried and left: products with the whole design in the layout of the readings, which take about as
+long as the transposition with the means, but do not serve tables with gaps; and smaller blocks, as
+each operation takes a microsecond to begin with.
 """
 
 from __future__ import annotations
