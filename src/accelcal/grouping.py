@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 __all__ = ["decimal_step", "decimal_steps", "distinct", "grouped", "median"]
 
-_GLANCE = 4  # so many values mostly tell that a step is too large
+_GLANCE = 3  # so many values mostly tell that a step is too large
 _STEPS = np.array([10.0**-digits for digits in range(13)])
 _STEPS_IN_ONE = np.array([10.0**digits for digits in range(13)])
 
@@ -137,23 +137,22 @@ def decimal_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
     >>> decimal_steps(np.array([[1.2503, -0.71], [1.0, 1.0 / 3.0]])).tolist()
     [0.0001, 0.0]
     """
-    size = np.abs(values).max(axis=1)[:, None] * _STEPS_IN_ONE
+    size = _STEPS_IN_ONE[:, None] * np.abs(values).max(axis=1)
+    few = np.multiply.outer(_STEPS_IN_ONE, values.T[:_GLANCE])
     # a hundred steps or more, or all small values would be multiples of a large step
-    possible = (size >= 100.0) & (size <= 1e12)
-    for each in values.T[:_GLANCE]:
-        possible &= _whole(each[:, None] * _STEPS_IN_ONE)
+    possible = (size >= 100.0) & (size <= 1e12) & _whole(few).all(axis=1)
     step = np.zeros(len(values))
-    rows = np.flatnonzero(possible.any(axis=1))
+    rows = np.flatnonzero(possible.any(axis=0))
     while rows.size:
-        largest = possible[rows].argmax(axis=1)
+        largest = possible[:, rows].argmax(axis=0)
         own = values if rows.size == len(values) else values[rows]
         found = _whole(own * _STEPS_IN_ONE[largest, None]).all(axis=1)
         step[rows[found]] = _STEPS[largest[found]]
-        possible[rows, largest] = False
-        rows = rows[~found & possible[rows].any(axis=1)]
+        possible[largest, rows] = False
+        rows = rows[~found & possible[:, rows].any(axis=0)]
     return step
 
 
 def _whole(values: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Tell which values are whole numbers but for rounding errors."""
-    return np.asarray(np.abs(values - np.round(values)) < 1e-4)
+    return np.asarray(np.abs(values - np.rint(values)) < 1e-4)
