@@ -6,7 +6,6 @@ is installed, which takes longer than a worker has to do.
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterable, Mapping, Sequence
 from typing import IO, Any
 
@@ -17,6 +16,8 @@ from accelcal.archive.cells import Cells, Columns
 from accelcal.archive.columns import FrameColumn
 
 __all__ = ["arrow_bytes", "write_parquet"]
+
+Mask = NDArray[np.bool_]
 
 _ROW_GROUP = 50_000  # rows that are compressed together
 
@@ -39,11 +40,12 @@ def arrow_bytes(columns: Columns, kinds: Mapping[str, FrameColumn]) -> bytes:
     import pyarrow as pa
 
     arrays = [_array(columns[name], kind.kind) for name, kind in kinds.items()]
-    table = pa.table(arrays, names=list(kinds))
-    sink = io.BytesIO()
-    with pa.ipc.new_stream(sink, table.schema) as writer:
-        writer.write_table(table)
-    return sink.getvalue()
+    batch = pa.record_batch(arrays, names=list(kinds))
+    sink = pa.BufferOutputStream()
+    with pa.ipc.new_stream(sink, batch.schema) as writer:
+        writer.write_batch(batch)
+    found: bytes = sink.getvalue().to_pybytes()
+    return found
 
 
 def write_parquet(
@@ -98,38 +100,48 @@ def _array(cells: Cells, kind: str) -> Any:
     import pyarrow as pa
 
     if isinstance(cells, np.ndarray):
-        return _plain(cells, ~np.isnan(cells), pa.float64())
-    code = _plain(cells.code.astype(np.int32), np.ones(len(cells.code), np.bool_), pa.int32())
+        return _plain(cells, cells.size, pa.float64(), ~np.isnan(cells))
+    code = _plain(cells.code.astype(np.int32), cells.code.size, pa.int32())
     return pa.DictionaryArray.from_arrays(code, _values(cells.values, kind))
 
 
 def _values(values: Sequence[Any], kind: str) -> Any:
-    known = np.array([value is not None for value in values], dtype=np.bool_)
+    known = np.array([value is not None for value in values]) if None in values else None
     if kind == "text":
         return _texts(["" if value is None else value for value in values], known)
     numbers = np.array([0 if value is None else value for value in values], dtype=np.int64)
-    if kind == "flag":
-        return _plain(_bits(numbers != 0), known, _type(kind))
-    return _plain(numbers, known, _type(kind))
+    stored = _bits(numbers != 0) if kind == "flag" else numbers
+    return _plain(stored, len(values), _type(kind), known)
 
 
-def _plain(values: NDArray[Any], known: NDArray[np.bool_], kind: Any) -> Any:
+def _plain(values: NDArray[Any], size: int, kind: Any, known: Mask | None = None) -> Any:
     import pyarrow as pa
 
-    buffers = [pa.py_buffer(_bits(known)), pa.py_buffer(np.ascontiguousarray(values))]
-    return pa.Array.from_buffers(kind, known.size, buffers)
+    stored = pa.py_buffer(np.ascontiguousarray(values))
+    return pa.Array.from_buffers(kind, size, [_unless_all(known), stored])
 
 
-def _texts(texts: Sequence[str], known: NDArray[np.bool_]) -> Any:
+def _texts(texts: Sequence[str], known: Mask | None) -> Any:
     import pyarrow as pa
 
-    encoded = [text.encode("utf-8", errors="backslashreplace") for text in texts]
-    ends = np.cumsum([0, *map(len, encoded)], dtype=np.int32)
-    data = pa.py_buffer(b"".join(encoded))
-    return pa.StringArray.from_buffers(
-        known.size, pa.py_buffer(ends), data, pa.py_buffer(_bits(known))
-    )
+    whole = "".join(texts)
+    # a letter of ASCII is a byte
+    sized = texts if whole.isascii() else list(map(_encoded, texts))
+    ends = np.cumsum([0, *map(len, sized)], dtype=np.int32)
+    buffers = pa.py_buffer(ends), pa.py_buffer(_encoded(whole)), _unless_all(known)
+    return pa.StringArray.from_buffers(len(texts), *buffers)
 
 
-def _bits(flags: NDArray[np.bool_]) -> NDArray[np.uint8]:
+def _encoded(text: str) -> bytes:
+    return text.encode("utf-8", errors="backslashreplace")
+
+
+def _unless_all(known: Mask | None) -> Any:
+    """Which values are known; None where all are."""
+    import pyarrow as pa
+
+    return None if known is None else pa.py_buffer(_bits(known))
+
+
+def _bits(flags: Mask) -> NDArray[np.uint8]:
     return np.packbits(flags, bitorder="little")
