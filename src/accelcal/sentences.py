@@ -1,12 +1,13 @@
 """Sentences that some of many records need: the condition over all of them and the text together.
 
-A sentence is written only where it is due, and once where it holds no number of the record.
+A sentence is written only where it is due, and once for all records that have the same numbers.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,18 +23,24 @@ class Sentence(NamedTuple):
     where : ndarray of bool, shape (R,), or bool
         Whether a record needs it; a bool counts for all.
     text : str or callable
-        The sentence, without a full stop; by the place of the record where it differs.
+        The sentence, without a full stop; a function of its numbers where it has some.
+    numbers : sequence of ndarray, shape (R,)
+        The numbers of each record.
     """
 
     where: NDArray[np.bool_] | bool
-    text: str | Callable[[int], str]
+    text: str | Callable[..., str]
+    numbers: Sequence[NDArray[Any]] = ()
 
     def of(self, records: int) -> list[str]:
         """Write the sentence for each record, empty where it is not due."""
-        due = np.broadcast_to(self.where, records).tolist()
+        due = np.broadcast_to(self.where, records)
         if isinstance(self.text, str):
-            return [self.text if is_due else "" for is_due in due]
-        return [self.text(i) if is_due else "" for i, is_due in enumerate(due)]
+            return [self.text if is_due else "" for is_due in due.tolist()]
+        said = np.full(records, "", dtype=object)
+        said[due] = list(map(cache(self.text), *(own[due].tolist() for own in self.numbers)))
+        found: list[str] = said.tolist()
+        return found
 
 
 def first_of(sentences: Iterable[Sentence]) -> Iterator[Sentence]:
@@ -79,11 +86,12 @@ def of_each(sentences: Iterable[Sentence], records: int) -> list[tuple[str, ...]
     Examples
     --------
     >>> size = np.array([1.0, 30.0])
-    >>> said = Sentence(size > 9.0, lambda i: f"{size[i]:g} is large"), Sentence(True, "mind it")
+    >>> large = Sentence(size > 9.0, lambda number: f"{number:g} is large", [size])
+    >>> said = large, Sentence(True, "mind it")
     >>> of_each(said, 2)
     [('mind it',), ('30 is large', 'mind it')]
     """
     columns = [sentence.of(records) for sentence in sentences if np.any(sentence.where)]
     if not columns:
         return [()] * records
-    return [tuple(filter(None, row)) for row in zip(*columns, strict=True)]
+    return list(map(cache(lambda *row: tuple(filter(None, row))), *columns))

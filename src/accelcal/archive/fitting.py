@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from accelcal.archive.cells import Columns, Labels, columns_of_rows, put_together
 from accelcal.archive.columns import LAWS, ROWS, FrameColumn
@@ -19,6 +20,8 @@ from accelcal.calibrate.stack import CalibrationStack
 from accelcal.record import TumbleRecord
 
 __all__ = ["FittedRecords", "fit_records"]
+
+Places = NDArray[np.intp]
 
 
 class FittedRecords(NamedTuple):
@@ -44,9 +47,9 @@ class _Piece(NamedTuple):
     """Rows of some records, each with the place of its record."""
 
     tables: Columns
-    of_table: Sequence[int]
+    of_table: Places
     laws: Columns
-    of_law: Sequence[int]
+    of_law: Places
     failed: int = 0
 
 
@@ -107,7 +110,7 @@ def _stacks(
 def _of_stack(stack: CalibrationStack, places: Sequence[int], settings: Settings) -> _Piece:
     count = len(stack.tables)
     tables, (laws, record) = stacked_tables(stack), stacked_laws(stack)
-    of_table, of_law = np.repeat(places, count).tolist(), [places[i] for i in record.tolist()]
+    of_table, of_law = np.repeat(places, count), np.array(places)[record]
     if settings.specification is None:
         return _Piece(tables, of_table, laws, of_law)
     verdicts = verdicts_of(stack, tables, settings.specification)
@@ -136,19 +139,17 @@ def _of_one(stack: CalibrationStack, index: int, place: int, settings: Settings)
     failed = calibration.verdict is not None and calibration.verdict.outcome == "fail"
     return _Piece(
         columns_of_rows(tables, ROWS),
-        [place] * len(tables),
+        np.full(len(tables), place),
         columns_of_rows(laws, LAWS),
-        [place] * len(laws),
+        np.full(len(laws), place),
         int(failed),
     )
 
 
-def _merged(
-    parts: Sequence[tuple[Columns, Sequence[int]]], kinds: Mapping[str, FrameColumn]
-) -> Columns:
+def _merged(parts: Sequence[tuple[Columns, Places]], kinds: Mapping[str, FrameColumn]) -> Columns:
     """Put rows in the order of their records."""
     if len(parts) == 1:
         return parts[0][0]
-    places = np.array([place for _, own in parts for place in own], dtype=np.int64)
+    places = np.concatenate([np.zeros(0, dtype=np.intp), *(own for _, own in parts)])
     frames = [columns_of_rows([], kinds), *(columns for columns, _ in parts)]
     return put_together(frames, np.argsort(places, kind="stable"))

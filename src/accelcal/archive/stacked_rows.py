@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import cache
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -15,6 +17,7 @@ from accelcal.calibrate.columns import mountings_of, numbers_of, runs_of, verdic
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.gates.verdict import VERDICTS
 from accelcal.grouping import grouped
+from accelcal.record import TumbleRecord
 from accelcal.temperature.bilinear import law_units
 from accelcal.temperature.from_tables import LawsOfRecords
 from accelcal.version import __version__
@@ -64,7 +67,7 @@ def stacked_tables(stack: CalibrationStack) -> Columns:
     }
     found: Columns = {
         **_numbers(numbers_of(stack)),
-        **_of_records(stack, record),
+        **_of_records(stack, record, ROWS),
         **verdicts,
         "run": Labels(table * len(records) + record, runs),
         "mounting": Labels(table, mountings_of(stack)),
@@ -80,7 +83,7 @@ def stacked_tables(stack: CalibrationStack) -> Columns:
 def _warnings(stack: CalibrationStack) -> list[str]:
     """Sentences about each table and its record, joined."""
     warned = stack.warnings
-    of_records = [JOINT.join(own) for own in warned.of_record]
+    of_records = map(cache(JOINT.join), warned.of_record)
     of_tables = zip(*warned.of_tables, strict=True)
     return [
         JOINT.join((*own, of_record)) if own else of_record
@@ -133,7 +136,7 @@ def _laws_of(
     units = [_law_unit(name, stack.plan.records[0].unit) for name in laws.names]
     dof = laws.dof[record, term]
     found: Columns = {
-        **_of_records(stack, record),
+        **_of_records(stack, record, LAWS),
         "mounting": _everywhere(mounting, record.size),
         "term": Labels(term, list(laws.names)),
         "value": laws.value[record, term],
@@ -146,24 +149,32 @@ def _laws_of(
     return _columns(found, LAWS, record.size), record
 
 
-def _of_records(stack: CalibrationStack, row: NDArray[np.intp]) -> Columns:
-    """Cells that rows have from their records."""
+def _of_records(
+    stack: CalibrationStack, row: NDArray[np.intp], kinds: Mapping[str, FrameColumn]
+) -> Columns:
+    """Cells that rows have from their records, those of one plan."""
     records = stack.plan.records
-    gravity = np.array([r.apparatus.local_gravity for r in records], dtype=np.float64)
-    cells: dict[str, list[Any]] = {
-        "source": [r.source for r in records],
-        "line": [None if r.line is None else int(r.line[0]) for r in records],
-        "serial": [r.serial for r in records],
-        "date": [r.date for r in records],
-        "notes": [JOINT.join(r.notes) for r in records],
-        "sha256": [r.sha256 for r in records],
-    }
     return {
-        **{name: Labels(row, own) for name, own in cells.items()},
+        **{
+            name: Labels(row, list(map(read, records)))
+            for name, read in _OF_RECORD.items()
+            if name in kinds
+        },
         "output_unit": _everywhere(records[0].unit, row.size),
-        "g_local_m_s2": gravity[row],
+        "g_local_m_s2": np.full(row.size, records[0].apparatus.local_gravity, dtype=np.float64),
         "T0_degC": stack.references[row],
     }
+
+
+def _first_line(record: TumbleRecord) -> int | None:
+    return None if record.line is None else int(record.line[0])
+
+
+_OF_RECORD: Mapping[str, Callable[[TumbleRecord], Any]] = {
+    **{name: attrgetter(name) for name in ("source", "serial", "date", "sha256")},
+    "line": _first_line,
+    "notes": lambda record: JOINT.join(record.notes),
+}
 
 
 def _numbers(found: Mapping[str, NDArray[Any]]) -> Columns:

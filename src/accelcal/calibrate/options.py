@@ -47,7 +47,7 @@ class Options(NamedTuple):
 
     def leaves_out(self, record: TumbleRecord) -> bool:
         """Whether the record itself told of the head."""
-        return self.head_for(record) is not self.head
+        return self.head is not None and self.head_for(record) is not self.head
 
     def check(self) -> None:
         """Refuse what no fit takes.

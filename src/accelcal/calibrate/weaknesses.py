@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.head import HeadError
 from accelcal.estimate.joint import JointStack
 from accelcal.estimate.launch import RunShift
 from accelcal.estimate.noise import NoiseStack
@@ -143,10 +142,11 @@ def _of_table(table: PreparedTable, noise: NoiseStack) -> Iterator[Sentence]:
     )
     yield Sentence(
         ~np.isnan(noise.excess),
-        lambda i: (
-            f"the strokes scatter {noise.excess[i]:.2g} times more than the declared std;"
+        lambda excess: (
+            f"the strokes scatter {excess:.2g} times more than the declared std;"
             " uncertainties follow the strokes"
         ),
+        [noise.excess],
     )
 
 
@@ -210,8 +210,9 @@ def _of_estimated_head(estimate: JointStack) -> Iterator[Sentence]:
         " those given may hold the truth in fewer than 95 of 100 cases (91 to 96 in simulations);"
         " measure two strokes or declare head_uncertainty",
     )
-    yield Sentence(estimated & _is_lost_in_noise(estimate), lambda i: _lost_in_noise(head, i))
-    yield Sentence(estimated, lambda i: _head_of_few_dof(float(head.dof[i])))
+    told = head.uncertainty > 0.0, head.dof
+    yield Sentence(estimated & _is_lost_in_noise(estimate), _lost_in_noise, told)
+    yield Sentence(estimated, _head_of_few_dof, [head.dof])
 
 
 def _of_unknown_head(estimate: JointStack) -> Iterator[Sentence]:
@@ -248,12 +249,10 @@ def _is_lost_in_noise(estimate: JointStack) -> Mask:
     return np.asarray((head.dof < _FEW_REPEATS) & (shown < _AS_LARGE_AS_NOISE))
 
 
-def _lost_in_noise(head: HeadError, i: int) -> str:
-    size = "no head error shows above the noise"
-    if head.uncertainty[i] > 0.0:
-        size = "head error as large as the noise"
+def _lost_in_noise(shows: bool, dof: float) -> str:
+    size = "head error as large as the noise" if shows else "no head error shows above the noise"
     return (
-        f"{size}, and {head.dof[i]:.0f} degrees of freedom cannot tell"
+        f"{size}, and {dof:.0f} degrees of freedom cannot tell"
         " the two apart: the intervals may be wider than needed (they held the truth in 93 to"
         " 99 of 100 cases in simulations); declare head_uncertainty or measure more positions"
     )
@@ -308,14 +307,14 @@ def _of_temperature(fitted: Fitted) -> Iterator[Sentence]:
     slopes = fitted.slopes
     if declared is None:
         by_heat = _USUAL_ERROR * slopes.steepest_of_scale_factor()
-        ppm = (1e6 * by_heat).tolist()
         yield Sentence(
             by_heat * np.abs(slopes.K1) > slopes.K1_uncertainty,
-            lambda i: (
+            lambda ppm: (
                 "temperature_uncertainty not declared: U of the laws holds no error of the"
                 f" temperature but what scatters within the runs; {_USUAL_ERROR:g} degC would"
-                f" change K1 by {ppm[i]:.0f} ppm"
+                f" change K1 by {ppm:.0f} ppm"
             ),
+            [np.rint(1e6 * by_heat)],
         )
     elif declared > 0.0:
         yield Sentence(

@@ -85,17 +85,19 @@ def _of_loop(loop: Hysteresis, shift_source: str) -> Iterator[Sentence]:
     """Say where its width differs, and that launches may pass for it where they may."""
     yield Sentence(
         loop.p < _SIGNIFICANT,
-        lambda i: (
-            f"the hysteresis differs by level: {_widths(loop, i)}; h_T is their mean, and U holds"
+        lambda *widths: (
+            f"the hysteresis differs by level: {_told(widths)}; h_T is their mean, and U holds"
             " the scatter"
         ),
+        [*loop.half_widths.T, *loop.temperature.T],
     )
     if loop.half_widths.shape[1] and shift_source in _CONFOUNDED:
         yield Sentence(True, _CONFOUNDED[shift_source])
 
 
-def _widths(loop: Hysteresis, i: int) -> str:
-    levels = zip(loop.half_widths[i], loop.temperature[i], strict=True)
+def _told(widths: Sequence[float]) -> str:
+    half = len(widths) // 2  # the levels follow
+    levels = zip(widths[:half], widths[half:], strict=True)
     return ", ".join(f"{1e6 * h:.3g} ug at {at:.3g} degC" for h, at in levels)
 
 
@@ -105,9 +107,10 @@ def _of_far_reference(reference: Array, temperature: Array) -> Sentence:
     outside = np.maximum(low - reference, reference - high)
     return Sentence(
         outside > LEAST_RISE,
-        lambda i: (
-            f"T0 = {reference[i]:g} degC lies {outside[i]:g} degC outside the levels, {low[i]:g} to"
-            f" {high[i]:g} degC: the values at T0 are extrapolated, and U holds nothing of a"
+        lambda reference, outside, low, high: (
+            f"T0 = {reference:g} degC lies {outside:g} degC outside the levels, {low:g} to"
+            f" {high:g} degC: the values at T0 are extrapolated, and U holds nothing of a"
             " curvature"
         ),
+        [reference, outside, low, high],
     )
