@@ -11,7 +11,7 @@ The difference of readings that are close is exact, so the mean has twice the di
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,18 +24,20 @@ Array = NDArray[np.float64]
 
 _MEMORY = Memory()
 
-_GULP = 512  # tables that are in the cache together with their transpose
+_GULP = 256  # tables that are in the cache together with their transpose
 
 
 class Means(NamedTuple):
     """Replicates of g rows in T tables, about a reference near their mean.
+
+    They stand in memory that the next means of the same thread will overwrite.
 
     Attributes
     ----------
     reference : ndarray, shape (g, T)
         A value near the readings.
     weight : ndarray, shape (g, T)
-        Sum of the weights.
+        Sum of the weights; not to be written to.
     sums : ndarray, shape (g, T)
         Weighted sum of the differences of the readings to the reference.
     squares : ndarray, shape (g, T)
@@ -48,48 +50,54 @@ class Means(NamedTuple):
     weight: Array
     sums: Array
     squares: Array
-    readings: Array
+    readings: NDArray[Any]
 
     def taken(self, tables: slice | NDArray[np.intp]) -> Means:
         """Those of some of the tables."""
         return Means(*[values[..., tables] for values in self])
 
-    def of_whole(self, strokes: Array) -> None:
-        """Fill in those of tables without gaps, shape (m, g, T); the reference is one of each."""
+    @classmethod
+    def of_whole(cls, strokes: Array) -> Means:
+        """Those of tables without gaps, shape (m, g, T), overwritten; a reading is the reference."""
         first, others = strokes[0], strokes[1:]
         others -= first
-        self.reference[:] = first
-        self.weight[:] = len(strokes)
-        self.sums[:] = np.add.reduce(others, axis=0)  # into pieces of rows it takes twice as long
-        np.einsum("mgt,mgt->gt", others, others, out=self.squares)
-        self.readings[:] = strokes.shape[0] * strokes.shape[1]
+        weight = np.broadcast_to(float(len(strokes)), first.shape)
+        readings = np.full(strokes.shape[2], strokes.shape[0] * strokes.shape[1])
+        return cls(first, weight, *_summed(others, others), readings)
 
-    def of_gaps(self, strokes: Array) -> None:
-        """Fill in those of tables with NaN at gaps, shape (m, g, T); the reference is the mean."""
+    @classmethod
+    def of_gaps(cls, strokes: Array) -> Means:
+        """Those of tables with NaN at gaps, shape (m, g, T), overwritten, about their mean."""
         missing = np.isnan(strokes, out=_MEMORY.array("missing", strokes.shape, np.bool_))
         few = np.min_scalar_type(len(strokes))  # a byte mostly, which is quickest to count in
-        np.subtract(len(strokes), np.add.reduce(missing, axis=0, dtype=few), out=self.weight)
-        np.add.reduce(self.weight, axis=0, out=self.readings)
+        gaps = np.add.reduce(missing, axis=0, dtype=few)
+        weight = np.subtract(len(strokes), gaps, out=_MEMORY.array("weight", gaps.shape))
         np.copyto(strokes, 0.0, where=missing)
-        mean = np.add.reduce(strokes, axis=0)
-        mean /= np.maximum(self.weight, 1.0)
+        mean = np.add.reduce(strokes, axis=0, out=_MEMORY.array("reference", gaps.shape))
+        mean /= np.maximum(weight, 1.0)
         strokes -= mean
-        self.reference[:] = mean
         np.copyto(strokes, 0.0, where=missing)
-        self.sums[:] = np.add.reduce(strokes, axis=0)
-        np.einsum("mgt,mgt->gt", strokes, strokes, out=self.squares)
+        return cls(mean, weight, *_summed(strokes, strokes), np.add.reduce(weight, axis=0))
 
-    def of_weighted(self, strokes: Array, weight: Array) -> None:
-        """Fill in those of tables with weights, zero at gaps; the reference is the mean."""
-        np.add.reduce(weight > 0.0, axis=(0, 1), out=self.readings)
+    @classmethod
+    def of_weighted(cls, strokes: Array, weights: Array) -> Means:
+        """Those of tables with weights, zero at gaps, both overwritten, about their mean."""
+        readings = np.add.reduce(weights > 0.0, axis=(0, 1))
         np.copyto(strokes, 0.0, where=np.isnan(strokes))
-        self.weight[:] = np.add.reduce(weight, axis=0)
-        mean = np.einsum("mgt,mgt->gt", weight, strokes, out=self.reference)
-        mean /= np.where(self.weight > 0.0, self.weight, 1.0)
+        weight = np.add.reduce(weights, axis=0)
+        mean = np.einsum("mgt,mgt->gt", weights, strokes)
+        mean /= np.where(weight > 0.0, weight, 1.0)
         strokes -= mean
-        weight *= strokes
-        self.sums[:] = np.add.reduce(weight, axis=0)
-        np.einsum("mgt,mgt->gt", weight, strokes, out=self.squares)
+        weights *= strokes
+        return cls(mean, weight, *_summed(weights, strokes), readings)
+
+
+def _summed(weighted: Array, differences: Array) -> tuple[Array, Array]:
+    """Sums of differences and of their squares, shape (g, T)."""
+    sums, squares = _MEMORY.array("sums", (2, *differences.shape[1:]))
+    np.add.reduce(weighted, axis=0, out=sums)
+    np.einsum("mgt,mgt->gt", weighted, differences, out=squares)
+    return sums, squares
 
 
 class Replicates(NamedTuple):
@@ -137,28 +145,18 @@ class Replicates(NamedTuple):
         return cls(order[::size], group, place, size)
 
     def means(self, y: Array, weight: Array | None = None) -> Means:
-        """Bring down tables of shape (T, n), NaN at gaps, by weights that are zero there, if given.
+        """Bring down tables of shape (T, n), NaN at gaps, by weights that are zero there, if given."""
+        strokes, gaps = self._strokes(y, "readings")
+        if weight is not None:
+            return Means.of_weighted(strokes, self._strokes(weight, "weights")[0])
+        return Means.of_gaps(strokes) if gaps else Means.of_whole(strokes)
 
-        They stand in memory that the next means of the same thread will overwrite.
-        """
-        shape = (self.first.size, len(y))
-        reference, total, sums, squares = _MEMORY.array("means", (4, *shape))
-        found = Means(reference, total, sums, squares, _MEMORY.array("count", shape[1:]))
-        for at in range(0, len(y), _GULP):
+    def _strokes(self, values: Array, name: str) -> tuple[Array, bool]:
+        """Bring values of shape (T, n) into shape (m, g, T), and tell whether any is NaN."""
+        rows, gaps = _MEMORY.array(name, values.T.shape), False
+        for at in range(0, len(values), _GULP):
             some = slice(at, at + _GULP)
-            part = found.taken(some)
-            largest = y[some].max()  # reading them in order fetches them into the cache
-            strokes = self._strokes(y[some], "readings")
-            if weight is not None:
-                part.of_weighted(strokes, self._strokes(weight[some], "weights"))
-            elif np.isnan(largest):
-                part.of_gaps(strokes)
-            else:
-                part.of_whole(strokes)
-        return found
-
-    def _strokes(self, values: Array, name: str) -> Array:
-        """Bring values of shape (T, n) into shape (m, g, T)."""
-        rows = _MEMORY.array(name, values.T.shape)
-        rows[self.place] = values.T
-        return rows.reshape(self.size, -1, len(values))
+            largest = values[some].max()  # reading them in order fetches them into the cache
+            gaps |= bool(np.isnan(largest))
+            rows[self.place, some] = values[some].T
+        return rows.reshape(self.size, -1, len(values)), gaps

@@ -24,7 +24,7 @@ __all__ = ["TableEstimates", "estimate_tables"]
 
 Array = NDArray[np.float64]
 
-_BLOCK = 2048  # tables at a time: many, as each operation takes a microsecond to begin with
+_BLOCK = 4096  # tables at a time: many, as each operation takes a microsecond to begin with
 
 
 class TableEstimates(NamedTuple):
