@@ -155,8 +155,8 @@ class Replicates(NamedTuple):
         """Bring values of shape (T, n) into shape (m, g, T), and tell whether any is NaN."""
         rows, gaps = _MEMORY.array(name, values.T.shape), False
         for at in range(0, len(values), _GULP):
-            some = slice(at, at + _GULP)
-            largest = values[some].max()  # reading them in order fetches them into the cache
-            gaps |= bool(np.isnan(largest))
-            rows[self.place, some] = values[some].T
+            some = values[at : at + _GULP]
+            largest = some.max()  # reading them in order fetches them into the cache
+            gaps |= bool(largest != largest)
+            rows[self.place, at : at + _GULP] = some.T
         return rows.reshape(self.size, -1, len(values)), gaps

@@ -47,11 +47,13 @@ class CutDesign(NamedTuple):
         return cls(high, matrix - high)
 
     def near(self, solution: Array) -> Array:
-        """Round solutions to the few bits that `subtract_fit` needs, in place, shape (p, T)."""
-        anchor = _CUT_SOLUTION * np.abs(solution).max(axis=0)
-        solution += anchor
-        solution -= anchor
-        return solution
+        """Round solutions to the few bits that `subtract_fit` needs, shape (p, T)."""
+        rounded = np.abs(solution, out=_MEMORY.array("near", solution.shape))
+        anchor = np.maximum.reduce(rounded, axis=0)
+        anchor *= _CUT_SOLUTION
+        np.add(solution, anchor, out=rounded)
+        rounded -= anchor
+        return rounded
 
     def subtract_fit(self, y: Array, solution: Array) -> Array:
         """Turn y, shape (n, T), into y - matrix @ solution for solutions of `near`.

@@ -220,26 +220,28 @@ class LeastSquares:
 
     def _step(self, right: Array) -> tuple[Array, Array]:
         """What the basis sees of weighted sums of the groups, and the solution, shape (p, T)."""
-        seen = self._dual @ right
-        return seen, self._back @ seen
+        shape = (len(self._back), right.shape[1])
+        seen = np.matmul(self._dual, right, out=_MEMORY.array("seen", shape))
+        return seen, np.matmul(self._back, seen, out=_MEMORY.array("step", shape))
 
     def _corrected(self, means: Means, step: _Step, variances: Array) -> Solution:
         """Solve and correct by the residuals."""
-        _, x = step(means.weight * means.reference)
+        right = _MEMORY.array("right", means.reference.shape)
+        _, x = step(np.multiply(means.weight, means.reference, out=right))
         x = self._cut.near(x)
         residual = self._cut.subtract_fit(means.reference, x)
-        right = means.weight * residual
+        np.multiply(means.weight, residual, out=right)
         right += means.sums
         seen, correction = step(right)
         x += correction
-        x /= self._scale[:, None]
         right += means.sums
         right *= residual
         right += means.squares
         squares = self._precision @ right
         squares -= np.einsum("it,it->t", seen, seen)
         np.maximum(squares, 0.0, out=squares)
-        return Solution(x.T, squares, variances, means.readings.astype(np.int64))
+        coefficients = np.multiply(x, 1.0 / self._scale[:, None])
+        return Solution(coefficients.T, squares, variances, means.readings.astype(np.int64))
 
     def _half(self, weight: Array) -> Array:
         """Half of the covariance of the scaled coefficients, half @ half.T, shape (p, p, T).

@@ -176,8 +176,7 @@ class _Stack(NamedTuple):
     def _fill(self, found: Sequence[NDArray[Any]], start: int, stop: int) -> None:
         for at in range(start, stop, _BLOCK):
             rows = slice(at, min(at + _BLOCK, stop))
-            for whole, part in zip(found, _with_scatter(self._fit(rows)), strict=True):
-                whole[rows] = part
+            _with_scatter(self._fit(rows), *[whole[rows] for whole in found])
 
     def _fit(self, rows: slice) -> Solution:
         y = self.outputs[rows]
@@ -187,22 +186,17 @@ class _Stack(NamedTuple):
                 y = pseudo_values(y, self.cells, spread)
             weight = None if spread.ndim == 1 else np.where(np.isnan(y), np.inf, spread) ** -2.0
             found = self.solver.fit(y, weight)
-        size = np.fmax.reduce(np.abs(found.coefficients), axis=1)
-        if not np.isfinite(found.squares).all() or _is_extreme(size).any():
+        size = np.abs(found.coefficients.T).max(axis=0)
+        if not (np.isfinite(found.squares).all() and size.min() > 1e-20 and size.max() < 1e20):
             _check_sizes(self.outputs[rows])
         return found
-
-
-def _is_extreme(size: Array) -> NDArray[np.bool_]:
-    """Tell sizes whose squares cannot be calculated with, see `accelcal.estimate.tables`."""
-    return np.asarray((size > 0.0) & ~((size > 1e-20) & (size < 1e20)))
 
 
 def _check_sizes(y: Array) -> None:
     largest = np.fmax.reduce(np.abs(y), axis=1)  # looks at all readings, so only where in doubt
     if np.isinf(largest).any():
         raise InputError("an output is infinite; a reading that is missing is NaN")
-    extreme = largest[_is_extreme(largest)]
+    extreme = largest[(largest > 0.0) & ~((largest > 1e-20) & (largest < 1e20))]
     if extreme.size:
         raise InputError(
             f"outputs of up to {extreme[0]:g}; they lie between 1e-20 and 1e20, so give them in"
@@ -210,12 +204,16 @@ def _check_sizes(y: Array) -> None:
         )
 
 
-def _with_scatter(found: Solution) -> tuple[Array, Array, Array, NDArray[np.int64]]:
-    """Coefficients, their uncertainties by the residuals, residual rms and dof."""
-    dof = found.readings - found.coefficients.shape[1]
-    rms = np.sqrt(found.squares / np.where(dof > 0, dof, np.nan))
-    errors = np.sqrt(np.atleast_2d(found.variances).T) * rms
-    return found.coefficients, errors.T, rms, np.maximum(dof, 0)
+def _with_scatter(
+    found: Solution, values: Array, errors: Array, rms: Array, dof: NDArray[np.int64]
+) -> None:
+    """Fill in coefficients, their uncertainties by the residuals, residual rms and dof."""
+    values[:] = found.coefficients
+    np.subtract(found.readings, values.shape[1], out=dof)
+    np.divide(found.squares, np.where(dof > 0, dof, np.nan), out=rms)
+    np.sqrt(rms, out=rms)
+    np.multiply(np.sqrt(found.variances), rms[:, None], out=errors)
+    np.maximum(dof, 0, out=dof)
 
 
 def _checked(outputs: ArrayLike, angles: ArrayLike) -> tuple[Array, Array]:
