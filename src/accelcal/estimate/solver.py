@@ -128,6 +128,7 @@ class LeastSquares:
     _precision: Array  # of the groups of replicates: inverse squares of sigma, shape (g,)
     _design: Array  # of the groups, with the columns scaled, without the weights, shape (g, p)
     _cut: CutDesign  # the same
+    _start: Array  # the map from means of the groups, shape (p, g)
     _triangle: Array
     _back: Array  # inverse of the triangle
     _dual: Array  # the basis for sums of the groups that are not yet weighted, shape (p, g)
@@ -153,6 +154,7 @@ class LeastSquares:
             "_replicates": same,
             "_design": design,
             "_cut": CutDesign.of(design),
+            "_start": same.size * factors["map"],
             "_variances": (factors["_back"] ** 2).sum(axis=1) / scale**2,
         }
         for name, value in values.items():
@@ -204,7 +206,8 @@ class LeastSquares:
 
     def _alike(self, means: Means) -> Solution:
         """Solve tables without gaps."""
-        return self._corrected(means, self._step, self._variances)
+        start = self._start @ means.reference
+        return self._corrected(means, start, self._step, self._variances)
 
     def _by_own_weights(self, means: Means) -> Solution:
         """Solve tables that each have weights of its own in the groups."""
@@ -216,7 +219,8 @@ class LeastSquares:
             return seen, np.einsum("pit,it->pt", half, seen)
 
         variances = np.einsum("pit,pit->pt", half, half).T / self._scale**2
-        return self._corrected(means, step, variances)
+        _, start = step(means.weight * means.reference)
+        return self._corrected(means, start, step, variances)
 
     def _step(self, right: Array) -> tuple[Array, Array]:
         """What the basis sees of weighted sums of the groups, and the solution, shape (p, T)."""
@@ -224,12 +228,11 @@ class LeastSquares:
         seen = np.matmul(self._dual, right, out=_MEMORY.array("seen", shape))
         return seen, np.matmul(self._back, seen, out=_MEMORY.array("step", shape))
 
-    def _corrected(self, means: Means, step: _Step, variances: Array) -> Solution:
-        """Solve and correct by the residuals."""
-        right = _MEMORY.array("right", means.reference.shape)
-        _, x = step(np.multiply(means.weight, means.reference, out=right))
-        x = self._cut.near(x)
+    def _corrected(self, means: Means, start: Array, step: _Step, variances: Array) -> Solution:
+        """Correct a solution by its residuals."""
+        x = self._cut.near(start)
         residual = self._cut.subtract_fit(means.reference, x)
+        right = _MEMORY.array("right", residual.shape)
         np.multiply(means.weight, residual, out=right)
         right += means.sums
         seen, correction = step(right)
