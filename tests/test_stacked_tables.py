@@ -9,7 +9,7 @@ import accelcal
 from accelcal.errors import DesignError, InputError
 from accelcal.estimate.robust import pseudo_values
 from accelcal.estimate.solver import LeastSquares
-from accelcal.estimate.stacked_tables import estimate_tables
+from accelcal.estimate.stacked_tables import _BLOCK, estimate_tables
 from accelcal.geometry import accelerations
 from accelcal.model import design_matrix
 
@@ -74,11 +74,11 @@ def test_a_stack_is_the_same_as_its_tables_one_by_one(gaps, options):
 
 def test_the_last_digit_of_a_table_is_the_same_in_every_block_of_its_width():
     """Products with other numbers of tables may sum in another order, those of one width not."""
-    y = readings(2048 + 700)
-    swapped = np.concatenate([y[:2048][::-1], y[2048:]])
+    y = readings(_BLOCK + 700)
+    swapped = np.concatenate([y[:_BLOCK][::-1], y[_BLOCK:]])
     one, other = (estimate_tables(values, ANGLES) for values in (y, swapped))
-    assert_array_equal(one.coefficients[2048:], other.coefficients[2048:])
-    assert_array_equal(one.residual_rms[2048:], other.residual_rms[2048:])
+    assert_array_equal(one.coefficients[_BLOCK:], other.coefficients[_BLOCK:])
+    assert_array_equal(one.residual_rms[_BLOCK:], other.residual_rms[_BLOCK:])
 
 
 @pytest.mark.parametrize("lacking", [1, 600, 1900])

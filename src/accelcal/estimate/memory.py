@@ -13,6 +13,7 @@ __all__ = ["Memory"]
 
 
 _LARGEST = 500_000  # 4 MB; blocks of tables that are chosen with care need less
+_LINE = 64  # bytes
 
 
 class Memory(threading.local):
@@ -41,5 +42,13 @@ class Memory(threading.local):
             return np.empty(shape, dtype)
         kept = self._kept.get(name)
         if kept is None or kept.size < size:
-            kept = self._kept[name] = np.empty(size, dtype)
+            kept = self._kept[name] = _aligned(size, dtype)
         return kept[:size].reshape(shape)
+
+
+def _aligned(size: int, dtype: DTypeLike) -> NDArray[Any]:
+    """Array that begins with a line of the cache, or half of all vectors would lie in two lines."""
+    item = np.dtype(dtype).itemsize
+    room = np.empty(size * item + _LINE, np.uint8)
+    start = -room.ctypes.data % _LINE
+    return room[start : start + size * item].view(dtype)

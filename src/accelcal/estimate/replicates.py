@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 _MEMORY = Memory()
 
-_GULP = 256  # tables that are in the cache together with their transpose
+_GULP = 400  # tables that are in the cache together with their transpose
 
 
 class Means(NamedTuple):
@@ -58,7 +58,7 @@ class Means(NamedTuple):
 
     @classmethod
     def of_whole(cls, strokes: Array) -> Means:
-        """Those of tables without gaps, shape (m, g, T), overwritten; a reading is the reference."""
+        """Those of tables without gaps, shape (m, g, T), overwritten, about one reading."""
         first, others = strokes[0], strokes[1:]
         others -= first
         weight = np.broadcast_to(float(len(strokes)), first.shape)
@@ -145,7 +145,7 @@ class Replicates(NamedTuple):
         return cls(order[::size], group, place, size)
 
     def means(self, y: Array, weight: Array | None = None) -> Means:
-        """Bring down tables of shape (T, n), NaN at gaps, by weights that are zero there, if given."""
+        """Bring down tables of shape (T, n), NaN at gaps, by weights that are zero there."""
         strokes, gaps = self._strokes(y, "readings")
         if weight is not None:
             return Means.of_weighted(strokes, self._strokes(weight, "weights")[0])

@@ -39,6 +39,8 @@ _MEMORY = Memory()
 
 _MANY = 0.5  # where a larger share of a stack has gaps, the rest is solved in the same way
 
+_THIN = 2048  # tables in a product that the library takes by its quick way for small ones
+
 _WELL_CONDITIONED = 100.0  # below it, one correction from the residuals is enough
 
 # Where more than this is left of all diagonal elements of the normal equations, the readings of a
@@ -258,7 +260,10 @@ class LeastSquares:
         products = rows[:, :, None] * rows[:, None, :] * self._precision[:, None, None]
         normal = products.reshape(-1, size**2).T
         left = _MEMORY.array("normal equations", (2 * size, size, tables))
-        np.matmul(normal, weight, out=left[:size].reshape(-1, tables))
+        sums = left[:size].reshape(-1, tables)
+        for at in range(0, tables, _THIN):
+            thin = slice(at, at + _THIN)
+            np.matmul(normal, weight[:, thin], out=sums[:, thin])
         left[size:] = self._back[:, :, None]
         diagonal = np.einsum("iit->it", left[:size])
         clear = _CLEAR_PIVOT * diagonal

@@ -24,7 +24,11 @@ __all__ = ["TableEstimates", "estimate_tables"]
 
 Array = NDArray[np.float64]
 
-_BLOCK = 4096  # tables at a time: many, as each operation takes a microsecond to begin with
+# Tables at a time: rows longer than half of the buffer of numpy are combined with others without a
+# copy. Of robust fits far more is in the cache at a time.
+_BLOCK = 4800
+_ROBUST_BLOCK = 1024
+_READINGS = 500_000  # at a time at most, 4 MB
 
 
 class TableEstimates(NamedTuple):
@@ -157,12 +161,19 @@ class _Stack(NamedTuple):
     spread: Array
     cells: Array | None
 
+    @property
+    def block(self) -> int:
+        """Tables at a time."""
+        most = _BLOCK if self.cells is None else _ROBUST_BLOCK
+        readings: int = self.outputs.shape[1]
+        return max(min(most, _READINGS // readings), 1)
+
     def estimates(self, threads: int) -> tuple[Array, Array, Array, NDArray[np.int64]]:
         """Coefficients, their uncertainties, residual rms and dof, in the order of the tables."""
         tables, coefficients = len(self.outputs), self.solver.map.shape[0]
         values, errors = np.empty((2, coefficients, tables))
         found = (values.T, errors.T, np.empty(tables), np.empty(tables, dtype=np.int64))
-        threads = min(threads, -(-tables // _BLOCK))
+        threads = min(threads, -(-tables // self.block))
         if threads <= 1:
             self._fill(found, 0, tables)
             return found
@@ -174,8 +185,8 @@ class _Stack(NamedTuple):
         return found
 
     def _fill(self, found: Sequence[NDArray[Any]], start: int, stop: int) -> None:
-        for at in range(start, stop, _BLOCK):
-            rows = slice(at, min(at + _BLOCK, stop))
+        for at in range(start, stop, self.block):
+            rows = slice(at, min(at + self.block, stop))
             _with_scatter(self._fit(rows), *[whole[rows] for whole in found])
 
     def _fit(self, rows: slice) -> Solution:
@@ -187,7 +198,7 @@ class _Stack(NamedTuple):
             weight = None if spread.ndim == 1 else np.where(np.isnan(y), np.inf, spread) ** -2.0
             found = self.solver.fit(y, weight)
         size = np.abs(found.coefficients.T).max(axis=0)
-        if not (np.isfinite(found.squares).all() and size.min() > 1e-20 and size.max() < 1e20):
+        if not (found.squares.max() < np.inf and size.min() > 1e-20 and size.max() < 1e20):
             _check_sizes(self.outputs[rows])
         return found
 
