@@ -123,7 +123,7 @@ class CalibrationStack:
     @cached_property
     def is_alone(self) -> bool:
         """Whether the stack is of one record that no other can be stacked with."""
-        return not self.plan.can_be_stacked().all()
+        return len(self) == 1 and not self.plan.can_be_stacked().all()
 
     @cached_property
     def references(self) -> Array:

@@ -32,7 +32,7 @@ class Grid(NamedTuple):
 
     def at(self, place: NDArray[np.intp]) -> Array:
         """Return the points at some places, shape (..., m); the last one beyond the end."""
-        inside = np.clip(place, 0, np.asarray(self.points) - 1)
+        inside = np.minimum(np.maximum(place, 0), np.asarray(self.points) - 1)
         return np.asarray(np.exp(self.start + inside * np.asarray(self.step)))
 
     def least(self, function: Callable[[Array], Array]) -> tuple[Array, Array]:
@@ -58,8 +58,8 @@ class Grid(NamedTuple):
         """
         rough = np.arange(0, int(np.max(self.points)) + _STRIDE - 1, _STRIDE)
         near = rough[np.argmin(function(self.at(rough)), axis=-1)][..., None]
-        place = near + np.arange(-_STRIDE, _STRIDE + 1)
-        values = function(self.at(place))
+        points = self.at(near + np.arange(-_STRIDE, _STRIDE + 1))
+        values = function(points)
         best = np.argmin(values, axis=-1)[..., None]
-        points = np.take_along_axis(self.at(place), best, axis=-1)
+        points = np.take_along_axis(points, best, axis=-1)
         return points, np.take_along_axis(values, best, axis=-1)

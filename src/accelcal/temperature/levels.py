@@ -166,8 +166,9 @@ def alike(stack: LevelStack) -> list[Places]:
     key = np.column_stack([sort, apart, course, *sides, nearest]).astype(np.float64)
     found: dict[bytes, list[int]] = {}
     has_laws = np.isfinite(rise).all(axis=1) & (np.ptp(rise, axis=1) >= LEAST_RISE)
-    for row in np.flatnonzero(has_laws).tolist():
-        found.setdefault(key[row].tobytes(), []).append(row)
+    rows = np.flatnonzero(has_laws).tolist()
+    for row, own in zip(rows, key[rows].view(f"V{8 * key.shape[1]}")[:, 0].tolist(), strict=True):
+        found.setdefault(own, []).append(row)
     return [np.array(rows) for rows in found.values()]
 
 
@@ -217,26 +218,24 @@ def levels_of(stack: LevelStack) -> Levels:
     Levels
         The quotients.
     """
-    k, k1 = stack.coefficients, stack.coefficients[..., _K1]
-    k0, delta = k[..., _K0] / k1, k[..., _M] / k1
+    # the records last here: all else is too short for a loop over numbers in a row
+    k, at = np.ascontiguousarray(stack.coefficients.T), stack.place[:, [_K0, _K1, _M]].T
+    k1, at_k1, one = k[_K1], at[1], np.ones_like(k[_K1])
+    over = np.stack([k1, one, k1])
+    quotient = np.stack([k[_K0], 0.0 * one, k[_M]]) / over
 
     def of(part: Component) -> Component:
-        whole, (at_k0, at_k1, at_m) = part.covariance, stack.place[:, [_K0, _K1, _M]].T
-        common, own = whole[:, at_k1[:, None], at_k1], part.dof[:, at_k1]
-
-        def of_quotient(quotient: Array, at: Places) -> Array:
-            mixed = quotient[..., None] * whole[:, at_k1[:, None], at]
-            squares = quotient[..., None] * quotient[:, None] * common
-            found = whole[:, at[:, None], at] - mixed - mixed.swapaxes(1, 2) + squares
-            return np.asarray(found / (k1[..., None] * k1[:, None]))
-
-        covariance = of_quotient(k0, at_k0), common, of_quotient(delta, at_m)
-        fewest = np.minimum(part.dof[:, at_k0], own), own, np.minimum(part.dof[:, at_m], own)
-        return Component(np.stack(covariance, axis=1), np.stack(fewest, axis=1))
+        whole = part.covariance.transpose(1, 2, 0)
+        mixed = quotient[:, :, None] * whole[at_k1[:, None], at[:, None]]
+        found = whole[at[:, :, None], at[:, None]] - mixed - mixed.swapaxes(1, 2)
+        found += quotient[:, :, None] * quotient[:, None] * whole[at_k1[:, None], at_k1]
+        found /= over[:, :, None] * over[:, None]
+        fewest = np.minimum(part.dof[:, at], part.dof[:, None, at_k1])
+        return Component(np.ascontiguousarray(np.moveaxis(found, -1, 0)), fewest)
 
     components = {name: of(part) for name, part in stack.components.items()}
-    values = np.stack([k0, k1, delta], axis=1)
-    return Levels(values, components, np.zeros_like(values), np.zeros((*k1.shape, 0)))
+    values = np.stack([quotient[0], k1, quotient[2]]).transpose(2, 0, 1).copy()
+    return Levels(values, components, np.zeros_like(values), np.zeros((*k1.T.shape, 0)))
 
 
 def joint_covariance(stack: LevelStack, record: int) -> tuple[Array, tuple[str, ...]]:
