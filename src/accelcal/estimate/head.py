@@ -265,9 +265,10 @@ def _singular(matrix: Array) -> tuple[Array, Array, Array]:
     """
     if matrix.shape[1] > matrix.shape[2]:
         return _singular(np.swapaxes(matrix, 1, 2))[::-1]
-    squares, left = np.linalg.eigh(matrix @ np.swapaxes(matrix, 1, 2))
+    turned = np.ascontiguousarray(np.swapaxes(matrix, 1, 2))
+    squares, left = np.linalg.eigh(matrix @ turned)
     values, left = np.sqrt(np.maximum(squares, 0.0))[:, ::-1], left[:, :, ::-1]
-    right = np.swapaxes(matrix, 1, 2) @ left / np.where(values > 0.0, values, 1.0)[:, None, :]
+    right = turned @ left / np.where(values > 0.0, values, 1.0)[:, None, :]
     return left, values, right
 
 
