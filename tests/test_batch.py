@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
 
@@ -384,6 +385,72 @@ def test_ctrl_c_says_how_to_go_on(long_archive, tmp_path):
     assert said.strip() == (
         f"interrupted; what is finished is kept beside {tmp_path}/r.csv: go on with --resume"
     )
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_a_killed_worker_is_told_and_nothing_is_lost(long_archive, tmp_path):
+    output = tmp_path / "r.csv"
+    command = [sys.executable, "-m", "accelcal", "batch", long_archive, "-o", output, "--jobs", "2"]
+    chance, told = random.Random(2), 0
+    for _ in range(8):
+        process = subprocess.Popen([*map(str, command), "--resume"], stderr=subprocess.PIPE)
+        children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+        while process.poll() is None and not children.read_text():
+            time.sleep(0.002)
+        time.sleep(chance.uniform(0.0, 0.1))
+        with suppress(ProcessLookupError, FileNotFoundError, IndexError):
+            os.kill(int(children.read_text().split()[-1]), signal.SIGKILL)
+        said = process.communicate(timeout=60)[1].decode()
+        if process.returncode:
+            assert (process.returncode, said.count("\n")) == (2, 1)
+            assert said.startswith("error: a worker was killed, most often for want of memory;")
+            told += 1
+    assert told
+    subprocess.run([*map(str, command), "--resume"], check=True, capture_output=True)
+    accelcal.write_batch(long_archive, tmp_path / "s.csv")
+    assert output.read_bytes() == (tmp_path / "s.csv").read_bytes()
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_rows_do_not_travel_between_processes(archive, tmp_path, monkeypatch):
+    from accelcal.archive.growing_results import GrowingResults
+
+    came = []
+    keep = GrowingResults.keep
+    monkeypatch.setattr(
+        GrowingResults, "keep", lambda self, block, out: (came.append(out), keep(self, block, out))
+    )
+    accelcal.write_batch(archive, tmp_path / "r.csv", jobs=2)
+    assert len(came) > 1
+    assert set(came) == {None}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs limits of files")
+@pytest.mark.parametrize(
+    ("jobs", "limit", "said"),
+    [
+        ("1", 10_000, ".block cannot be written: File too large; choose another place"),
+        ("2", 10_000, ".block cannot be written: File too large; choose another place"),
+        ("2", 100_000, "r.csv.journal: the results cannot be written: File too large; make room"),
+    ],
+)
+def test_a_full_disk_is_told_in_one_line(long_archive, tmp_path, run_cli, jobs, limit, said):
+    import resource
+
+    command = ["batch", str(long_archive), "-o", str(tmp_path / "r.csv"), "--jobs", jobs]
+    done = subprocess.run(
+        [sys.executable, "-m", "accelcal", *command],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+    )
+    assert done.returncode == 2
+    assert done.stderr.startswith("error: ")
+    assert said in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert run_cli(*command, "--resume").returncode == 0
 
 
 @pytest.mark.usefixtures("small_blocks")

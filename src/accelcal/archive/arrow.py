@@ -6,7 +6,8 @@ is installed, which takes longer than a worker has to do.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import IO, Any
 
 import numpy as np
@@ -15,11 +16,11 @@ from numpy.typing import NDArray
 from accelcal.archive.cells import Cells, Columns
 from accelcal.archive.columns import FrameColumn
 
-__all__ = ["arrow_bytes", "write_parquet"]
+__all__ = ["arrow_bytes", "parquet_frame"]
 
 Mask = NDArray[np.bool_]
 
-_ROW_GROUP = 50_000  # rows that are compressed together
+_ROW_GROUP = 10_000  # rows that are compressed together
 
 
 def arrow_bytes(columns: Columns, kinds: Mapping[str, FrameColumn]) -> bytes:
@@ -48,19 +49,24 @@ def arrow_bytes(columns: Columns, kinds: Mapping[str, FrameColumn]) -> bytes:
     return found
 
 
-def write_parquet(
-    parts: Iterable[bytes], kinds: Mapping[str, FrameColumn], file: IO[bytes]
-) -> None:
+@contextmanager
+def parquet_frame(
+    kinds: Mapping[str, FrameColumn], file: IO[bytes]
+) -> Iterator[Callable[[bytes], None]]:
     """Write a frame as Parquet, part by part.
 
     Parameters
     ----------
-    parts : iterable of bytes
-        What `arrow_bytes` returned, in order.
     kinds : mapping of str to FrameColumn
         The columns in their order.
     file : binary file object
         Where to write.
+
+    Yields
+    ------
+    callable
+        Takes what `arrow_bytes` returned, part after part; the frame is whole when the context
+        ends.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -68,15 +74,21 @@ def write_parquet(
     schema = _schema(kinds)
     texts = [name for name, column in kinds.items() if column.kind == "text"]
     options = {"compression": "zstd", "use_dictionary": texts}  # numbers hardly repeat
+    waiting: list[Any] = []
     with pq.ParquetWriter(file, schema, **options) as writer:
-        waiting: list[Any] = []
-        for part in parts:
+
+        def write() -> None:
+            writer.write_table(pa.concat_tables(waiting))
+            waiting.clear()
+
+        def add(part: bytes) -> None:
             waiting.append(pa.ipc.open_stream(part).read_all().cast(schema))
             if sum(table.num_rows for table in waiting) >= _ROW_GROUP:
-                writer.write_table(pa.concat_tables(waiting))
-                waiting = []
+                write()
+
+        yield add
         if any(table.num_rows for table in waiting):
-            writer.write_table(pa.concat_tables(waiting))
+            write()
 
 
 def _schema(kinds: Mapping[str, FrameColumn]) -> Any:

@@ -8,11 +8,12 @@ from os import PathLike
 from os.path import realpath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from accelcal.archive.block import Block, fit_block, work
+from accelcal.archive.block import fit_block, work
 from accelcal.archive.cells import Columns, Labels, put_together
 from accelcal.archive.columns import ERRORS, LAWS, ROWS, FrameColumn, units_of
-from accelcal.archive.formats import form_of, join, require_form, results, write_errors
-from accelcal.archive.journal import Journal, Summary, open_journal
+from accelcal.archive.formats import form_of, require_form, results, write_errors
+from accelcal.archive.growing_results import growing_results, work_and_keep
+from accelcal.archive.journal import Summary, open_journal
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import SourceFile, find_sources, is_url
 from accelcal.archive.through import InMemory, Progress, blocks_of, work_through
@@ -168,13 +169,22 @@ def write_batch(
     settings = _settings(**options)
     names = results(output)
     sources = _sources(_texts(paths), names)
-    function = partial(work, settings=settings, form=form)
     with open_journal(output, settings, form, resume=resume) as journal:
-        blocks = work_through(
-            blocks_of(sources), function, journal, jobs=jobs, dask=dask, tell=progress
+        function = (
+            partial(work, settings=settings, form=form)
+            if dask
+            else partial(work_and_keep, journal=journal, settings=settings, form=form)
         )
+        first = list(blocks_of(sources))
+        with growing_results(journal, first, form) as growing:
+            blocks = work_through(first, function, growing, jobs=jobs, dask=dask, tell=progress)
+        if blocks != first:  # parts of a table in which serials are scattered were done anew
+            with growing_results(journal, blocks, form):
+                pass
         counts = _counted(sources, map(journal.summary, blocks))
-        _write(journal, blocks, names, form, counts.errors)
+        with journal.draft("errors") as file:
+            write_errors(counts.errors, file)
+        journal.publish({name: names[name] for name in ("errors", "laws", "tables")})
     return counts
 
 
@@ -210,25 +220,6 @@ def _counted(sources: Sequence[SourceFile], summaries: Iterable[Summary]) -> Bat
         fitted += summary.fitted
         failed += summary.failed
     return BatchCounts(len(sources), fitted, tuple(errors), failed)
-
-
-def _write(
-    journal: Journal,
-    blocks: Sequence[Block],
-    names: Mapping[str, str],
-    form: str,
-    errors: Sequence[tuple[str, str]],
-) -> None:
-    """Put the results together; the tables come last, so that they stand for a whole batch."""
-    tables, laws = (journal.parts(blocks, which) for which in (0, 1))
-    journal.write(
-        {
-            names["errors"]: partial(write_errors, errors),
-            names["laws"]: partial(join, laws, LAWS, form),
-            names["tables"]: partial(join, tables, ROWS, form),
-        }
-    )
-    journal.remove()
 
 
 # -- frames ----------------------------------------------------------------------------------------

@@ -1,16 +1,17 @@
-"""Frames as bytes: each block encoded where it was made, and joined at the end in a stream."""
+"""Frames as bytes: each block encoded where it was made, and put together in a stream."""
 
 from __future__ import annotations
 
 import csv
 import gzip
 import io
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import IO, Any
 
 import numpy as np
 
-from accelcal.archive.arrow import arrow_bytes, write_parquet
+from accelcal.archive.arrow import arrow_bytes, parquet_frame
 from accelcal.archive.cells import Cells, Columns
 from accelcal.archive.columns import ERRORS, FrameColumn
 from accelcal.errors import InputError
@@ -19,7 +20,7 @@ __all__ = [
     "FORMS",
     "encode",
     "form_of",
-    "join",
+    "open_frame",
     "require_form",
     "results",
     "write_errors",
@@ -127,29 +128,33 @@ def encode(columns: Columns, kinds: Mapping[str, FrameColumn], form: str) -> byt
     return text if form == ".csv" else gzip.compress(text, mtime=0)
 
 
-def join(
-    parts: Iterable[bytes], kinds: Mapping[str, FrameColumn], form: str, file: IO[bytes]
-) -> None:
+@contextmanager
+def open_frame(
+    kinds: Mapping[str, FrameColumn], form: str, file: IO[bytes]
+) -> Iterator[Callable[[bytes], object]]:
     """Write a whole frame, part by part.
 
     Parameters
     ----------
-    parts : iterable of bytes
-        What `encode` returned, in order.
     kinds : mapping of str to FrameColumn
         The columns in their order.
     form : str
         One of `FORMS`.
     file : binary file object
         Where to write.
+
+    Yields
+    ------
+    callable
+        Takes what `encode` returned, part after part; the frame is whole when the context ends.
     """
     if form == ".parquet":
-        write_parquet(parts, kinds, file)
+        with parquet_frame(kinds, file) as add:
+            yield add
         return
     headings = (",".join(kinds) + "\n").encode()
     file.write(headings if form == ".csv" else gzip.compress(headings, mtime=0))
-    for part in parts:
-        file.write(part)
+    yield file.write
 
 
 def write_errors(errors: Iterable[Sequence[str]], file: IO[bytes]) -> None:

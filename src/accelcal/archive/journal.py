@@ -2,8 +2,8 @@
 
 The journal is a folder beside the results. Each block is one file in it, named by a digest of all
 that decides its rows: paths, sizes and times of its files, the options, the version of accelcal.
-A file appears there whole or not at all. The results are put together from the blocks in the end,
-a block in memory at a time, and then the journal goes.
+A file appears there whole or not at all. The results are drafted there too, from the blocks in
+their order, a block in memory at a time; in the end they take their names, and the journal goes.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, NamedTuple
@@ -65,6 +65,10 @@ class Journal:
         self._common = f"{settings.fingerprint()}\0{form}"
         self._names: dict[Block, str] = {}
 
+    def __getstate__(self) -> dict[str, object]:
+        """Travel without the names: a worker finds those of its own blocks."""
+        return {**vars(self), "_names": {}}
+
     def path(self, block: Block) -> Path:
         """File of a block."""
         if block not in self._names:
@@ -96,41 +100,40 @@ class Journal:
         errors = tuple((source, message) for source, message in head["errors"])
         return Summary(errors, head["fitted"], head["failed"], tuple(head["serials"]))
 
-    def serials(self, block: Block) -> tuple[str, ...]:
-        """Serial of each stretch of rows, where a finished block is a part of a table."""
-        return self.summary(block).serials
+    def rows(self, block: Block) -> tuple[bytes, bytes]:
+        """Encoded rows of a finished block: of the tables, and of the laws."""
+        with self.path(block).open("rb") as file:
+            sizes = json.loads(file.readline())["bytes"]
+            tables, laws = map(file.read, sizes)
+        return tables, laws
 
-    def parts(self, blocks: Sequence[Block], which: int) -> Iterator[bytes]:
-        """Encoded rows of the blocks in order: 0 of the tables, 1 of the laws."""
-        for block in blocks:
-            with self.path(block).open("rb") as file:
-                sizes = json.loads(file.readline())["bytes"]
-                file.seek(sum(sizes[:which]), os.SEEK_CUR)
-                yield file.read(sizes[which])
-
-    def write(self, results: Mapping[str, Callable[[IO[bytes]], None]]) -> None:
-        """Write results side by side, and let them appear whole or not at all, in their order.
-
-        What a kill leaves of one goes with the journal.
-        """
-        from concurrent.futures import ThreadPoolExecutor
-
-        with ThreadPoolExecutor(len(results)) as pool:  # compression and the disk work at once
-            ready = list(pool.map(self._write, map(str, range(len(results))), results.values()))
-        for unfinished, path in zip(ready, results, strict=True):
-            unfinished.replace(Path(path).resolve())
-
-    def _write(self, name: str, fill: Callable[[IO[bytes]], None]) -> Path:
-        unfinished = self.folder / f"unfinished-{name}"
-        with unfinished.open("wb") as file:
-            fill(file)
+    @contextmanager
+    def draft(self, name: str) -> Iterator[IO[bytes]]:
+        """Open a result that nobody sees until `publish`; what a kill leaves goes with the rest."""
+        with self._draft(name).open("wb") as file:
+            yield file
             file.flush()
             os.fsync(file.fileno())
-        return unfinished
 
-    def remove(self) -> None:
-        """Remove the journal: all results are written."""
+    @contextmanager
+    def refusals_told(self) -> Iterator[None]:
+        """Say in one line what the disk refuses."""
+        try:
+            yield
+        except OSError as error:
+            raise InputError(
+                f"{self.folder}: the results cannot be written: {error.strerror or error}; make"
+                " room, and go on with --resume"
+            ) from error
+
+    def publish(self, drafts: Mapping[str, str]) -> None:
+        """Let drafts appear under their paths, each whole, in their order, and remove the rest."""
+        for name, path in drafts.items():
+            self._draft(name).replace(Path(path).resolve())
         shutil.rmtree(self.folder)
+
+    def _draft(self, name: str) -> Path:
+        return self.folder / f"draft-{name}"
 
 
 @contextmanager

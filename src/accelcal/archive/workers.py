@@ -7,12 +7,16 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
-from contextlib import AbstractContextManager, contextmanager, nullcontext
-from typing import Any, TypeVar
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from itertools import islice
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from accelcal.errors import InputError
+
+if TYPE_CHECKING:
+    from multiprocessing.process import BaseProcess
 
 __all__ = ["completed", "processors", "workers"]
 
@@ -20,6 +24,8 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 
 _AHEAD = 2  # tasks that wait for each worker, so that none is idle and memory stays bounded
+
+_PATIENCE = 0.05  # seconds until a worker that goes on is told again
 
 _KILLED = (
     "a worker was killed, most often for want of memory; what is finished is kept, go on with"
@@ -68,26 +74,30 @@ def completed(
         return
     todo = iter(tasks)
     running: dict[Future[Result], Task] = {}
+    ended: list[tuple[Task, Future[Result]]] = []
     try:
-        while True:
-            for task in todo:
-                running[executor.submit(function, task)] = task
-                if len(running) >= _AHEAD * workers:
-                    break
-            if not running:
-                return
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
-                yield running.pop(future), _result(future)
+        with _kills_told():
+            while True:
+                for task in islice(todo, _AHEAD * workers - len(running)):
+                    running[executor.submit(function, task)] = task
+                yield from ((task, future.result()) for task, future in ended)
+                if not running:
+                    return
+                ended = [
+                    (running.pop(future), future)
+                    for future in wait(running, return_when=FIRST_COMPLETED).done
+                ]
     finally:
         for future in running:
             future.cancel()
 
 
-def _result(future: Future[Result]) -> Result:
+@contextmanager
+def _kills_told() -> Iterator[None]:
     from concurrent.futures.process import BrokenProcessPool
 
     try:
-        return future.result()
+        yield
     except BrokenProcessPool:
         raise InputError(_KILLED) from None
     except Exception as error:
@@ -135,16 +145,16 @@ def _processes(jobs: int) -> Iterator[tuple[Executor, int]]:
     context = get_context("fork" if alone else "spawn")
     pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_start_worker)
     try:
-        yield pool, jobs
+        yield _Interruptible(pool), jobs
     except BaseException:
-        for child in set(active_children()) - others:
-            child.terminate()  # what it has begun is begun anew
+        pool.shutdown(wait=False, cancel_futures=True)
+        _dismiss(set(active_children()) - others)
         raise
     pool.shutdown()
 
 
 def _start_worker() -> None:
-    """Leave Ctrl-C to the parent, and end with it however it ends."""
+    """Leave Ctrl-C to the parent but during a task, and end with it however it ends."""
     from multiprocessing import parent_process
 
     gc.freeze()  # or each collection would copy the pages that are shared with the parent
@@ -157,6 +167,37 @@ def _start_worker() -> None:
             os._exit(1)
 
     threading.Thread(target=follow, daemon=True).start()
+
+
+class _Interruptible(Executor):
+    """Lets SIGINT end the tasks of a pool, but not the processes that do them.
+
+    A process that ends while its result is on the way leaves this one waiting for the rest of it.
+    """
+
+    def __init__(self, pool: Executor) -> None:
+        self._pool = pool
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any) -> Future[Any]:  # type: ignore[override]
+        return self._pool.submit(_interruptibly, function, *arguments)
+
+
+def _interruptibly(function: Callable[..., Result], *arguments: Any) -> Result:
+    try:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        return function(*arguments)
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _dismiss(workers: Iterable[BaseProcess]) -> None:
+    """End the workers of a pool that is shut; what they have begun is begun anew some day."""
+    for worker in workers:
+        while worker.is_alive():
+            if sys.platform != "win32" and worker.pid is not None:
+                with suppress(ProcessLookupError):  # it has just ended
+                    os.kill(worker.pid, signal.SIGINT)
+            worker.join(_PATIENCE)
 
 
 # -- Dask ------------------------------------------------------------------------------------------

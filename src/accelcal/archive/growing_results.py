@@ -1,0 +1,113 @@
+"""Results that grow while blocks are finished, so that little is left to be done in the end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+
+from accelcal.archive.block import Block, Outcome, work
+from accelcal.archive.columns import LAWS, ROWS
+from accelcal.archive.formats import open_frame
+from accelcal.archive.journal import Journal
+from accelcal.archive.settings import Settings
+
+__all__ = ["GrowingResults", "growing_results", "work_and_keep"]
+
+
+def work_and_keep(block: Block, journal: Journal, settings: Settings, form: str) -> None:
+    """Read and fit a block, and put it into the journal.
+
+    So works a process of this machine. Its rows would be long on the way to another process, and
+    that one would wait for ever if it were killed meanwhile.
+
+    Parameters
+    ----------
+    block : Block
+        Files to read.
+    journal : Journal
+        Where to keep it.
+    settings : Settings
+        How to fit.
+    form : str
+        One of `accelcal.archive.formats.FORMS`.
+    """
+    journal.keep(block, work(block, settings, form))
+
+
+class GrowingResults:
+    """Keeps finished blocks in a journal, and lets frames grow by their rows as their turn comes.
+
+    Parameters
+    ----------
+    journal : Journal
+        The journal.
+    blocks : sequence of Block
+        The blocks in the order of their rows.
+    frames : sequence of callable
+        Take the encoded rows of the tables, and those of the laws.
+    """
+
+    def __init__(
+        self,
+        journal: Journal,
+        blocks: Sequence[Block],
+        frames: Sequence[Callable[[bytes], object]],
+    ) -> None:
+        self._journal = journal
+        self._coming = list(reversed(blocks))
+        self._frames = frames
+
+    def has(self, block: Block) -> bool:
+        """Tell whether a block is finished."""
+        return self._journal.has(block)
+
+    def keep(self, block: Block, outcome: Outcome | None) -> None:
+        """Keep a finished block; None is one that its worker has put into the journal."""
+        if outcome is not None:
+            self._journal.keep(block, outcome)
+        self.grow()
+
+    def serials(self, block: Block) -> Sequence[str]:
+        """Serial of each stretch of rows, where a finished block is a part of a table."""
+        return self._journal.summary(block).serials
+
+    def grow(self) -> None:
+        """Take the rows of the next blocks, up to the first that is not finished."""
+        while self._coming and self._journal.has(self._coming[-1]):
+            rows = self._journal.rows(self._coming.pop())
+            with self._journal.refusals_told():
+                for add, part in zip(self._frames, rows, strict=True):
+                    add(part)
+
+
+@contextmanager
+def growing_results(
+    journal: Journal, blocks: Sequence[Block], form: str
+) -> Iterator[GrowingResults]:
+    """Draft the frames of tables and laws in a journal.
+
+    Parameters
+    ----------
+    journal : Journal
+        The journal.
+    blocks : sequence of Block
+        The blocks in the order of their rows, all of which are finished when the context ends.
+    form : str
+        One of `accelcal.archive.formats.FORMS`.
+
+    Yields
+    ------
+    GrowingResults
+        Who keeps the blocks.
+    """
+    with ExitStack() as opened:
+        files = [opened.enter_context(journal.draft(name)) for name in ("tables", "laws")]
+        frames = [
+            opened.enter_context(open_frame(kinds, form, file))
+            for kinds, file in zip((ROWS, LAWS), files, strict=True)
+        ]
+        results = GrowingResults(journal, blocks, frames)
+        yield results
+        results.grow()
+        with journal.refusals_told():
+            opened.close()
