@@ -210,15 +210,13 @@ def test_unknown_noise_in_some_tables():
 def records(count, seed=3):
     """Stack of records of three tables; contrasts of some are fewer."""
     rng = np.random.default_rng(seed)
-    contrasts, strengths = 3.0 * rng.normal(size=(count, 4)), rng.uniform(1e4, 1e5, (count, 4))
-    strengths[::4, 2:] = 0.0
-    strengths[3::7] = 0.0
+    contrasts = rng.integers(0, 5, count)
     k = np.array(list(TRUTH.values())) * rng.normal(1.0, 1e-3, (count, 3, 6))
     k[1::5, 1] *= 1000.0
     k[2::5, 2, 0] += 0.2
     return RecordStack(
         contrasts=contrasts,
-        strengths=strengths,
+        squares=contrasts * rng.chisquare(2, count),
         head=10.0 ** rng.uniform(-6.0, -3.0, count),
         head_dof=rng.integers(1, 5, count).astype(float),
         head_source=np.array([("declared", "estimated", "none")[i % 3] for i in range(count)]),
@@ -232,9 +230,7 @@ def test_a_stack_of_records_is_as_each_record():
     stack = records(60)
     together = gates_of_records(stack)
     for i in range(60):
-        shown = stack.strengths[i] > 0.0
         one = {name: getattr(stack, name)[i : i + 1] for name in stack._fields}
-        one |= {name: one[name][:, shown] for name in ("contrasts", "strengths")}
         one = RecordStack(**one | {"names": stack.names})
         for many, single in zip(together, gates_of_records(one), strict=True):
             assert many.gate(i) == single.gate(0)

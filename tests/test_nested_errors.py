@@ -8,7 +8,8 @@ from numpy.testing import assert_allclose
 from scipy.optimize import minimize_scalar
 from tumble_oracle import AL15, Apparatus, forward, rates, record, rows, turn
 
-from accelcal.estimate.head import LackOfFit, head_error
+from accelcal.estimate.contrasts import LackOfFit
+from accelcal.estimate.head import head_error
 from accelcal.estimate.joint import estimate_jointly
 from accelcal.estimate.launch import run_shift
 from accelcal.estimate.noise import reading_noise
@@ -250,7 +251,8 @@ def test_the_errors_of_a_bad_head_are_seen():
     found = estimate_jointly([prepare(record(angles, y))], apparatus)
     acting = np.diag(rates(np.arange(24) * 15.0) @ AL15)
     visible = np.eye(24) - rows(np.arange(24) * 15.0) @ np.linalg.pinv(rows(np.arange(24) * 15.0))
-    assert_allclose(visible @ acting @ found.head.predicted, visible @ acting @ error, atol=2e-7)
+    seen = found.lack_of_fit.seen(np.array(found.head.uncertainty)).values
+    assert_allclose(visible @ acting @ seen, visible @ acting @ error, atol=2e-7)
 
 
 # -- one stroke: noise and head from the same residuals --------------------------------------------

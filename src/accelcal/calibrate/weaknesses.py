@@ -218,7 +218,7 @@ def _of_estimated_head(estimate: JointStack) -> Iterator[Sentence]:
 def _of_unknown_head(estimate: JointStack) -> Iterator[Sentence]:
     unrepeated = np.any([noise.source == "residuals" for noise in estimate.noises], axis=0)
     yield Sentence(
-        unrepeated & (_contrasts(estimate) > 0),
+        unrepeated & (estimate.lack_of_fit.number > 0),
         "head error not declared: the intervals hold it as far as the residuals show it; declare"
         " head_uncertainty",
     )
@@ -229,23 +229,18 @@ def _of_unknown_head(estimate: JointStack) -> Iterator[Sentence]:
     )
 
 
-def _contrasts(estimate: JointStack) -> NDArray[np.intp]:
-    """Number of contrasts that tell of the head, shape (R,)."""
-    return np.asarray((estimate.lack_of_fit.strengths > 0.0).sum(axis=1))
-
-
 def _rests_on_few_residuals(estimate: JointStack) -> Mask:
     """Whether noise and head error were told apart without a residual that is free of the head."""
     dof = estimate.noises[0].dof
     unrepeated = np.all([noise.source == "residuals" for noise in estimate.noises], axis=0)
-    none_is_free = dof - _contrasts(estimate) < 1.0
+    none_is_free = dof - estimate.lack_of_fit.number < 1.0
     return np.asarray(unrepeated & ((none_is_free & (dof < _FEW_RESIDUALS)) | (dof < _FEW_DOF)))
 
 
 def _is_lost_in_noise(estimate: JointStack) -> Mask:
     """Whether an estimated head error is of the size of what the noise makes of it."""
-    head, strengths = estimate.head, estimate.lack_of_fit.strengths
-    shown = head.uncertainty * strengths.max(axis=1, initial=0.0)
+    head = estimate.head
+    shown = head.uncertainty * estimate.lack_of_fit.strongest
     return np.asarray((head.dof < _FEW_REPEATS) & (shown < _AS_LARGE_AS_NOISE))
 
 

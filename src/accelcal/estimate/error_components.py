@@ -9,13 +9,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.estimate.head import HeadError, LackOfFit
+from accelcal.estimate.contrasts import LackOfFit, SeenErrors
+from accelcal.estimate.head import HeadError
 from accelcal.estimate.launch import RunShift
 from accelcal.estimate.linear import LinearEstimator
+from accelcal.estimate.many_positions import ManyPositions, SeenAtMany
 from accelcal.estimate.noise import NoiseStack
 from accelcal.estimate.rounding import rounding
 from accelcal.estimate.uncertainty import Component
-from accelcal.grouping import decimal_steps, distinct, grouped
+from accelcal.grouping import decimal_steps, grouped, sums_of_groups
 from accelcal.model import COEFFICIENTS
 
 __all__ = ["Errors", "ErrorsOfReadings"]
@@ -35,16 +37,22 @@ class ErrorsOfReadings(NamedTuple):
         Least-squares coefficients of each table.
     noises : list of NoiseStack
         Reading noise of each table.
-    lack_of_fit : LackOfFit
+    lack_of_fit : LackOfFit or ManyPositions
         What the means of the positions show.
     head : HeadError
-        Errors of the head.
+        Size of the errors of the head.
+    seen : SeenErrors or SeenAtMany
+        What is taken out of the readings.
+    root : ndarray, shape (J, J), or None
+        What makes the errors of the head of independent ones of one size; None where they are.
     """
 
     coefficients: list[Array]
     noises: list[NoiseStack]
-    lack_of_fit: LackOfFit
+    lack_of_fit: LackOfFit | ManyPositions
     head: HeadError
+    seen: SeenErrors | SeenAtMany
+    root: Array | None = None
 
 
 class Errors(NamedTuple):
@@ -57,7 +65,7 @@ class Errors(NamedTuple):
     judged : ErrorsOfReadings
         The errors of the readings.
     influence : ndarray, shape (R, P, J)
-        What the errors of the J head positions do to the coefficients [output unit / rad].
+        What independent errors of the J head positions do to the coefficients [output unit / rad].
     """
 
     estimators: Sequence[LinearEstimator]
@@ -72,16 +80,17 @@ class Errors(NamedTuple):
             _influence(e, k, positions)
             for e, k in zip(estimators, judged.coefficients, strict=True)
         ]
-        return cls(estimators, judged, np.concatenate(parts, axis=1))
+        whole = np.concatenate(parts, axis=1)
+        return cls(estimators, judged, whole if judged.root is None else whole @ judged.root)
 
     def predicted(self) -> list[Array]:
         """What the head errors that are seen do to the coefficients of each table, shape (R, p)."""
-        whole = (self.influence @ self.judged.head.predicted[..., None])[..., 0]
+        whole = (self.influence @ self.judged.seen.values[..., None])[..., 0]
         return np.split(whole, self._edges()[1:-1], axis=1)
 
     def reading(self) -> Component:
         """Errors by the noise of the readings, directly and through the prediction."""
-        whole = _square(self.influence @ self.judged.head.from_noise)
+        whole = self.judged.seen.noise(self.influence)
         for e, noise, own in zip(
             self.estimators, self.judged.noises, self._blocks(whole), strict=True
         ):
@@ -95,9 +104,8 @@ class Errors(NamedTuple):
         head = self.judged.head
         if head.source == "none":
             return {}
-        missed = self.influence @ (head.uncertainty[:, None, None] * head.unseen)
-        dof = np.repeat(head.dof[:, None], missed.shape[1], axis=1)
-        return {"head": Component(_square(missed), dof)}
+        missed = self.judged.seen.missed(self.influence, head.uncertainty)
+        return {"head": Component(missed, np.repeat(head.dof[:, None], missed.shape[1], axis=1))}
 
     def shifts(self, known: Mapping[str, RunShift]) -> dict[str, Component]:
         """Errors by the shifts from run to run, where they are known."""
@@ -133,7 +141,7 @@ class Errors(NamedTuple):
             return {}
         whole = np.zeros((len(outputs[0]), *2 * self.influence.shape[1:2]))
         for e, (common, own), block in zip(self.estimators, left, self._blocks(whole), strict=True):
-            means = e.map @ np.equal(distinct(e.table.head), e.table.head[:, None])
+            means = sums_of_groups(e.map.T, *grouped(e.table.head)[1:]).T
             block += common[:, None, None] ** 2 * (means @ means.T)
             block += own[:, None, None] ** 2 * (e.map @ e.map.T)
         return {"resolution": Component(whole, np.full(whole.shape[:2], np.inf))}
@@ -154,11 +162,9 @@ class Errors(NamedTuple):
 def _influence(estimator: LinearEstimator, coefficients: Array, positions: Array) -> Array:
     """What errors of the positions do to the coefficients of one table, shape (R, p, J)."""
     table = estimator.table
-    at = np.equal(table.head[:, None], positions)
-    by_coefficient = (estimator.map * table.angular.T[:, None]) @ at.astype(np.float64)
-    return np.tensordot(coefficients, by_coefficient, axes=1)
-
-
-def _square(matrix: Array) -> Array:
-    """Each matrix times its transpose; of a copy, as numpy is slower with one matrix twice."""
-    return np.asarray(matrix @ np.ascontiguousarray(np.swapaxes(matrix, -1, -2)))
+    at, cell, members = grouped(table.head)
+    acting = estimator.map.T[:, :, None] * table.angular[:, None, :]
+    own = sums_of_groups(acting.reshape(cell.size, -1), cell, members)
+    by_coefficient = np.zeros((positions.size, *acting.shape[1:]))
+    by_coefficient[np.searchsorted(positions, at)] = own.reshape(-1, *acting.shape[1:])
+    return np.tensordot(coefficients, by_coefficient.T, axes=1)

@@ -13,22 +13,25 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.estimate.contrasts import LackOfFit
 from accelcal.estimate.grid import Grid
+from accelcal.estimate.many_positions import ManyPositions
 from accelcal.estimate.noise import NoiseStack
+from accelcal.estimate.position_means import PositionMeans
 from accelcal.estimate.tables import PreparedTable
 from accelcal.grouping import distinct
 
-__all__ = ["HeadError", "LackOfFit", "head_error", "lack_of_fit", "sensitivity"]
+__all__ = ["HeadError", "head_error", "lack_of_fit"]
 
 Array = NDArray[np.float64]
-
-# A contrast in which the head shows less than this much of what it shows in the best one is left
-# out where the size of the head error is estimated: it tells of the noise only.
-_LEAST_STRENGTH = 0.05
 
 # Between tables there are contrasts that rest on small differences of their coefficients, which
 # noise and rounding make as well; below this share of the head's action they are left out.
 _LEAST_SHOWN = 1e-4
+
+# Above so many positions J, what the contrasts tell is summed up without working them out, which
+# would take a time as J^3 and matrices J by J.
+_MANY = 128
 
 # The share dof / (dof + this) of the reading noise is taken off the lack of fit when the head's
 # variance is estimated from it. Were it all (restricted maximum likelihood), the estimate would be
@@ -39,49 +42,10 @@ _LEAST_SHOWN = 1e-4
 _CAUTION = 6.0
 
 
-class LackOfFit(NamedTuple):
-    """What the means of the positions say against the model, in units of the reading noise.
-
-    All arrays but `positions` begin with an axis of the records where they are of a stack. There a
-    contrast that tells nothing has the strength 0, in one record it is left out.
-
-    Attributes
-    ----------
-    positions : ndarray, shape (J,)
-        Head positions of all tables [deg].
-    contrasts : ndarray, shape (..., q)
-        Independent contrasts, each of variance 1 + (u * strength)^2 under a head error u.
-    strengths : ndarray, shape (..., q)
-        How much a head error of 1 rad shows in each contrast [1/rad].
-    directions : ndarray, shape (..., J, q)
-        Pattern over the head positions that each contrast sees.
-    """
-
-    positions: Array
-    contrasts: Array
-    strengths: Array
-    directions: Array
-
-    def in_units_of(self, noise: Array) -> LackOfFit:
-        """Return the same contrasts where the reading noise is `noise` times what it was."""
-        size = noise[..., None]
-        return self._replace(contrasts=self.contrasts / size, strengths=self.strengths / size)
-
-    def one(self, record: int) -> LackOfFit:
-        """Return the contrasts of one record."""
-        shown = self.strengths[record] > 0.0
-        return LackOfFit(
-            self.positions,
-            self.contrasts[record, shown],
-            self.strengths[record, shown],
-            self.directions[record][:, shown],
-        )
-
-
 class HeadError(NamedTuple):
-    """Standard uncertainty of a head position and the errors seen.
+    """Standard uncertainty of a head position.
 
-    All but `source` and `positions` begin with an axis of the records where they are of a stack.
+    `uncertainty` and `dof` have an axis of the records where they are of a stack.
 
     Attributes
     ----------
@@ -93,43 +57,12 @@ class HeadError(NamedTuple):
         ``"declared"``, ``"estimated"`` or ``"none"``.
     positions : ndarray, shape (J,)
         Head positions [deg].
-    predicted : ndarray, shape (..., J)
-        Error of each position as far as the lack of fit shows it [rad].
-    unseen : ndarray, shape (..., J, J)
-        Matrix that leaves of the true errors what the prediction misses.
-    from_noise : ndarray, shape (..., J, q)
-        Matrix that brings the reading noise, as unit contrasts, into the prediction [rad].
     """
 
     uncertainty: Any
     dof: Any
     source: str
     positions: Array
-    predicted: Array
-    unseen: Array
-    from_noise: Array
-
-    def shaped(self, root: Array) -> HeadError:
-        """Return the errors where `root` makes them of independent ones of one size.
-
-        Parameters
-        ----------
-        root : ndarray, shape (J, J)
-            Root of the covariance over the square of `uncertainty`.
-        """
-        return self._replace(
-            predicted=self.predicted @ root.T,
-            unseen=root @ self.unseen,
-            from_noise=root @ self.from_noise,
-        )
-
-    def without_prediction(self) -> HeadError:
-        """Return the same head error with nothing of it taken out of the readings."""
-        return self._replace(
-            predicted=np.zeros_like(self.predicted),
-            unseen=np.zeros_like(self.unseen) + np.eye(self.positions.size),
-            from_noise=np.zeros_like(self.from_noise),
-        )
 
     def one(self, record: int) -> HeadError:
         """Return the head error of one record."""
@@ -139,30 +72,7 @@ class HeadError(NamedTuple):
             float(self.dof[record]) if seen else np.inf,
             self.source if seen else "none",
             self.positions,
-            self.predicted[record],
-            self.unseen[record],
-            self.from_noise[record],
         )
-
-
-def sensitivity(table: PreparedTable, coefficients: Array, positions: Array) -> Array:
-    """How the error of each head position acts on each reading.
-
-    Parameters
-    ----------
-    table : PreparedTable
-        Table of n readings.
-    coefficients : ndarray, shape (6,)
-        Coefficients of the table, zero where not estimated [output unit / g^n].
-    positions : ndarray, shape (J,)
-        Head positions, sorted [deg].
-
-    Returns
-    -------
-    ndarray, shape (n, J)
-        dY/dth in the column of the reading's position, zero elsewhere [output unit / rad].
-    """
-    return np.asarray((table.angular @ coefficients)[:, None] * (table.head[:, None] == positions))
 
 
 def lack_of_fit(
@@ -171,7 +81,7 @@ def lack_of_fit(
     noises: Sequence[NoiseStack],
     coefficients: Sequence[Array],
     root: Array | None = None,
-) -> LackOfFit:
+) -> LackOfFit | ManyPositions:
     """Contrasts of the position means that no coefficient can absorb.
 
     Parameters
@@ -185,12 +95,12 @@ def lack_of_fit(
     coefficients : sequence of ndarray, shape (R, 6)
         Least-squares coefficients of each table.
     root : ndarray, shape (J, J), optional
-        What makes the errors of the positions of independent ones, see `HeadError.shaped`; the
-        strengths and directions are those of the independent ones then.
+        What makes the errors of the positions of independent ones; the strengths and directions are
+        those of the independent ones then.
 
     Returns
     -------
-    LackOfFit
+    LackOfFit or ManyPositions
         Contrasts, none where the noise is unknown or the angles leave no residual.
 
     Notes
@@ -199,45 +109,29 @@ def lack_of_fit(
     table is reduced to those of its positions, and these to what is orthogonal to its model.
     """
     positions = distinct(np.concatenate([table.head for table in tables]))
-    seen, readings, whole = [], [], np.zeros(len(outputs[0]))
-    for table, y, noise, k in zip(tables, outputs, noises, coefficients, strict=True):
-        means = _PositionMeans.of(table, positions)
-        rate = k @ means.rate.T / noise.factor[:, None]
-        seen.append(means.free * rate[:, None, :])
-        whole = np.maximum(whole, (np.abs(rate) * means.largest).max(axis=1))
+    means = [PositionMeans.of(table, positions) for table in tables]
+    rates, readings, whole = [], [], np.zeros(len(outputs[0]))
+    for table, own, y, noise, k in zip(tables, means, outputs, noises, coefficients, strict=True):
+        rate = k @ own.rate.T / noise.factor[:, None]
+        whole = np.maximum(whole, (np.abs(rate) * own.largest).max(axis=1))
+        rates.append(rate * own.norms)
         # taking the fit off first keeps the digits: the contrasts ignore it anyway
-        left = y - k @ table.design.T
-        readings.append(left @ (means.weights / table.scatter).T / noise.factor[:, None])
+        readings.append(own.of_readings(y - k @ table.design.T) / noise.factor[:, None])
+    if root is None and _are_many(means) and not np.isnan(whole).any():
+        number = sum(own.places.size - own.model.shape[1] for own in means)
+        return ManyPositions.of(positions, number, [own.model for own in means], rates, readings)
+    free = [own.free() for own in means]
+    seen = [left * rate[:, None, :] for left, rate in zip(free, rates, strict=True)]
     shown = np.concatenate(seen, axis=1)
     shown = shown if root is None else shown @ root
-    return _contrasts(positions, shown, np.concatenate(readings, 1), whole)
+    told = [y @ left.T for y, left in zip(readings, free, strict=True)]
+    return _contrasts(positions, shown, np.concatenate(told, axis=1), whole)
 
 
-class _PositionMeans(NamedTuple):
-    """What the means of the positions of a table can tell beside its coefficients.
-
-    `weights`, shape (f, n), takes the f free contrasts of the readings in units of their scatter;
-    `free`, shape (f, J), is how an error that acts alike on all positions shows in them; `rate`,
-    shape (J, 6), is the derivative of the design by the angle at each position [1/rad] and
-    `largest`, shape (J,), the inverse scatter of its surest reading.
-    """
-
-    weights: Array
-    free: Array
-    rate: Array
-    largest: Array
-
-    @classmethod
-    def of(cls, table: PreparedTable, positions: Array) -> _PositionMeans:
-        at = (positions[:, None] == table.head) / table.scatter
-        norms = np.sqrt((at * at).sum(axis=1))
-        mean = at[norms > 0.0] / norms[norms > 0.0, None]
-        basis = np.linalg.qr(mean @ table.least_squares.basis, mode="complete")[0]
-        left = basis[:, len(table.estimability.kept) :].T
-        free = np.zeros((len(left), positions.size))
-        free[:, norms > 0.0] = left * norms[norms > 0.0]
-        first = np.argmax(at > 0.0, axis=1)
-        return cls(left @ mean, free, table.angular[first], at.max(axis=1))
+def _are_many(means: Sequence[PositionMeans]) -> bool:
+    """Tell positions of which contrasts would take too much to work out each."""
+    coefficients = sum(own.model.shape[1] for own in means)
+    return bool(means[0].norms.size > max(_MANY, coefficients))
 
 
 def _contrasts(positions: Array, seen: Array, readings: Array, whole: Array) -> LackOfFit:
@@ -273,17 +167,17 @@ def _singular(matrix: Array) -> tuple[Array, Array, Array]:
 
 
 def head_error(
-    found: LackOfFit,
+    found: LackOfFit | ManyPositions,
     declared: float | None,
     *,
     separable: bool = True,
     told_apart: Array | None = None,
 ) -> HeadError:
-    """Size of the head error, declared or estimated, and the errors as far as they are seen.
+    """Size of the head error, declared or estimated.
 
     Parameters
     ----------
-    found : LackOfFit
+    found : LackOfFit or ManyPositions
         Contrasts of the position means, of one record or of a stack.
     declared : float or None
         Declared standard uncertainty of a head position [rad]; None to estimate it.
@@ -296,58 +190,37 @@ def head_error(
     Returns
     -------
     HeadError
-        Uncertainty, degrees of freedom, source and predicted errors.
+        Uncertainty, degrees of freedom and source.
 
     Notes
     -----
     Estimated, the degrees of freedom are the number of contrasts that tell of the head: two on 8
     positions.
     """
-    like = np.zeros(found.contrasts.shape[:-1])
+    like = np.zeros(found.number.shape)
     if declared is not None:
-        return _predict(found, like + declared, like + np.inf, "declared")
-    if not separable or not found.strengths.any():
-        return _predict(found, like, like + np.inf, "none")
-    telling = found.strengths > _LEAST_STRENGTH * found.strengths.max(axis=-1, keepdims=True)
-    if told_apart is None:
-        told_apart = _most_likely(found.contrasts, found.strengths, telling)
-    return _predict(found, told_apart, telling.sum(axis=-1) + like, "estimated")
+        return HeadError(like + declared, like + np.inf, "declared", found.positions)
+    if not separable or not found.number.any():
+        return HeadError(like, like + np.inf, "none", found.positions)
+    telling, dof = found.telling()
+    size = _most_likely(telling, dof) if told_apart is None else told_apart
+    return HeadError(size, dof + like, "estimated", found.positions)
 
 
-def _most_likely(contrasts: Array, strengths: Array, telling: NDArray[np.bool_]) -> Array:
+def _most_likely(found: LackOfFit | ManyPositions, telling: NDArray[Any]) -> Array:
     """Uncertainty that makes the contrasts most likely, on a grid of 0.5 % steps [rad]."""
-    strongest = strengths.max(axis=-1, keepdims=True)
+    strongest = found.strongest[..., None]
     unit = 1.0 / np.where(strongest > 0.0, strongest, 1.0)
-    shape, squares = (np.where(telling, x, 0.0) ** 2 for x in (unit * strengths, contrasts))
-    ratio = squares / np.where(telling, shape, 1.0)
-    top = 2.0 + np.sqrt(ratio.max(axis=-1, keepdims=True))
-    number = np.maximum(telling.sum(axis=-1, keepdims=True), 1)
+    top = 2.0 + strongest * found.largest()[..., None]
+    number = np.maximum(telling[..., None], 1)
     share = number / (number + _CAUTION)
 
-    def misfit(size: Array) -> Array:  # in a contrast that does not tell a constant
-        variance = share[..., None] + shape[..., None] * size[..., None, :] ** 2
-        return np.asarray((np.log(variance) + squares[..., None] / variance).sum(axis=-2))
+    def misfit(size: Array) -> Array:
+        spread, squares = found.deviance(share, (unit * size) ** 2)
+        return spread + squares
 
     points = np.floor(np.log(200.0 * top) / 0.005)
     grid = Grid(np.log(0.01), np.log(200.0 * top) / (points - 1.0), points)
     best, least = grid.least(misfit)
     nothing = misfit(np.zeros_like(best))
     return np.asarray((unit * np.where(least < nothing, best, 0.0))[..., 0])
-
-
-def _predict(found: LackOfFit, uncertainty: Array, dof: Array, source: str) -> HeadError:
-    size = uncertainty[..., None]
-    shown = (size * found.strengths) ** 2
-    gain = size**2 * found.strengths / (1.0 + shown)
-    directions = found.directions
-    from_noise = directions * gain[..., None, :]
-    seen = (from_noise * found.strengths[..., None, :]) @ np.swapaxes(directions, -1, -2)
-    return HeadError(
-        uncertainty=uncertainty,
-        dof=dof,
-        source=source,
-        positions=found.positions,
-        predicted=(directions @ (gain * found.contrasts)[..., None])[..., 0],
-        unseen=np.eye(found.positions.size) - seen,
-        from_noise=from_noise,
-    )

@@ -13,10 +13,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.estimate.contrasts import LackOfFit
 from accelcal.estimate.error_components import Errors, ErrorsOfReadings
-from accelcal.estimate.head import HeadError, LackOfFit, head_error, lack_of_fit
+from accelcal.estimate.head import HeadError, head_error, lack_of_fit
 from accelcal.estimate.launch import RunShift, reached_by, run_shift
 from accelcal.estimate.linear import METHODS, linear_estimator
+from accelcal.estimate.many_positions import ManyPositions
 from accelcal.estimate.noise import NoiseStack, ReadingNoise, noise_of_stack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
@@ -54,8 +56,8 @@ class JointEstimate(NamedTuple):
     noises : tuple of ReadingNoise
         Reading noise of each table.
     head : HeadError
-        Head error and what is seen of it.
-    lack_of_fit : LackOfFit
+        Head error.
+    lack_of_fit : LackOfFit or ManyPositions
         Contrasts of the position means.
     bias_shift, scale_factor_shift : RunShift
         Shift from run to run of the bias [g] and of the scale factor (relative).
@@ -76,7 +78,7 @@ class JointEstimate(NamedTuple):
     residuals: tuple[Array, ...]
     noises: tuple[ReadingNoise, ...]
     head: HeadError
-    lack_of_fit: LackOfFit
+    lack_of_fit: LackOfFit | ManyPositions
     bias_shift: RunShift
     scale_factor_shift: RunShift
     components: Mapping[str, Component]
@@ -102,7 +104,7 @@ class JointStack(NamedTuple):
         Reading noise of each table.
     head : HeadError
         Head errors, with a leading axis of length R.
-    lack_of_fit : LackOfFit
+    lack_of_fit : LackOfFit or ManyPositions
         Contrasts, with a leading axis of length R.
     bias_shift, scale_factor_shift : RunShift
         Shifts, with a leading axis of length R.
@@ -118,7 +120,7 @@ class JointStack(NamedTuple):
     residuals: tuple[Array, ...]
     noises: tuple[NoiseStack, ...]
     head: HeadError
-    lack_of_fit: LackOfFit
+    lack_of_fit: LackOfFit | ManyPositions
     bias_shift: RunShift
     scale_factor_shift: RunShift
     components: Mapping[str, Component]
@@ -315,16 +317,15 @@ def _judge(
     found = lack_of_fit(tables, readings, noises, coefficients, root)
     # noise that is not declared is known in the same way in all records
     sources = {source for noise in noises for source in noise.source[:1].tolist()}
-    if found.strengths.any() and sources == {"residuals"}:
+    if found.number.any() and sources == {"residuals"}:
         told = told_apart(found, float(noises[0].dof[0]), declared)
         noises = [n._replace(factor=told.noise * n.factor, dof=told.noise_dof) for n in noises]
         found = found.in_units_of(told.noise)
         head = head_error(found, declared, told_apart=told.head)
     else:
         head = head_error(found, declared, separable=not sources & {"residuals", "none"})
-    head = head if predict else head.without_prediction()
-    head = head if root is None else head.shaped(root)
-    return ErrorsOfReadings(coefficients, noises, found, head)
+    seen = found.seen(head.uncertainty if predict else np.zeros_like(head.uncertainty))
+    return ErrorsOfReadings(coefficients, noises, found, head, seen, root)
 
 
 def _run_shifts(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.tables import PreparedTable
-from accelcal.grouping import grouped
+from accelcal.grouping import grouped, sums_of_groups
 from accelcal.probability import f_exceeds
 
 __all__ = ["FEW", "NoiseStack", "ReadingNoise", "noise_of_stack", "reading_noise"]
@@ -189,8 +189,10 @@ def _declared(own: _Scatter, declared_dof: float) -> NoiseStack:
 
 def _pure_error(table: PreparedTable, y: Array) -> _Scatter:
     _, cell, members = grouped(table.head)
-    at = np.equal(cell[:, None], np.arange(members.size)) * table.scatter[:, None] ** -2.0
-    apart = (y - (y @ (at / at.sum(axis=0)))[:, cell]) / table.scatter
+    weight = table.scatter**-2.0
+    whole = sums_of_groups(y.T, cell, members, weight)
+    means = whole / sums_of_groups(weight[:, None], cell, members)
+    apart = (y - means.T[:, cell]) / table.scatter
     return _Scatter(np.einsum("rn,rn->r", apart, apart), float(cell.size - members.size))
 
 

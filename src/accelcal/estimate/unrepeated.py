@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.estimate.contrasts import LackOfFit
 from accelcal.estimate.grid import Grid
-from accelcal.estimate.head import LackOfFit
+from accelcal.estimate.many_positions import ManyPositions
 
 __all__ = ["ToldApart", "told_apart"]
 
@@ -46,12 +47,12 @@ class ToldApart(NamedTuple):
     head: Array
 
 
-def told_apart(found: LackOfFit, dof: float, declared: float | None) -> ToldApart:
+def told_apart(found: LackOfFit | ManyPositions, dof: float, declared: float | None) -> ToldApart:
     """Tell noise from head error.
 
     Parameters
     ----------
-    found : LackOfFit
+    found : LackOfFit or ManyPositions
         Contrasts in units of the residuals, of a stack of records.
     dof : float
         Degrees of freedom of the residuals.
@@ -69,49 +70,46 @@ def told_apart(found: LackOfFit, dof: float, declared: float | None) -> ToldApar
     noise has the degrees of freedom of its information, sum (noise / all)^2 of the variances; with
     less than one, all residuals pass for noise.
     """
-    squares = found.contrasts**2
-    rest = np.maximum(dof - squares.sum(axis=1), 0.0)  # residuals in which the head does not show
+    one = np.ones((len(found.number), 1))
+    squares = found.deviance(one, 0.0 * one)[1]
+    rest = np.maximum(dof - squares, 0.0)  # residuals in which the head does not show
     if declared is None:
-        return _both(found.strengths, squares, rest, dof)
-    return _noise_beside(declared, found.strengths, squares, rest, dof)
+        return _both(found, rest, dof)
+    return _noise_beside(declared, found, rest, dof)
 
 
-def _both(strengths: Array, squares: Array, rest: Array, dof: float) -> ToldApart:
-    strongest = strengths.max(axis=1, keepdims=True)
-    shape = (strengths / strongest) ** 2
+def _both(found: LackOfFit | ManyPositions, rest: Array, dof: float) -> ToldApart:
+    strongest = found.strongest[:, None]
 
-    def noise(ratio: Array) -> Array:
-        variance = 1.0 + ratio[..., None] * shape[:, None]
-        return np.asarray((rest[:, None] + (squares[:, None] / variance).sum(axis=-1)) / dof)
+    def sums(ratio: Array) -> tuple[Array, Array]:
+        """Those of log(variance), and of all squares over it."""
+        spread, squares = found.deviance(np.ones_like(ratio), ratio / strongest**2)
+        return spread, (rest + squares) / dof
 
     def misfit(ratio: Array) -> Array:
-        spread = np.log(1.0 + ratio[..., None] * shape[:, None]).sum(axis=-1)
-        return np.asarray(dof * np.log(noise(ratio)) + spread)
+        spread, noise = sums(ratio)
+        return np.asarray(dof * np.log(noise) + spread)
 
     best, least = _between(1e-3, 1e8).least(misfit)
     best = np.where(least < misfit(np.zeros_like(best)), best, 0.0)
-    cautious = noise(_HEAD_SHARE * best)[:, 0]
-    head = np.sqrt(best * noise(best)) / strongest
+    cautious = sums(_HEAD_SHARE * best)[1][:, 0]
+    head = np.sqrt(best * sums(best)[1]) / strongest
     return ToldApart(np.sqrt(cautious), np.full(cautious.shape, dof), head[:, 0])
 
 
 def _noise_beside(
-    head: float, strengths: Array, squares: Array, rest: Array, dof: float
+    head: float, found: LackOfFit | ManyPositions, rest: Array, dof: float
 ) -> ToldApart:
-    shown = (head * strengths) ** 2
-    rest_dof = dof - (strengths > 0.0).sum(axis=1)
+    rest_dof = dof - found.number
 
     def misfit(noise: Array) -> Array:
-        variance = noise[..., None] + shown[:, None]
-        terms = np.log(variance) + squares[:, None] / variance
-        of_contrasts = np.where(strengths[:, None] > 0.0, terms, 0.0).sum(axis=-1)
-        return np.asarray(of_contrasts + rest_dof[:, None] * np.log(noise) + rest[:, None] / noise)
+        spread, squares = found.deviance(noise, np.full_like(noise, head**2))
+        return np.asarray(spread + squares + rest_dof[:, None] * np.log(noise) + rest / noise)
 
     best, least = _between(1e-8, dof).least(misfit)
     one = np.ones_like(best)  # exact without a head error
     best = np.where(misfit(one) < least, one, best)
-    information = np.where(strengths > 0.0, (best / (best + shown)) ** 2, 0.0)
-    noise_dof = rest_dof + information.sum(axis=1)
+    noise_dof = rest_dof + found.information(best, np.full_like(best, head**2))[:, 0]
     little = noise_dof < 1.0
     return ToldApart(
         np.where(little, 1.0, np.sqrt(best[:, 0])),

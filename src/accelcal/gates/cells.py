@@ -7,14 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.grouping import grouped
+from accelcal.grouping import grouped, sums_of_groups
 
 __all__ = ["Cells"]
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
-
-_BLOCK = 64  # cells whose sums are found at a time
 
 
 class Cells(NamedTuple):
@@ -46,11 +44,7 @@ class Cells(NamedTuple):
 
     def sums(self, values: Array) -> Array:
         """Sum over the readings of each cell, from shape (..., n, k) to shape (..., m, k)."""
-        cells = np.arange(self.members.size)[:, None]
-        # a product is faster than a sum over each cell, but its matrix must not grow as m n
-        blocks = (cells[i : i + _BLOCK] == self.cell for i in range(0, len(cells), _BLOCK))
-        sums = [own.astype(np.float64) @ values for own in blocks]
-        return sums[0] if len(sums) == 1 else np.concatenate(sums, axis=-2)
+        return sums_of_groups(values, self.cell, self.members)
 
     def means(self, values: Array) -> Array:
         """Mean over the readings of each cell, from shape (..., n, k) to shape (..., m, k)."""

@@ -115,47 +115,61 @@ class _LeftOut(NamedTuple):
 
 
 class _Groups(NamedTuple):
-    """Groups of strokes that may be wrong against the others."""
+    """Groups of strokes that may be wrong against the others: single ones, and those back."""
 
     names: list[str]
-    members: Array  # ones and zeros, shape (groups, strokes)
+    single: slice  # strokes
+    back: Places  # strokes of one more group, none where there is no such group
     strokes: Cells
 
     @classmethod
     def of(cls, stroke: NDArray[np.int64]) -> _Groups:
         strokes = Cells.of(stroke)
         numbers = strokes.key
-        each = np.eye(numbers.size)
         if numbers.size < 2:
-            return cls([], each[:0], strokes)
+            return cls([], slice(0), np.zeros(0, dtype=np.intp), strokes)
+        names, single = [f"stroke {number}" for number in numbers], slice(None)
         if numbers.size == 2:
-            names, members = [f"stroke {numbers[0]} or {numbers[1]}"], each[1:]
-        else:
-            names, members = [f"stroke {number}" for number in numbers], each
-        back = numbers % 2 == 0
-        if back.sum() > 1:
-            names, members = [*names, "the forward or the back strokes"], np.vstack([members, back])
-        return cls(names, members, strokes)
+            names, single = [f"stroke {numbers[0]} or {numbers[1]}"], slice(1, None)
+        back = np.flatnonzero(numbers % 2 == 0)
+        if back.size < 2:
+            return cls(names, single, back[:0], strokes)
+        return cls([*names, "the forward or the back strokes"], single, back, strokes)
 
     def sums(self, values: Array) -> Array:
         """Sum over the readings of each group, from shape (n, T) to shape (groups, T)."""
-        return np.asarray(self.members @ self.strokes.sums(values))
+        return self._of_groups(self.strokes.sums(values))
 
     def products(self, values: Array, columns: Array) -> Array:
         """Sum values times columns over the readings of each group, shape (groups, T, k)."""
-        each = np.stack([values[own].T @ columns[own] for own in self.strokes.parts])
-        return np.tensordot(self.members, each, 1)
+        each = [values[own].T @ columns[own] for own in self.strokes.parts]
+        return self._of_groups(np.stack(each))
+
+    def _of_groups(self, of_strokes: Array) -> Array:
+        single = of_strokes[self.single]
+        if not self.back.size:
+            return single
+        return np.concatenate([single, of_strokes[self.back].sum(axis=0, keepdims=True)])
+
+    @property
+    def places(self) -> list[Places]:
+        """Readings of each group."""
+        parts = self.strokes.parts
+        back = [np.sort(np.concatenate([parts[k] for k in self.back]))] if self.back.size else []
+        return parts[self.single] + back
 
     def readings(self, group: int) -> Mask:
-        """Readings of a group, shape (n,)."""
-        return np.asarray(self.members[group, self.strokes.cell] > 0.0)
+        """Tell the readings of a group, shape (n,)."""
+        chosen = np.zeros(self.strokes.cell.size, dtype=np.bool_)
+        chosen[self.places[group]] = True
+        return chosen
 
 
 def _left_out(basis: Array, groups: _Groups) -> list[_LeftOut]:
     """What a fit without each group needs."""
     inverses = _inverse(np.eye(basis.shape[1]) - groups.products(basis, basis))
-    own = [np.flatnonzero(groups.readings(group)) for group in range(len(groups.names))]
-    return [_LeftOut(i, basis[i], inverse) for i, inverse in zip(own, inverses, strict=True)]
+    own = zip(groups.places, inverses, strict=True)
+    return [_LeftOut(i, basis[i], inverse) for i, inverse in own]
 
 
 class _OrderPlan(NamedTuple):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,9 +37,10 @@ class RecordStack(NamedTuple):
 
     Attributes
     ----------
-    contrasts, strengths : ndarray, shape (R, q)
-        Contrasts of the position means and how much a head error shows in each [1/rad], see
-        `accelcal.estimate.head.LackOfFit`; of strength 0 where a record has fewer.
+    contrasts : ndarray, shape (R,)
+        Number of contrasts of the position means that show a head error.
+    squares : ndarray, shape (R,)
+        Their squares over what noise and head error allow.
     head, head_dof : ndarray, shape (R,)
         Head error [rad] and its degrees of freedom.
     head_source : ndarray of str, shape (R,)
@@ -52,8 +53,8 @@ class RecordStack(NamedTuple):
         What to call each table.
     """
 
-    contrasts: Array
-    strengths: Array
+    contrasts: NDArray[Any]
+    squares: Array
     head: Array
     head_dof: Array
     head_source: NDArray[np.str_]
@@ -66,9 +67,10 @@ class RecordStack(NamedTuple):
         """Take what the gates look at from the estimate of R records."""
         head = estimate.head
         seen = (head.dof > 0.0) | (head.source != "estimated")
+        contrasts, squares = estimate.lack_of_fit.against(head.uncertainty)
         return cls(
-            contrasts=estimate.lack_of_fit.contrasts,
-            strengths=estimate.lack_of_fit.strengths,
+            contrasts=contrasts,
+            squares=squares,
             head=head.uncertainty,
             head_dof=head.dof,
             head_source=np.where(seen, head.source, "none"),
@@ -117,13 +119,10 @@ def gates_of_records(stack: RecordStack) -> tuple[GateStack, ...]:
 
 def _lack_of_fit(stack: RecordStack) -> GateStack:
     """Compare the position means with what reading noise and head error allow."""
-    shown, source = stack.strengths > 0.0, stack.head_source
-    count = shown.sum(axis=1)
+    count, source = stack.contrasts, stack.head_source
     unknown, estimated = (count == 0) | (source == "none"), source == "estimated"
     declared = ~(unknown | estimated)
-    allowed = 1.0 + (stack.head[:, None] * stack.strengths) ** 2
-    squares = np.where(shown, stack.contrasts, 0.0) ** 2
-    ratio = (squares / allowed).sum(axis=1) / np.maximum(count, 1)
+    ratio = stack.squares / np.maximum(count, 1)
     test = ratio, np.maximum(count, 1), np.maximum(stack.noise_dof, 1.0)
     bad = np.where(declared, f_exceeds(SIGNIFICANT, *test), stack.head > _IMPLAUSIBLE_HEAD)
 

@@ -21,7 +21,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.head import sensitivity
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.noise import FEW, ReadingNoise, reading_noise
 from accelcal.estimate.solver import LeastSquares
@@ -299,7 +298,7 @@ def _sources(problem: _Problem, state: _State, point: Point) -> dict[str, _Sourc
     # repeated, as `of_table` would take its zeros times the infinite ones of a declared noise
     dof_of_noise = np.repeat([noise.dof for noise in noises], [len(t.record) for t in tables])
     head = [
-        sensitivity(table, estimate.coefficients[i], estimate.head.positions)
+        table.of_head(estimate.coefficients[i], estimate.head.positions)
         for table, i in zip(tables, problem.indices, strict=True)
     ]
     bias, scale = estimate.bias_shift, estimate.scale_factor_shift

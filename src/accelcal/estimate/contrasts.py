@@ -1,0 +1,168 @@
+"""Contrasts of the position means: what each says of the head beside the noise."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["LackOfFit", "SeenErrors"]
+
+Array = NDArray[np.float64]
+
+# A contrast in which the head shows less than this much of what it shows in the best one is left
+# out where the size of the head error is estimated: it tells of the noise only.
+_LEAST_STRENGTH = 0.05
+
+
+class LackOfFit(NamedTuple):
+    """What the means of the positions say against the model, in units of the reading noise.
+
+    All arrays but `positions` begin with an axis of the records where they are of a stack. There a
+    contrast that tells nothing has the strength 0, in one record it is left out.
+
+    Attributes
+    ----------
+    positions : ndarray, shape (J,)
+        Head positions of all tables [deg].
+    contrasts : ndarray, shape (..., q)
+        Independent contrasts, each of variance 1 + (u * strength)^2 under a head error u.
+    strengths : ndarray, shape (..., q)
+        How much a head error of 1 rad shows in each contrast [1/rad].
+    directions : ndarray, shape (..., J, q)
+        Pattern over the head positions that each contrast sees.
+    """
+
+    positions: Array
+    contrasts: Array
+    strengths: Array
+    directions: Array
+
+    @property
+    def number(self) -> NDArray[np.intp]:
+        """Number of contrasts, shape (...)."""
+        return np.asarray((self.strengths > 0.0).sum(axis=-1))
+
+    @property
+    def strongest(self) -> Array:
+        """How much a head error shows where it shows most, shape (...) [1/rad]."""
+        return np.asarray(self.strengths.max(axis=-1, initial=0.0))
+
+    def largest(self) -> Array:
+        """Size of the largest error that a contrast seems to show, shape (...) [rad]."""
+        strength = np.where(self.strengths > 0.0, self.strengths, np.inf)
+        return np.asarray((np.abs(self.contrasts) / strength).max(axis=-1))
+
+    def telling(self) -> tuple[LackOfFit, NDArray[np.intp]]:
+        """Return what tells of the head and its degrees of freedom, shape (...)."""
+        telling = self.strengths > _LEAST_STRENGTH * self.strongest[..., None]
+        strengths, contrasts = (np.where(telling, x, 0.0) for x in (self.strengths, self.contrasts))
+        found = self._replace(strengths=strengths, contrasts=contrasts)
+        return found, found.number
+
+    def deviance(self, noise: Array, head: Array) -> tuple[Array, Array]:
+        """Sums over the contrasts of log(variance) and of contrast^2 / variance.
+
+        Parameters
+        ----------
+        noise : ndarray, shape (..., m)
+            Variances of the noise.
+        head : ndarray, shape (..., m)
+            Variances of a head position [rad^2].
+
+        Returns
+        -------
+        spread, squares : ndarray, shape (..., m)
+            The sums where the variances are noise + head * strength^2.
+        """
+        variance = self._variances(noise, head)
+        nothing = (self.strengths.shape[-1] - self.number)[..., None] * np.log(noise)
+        squares = (self.contrasts[..., None] ** 2 / variance).sum(axis=-2)
+        return np.log(variance).sum(axis=-2) - nothing, squares
+
+    def information(self, noise: Array, head: Array) -> Array:
+        """Sum over the contrasts of (noise / variance)^2, shape (..., m), see `deviance`."""
+        share = noise[..., None, :] / self._variances(noise, head)
+        shown = self.strengths[..., None] > 0.0
+        return np.asarray(np.where(shown, share**2, 0.0).sum(axis=-2))
+
+    def _variances(self, noise: Array, head: Array) -> Array:
+        return np.asarray(noise[..., None, :] + self.strengths[..., None] ** 2 * head[..., None, :])
+
+    def against(self, head: Array) -> tuple[NDArray[np.intp], Array]:
+        """Number of contrasts that show the head, and their squares over their variances, (...)."""
+        allowed = 1.0 + (head[..., None] * self.strengths) ** 2
+        return self.number, (self.contrasts**2 / allowed).sum(axis=-1)
+
+    def seen(self, uncertainty: Array) -> SeenErrors:
+        """Return the errors as far as they are seen, where one has this uncertainty [rad]."""
+        size = uncertainty[..., None]
+        gain = size**2 * self.strengths / (1.0 + (size * self.strengths) ** 2)
+        from_noise = self.directions * gain[..., None, :]
+        back = np.swapaxes(self.directions, -1, -2)
+        unseen = np.eye(self.positions.size) - (from_noise * self.strengths[..., None, :]) @ back
+        values = (self.directions @ (gain * self.contrasts)[..., None])[..., 0]
+        return SeenErrors(values, unseen, from_noise)
+
+    def in_units_of(self, noise: Array) -> LackOfFit:
+        """Return the same contrasts where the reading noise is `noise` times what it was."""
+        size = noise[..., None]
+        return self._replace(contrasts=self.contrasts / size, strengths=self.strengths / size)
+
+    def one(self, record: int) -> LackOfFit:
+        """Return the contrasts of one record."""
+        shown = self.strengths[record] > 0.0
+        return LackOfFit(
+            self.positions,
+            self.contrasts[record, shown],
+            self.strengths[record, shown],
+            self.directions[record][:, shown],
+        )
+
+    def alone(self) -> LackOfFit:
+        """Return those of one record as a stack."""
+        arrays = (self.contrasts, self.strengths, self.directions)
+        return LackOfFit(self.positions, *(each[None] for each in arrays))
+
+
+class SeenErrors(NamedTuple):
+    """Errors of the head as far as the lack of fit shows them, in R records.
+
+    Attributes
+    ----------
+    values : ndarray, shape (..., J)
+        Error of each position [rad].
+    unseen : ndarray, shape (..., J, J)
+        Matrix that leaves of the true errors what is missed.
+    from_noise : ndarray, shape (..., J, q)
+        Matrix that brings the reading noise, as unit contrasts, into the errors seen [rad].
+    """
+
+    values: Array
+    unseen: Array
+    from_noise: Array
+
+    def noise(self, influence: Array) -> Array:
+        """Covariance by the noise in what is seen.
+
+        Parameters
+        ----------
+        influence : ndarray, shape (..., k, J)
+            What the errors do to k quantities.
+
+        Returns
+        -------
+        ndarray, shape (..., k, k)
+            Covariance of these quantities.
+        """
+        return _square(influence @ self.from_noise)
+
+    def missed(self, influence: Array, uncertainty: Array) -> Array:
+        """Covariance by what of the errors is missed, of `uncertainty`, shape (...) [rad]."""
+        return _square(influence @ (uncertainty[..., None, None] * self.unseen))
+
+
+def _square(matrix: Array) -> Array:
+    """Each matrix times its transpose; of a copy, as numpy is slower with one matrix twice."""
+    return np.asarray(matrix @ np.ascontiguousarray(np.swapaxes(matrix, -1, -2)))

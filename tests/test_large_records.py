@@ -1,0 +1,80 @@
+"""Records of thousands of positions or strokes: no more memory than in proportion to them."""
+
+import tracemalloc
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import accelcal
+
+
+def simulated(positions=8, strokes=1, temperatures=(20.0,), mountings=("o+",), declare=True):
+    plan = accelcal.TumblePlan(positions, None, strokes, temperatures, mountings)
+    return accelcal.simulate(plan=plan, seed=1, declare=declare)
+
+
+def peak_of(record, **options):
+    """Calibration, and the largest memory that it took [bytes]."""
+    accelcal.fit(simulated())  # what is loaded and kept at the first fit is not counted
+    tracemalloc.start()
+    try:
+        found = accelcal.fit(record, **options)
+        return found, tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize(
+    ("record", "largest"),
+    [
+        (simulated(2500), 40e6),
+        (simulated(2500, declare=False), 40e6),
+        (simulated(1500, 1, (20.0, 80.0, -40.0)), 60e6),
+        (simulated(1500, 1, mountings=("o+", "o-", "p+")), 60e6),
+        (simulated(1500, 3), 60e6),
+    ],
+    ids=["one stroke", "nothing declared", "temperatures", "mountings", "strokes"],
+)
+def test_many_positions_take_little_memory(record, largest):
+    """A matrix of all positions by all would take 50 MB, and there were a dozen."""
+    found, peak = peak_of(record)
+    assert peak < largest
+    assert found.tables[0].coefficients["K1"].value == pytest.approx(1.35, rel=1e-3)
+
+
+def test_many_strokes_take_little_memory():
+    """A matrix of all strokes by all would take 72 MB."""
+    record = simulated(strokes=3000)
+    found, peak = peak_of(record)
+    assert peak < 60e6
+    assert found.tables[0].gates
+
+
+@pytest.mark.parametrize("fault", ["swapped", "sign"])
+def test_faults_among_many_strokes_take_little_memory(fault):
+    """The faults are found, and the search for them keeps no more."""
+    record = simulated(strokes=1000)
+    own = np.flatnonzero(record.stroke == 17)
+    output = record.output.copy()
+    if fault == "swapped":
+        output[own[[2, 4]]] = output[own[[4, 2]]]
+    else:
+        output[own] *= -1.0
+    found, peak = peak_of(replace(record, output=output))
+    said = {gate.name: gate.finding for gate in found.tables[0].gates}["order of positions"]
+    assert ("swapped" if fault == "swapped" else "stroke 17 of the other sign") in said
+    assert peak < 60e6
+
+
+def test_intervals_of_many_positions_hold_the_truth():
+    """With the head error declared, and with it estimated."""
+    plan = accelcal.TumblePlan(160, None, 2, (20.0,))
+    for declare in (True, False):
+        away = []
+        for seed in range(30):
+            record = accelcal.simulate(plan=plan, seed=seed, declare=declare)
+            table = accelcal.fit(record).tables[0]
+            k2 = table.error_model["k2"]
+            away.append((k2.value - accelcal.AL15.k2) / k2.standard_uncertainty)
+        assert 0.6 < np.sqrt(np.mean(np.square(away))) < 1.4
