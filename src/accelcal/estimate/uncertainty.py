@@ -193,13 +193,13 @@ def combined(
     >>> combined([np.array([4.0])], [np.array([10.0])]).standard.tolist()
     [2.0]
     """
-    variance = np.sum(variances, axis=0)
+    variance = np.asarray(sum(variances))
     exact = variance <= 0.0
     over_dof = [
         np.divide(part, dof, out=np.zeros_like(variance), where=part > 0.0)
         for part, dof in zip(variances, freedom, strict=True)
     ]
-    inverse = np.sum(over_dof, axis=0) / np.where(exact, 1.0, variance)
+    inverse = sum(over_dof) / np.where(exact, 1.0, variance)
     inverse = np.where(inverse > 1.0 / _ENDLESS, inverse, 0.0 * inverse)
     factor = _coverage_factors(level)(inverse)
     standard = np.sqrt(np.where(exact, 0.0, variance))

@@ -149,16 +149,15 @@ def _lack_of_fit(stack: RecordStack) -> GateStack:
 
 def _agreement(stack: RecordStack) -> GateStack:
     """Compare scale factors and biases of the tables."""
-    k1 = stack.coefficients[..., _SCALE_FACTOR]
-    scale_factor = k1 / np.sort(k1, axis=1)[:, (k1.shape[1] - 1) // 2, None]
-    odd = np.abs(np.log(np.maximum(np.abs(scale_factor), _SMALLEST))).argmax(axis=1)
-    apart = np.ptp(scale_factor, axis=1)
-    spread = np.ptp(stack.coefficients[..., _BIAS] / k1, axis=1)
+    bias, k1 = (np.ascontiguousarray(stack.coefficients[..., i].T) for i in (_BIAS, _SCALE_FACTOR))
+    scale_factor = k1 / np.sort(k1, axis=0)[(len(k1) - 1) // 2]
+    odd = np.abs(np.log(np.maximum(np.abs(scale_factor), _SMALLEST))).argmax(axis=0)
+    apart, spread = np.ptp(scale_factor, axis=0), np.ptp(bias / k1, axis=0)
     over = np.maximum(apart / _LARGEST_SPREAD["K1"], spread / _LARGEST_SPREAD["K0"])
 
     def said(index: int) -> str:
         if apart[index] / _LARGEST_SPREAD["K1"] > 1.0:
-            ratio = times(float(scale_factor[index, odd[index]]))
+            ratio = times(float(scale_factor[odd[index], index]))
             other = f"K1 of {stack.names[odd[index]]} is {ratio} times that of the others"
             return f"{other}: another unit, sign or accelerometer"
         percent = f"{100 * apart[index]:.2g} %"

@@ -85,7 +85,7 @@ def stacked_temperature_uncertainty(
     The mean of n temperatures of scatter s has the standard uncertainty s / sqrt(n). A temperature
     that stands unchanged over several readings was taken once.
     """
-    changes = [np.count_nonzero(np.diff(own, axis=1), axis=1) for own in temperatures]
+    changes = [np.count_nonzero(own[:, 1:] != own[:, :-1], axis=1) for own in temperatures]
     taken = 1.0 + np.stack(changes, axis=1)
     scatter = np.zeros_like(taken)  # of equal values it would be a rounding error
     for table, own in enumerate(temperatures):
