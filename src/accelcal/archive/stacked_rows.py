@@ -167,7 +167,7 @@ def _of_records(
 
 
 def _first_line(record: TumbleRecord) -> int | None:
-    return None if record.line is None else int(record.line[0])
+    return None if record.line is None else record.line.item(0)
 
 
 _OF_RECORD: Mapping[str, Callable[[TumbleRecord], Any]] = {
