@@ -93,7 +93,7 @@ def read_files(
 
 def _content(file: SourceFile) -> Content:
     """Content of a file; nothing where it cannot be read, which the general reader tells."""
-    content = caught(file.path, read_bytes, file.path)
+    content = caught(file.path, read_bytes, file.path, file.size)
     return Content(file.path, b"" if isinstance(content, str) else content)
 
 
@@ -120,7 +120,7 @@ def read_part(
     """
     records = attempt(file.path, _read_at_once, file.path, part, overrides)
     if isinstance(records, tuple):
-        return list(_found(0, file.path, records)), tuple(str(r.serial) for r in records)
+        return _found(0, file.path, records), tuple(str(r.serial) for r in records)
     whole = attempt(file.path, part_content, file.path, part) if records is None else records
     if isinstance(whole, str):
         return [Failure(0, file.path, whole)], ()
@@ -149,11 +149,10 @@ def _read_at_once(path: str, part: Part, overrides: Mapping[str, Any]) -> Record
     return read_ordinary([part_content(path, part)[0]], overrides)[0]
 
 
-def _found(index: int, path: str, records: Records | str) -> Iterator[Found | Failure]:
+def _found(index: int, path: str, records: Records | str) -> list[Found | Failure]:
     if isinstance(records, str):
-        yield Failure(index, path, records)
-    else:
-        yield from (Found(index, record) for record in records)
+        return [Failure(index, path, records)]
+    return [Found(index, record) for record in records]
 
 
 def _read_stretch(piece: Content, overrides: Mapping[str, Any]) -> Records:

@@ -93,13 +93,15 @@ def is_url(path: str) -> bool:
     return "://" in path
 
 
-def read_bytes(path: str) -> bytes:
+def read_bytes(path: str, size: int = 0) -> bytes:
     """Read a file or the object of a URL whole; Parquet as the CSV of its rows.
 
     Parameters
     ----------
     path : str
         Path or URL.
+    size : int, optional
+        How many bytes it has as far as known: a file that has them still is read at once.
 
     Returns
     -------
@@ -119,7 +121,10 @@ def read_bytes(path: str) -> bytes:
         return as_csv(read_all(path))
     file = os.open(path, _READ)  # half the time of open, which counts in thousands of small files
     try:
-        return b"".join(iter(partial(os.read, file, 2**16), b""))
+        content = os.read(file, max(size, 0) + 1)  # a byte more shows that there is none
+        if len(content) == size:
+            return content
+        return b"".join([content, *iter(partial(os.read, file, 2**16), b"")])
     finally:
         os.close(file)
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Sequence
 from itertools import groupby
-from operator import attrgetter, itemgetter
+from operator import attrgetter, is_, itemgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -123,7 +123,7 @@ def plans_of(
     that share a level, and those that were reached by heating, are a part of the plan.
     """
     found = []
-    for places in _grouped(_plan_key(record, delta0) for record in records):
+    for places in _grouped(_plan_keys(records, delta0)):
         whole = OnePlan.of([records[i] for i in places])
         keys = zip(whole.can_be_stacked().tolist(), _level_keys(whole.levels), places, strict=True)
         for own in _grouped(key if good else place for good, key, place in keys):
@@ -143,14 +143,23 @@ def _grouped(keys: Iterable[Hashable]) -> list[list[int]]:
     return list(places.values())
 
 
-def _plan_key(record: TumbleRecord, delta0: float | None) -> Hashable:
-    return (
-        *(None if a is None else (a.dtype, a.tobytes()) for a in _of_plan(record)),
-        len(record.run_labels),
-        record.apparatus,
-        record.unit,
-        declared_fixture_angle(record) if delta0 is None else None,
-    )
+def _plan_keys(records: Sequence[TumbleRecord], delta0: float | None) -> Iterator[Hashable]:
+    """What must be equal for two records to have one plan, for each of the records."""
+    before: Sequence[object] = ()
+    content: Hashable = None
+    for record in records:
+        arrays = _of_plan(record)
+        # mostly they are the very arrays of the record before: so the reader of many tables cuts
+        if not (before and all(map(is_, arrays, before))):
+            before = arrays
+            content = tuple(None if a is None else (a.dtype, a.tobytes()) for a in arrays)
+        yield (
+            content,
+            len(record.run_labels),
+            record.apparatus,
+            record.unit,
+            declared_fixture_angle(record) if delta0 is None else None,
+        )
 
 
 def _level_keys(levels: Array) -> list[bytes]:

@@ -50,6 +50,18 @@ class CellBlock(NamedTuple):
     codes: dict[str, NDArray[np.int64]]
     labels: dict[str, list[str]]
 
+    def some(self, roles: Collection[str], rows: NDArray[np.int64] | slice) -> CellBlock:
+        """Return some of the rows, of the columns of some roles."""
+        return CellBlock(
+            {role: values[rows] for role, values in self.numbers.items() if role in roles},
+            {role: codes[rows] for role, codes in self.codes.items() if role in roles},
+            {role: names for role, names in self.labels.items() if role in roles},
+        )
+
+    def columns(self, roles: Collection[str]) -> list[NDArray[Any]]:
+        """Return the columns of some roles, labels by their indices."""
+        return [own[role] for own in (self.numbers, self.codes) for role in own if role in roles]
+
 
 def has_pyarrow() -> bool:
     """Tell whether pyarrow is installed."""

@@ -11,7 +11,6 @@ import gzip
 import re
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from functools import lru_cache
 from hashlib import sha256
 from typing import Any, NamedTuple
@@ -40,7 +39,9 @@ LABELS = frozenset({"run", "serial", "mounting"})
 _ORDINARY = frozenset(
     {"temperature", "position", "angle", "stroke", "output", "time", "std", "count"}
 ).union(LABELS)
-_DECLARATION = re.compile(r"# ([A-Za-z][A-Za-z0-9_]*): ([^\s,;](?:.*[^\s,;])?)")
+_NUMERIC = frozenset(KEYS).difference({"serial", "date"})
+_OF_RECORD = frozenset(KEYS).difference({"delta0"})
+_KEY = re.compile(r"# [A-Za-z][A-Za-z0-9_]*")
 _HEAD = re.compile(rb"(?:#[^\n]*+\n)*+[^#\n][^\n]*+\n")
 _BOM = b"\xef\xbb\xbf"
 
@@ -219,33 +220,29 @@ class _Heads:
     def understood(self, head: str) -> tuple[dict[str, str], _Shared] | None:
         """Header lines, and what the general reader makes of them and the headings."""
         *lines, heading, _ = head.split("\n")
-        found = [_declaration(line) for line in lines]
-        declared = {key: value for key, value in found if key}
-        if len(declared) != len(lines):
+        declared = dict(map(_declaration, lines))
+        if "" in declared or len(declared) != len(lines):
             return None
-        shared = self._shared(heading, declared)
-        return None if shared is None else (declared, shared)
-
-    def _shared(self, heading: str, declared: Mapping[str, str]) -> _Shared | None:
-        numeric = [item for item in declared.items() if _kind(item[0]) == "number"]
-        key = heading, tuple(numeric)
+        numeric = tuple([item for item in declared.items() if item[0] in _NUMERIC])
+        key = heading, numeric
         if key not in self._known:
             self._known[key] = _shared(heading, dict(numeric), self._overrides)
-        return self._known[key]
+        shared = self._known[key]
+        return None if shared is None else (declared, shared)
 
 
 @lru_cache(maxsize=1000)
 def _declaration(line: str) -> tuple[str, str]:
-    """Key, in its canonical form where it has one, and value of a header line; empty if odd."""
-    match = _DECLARATION.fullmatch(line)
-    key = (canonical_key(match[1]) or match[1]) if match else "sep"
-    return ("", "") if match is None or key == "sep" else (key, match[2])
+    """Key, in its canonical form where it has one, and value of a header line; odd: no key."""
+    written, _, value = line.partition(": ")
+    is_plain = value and value.strip() == value == value.strip(",;")
+    return _key(written) if is_plain else "", value
 
 
 @lru_cache(maxsize=1000)
-def _kind(key: str) -> str:
-    """Kind of what a header line declares: a text of the table's own, a number, metadata."""
-    return "text" if key in ("serial", "date") else "number" if key in KEYS else "metadata"
+def _key(written: str) -> str:
+    key = written[2:] if _KEY.fullmatch(written) else ""
+    return "" if key == "sep" else canonical_key(key) or key
 
 
 def _split(content: bytes) -> tuple[str, bytes] | None:
@@ -262,9 +259,10 @@ def _split(content: bytes) -> tuple[str, bytes] | None:
     head, body = (match[0], content[match.end() :]) if match else (b"", b"")
     if not body or b"\r" in head or b"\0" in head:
         return None
-    with suppress(UnicodeDecodeError):
+    try:
         return head.decode("utf-8"), body if body.endswith(b"\n") else body + b"\n"
-    return None
+    except UnicodeDecodeError:
+        return None
 
 
 def _shared(
@@ -328,10 +326,9 @@ def _own_fields(
     serial = given or declared.get("serial")
     if serial is not None and "serial" in shared.rules.roles:
         return None
+    read = shared.declared.metadata
     metadata = {
-        key: shared.declared.metadata["delta0"] if key == "delta0" else value
-        for key, value in declared.items()
-        if key == "delta0" or _kind(key) == "metadata"
+        key: read.get(key, value) for key, value in declared.items() if key not in _OF_RECORD
     }
     own = {"serial": serial, "date": declared.get("date"), "metadata": metadata, "notes": ()}
     return {**shared.declared.record, **own}

@@ -13,24 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.geometry import MOUNTINGS
-from accelcal.grouping import distinct, grouped
 from accelcal.io.cell_blocks import CellBlock
-from accelcal.io.readings import (
-    FEWEST_IN_TURN,
-    MARKERS,
-    MAXIMUM_ANGLE,
-    MAXIMUM_TEMPERATURE,
-)
-from accelcal.io.runs import LEVEL_GAP
+from accelcal.io.ordinary_parts import Leading, Parts, Stretches, leading_of, parts_of
+from accelcal.io.ordinary_plans import PLANNED, Plans, read_plans, without_gaps
+from accelcal.io.readings import FEWEST_IN_TURN, MARKERS
 from accelcal.record import TumbleRecord
 
 __all__ = ["Group", "Plain", "Rules", "records_of"]
 
-Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
-
-_MOST = 10_000  # strokes, positions: more are no ordinary test
 
 
 class Rules(NamedTuple):
@@ -101,290 +93,138 @@ def records_of(group: Group) -> list[tuple[TumbleRecord, ...] | None]:
     list of tuple of TumbleRecord, or None
         Records of each table, one a serial; None where the general reader must read it.
     """
-    rows = np.array([table.rows for table in group.tables])
-    starts = np.cumsum(rows) - rows
-    parts = _parts(group.cells.codes.get("serial"), rows, starts)
-    columns, odd_row = _columns(group)
-    odd = np.logical_or.reduceat(odd_row, starts) | _odd_turns(columns, group, starts)
-    runs = _runs(columns, group.cells, parts)
-    odd[parts.table[runs.odd | _repeated(columns, runs, parts) | _all_equal(columns, parts)]] = True
-    odd |= np.bincount(parts.table[parts.again], minlength=rows.size) > 0
-    line = np.array([table.line for table in group.tables])
-    arrays = {
-        **columns,
-        "mounting": np.array(MOUNTINGS)[columns["mounting"]],
-        "run": runs.of_row,
-        "line": np.repeat(line - starts, rows) + np.arange(runs.of_row.size),
+    tables = Stretches.of(np.array([table.rows for table in group.tables]))
+    parts = parts_of(group.cells.codes.get("serial"), tables)
+    readings, odd_part = _readings(group, parts)
+    leading = leading_of(parts.rows, group.cells.columns(PLANNED))
+    planned = group.cells.some(PLANNED, leading.places)
+    plans = read_plans(planned, leading.rows, group.rules.positions)
+    odd_table = _odd_turns(plans, leading, parts, group)
+    odd_table[parts.table[odd_part | plans.odd[leading.of]]] = True
+    good = np.flatnonzero(~odd_table[parts.table])
+    values = {
+        **_of_tables(group, parts, good),
+        "line": _lines(group, tables, parts, good),
+        **_of_readings(readings, parts.rows.some(good)),
+        **_of_plans(plans, leading, good),
     }
-    return _records(group, arrays, parts, runs, odd)
+    records: list[list[TumbleRecord]] = [[] for _ in group.tables]
+    for table, record in zip(parts.table[good].tolist(), _filled(values, good.size), strict=True):
+        records[table].append(record)
+    return [
+        None if bad else tuple(own) for bad, own in zip(odd_table.tolist(), records, strict=True)
+    ]
 
 
-class _Parts(NamedTuple):
-    """Stretches of rows of one accelerometer."""
-
-    of_row: Ints
-    start: Ints
-    end: Ints
-    table: Ints
-    code: Ints  # of its serial
-    again: Mask  # serial that the table had before
+# -- what is odd -----------------------------------------------------------------------------------
 
 
-class _Runs(NamedTuple):
-    """Runs of all parts, one after the other."""
-
-    of_row: Ints  # of each row, within its part
-    first: Ints  # the first run of each part, and the number of all
-    labels: list[str]
-    odd: Mask  # parts whose runs need the general reader
-
-
-# -- rows ------------------------------------------------------------------------------------------
-
-
-def _columns(group: Group) -> tuple[dict[str, Any], Mask]:
-    """Arrays of the record by name, mountings by number, and which rows are odd."""
-    numbers = group.cells.numbers
-    odd: Mask = ~np.logical_and.reduce([np.isfinite(values) for values in numbers.values()])
-    if odd.any():
-        numbers = {role: np.where(odd, 1.0, values) for role, values in numbers.items()}
-    temperature, stroke, output = (numbers[role] for role in ("temperature", "stroke", "output"))
-    odd |= (temperature < -273.15) | (temperature > MAXIMUM_TEMPERATURE)
-    odd |= ~_is_whole(stroke, _MOST) | _is_marker(output)
-    if "std" in numbers:
-        odd |= numbers["std"] < 0.0
-    if "count" in numbers:
-        odd |= numbers["count"] < 1.0
-    position, angle, misplaced = _places(numbers, group.rules.positions)
-    mounting, unknown = _mounting(group.cells, stroke.size)
-    columns = {
-        "output": output,
-        "angle": angle,
-        "temperature": temperature,
-        "stroke": np.clip(stroke, 1, _MOST).astype(np.int64),  # odd rows may hold anything
-        "mounting": mounting,
-        "position": position,
-        "time": numbers["time"] * group.rules.factor if "time" in numbers else None,
-        "std": numbers.get("std"),
-        "count": numbers.get("count"),
-        "clamping": None,  # a table with such a column is left to the general reader
-    }
-    return columns, odd | misplaced | unknown | _is_empty(group.cells, stroke.size)
+def _readings(group: Group, parts: Parts) -> tuple[dict[str, Any], Mask]:
+    """Columns of the readings themselves, and which parts have odd ones, or an odd serial."""
+    cells = group.cells
+    own = {role: values for role, values in cells.numbers.items() if role not in PLANNED}
+    numbers, odd_row = without_gaps(own)
+    output, std, count = (numbers.get(role) for role in ("output", "std", "count"))
+    time = numbers["time"] * group.rules.factor if "time" in numbers else None
+    odd_row |= _is_marker(output)
+    if std is not None:
+        odd_row |= std < 0.0
+    if count is not None:
+        odd_row |= count < 1.0
+    odd = parts.rows.any(odd_row) | parts.again | _is_constant(output, parts.rows)
+    if time is not None and "run" not in cells.codes:
+        odd |= parts.rows.any(_goes_back(time, parts.rows))
+    if "" in cells.labels.get("serial", ()):
+        odd |= parts.code == cells.labels["serial"].index("")
+    # a table with clampings is left to the general reader
+    return {"output": output, "time": time, "std": std, "count": count, "clamping": None}, odd
 
 
-def _is_whole(values: Floats, most: float) -> Mask:
-    return np.asarray((values >= 1.0) & (values <= most) & (values == np.floor(values)))
-
-
-def _is_marker(output: Floats) -> Any:
+def _is_marker(output: Any) -> Any:
     """Tell which readings may be what loggers write for a missing one."""
     size = np.abs(output)
     return np.isin(size, MARKERS) if size.max() >= min(MARKERS) else False
 
 
-def _places(numbers: Mapping[str, Floats], positions: int) -> tuple[Ints, Floats, Any]:
-    """Position, head angle, and which rows have none that is ordinary."""
-    if "position" not in numbers:
-        angle = numbers["angle"]
-        return np.zeros(angle.size, dtype=np.int64), angle, np.abs(angle) > MAXIMUM_ANGLE
-    odd = ~_is_whole(numbers["position"], min(positions + 1, _MOST))
-    position = np.where(odd, 1, numbers["position"]).astype(np.int64)
-    nominal = (position - 1) * 360.0 / positions
-    if "angle" not in numbers:
-        return position, nominal, odd
-    angle = numbers["angle"]
-    away = np.abs(np.mod(angle - nominal + 180.0, 360.0) - 180.0) > 180.0 / positions
-    return position, angle, odd | away | (np.abs(angle) > MAXIMUM_ANGLE)
+def _is_constant(output: Any, rows: Stretches) -> Mask:
+    return np.asarray((rows.lowest(output) == rows.highest(output)) & (rows.size > 1))
 
 
-def _mounting(cells: CellBlock, size: int) -> tuple[Ints, Any]:
-    """Mounting of each row as a place in `MOUNTINGS`, and which rows have none that is known."""
-    if "mounting" not in cells.codes:
-        return np.zeros(size, dtype=np.int64), False
-    names = [name.casefold() for name in cells.labels["mounting"]]
-    names = [name + "+" if name in ("o", "p") else name for name in names]
-    place = np.array([MOUNTINGS.index(name) if name in MOUNTINGS else -1 for name in names])
-    of_row = place[cells.codes["mounting"]]
-    return np.maximum(of_row, 0), of_row < 0
+def _goes_back(time: Any, rows: Stretches) -> Mask:
+    """Mask of the rows with a time before that of the row above."""
+    back = np.concatenate([[False], time[1:] < time[:-1]])
+    back[rows.start] = False
+    return back
 
 
-def _is_empty(cells: CellBlock, size: int) -> Mask:
-    empty = np.zeros(size, dtype=bool)
-    for role, names in cells.labels.items():
-        if "" in names:
-            empty |= cells.codes[role] == names.index("")
-    return empty
-
-
-# -- tables ----------------------------------------------------------------------------------------
-
-
-def _odd_turns(columns: Mapping[str, Any], group: Group, starts: Ints) -> Mask:
+def _odd_turns(plans: Plans, leading: Leading, parts: Parts, group: Group) -> Mask:
     """Tables whose angles may be radians, or whose turn may have fewer positions than declared."""
-    angle = columns["angle"]
-    low, high = np.minimum.reduceat(angle, starts), np.maximum.reduceat(angle, starts)
-    odd = np.zeros(starts.size, dtype=bool)
+    first = np.searchsorted(parts.table, np.arange(len(group.tables)))
+    odd = np.zeros(first.size, dtype=bool)
     if "angle" in group.cells.numbers:
+        low = np.minimum.reduceat(leading.rows.lowest(plans.angle)[leading.of], first)
+        high = np.maximum.reduceat(leading.rows.highest(plans.angle)[leading.of], first)
         odd |= (high - low >= 1.5) & (np.maximum(high, -low) <= 2.0001 * np.pi)
     if "position" in group.cells.numbers:
-        last = np.maximum.reduceat(columns["position"], starts)
+        last = np.maximum.reduceat(leading.rows.highest(plans.position)[leading.of], first)
         odd |= (last >= FEWEST_IN_TURN) & (last < group.rules.positions)
     return odd
 
 
-def _parts(serial: Ints | None, rows: Ints, starts: Ints) -> _Parts:
-    table = np.arange(rows.size)
-    if serial is None:
-        nothing = np.zeros_like(table)
-        return _Parts(np.repeat(table, rows), starts, starts + rows, table, nothing, nothing > 0)
-    first = np.concatenate([[True], serial[1:] != serial[:-1]])
-    first[starts] = True
-    start = np.flatnonzero(first)
-    table = np.repeat(table, rows)[start]
-    return _Parts(
-        of_row=np.cumsum(first) - 1,
-        start=start,
-        end=np.append(start[1:], serial.size),
-        table=table,
-        code=serial[start],
-        again=_met_before(table, serial[start]),
-    )
+# -- fields of the records -------------------------------------------------------------------------
 
 
-def _met_before(group: Ints, code: Ints) -> Mask:
-    """Mask of the entries whose group had their code before."""
-    order = np.lexsort((code, group))  # stable
-    again = np.zeros(order.size, dtype=bool)
-    same = (group[order][1:] == group[order][:-1]) & (code[order][1:] == code[order][:-1])
-    again[order[1:][same]] = True
-    return again
-
-
-# -- parts -----------------------------------------------------------------------------------------
-
-
-def _runs(columns: Mapping[str, Any], cells: CellBlock, parts: _Parts) -> _Runs:
-    """Runs in the order of the rows; parts in which one comes back are odd."""
-    named = "run" in cells.codes
-    odd = np.zeros(parts.start.size, dtype=bool)
-    code = cells.codes["run"] if named else _levels(columns["temperature"], parts, odd)
-    change = np.concatenate([[True], code[1:] != code[:-1]])
-    change[parts.start] = True
-    start = np.flatnonzero(change)
-    owner = parts.of_row[start]
-    odd[owner[_met_before(owner, code[start])]] = True
-    run = np.cumsum(change) - 1
-    if named:
-        labels = [cells.labels["run"][i] for i in code[start].tolist()]
-    else:
-        odd |= _goes_back(columns["time"], parts)
-        means = np.bincount(run, weights=columns["temperature"]) / np.bincount(run)
-        degrees = (np.rint(means) + 0.0).tolist()  # + 0.0 makes -0 a 0
-        label = {degree: f"{degree:g}" for degree in set(degrees)}
-        labels = [label[degree] for degree in degrees]
-    first = np.searchsorted(owner, np.arange(parts.start.size + 1))
-    return _Runs(run - first[parts.of_row], first, labels, odd)
-
-
-def _levels(temperature: Floats, parts: _Parts, odd: Mask) -> Ints:
-    """Levels of temperature, as `runs` splits them; parts with a wide level become odd."""
-    change = np.concatenate([[True], temperature[1:] != temperature[:-1]])
-    change[parts.start] = True
-    start = np.flatnonzero(change)  # of stretches of one temperature, to be put in order
-    owner, value = parts.of_row[start], temperature[start]
-    order = np.lexsort((value, owner))
-    ordered = value[order]
-    jump = (np.diff(ordered) > LEVEL_GAP) | (owner[1:] > owner[:-1])  # owners are in order
-    first = np.concatenate([[0], np.flatnonzero(jump) + 1])
-    last = np.append(first[1:], order.size) - 1
-    odd[owner[first[ordered[last] - ordered[first] > LEVEL_GAP]]] = True
-    level = np.empty(order.size, dtype=np.int64)
-    level[order] = np.concatenate([[0], np.cumsum(jump)])
-    return np.repeat(level, np.diff(start, append=temperature.size))
-
-
-def _goes_back(time: Floats | None, parts: _Parts) -> Mask:
-    """Parts whose rows are not in the order of time."""
-    if time is None:
-        return np.zeros(parts.start.size, dtype=bool)
-    back = np.concatenate([[False], time[1:] < time[:-1]])
-    back[parts.start] = False
-    return np.asarray(np.logical_or.reduceat(back, parts.start))
-
-
-def _repeated(columns: Mapping[str, Any], runs: _Runs, parts: _Parts) -> Mask:
-    """Parts that have a reading twice."""
-    place = columns["position"]
-    if not place.any():
-        place = _codes(columns["angle"], parts.end[0])
-    key = parts.of_row
-    size = 1
-    for code in (runs.of_row, columns["mounting"], columns["stroke"], place):
-        span = int(code.max()) + 1
-        key = key * span + code
-        size *= span
-    odd = np.zeros(parts.start.size, dtype=bool)
-    odd[_met_twice(key) // size] = True
-    return odd
-
-
-def _codes(values: Floats, few: int) -> Ints:
-    """Number the values so that equal ones have one number; all are mostly among the first few."""
-    known = distinct(values[:few])
-    code = np.minimum(np.searchsorted(known, values), known.size - 1)
-    return code if (known[code] == values).all() else grouped(values)[1]
-
-
-def _met_twice(key: Ints) -> Ints:
-    if key.max() < 8 * key.size:  # counting is quicker than sorting
-        return np.flatnonzero(np.bincount(key) > 1)
-    key = np.sort(key)
-    return np.asarray(key[1:][key[1:] == key[:-1]])
-
-
-def _all_equal(columns: Mapping[str, Any], parts: _Parts) -> Mask:
-    low = np.minimum.reduceat(columns["output"], parts.start)
-    high = np.maximum.reduceat(columns["output"], parts.start)
-    return np.asarray((low == high) & (parts.end - parts.start > 1))
-
-
-# -- records ---------------------------------------------------------------------------------------
-
-
-def _records(
-    group: Group, arrays: Mapping[str, Any], parts: _Parts, runs: _Runs, odd: Mask
-) -> list[tuple[TumbleRecord, ...] | None]:
-    good = np.flatnonzero(~odd[parts.table])
-    of_table = parts.table[good].tolist()
-    rows = list(map(slice, parts.start[good].tolist(), parts.end[good].tolist()))
-    records = [object.__new__(TumbleRecord) for _ in rows]
-    for name, array in arrays.items():
-        _fill(records, name, [None] * len(rows) if array is None else _cut(array, rows))
-    fields = [group.tables[table].fields for table in of_table]
-    for name in group.tables[0].fields:
-        _fill(records, name, [own[name] for own in fields])
-    _fill(records, "run_labels", _labels_of(runs, good))
+def _of_tables(group: Group, parts: Parts, good: Ints) -> dict[str, list[Any]]:
+    """Fields that are declared for a table, and the serials of its rows."""
+    fields = [group.tables[table].fields for table in parts.table[good].tolist()]
+    values = {name: [own[name] for own in fields] for name in group.tables[0].fields}
     if "serial" in group.cells.labels:
         serials = group.cells.labels["serial"]
-        _fill(records, "serial", [serials[i] for i in parts.code[good].tolist()])
-    found: list[list[TumbleRecord]] = [[] for _ in group.tables]
-    for table, record in zip(of_table, records, strict=True):
-        found[table].append(record)
-    return [None if bad else tuple(own) for bad, own in zip(odd.tolist(), found, strict=True)]
+        values["serial"] = [serials[i] for i in parts.code[good].tolist()]
+    return values
 
 
-def _cut(array: NDArray[Any], rows: Sequence[slice]) -> list[NDArray[Any]]:
-    array.setflags(write=False)
-    return [array[own] for own in rows]
+def _lines(group: Group, tables: Stretches, parts: Parts, good: Ints) -> list[Ints]:
+    """Lines of each record, cut from one count as those of many files are the same."""
+    if not good.size:
+        return []
+    above = np.array([table.line for table in group.tables]) - tables.start
+    rows = parts.rows.some(good)
+    first = above[parts.table[good]] + rows.start
+    low = int(first.min())
+    return Stretches(first - low, rows.size).cut(np.arange(low, int((first + rows.size).max())))
 
 
-def _labels_of(runs: _Runs, parts: Ints) -> list[tuple[str, ...]]:
-    first = runs.first.tolist()
-    return [tuple(runs.labels[first[i] : first[i + 1]]) for i in parts.tolist()]
+def _of_readings(readings: Mapping[str, Any], rows: Stretches) -> dict[str, list[Any]]:
+    unknown = [None] * rows.size.size
+    return {
+        name: unknown if column is None else rows.cut(column) for name, column in readings.items()
+    }
 
 
-def _fill(records: Sequence[TumbleRecord], name: str, values: Sequence[Any]) -> None:
-    """Set a field of new records, whose values have passed all checks of a record here."""
-    put = getattr(TumbleRecord, name).__set__
-    for record, value in zip(records, values, strict=True):
-        put(record, value)
+def _of_plans(plans: Plans, leading: Leading, good: Ints) -> dict[str, list[Any]]:
+    """Fields of a plan; records of one plan have the same arrays, whatever their temperatures."""
+    names = ("angle", "stroke", "position", "run", "mounting")
+    shared = leading_of(leading.rows, [getattr(plans, name) for name in names])
+    places, own = shared.of[leading.of[good]].tolist(), leading.of[good].tolist()
+    columns = {name: getattr(plans, name)[shared.places] for name in names}
+    columns["mounting"] = np.array(MOUNTINGS)[columns["mounting"]]
+    temperature = leading.rows.cut(plans.temperature)
+    values = {
+        "temperature": [temperature[i] for i in own],
+        "run_labels": [plans.run_labels[i] for i in own],
+    }
+    for name, column in columns.items():
+        cut = shared.rows.cut(column)
+        values[name] = [cut[i] for i in places]
+    return values
+
+
+def _filled(values: Mapping[str, Sequence[Any]], number: int) -> list[TumbleRecord]:
+    """Make records of fields that have passed all checks of a record here."""
+    records = [object.__new__(TumbleRecord) for _ in range(number)]
+    for name, own in values.items():
+        put = getattr(TumbleRecord, name).__set__
+        for record, value in zip(records, own, strict=True):
+            put(record, value)
+    return records

@@ -1,0 +1,209 @@
+"""Where the readings of ordinary tables were taken: angles, strokes, mountings, runs.
+
+The rules are those of `readings` and `runs`, for many tests at once. A test of which they have
+more to say than the plain reading is odd here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.geometry import MOUNTINGS
+from accelcal.grouping import distinct, grouped
+from accelcal.io.cell_blocks import CellBlock
+from accelcal.io.ordinary_parts import Stretches, met_before
+from accelcal.io.readings import MAXIMUM_ANGLE, MAXIMUM_TEMPERATURE
+from accelcal.io.runs import LEVEL_GAP
+
+__all__ = ["PLANNED", "Plans", "read_plans", "without_gaps"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+PLANNED = frozenset({"temperature", "stroke", "position", "angle", "run", "mounting"})
+"""Columns that tell where a reading was taken, not what it was."""
+
+_MOST = 10_000  # strokes, positions: more are no ordinary test
+
+
+class Plans(NamedTuple):
+    """Where the readings of some tests were taken.
+
+    Attributes
+    ----------
+    temperature, angle, stroke, position, mounting, run : ndarray
+        As of a `TumbleRecord`, test after test; the mounting by its place in `MOUNTINGS`.
+    run_labels : list of tuple of str
+        Those of each test.
+    odd : ndarray of bool
+        Tests that need the general reader.
+    """
+
+    temperature: Floats
+    angle: Floats
+    stroke: Ints
+    position: Ints
+    mounting: Ints
+    run: Ints
+    run_labels: list[tuple[str, ...]]
+    odd: Mask
+
+
+def read_plans(cells: CellBlock, tests: Stretches, positions: int) -> Plans:
+    """Read where the readings of some tests were taken.
+
+    Parameters
+    ----------
+    cells : CellBlock
+        Columns temperature, stroke, position or angle, and those of run and mounting that there
+        are.
+    tests : Stretches
+        Rows of each test.
+    positions : int
+        Number of positions in a full turn.
+
+    Returns
+    -------
+    Plans
+        What was read.
+    """
+    numbers, odd = without_gaps(cells.numbers)
+    temperature, stroke = numbers["temperature"], numbers["stroke"]
+    odd |= (temperature < -273.15) | (temperature > MAXIMUM_TEMPERATURE)
+    odd |= ~_is_whole(stroke, _MOST)
+    position, angle, misplaced = _places(numbers, positions)
+    mounting, unknown = _mounting(cells, stroke.size)
+    run, labels, odd_runs = _runs(temperature, cells, tests)
+    odd_tests = tests.any(odd | misplaced | unknown | _is_empty(cells, stroke.size)) | odd_runs
+    strokes = np.clip(stroke, 1, _MOST).astype(np.int64)  # odd rows may hold anything
+    place = position if position.any() else _codes(angle, int(tests.size[0]))
+    odd_tests |= _has_twice(tests, run, mounting, strokes, place)
+    return Plans(temperature, angle, strokes, position, mounting, run, labels, odd_tests)
+
+
+def without_gaps(numbers: Mapping[str, Floats]) -> tuple[Mapping[str, Floats], Mask]:
+    """Columns with 1 in the rows where one of them is not finite, and a mask of these rows."""
+    odd: Mask = ~np.logical_and.reduce([np.isfinite(values) for values in numbers.values()])
+    if odd.any():
+        numbers = {role: np.where(odd, 1.0, values) for role, values in numbers.items()}
+    return numbers, odd
+
+
+# -- rows ------------------------------------------------------------------------------------------
+
+
+def _is_whole(values: Floats, most: float) -> Mask:
+    return np.asarray((values >= 1.0) & (values <= most) & (values == np.floor(values)))
+
+
+def _places(numbers: Mapping[str, Floats], positions: int) -> tuple[Ints, Floats, Any]:
+    """Position, head angle, and which rows have none that is ordinary."""
+    if "position" not in numbers:
+        angle = numbers["angle"]
+        return np.zeros(angle.size, dtype=np.int64), angle, np.abs(angle) > MAXIMUM_ANGLE
+    odd = ~_is_whole(numbers["position"], min(positions + 1, _MOST))
+    position = np.where(odd, 1, numbers["position"]).astype(np.int64)
+    nominal = (position - 1) * 360.0 / positions
+    if "angle" not in numbers:
+        return position, nominal, odd
+    angle = numbers["angle"]
+    away = np.abs(np.mod(angle - nominal + 180.0, 360.0) - 180.0) > 180.0 / positions
+    return position, angle, odd | away | (np.abs(angle) > MAXIMUM_ANGLE)
+
+
+def _mounting(cells: CellBlock, size: int) -> tuple[Ints, Any]:
+    """Mounting of each row as a place in `MOUNTINGS`, and which rows have none that is known."""
+    if "mounting" not in cells.codes:
+        return np.zeros(size, dtype=np.int64), False
+    names = [name.casefold() for name in cells.labels["mounting"]]
+    names = [name + "+" if name in ("o", "p") else name for name in names]
+    place = np.array([MOUNTINGS.index(name) if name in MOUNTINGS else -1 for name in names])
+    of_row = place[cells.codes["mounting"]]
+    return np.maximum(of_row, 0), of_row < 0
+
+
+def _is_empty(cells: CellBlock, size: int) -> Mask:
+    empty = np.zeros(size, dtype=bool)
+    for role, codes in cells.codes.items():
+        if "" in cells.labels[role]:
+            empty |= codes == cells.labels[role].index("")
+    return empty
+
+
+# -- tests -----------------------------------------------------------------------------------------
+
+
+def _runs(
+    temperature: Floats, cells: CellBlock, tests: Stretches
+) -> tuple[Ints, list[tuple[str, ...]], Mask]:
+    """Runs in the order of the rows, their names, and which tests have one that comes back."""
+    if "run" in cells.codes:
+        code, odd = cells.codes["run"], np.zeros(tests.size.size, dtype=bool)
+    else:
+        code, odd = _levels(temperature, tests)
+    start = np.flatnonzero(tests.changes(code))
+    owner = tests.of_row[start]
+    odd[owner[met_before(owner, code[start])]] = True
+    run = np.repeat(np.arange(start.size), np.diff(start, append=code.size))
+    if "run" in cells.codes:
+        labels = [cells.labels["run"][i] for i in code[start].tolist()]
+    else:
+        labels = _degrees(np.bincount(run, weights=temperature) / np.bincount(run))
+    first = np.searchsorted(owner, np.arange(tests.size.size + 1))
+    own = [tuple(labels[begin:end]) for begin, end in pairwise(first.tolist())]
+    return run - np.repeat(first[:-1], tests.size), own, odd
+
+
+def _levels(temperature: Floats, tests: Stretches) -> tuple[Ints, Mask]:
+    """Levels of temperature, as `runs` splits them, and which tests have a wide one."""
+    odd = np.zeros(tests.size.size, dtype=bool)
+    start = np.flatnonzero(tests.changes(temperature))  # stretches of one, to be put in order
+    owner, value = tests.of_row[start], temperature[start]
+    order = np.lexsort((value, owner))
+    ordered = value[order]
+    jump = (np.diff(ordered) > LEVEL_GAP) | (owner[1:] > owner[:-1])  # owners are in order
+    first = np.concatenate([[0], np.flatnonzero(jump) + 1])
+    last = np.append(first[1:], order.size) - 1
+    odd[owner[first[ordered[last] - ordered[first] > LEVEL_GAP]]] = True
+    level = np.empty(order.size, dtype=np.int64)
+    level[order] = np.concatenate([[0], np.cumsum(jump)])
+    return np.repeat(level, np.diff(start, append=temperature.size)), odd
+
+
+def _degrees(means: Floats) -> list[str]:
+    """Names of runs by their mean temperatures."""
+    degrees = (np.rint(means) + 0.0).tolist()  # + 0.0 makes -0 a 0
+    label = {degree: f"{degree:g}" for degree in set(degrees)}
+    return [label[degree] for degree in degrees]
+
+
+def _has_twice(tests: Stretches, *codes: Ints) -> Mask:
+    """Tests with two rows of the same codes."""
+    key, size = tests.of_row, 1
+    for code in codes:
+        span = int(code.max()) + 1
+        key = key * span + code
+        size *= span
+    odd = np.zeros(tests.size.size, dtype=bool)
+    odd[_met_twice(key) // size] = True
+    return odd
+
+
+def _codes(values: Floats, few: int) -> Ints:
+    """Number the values so that equal ones have one number; all are mostly among the first few."""
+    known = distinct(values[:few])
+    code = np.minimum(np.searchsorted(known, values), known.size - 1)
+    return code if (known[code] == values).all() else grouped(values)[1]
+
+
+def _met_twice(key: Ints) -> Ints:
+    if key.max() < 8 * key.size:  # counting is quicker than sorting
+        return np.flatnonzero(np.bincount(key) > 1)
+    key = np.sort(key)
+    return np.asarray(key[1:][key[1:] == key[:-1]])
