@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import accelcal
+from accelcal.archive.sources import read_bytes
 from accelcal.errors import InputError
 from accelcal.io.ordinary import Content, read_ordinary
 from accelcal.io.tables import read_tables
@@ -216,6 +217,89 @@ def test_only_the_odd_ones_among_many_are_left(engine):
         assert (records is not None) == (i < len(ORDINARY))
         if records is not None:
             assert_same(records, general(contents[i]))
+
+
+def cells_like(seed=1, **changes):
+    """Rows of temperature, position, stroke and output as in `rows`, some of them changed."""
+    changed = {"hotter": 0.0, "last": 9, "swap": False, "at": None, **changes}
+    cells = [[t + changed["hotter"], j, k, y] for t, j, k, y, _ in rows(seed=seed)]
+    cells = [row for row in cells if row[1] <= changed["last"]]
+    if changed["swap"]:
+        cells[3], cells[4] = cells[4], cells[3]
+    if changed["at"] is not None:
+        row, column, value = changed["at"]
+        cells[row][column] = value
+    return cells
+
+
+NEIGHBOURS = {
+    "of the plan": {},
+    "hotter": {"hotter": 0.25},
+    "another level": {"hotter": 3.0},
+    "shorter": {"last": 8},
+    "in another order": {"swap": True},
+    "another place": {"at": (2, 1, 7)},
+    "a marker": {"at": (5, 3, -9999.0)},
+    "infinite": {"at": (5, 3, "1e999")},
+    "infinitely hot": {"at": (5, 0, "1e999")},
+    "no number": {"at": (5, 3, "1.2.3")},
+    "no stroke": {"at": (7, 2, "")},
+    "half a stroke": {"at": (7, 2, 1.5)},
+    "stroke 10": {"at": (7, 2, 10)},
+}
+TAKEN = {"of the plan", "hotter", "another level", "shorter", "in another order", "stroke 10"}
+_SOME = st.lists(st.sampled_from(sorted(NEIGHBOURS)), min_size=1, max_size=9)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@settings(max_examples=60, deadline=None)
+@given(names=_SOME)
+def test_neighbours_change_nothing(engine, names):
+    cells = [cells_like(seed=i, **NEIGHBOURS[name]) for i, name in enumerate(names)]
+    texts = [table(headings=WITHOUT_RUN, cells=own) for own in cells]
+    contents = [Content("a.csv", text.encode()) for text in texts]
+    together = read_ordinary(contents, {}, engine)
+    for name, content, records in zip(names, contents, together, strict=True):
+        assert (records is not None) == (name in TAKEN)
+        if records is not None:
+            assert_same(records, general(content.data))
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@settings(max_examples=30, deadline=None)
+@given(names=_SOME)
+def test_neighbours_in_one_table_change_nothing(engine, names):
+    cells = [
+        (f"S{i}", *row)
+        for i, name in enumerate(names)
+        for row in cells_like(seed=i, **NEIGHBOURS[name])
+    ]
+    text = table(header="# unit: mA\n", headings="serial," + WITHOUT_RUN, cells=cells)
+    records = read_ordinary([Content("a.csv", text.encode())], {}, engine)[0]
+    if records is not None:
+        assert_same(records, general(text.encode()))
+    assert (records is not None) == TAKEN.issuperset(names)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_records_of_one_plan_share_its_arrays(engine):
+    texts = [
+        table(headings=WITHOUT_RUN, cells=cells_like(seed=seed, hotter=hotter))
+        for seed, hotter in ((1, 0.0), (2, 0.0), (3, 0.25))
+    ]
+    contents = [Content("a.csv", text.encode()) for text in texts]
+    one, same, hotter = (own[0] for own in read_ordinary(contents, {}, engine))
+    for name in ("angle", "stroke", "position", "run", "mounting"):
+        assert getattr(one, name) is getattr(same, name) is getattr(hotter, name)
+    assert one.temperature is same.temperature
+    assert hotter.temperature[0] == 20.25
+
+
+@pytest.mark.parametrize("size", [-1, 0, 5, 100_000, 200_000, 300_000])
+def test_files_are_read_whole_whatever_their_size_was(tmp_path, size):
+    path = tmp_path / "a.csv"
+    path.write_bytes(bytes(range(200)) * 1000)
+    assert read_bytes(str(path), size) == path.read_bytes()
 
 
 @pytest.mark.parametrize("engine", ENGINES)

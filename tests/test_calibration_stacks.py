@@ -128,6 +128,13 @@ def test_what_makes_another_plan():
     assert plans([record, *others, record]) == [[0, 6], [1], [2], [3], [4], [5]]
 
 
+def test_equal_arrays_make_a_plan_whether_or_not_they_are_the_same():
+    (record,) = records(1)
+    equal = replace(record, angle=record.angle.copy(), stroke=record.stroke.copy())
+    turned = replace(record, angle=record.angle + 1e-9)
+    assert plans([record, equal, turned, record, equal]) == [[0, 1, 3, 4], [2]]
+
+
 def test_many_records_of_a_plan_come_in_parts(monkeypatch):
     monkeypatch.setattr(plan, "_AT_A_TIME", 2)
     given = records(5)

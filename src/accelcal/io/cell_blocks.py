@@ -24,8 +24,10 @@ __all__ = [
     "read_engine",
 ]
 
+_WHOLE = frozenset({"position", "stroke"})
 _PLAIN = b"0123456789.,+-eE\n"
 _LETTERS = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_/:()"
+_NOTHING = (b"\n\n", b"\n,", b",,", b",\n")
 _LABEL = (_PLAIN + _LETTERS).translate(None, b",\n")
 
 
@@ -114,7 +116,7 @@ def parse_cells(
 
 
 def is_plain(body: bytes, roles: Sequence[str], labels: Collection[str]) -> bool:
-    r"""Tell whether rows may be such as `parse_cells` reads, as far as bytes tell.
+    r"""Tell whether rows may be such as `parse_cells` reads, and no cell is empty.
 
     Parameters
     ----------
@@ -124,17 +126,17 @@ def is_plain(body: bytes, roles: Sequence[str], labels: Collection[str]) -> bool
     Returns
     -------
     bool
-        False where one of them is certainly not.
+        False where one of them is certainly not, as far as bytes tell.
 
     Examples
     --------
     >>> is_plain(b"a,1\n", ["run", "output"], {"run"}), is_plain(b"1\n", ["run", "output"], {"run"})
     (True, False)
     """
+    rows = b"\n" + body
     return (
         _has_plain_characters(body, roles, labels)
-        and not body.startswith(b"\n")
-        and b"\n\n" not in body
+        and not any(nothing in rows for nothing in _NOTHING)
         and body.count(b",") == (len(roles) - 1) * body.count(b"\n")
     )
 
@@ -210,8 +212,9 @@ def _by_pyarrow(body: bytes, roles: Sequence[str], labels: Collection[str]) -> C
     import pyarrow as pa
     from pyarrow import csv
 
-    text = pa.dictionary(pa.int32(), pa.string())
-    types = {role: text if role in labels else pa.float64() for role in roles}
+    whole = [role for role in roles if role in _WHOLE]
+    types = dict.fromkeys(roles, pa.float64()) | dict.fromkeys(whole, pa.binary())
+    types |= dict.fromkeys(labels, pa.dictionary(pa.int32(), pa.string()))
     try:
         table = csv.read_csv(
             pa.BufferReader(body),
@@ -219,9 +222,25 @@ def _by_pyarrow(body: bytes, roles: Sequence[str], labels: Collection[str]) -> C
             csv.ParseOptions(quote_char=False, ignore_empty_lines=False),
             csv.ConvertOptions(column_types=types, null_values=[], strings_can_be_null=False),
         )
+        numbers = {role: _numbers_of_text(table.column(role).combine_chunks()) for role in whole}
     except pa.ArrowInvalid as error:
         raise Unreadable from error
-    return cells_of_arrow(table, roles, labels)
+    others = [role for role in roles if role not in _WHOLE]
+    cells = cells_of_arrow(table.select(others), others, labels)
+    cells.numbers.update(numbers)
+    return cells
+
+
+def _numbers_of_text(cells: Any) -> NDArray[np.float64]:
+    """Numbers, which mostly have one digit each: so they take a fifth of the time."""
+    import pyarrow as pa
+
+    _, bounds, text = cells.buffers()
+    if (np.diff(np.frombuffer(bounds, np.int32, len(cells) + 1)) == 1).all():
+        digits = np.frombuffer(text, np.uint8, len(cells)) - np.uint8(ord("0"))
+        if digits.max() <= 9:
+            return digits.astype(np.float64)
+    return _values_of_arrow(cells.cast(pa.string()).cast(pa.float64()))
 
 
 def _by_numpy(body: bytes, roles: Sequence[str], labels: Collection[str]) -> CellBlock:

@@ -25,7 +25,7 @@ from accelcal.io.cell_blocks import (
     read_engine,
 )
 from accelcal.io.columns import CONSTANTS
-from accelcal.io.declarations import Declarations, declarations
+from accelcal.io.declarations import declarations
 from accelcal.io.layout import Layout, read_layout
 from accelcal.io.ordinary_rows import Group, Plain, Rules, records_of
 from accelcal.io.text import SourceText
@@ -189,7 +189,8 @@ class _Shared(NamedTuple):
     """What tables with the same headings and the same numbers in their header lines share."""
 
     rules: Rules
-    declared: Declarations
+    fields: Mapping[str, Any]  # of the record
+    metadata: Mapping[str, str]  # in other words than the header line
 
 
 class _Heads:
@@ -197,22 +198,29 @@ class _Heads:
 
     def __init__(self, overrides: Mapping[str, Any]) -> None:
         self._overrides = overrides
+        self._serial = overrides.get("serial")
         self._known: dict[Any, _Shared | None] = {}
 
     def plain(self, content: Content) -> tuple[Rules, Plain] | None:
         """Take a table apart; None where it is out of the ordinary."""
-        name, data, skipped = content
-        split = _split(data)
+        split = _split(content.data)
         understood = None if split is None else self.understood(split[0])
         if split is None or understood is None:
             return None
         declared, shared = understood
-        fields = _own_fields(declared, shared, self._overrides.get("serial"))
-        if fields is None:
-            return None
-        fields["source"] = name
-        # of many files: OpenSSL, which `sha256_of` may do without, is worth its loading
-        fields["sha256"] = sha256(data).hexdigest() if skipped is None else None
+        serial = self._serial or declared.get("serial")
+        if serial is not None and "serial" in shared.rules.roles:
+            return None  # two may be declared
+        name, data, skipped = content
+        fields = {
+            **shared.fields,
+            "serial": serial,
+            "date": declared.get("date"),
+            "metadata": _metadata(declared, shared.metadata),
+            "source": name,
+            # of many files: OpenSSL, which `sha256_of` may do without, is worth its loading
+            "sha256": sha256(data).hexdigest() if skipped is None else None,
+        }
         head, body = split
         line = head.count("\n") + 1 + (skipped or 0)
         return shared.rules, Plain(body, body.count(b"\n"), line, fields)
@@ -280,7 +288,8 @@ def _shared(
         return None
     time = next((h.unit for h in layout.headings if h.role == "time"), None)
     factor = TIME_UNITS.get((time or "s").casefold(), 1.0)
-    return _Shared(Rules(roles, declared.record["positions"], factor), declared)
+    rules = Rules(roles, declared.record["positions"], factor)
+    return _Shared(rules, {**declared.record, "notes": ()}, declared.metadata)
 
 
 def _roles(headings: Sequence[Heading]) -> tuple[str, ...] | None:
@@ -319,16 +328,5 @@ def _one_unit(layout: Layout, overrides: Mapping[str, Any]) -> str | None:
     return units.pop() if units else None
 
 
-def _own_fields(
-    declared: Mapping[str, str], shared: _Shared, given: str | None
-) -> dict[str, Any] | None:
-    """Fields of the record but for its readings; None where two serials may be declared."""
-    serial = given or declared.get("serial")
-    if serial is not None and "serial" in shared.rules.roles:
-        return None
-    read = shared.declared.metadata
-    metadata = {
-        key: read.get(key, value) for key, value in declared.items() if key not in _OF_RECORD
-    }
-    own = {"serial": serial, "date": declared.get("date"), "metadata": metadata, "notes": ()}
-    return {**shared.declared.record, **own}
+def _metadata(declared: Mapping[str, str], worded: Mapping[str, str]) -> dict[str, str]:
+    return {key: worded.get(key, text) for key, text in declared.items() if key not in _OF_RECORD}
