@@ -8,9 +8,17 @@ number of threads of the linear algebra to one::
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/batch.py --runs 11
 
-Tried and left: products with the whole design in the layout of the readings, which take about as
-long as the transposition with the means, but do not serve tables with gaps; and smaller blocks, as
-each operation takes a microsecond to begin with.
+Tried and left, as it is slower or gains next to nothing:
+
+- products with the whole design in the layout of the readings, which take longer than transposing
+  them and their means, and do not serve tables with gaps;
+- smaller blocks, as each operation takes a microsecond to begin with, and larger ones, which do
+  not stay in the cache; two threads lose in blocks of any size, however often they take turns;
+- transposing by a product, together with the subtraction of the reference, or without reading the
+  memory in order beforehand; telling gaps by a dot product instead of the maximum, which copies
+  readings whose columns lie together;
+- the sums of replicates by a product with ones, and those of their squares by one with the
+  precisions; the two parts of the design in one product.
 """
 
 from __future__ import annotations
@@ -21,6 +29,7 @@ import platform
 import time
 import tracemalloc
 from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import version
 from statistics import median
 
@@ -154,11 +163,17 @@ def growth(count: int, runs: int) -> None:
     times = medians(jobs, runs)
     print(f"\n{count} tables for {count // 10}: time x {times['whole'] / times['a tenth']:.2f}")
     for name, y in (("a tenth", few), ("whole", many)):
-        tracemalloc.start()
-        found = estimate_tables(y, ANGLES)
-        peak = tracemalloc.get_traced_memory()[1] - sum(a.nbytes for a in found[1:5])
-        tracemalloc.stop()
-        print(f"peak memory beside readings and results, {name}: {peak / 1e6:.2f} MB")
+        print(f"peak memory beside readings and results, {name}: {worked_in(y) / 1e6:.2f} MB")
+
+
+def worked_in(y: np.ndarray) -> int:
+    """Peak memory beside readings and results [bytes], in a thread that has none from before."""
+    tracemalloc.start()
+    with ThreadPoolExecutor(1) as pool:
+        found = pool.submit(estimate_tables, y, ANGLES).result()
+    peak = tracemalloc.get_traced_memory()[1] - sum(a.nbytes for a in found[1:5])
+    tracemalloc.stop()
+    return peak
 
 
 def machine() -> str:

@@ -81,6 +81,24 @@ def test_the_last_digit_of_a_table_is_the_same_in_every_block_of_its_width():
     assert_array_equal(one.residual_rms[_BLOCK:], other.residual_rms[_BLOCK:])
 
 
+@pytest.mark.parametrize("robust", [False, True])
+@pytest.mark.parametrize("gaps", [0.0, 0.02])
+def test_the_width_of_a_block_does_not_matter(monkeypatch, gaps, robust):
+    """Nor do the pieces in which a block is transposed and multiplied."""
+    y = with_gaps(readings(3000), gaps)
+    wide = estimate_tables(y, ANGLES, robust=robust)
+    monkeypatch.setattr("accelcal.estimate.stacked_tables._READINGS", 37 * ANGLES.size)
+    narrow = estimate_tables(y, ANGLES, robust=robust)
+    assert_same_numbers(narrow, wide, 1e-15 if robust else 0.0)
+
+
+def test_a_table_of_more_readings_than_a_block_may_have(monkeypatch):
+    monkeypatch.setattr("accelcal.estimate.stacked_tables._READINGS", ANGLES.size - 1)
+    y = readings(3)
+    alone = joined([estimate_tables(row[None], ANGLES) for row in y])
+    assert_same_numbers(estimate_tables(y, ANGLES), alone)
+
+
 @pytest.mark.parametrize("lacking", [1, 600, 1900])
 def test_tables_with_gaps_do_not_change_those_without(lacking):
     """Neither few nor most of a block."""

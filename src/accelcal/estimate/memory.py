@@ -28,6 +28,8 @@ class Memory(threading.local):
     >>> small, other = memory.array("fit", (2, 3)), memory.array("rest", (2, 3))
     >>> np.shares_memory(small, memory.array("fit", (6,))), np.shares_memory(small, other)
     (True, False)
+    >>> small.ctypes.data % 64
+    0
     """
 
     def __init__(self) -> None:
@@ -47,7 +49,7 @@ class Memory(threading.local):
 
 
 def _aligned(size: int, dtype: DTypeLike) -> NDArray[Any]:
-    """Array that begins with a line of the cache, or half of all vectors would lie in two lines."""
+    """Array that begins with a line of the cache; else vectors are read from two lines each."""
     item = np.dtype(dtype).itemsize
     room = np.empty(size * item + _LINE, np.uint8)
     start = -room.ctypes.data % _LINE

@@ -39,7 +39,8 @@ _MEMORY = Memory()
 
 _MANY = 0.5  # where a larger share of a stack has gaps, the rest is solved in the same way
 
-_THIN = 2048  # tables in a product that the library takes by its quick way for small ones
+# Multiplications in a product; OpenBLAS shares more among threads that wait for one another.
+_ALONE = 2**18
 
 _WELL_CONDITIONED = 100.0  # below it, one correction from the residuals is enough
 
@@ -242,7 +243,7 @@ class LeastSquares:
         right += means.sums
         right *= residual
         right += means.squares
-        squares = self._precision @ right
+        squares = np.einsum("g,gt->t", self._precision, right)  # a product may use threads
         squares -= np.einsum("it,it->t", seen, seen)
         np.maximum(squares, 0.0, out=squares)
         coefficients = np.multiply(x, 1.0 / self._scale[:, None])
@@ -260,10 +261,7 @@ class LeastSquares:
         products = rows[:, :, None] * rows[:, None, :] * self._precision[:, None, None]
         normal = products.reshape(-1, size**2).T
         left = _MEMORY.array("normal equations", (2 * size, size, tables))
-        sums = left[:size].reshape(-1, tables)
-        for at in range(0, tables, _THIN):
-            thin = slice(at, at + _THIN)
-            np.matmul(normal, weight[:, thin], out=sums[:, thin])
+        _multiply(normal, weight, left[:size].reshape(-1, tables))
         left[size:] = self._back[:, :, None]
         diagonal = np.einsum("iit->it", left[:size])
         clear = _CLEAR_PIVOT * diagonal
@@ -299,6 +297,14 @@ class LeastSquares:
 
     def _through_triangle(self, right: Array) -> Array:
         return np.asarray(np.linalg.solve(self._triangle, right.T).T)
+
+
+def _multiply(matrix: Array, values: Array, out: Array) -> None:
+    """Product with values of many tables, shape (k, T), by one thread."""
+    step = max(_ALONE // matrix.size, 1)
+    for at in range(0, values.shape[1], step):
+        some = slice(at, at + step)
+        np.matmul(matrix, values[:, some], out=out[:, some])
 
 
 def _determined(normal: Array) -> NDArray[np.bool_]:
