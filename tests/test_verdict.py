@@ -14,6 +14,7 @@ from scipy import stats
 
 import accelcal
 from accelcal.cli.main import main
+from accelcal.conformity import in_unit
 from accelcal.errors import InputError, TableError
 from accelcal.io.specification import read_specification
 from accelcal.results.calibration import Calibration
@@ -235,6 +236,19 @@ def test_without_uncertainty_only_simple_acceptance_passes():
     assert outcome_of_bias(calibration, limit) == "undecided"
     assert outcome_of_bias(calibration, limit, "simple acceptance") == "pass"
     assert outcome_of_bias(calibration, Limit("bias", "mg", maximum=3.0)) == "fail"
+
+
+@given(st.floats(1e-11, 1e11), st.sampled_from([1.0, -1.0]))
+def test_values_are_judged_by_twelve_digits(value, sign):
+    (rounded,) = in_unit(np.array([sign * value]), 1.0)
+    expected = sign * float(f"{value:.12g}")
+    assert abs(rounded - expected) <= 1.01e-11 * value  # at a tie either will do
+    assert float(f"{rounded:.12g}") == rounded
+
+
+def test_what_is_nothing_or_out_of_all_sizes_is_judged_as_it_is():
+    odd = np.array([0.0, np.nan, np.inf, -np.inf, 1.0 / 3e15, 1e20 / 3.0])
+    np.testing.assert_array_equal(in_unit(odd, 1.0), odd)
 
 
 def test_the_limit_itself_is_kept():

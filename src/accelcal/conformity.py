@@ -53,6 +53,8 @@ _FAIL, _UNDECIDED, _NOT_TESTED, _PASS = map(
     OUTCOMES.index, ("fail", "undecided", "not tested", "pass")
 )
 
+_TENS = np.array([10.0**decimals for decimals in range(23)])  # those that a double holds exactly
+
 
 class Found(NamedTuple):
     """A quantity in R calibrations.
@@ -222,10 +224,20 @@ def in_unit(values: Array, factor: float) -> Array:
     Returns
     -------
     ndarray
-        The same in the unit of the limit, by 12 digits, so that 500e-6 is 500 ppm and not a little
-        more.
+        The same in the unit of the limit, by 12 digits from 1e-11 to 1e12, so that 500e-6 is
+        500 ppm and not a little more.
+
+    Examples
+    --------
+    >>> in_unit(np.array([500e-6, 1.0 / 3.0]), 1e-6).tolist()
+    [500.0, 333333.333333]
     """
-    return np.array([float(f"{value:.12g}") for value in (values / factor).tolist()])
+    found = np.asarray(values / factor)
+    size = np.abs(found)
+    decimals = 11.0 - np.floor(np.log10(np.where(size > 0.0, size, 1.0)))
+    usual = (decimals >= 0.0) & (decimals < _TENS.size)
+    tens = _TENS[np.where(usual, decimals, 0.0).astype(np.intp)]
+    return np.where(usual, np.rint(found * tens) / tens, found)
 
 
 def _decided(limit: Limit, value: Array, expanded: Array, guard_band: float) -> Codes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import compress
 from typing import NamedTuple
 
@@ -61,10 +62,10 @@ def verdicts_of(
     found = list(conformity(specification, _measured(stack, tables)))
     outcome = np.array([np.where(each.holds, each.outcome, len(OUTCOMES)) for each in found])
     names = [each.limit.name for each in found]
-    failed = (outcome == OUTCOMES.index("fail")).T.tolist()
+    told = cache(lambda *failed: JOINT.join(dict.fromkeys(compress(names, failed))))
     return StackVerdicts(
         [OUTCOMES[worst] for worst in outcome.min(axis=0).tolist()],
-        [JOINT.join(dict.fromkeys(compress(names, own))) for own in failed],
+        list(map(told, *(outcome == OUTCOMES.index("fail")).tolist())),
     )
 
 
