@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 # Tables at a time. To broadcast, numpy copies rows of up to 4096, half its buffer; OpenBLAS leaves
 # products of 6 coefficients at 9 positions to one thread for up to 4854.
 _BLOCK = 4800
-_ROBUST_BLOCK = 1024  # a robust fit works on all pairs of replicates, so fewer fill the cache
+_ROBUST_BLOCK = 2048  # a robust fit works on all pairs of replicates, so fewer fill the cache
 _READINGS = 500_000  # at a time at most, 4 MB
 
 
