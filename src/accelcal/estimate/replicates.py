@@ -36,8 +36,8 @@ class Means(NamedTuple):
     ----------
     reference : ndarray, shape (g, T)
         A value near the readings.
-    weight : ndarray, shape (g, T)
-        Sum of the weights; not to be written to.
+    weight : ndarray, shape (g, T) or (1, 1)
+        Sum of the weights, or that of all rows where no table has a gap.
     sums : ndarray, shape (g, T)
         Weighted sum of the differences of the readings to the reference.
     squares : ndarray, shape (g, T)
@@ -61,7 +61,7 @@ class Means(NamedTuple):
         """Those of tables without gaps, shape (m, g, T), overwritten, about one reading."""
         first, others = strokes[0], strokes[1:]
         others -= first
-        weight = np.broadcast_to(float(len(strokes)), first.shape)
+        weight = np.full((1, 1), float(len(strokes)))
         readings = np.full(strokes.shape[2], strokes.shape[0] * strokes.shape[1])
         return cls(first, weight, *_summed(others, others), readings)
 
