@@ -73,7 +73,11 @@ def parquet_frame(
 
     schema = _schema(kinds)
     texts = [name for name, column in kinds.items() if column.kind == "text"]
-    options = {"compression": "zstd", "use_dictionary": texts}  # numbers hardly repeat
+    options = {
+        "compression": "snappy",  # which every reader of Parquet knows
+        "use_dictionary": texts,  # numbers hardly repeat
+        "write_statistics": ["serial", "date"],  # by these rows are looked for
+    }
     waiting: list[Any] = []
     with pq.ParquetWriter(file, schema, **options) as writer:
 
