@@ -295,6 +295,16 @@ def test_records_of_one_plan_share_its_arrays(engine):
     assert hotter.temperature[0] == 20.25
 
 
+@pytest.mark.parametrize("engine", ENGINES)
+def test_minus_zero_is_another_temperature(engine):
+    cells = [list(row) for row in rows(temperatures=(0.0, 60.0))]
+    plus = table(cells=cells)
+    minus = table(cells=[["-0.0" if row[0] == 0.0 else row[0], *row[1:]] for row in cells])
+    contents = [Content("a.csv", text.encode()) for text in (plus, minus)]
+    signs = [np.signbit(own[0].temperature[0]) for own in read_ordinary(contents, {}, engine)]
+    assert signs == [False, True]
+
+
 @pytest.mark.parametrize("size", [-1, 0, 5, 100_000, 200_000, 300_000])
 def test_files_are_read_whole_whatever_their_size_was(tmp_path, size):
     path = tmp_path / "a.csv"

@@ -83,12 +83,15 @@ def read_files(
     if isinstance(ordinary, str):  # a bug, which the general reader need not have
         ordinary = [None] * len(files)
     for index, (file, read) in enumerate(zip(files, ordinary, strict=True)):
-        records: Records | str | None = read
-        if records is None:
-            records = attempt(file.path, _read, file.path, overrides)
-        if isinstance(records, str) and _is_result(_content(file).data):
-            records = _OWN.format(file.path)
+        records = _read_by_itself(file, overrides) if read is None else read
         yield from _found(index, file.path, records)
+
+
+def _read_by_itself(file: SourceFile, overrides: Mapping[str, Any]) -> Records | str:
+    records = attempt(file.path, _read, file.path, overrides)
+    if isinstance(records, str) and _is_result(_content(file).data):
+        return _OWN.format(file.path)
+    return records
 
 
 def _content(file: SourceFile) -> Content:

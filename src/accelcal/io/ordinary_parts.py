@@ -165,13 +165,13 @@ def leading_of(stretches: Stretches, columns: Sequence[NDArray[Any]]) -> Leading
     ----------
     stretches : Stretches
         All stretches.
-    columns : sequence of ndarray
+    columns : sequence of ndarray of int or float
         What they may differ in, one entry a row.
 
     Returns
     -------
     Leading
-        Those that do. They are all where most of the stretches differ in size.
+        Those that do, and those that have not as many rows as most.
 
     Examples
     --------
@@ -188,10 +188,11 @@ def leading_of(stretches: Stretches, columns: Sequence[NDArray[Any]]) -> Leading
 def _repeats(stretches: Stretches, columns: Sequence[NDArray[Any]]) -> Mask:
     """Mask of the stretches that have the usual size and are as the one before."""
     size = stretches.size
-    usual = int(np.median(size))
+    usual = int(np.sort(size)[size.size // 2])
     again = np.concatenate([[False], (size[1:] == usual) & (size[:-1] == usual)])
     if again.any():
         same = np.zeros(columns[0].size, dtype=bool)
-        same[usual:] = np.logical_and.reduce([c[usual:] == c[:-usual] for c in columns])
+        bits = [column.view(np.int64) for column in columns]  # in which -0 is not 0
+        same[usual:] = np.logical_and.reduce([b[usual:] == b[:-usual] for b in bits])
         again &= np.logical_and.reduceat(same, stretches.start)
     return again
