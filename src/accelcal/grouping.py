@@ -179,6 +179,7 @@ def decimal_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
     >>> decimal_steps(np.array([[1.2503, -0.71], [1.0, 1.0 / 3.0]])).tolist()
     [0.0001, 0.0]
     """
+    values = np.asfortranarray(values)  # short rows take three times as long to go through
     size = _STEPS_IN_ONE[:, None] * np.abs(values).max(axis=1)
     few = np.multiply.outer(_STEPS_IN_ONE, values.T[:_GLANCE])
     # a hundred steps or more, or all small values would be multiples of a large step
