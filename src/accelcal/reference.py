@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from accelcal.arguments import check_number
 from accelcal.errors import InputError
@@ -13,8 +14,12 @@ __all__ = [
     "declared_fixture_angle",
     "fixture_angle",
     "has_reference_temperature",
+    "level_of",
     "reference_temperature_of",
+    "usual_reference",
 ]
+
+Array = NDArray[np.float64]
 
 _USUAL_TEMPERATURE = 20.0
 
@@ -103,7 +108,50 @@ def reference_temperature_of(record: TumbleRecord, given: float | None = None) -
         return given
     if record.reference_temperature is not None:
         return record.reference_temperature
-    known = np.isfinite(record.temperature)
-    runs = (record.temperature[known & (record.run == i)] for i in range(len(record.run_labels)))
-    levels = [float(run.mean()) for run in runs if run.size]
-    return min(levels, key=lambda level: abs(level - _USUAL_TEMPERATURE), default=None)
+    runs = range(len(record.run_labels))
+    levels = [level_of(record.temperature[None, record.run == run])[0] for run in runs]
+    usual = float(usual_reference(np.array(levels)))
+    return None if np.isnan(usual) else usual
+
+
+def usual_reference(levels: Array) -> Array:
+    """Take the level nearest to 20 degC.
+
+    Parameters
+    ----------
+    levels : ndarray, shape (..., m)
+        Levels of m runs, NaN where unknown [degC].
+
+    Returns
+    -------
+    ndarray, shape (...)
+        The first of the nearest; NaN where none is known [degC].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> usual_reference(np.array([[60.0, 21.0], [np.nan, -40.0]])).tolist()
+    [21.0, -40.0]
+    """
+    away = np.where(np.isnan(levels), np.inf, np.abs(levels - _USUAL_TEMPERATURE))
+    nearest = away.argmin(axis=-1)[..., None]
+    return np.asarray(np.take_along_axis(levels, nearest, axis=-1)[..., 0])
+
+
+def level_of(temperatures: Array) -> Array:
+    """Mean of the temperatures of readings, as far as they are known.
+
+    Parameters
+    ----------
+    temperatures : ndarray, shape (R, n)
+        Temperatures of n readings in each of R records, NaN where unknown [degC].
+
+    Returns
+    -------
+    ndarray, shape (R,)
+        The level; NaN where nothing is known [degC].
+    """
+    known = np.isfinite(temperatures)
+    number = known.sum(axis=1)
+    total = np.where(known, temperatures, 0.0).sum(axis=1)
+    return np.where(number > 0, total / np.maximum(number, 1), np.nan)

@@ -13,7 +13,12 @@ from numpy.typing import NDArray
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import is_usable
 from accelcal.record import TumbleRecord
-from accelcal.reference import declared_fixture_angle, reference_temperature_of
+from accelcal.reference import (
+    declared_fixture_angle,
+    level_of,
+    reference_temperature_of,
+    usual_reference,
+)
 
 __all__ = ["OnePlan", "plans_of"]
 
@@ -79,14 +84,27 @@ class OnePlan(NamedTuple):
             for name in ("output", "temperature")
         )
         temperatures = tuple(temperature[:, mask] for mask in masks)
-        levels = np.stack([_mean_of_known(t) for t in temperatures], axis=1)
+        levels = np.stack([level_of(t) for t in temperatures], axis=1)
         outputs = tuple(output[:, mask] for mask in masks)
         return cls(records, outputs, temperatures, levels, masks)
 
     def references(self, given: float | None = None) -> Array:
         """T0 of each record, shape (R,), see `reference_temperature_of`; NaN where unknown."""
-        found = [reference_temperature_of(record, given) for record in self.records]
-        return np.array(found, dtype=np.float64)  # None becomes NaN
+        if given is not None:
+            return np.full(len(self.records), reference_temperature_of(self.records[0], given))
+        declared = [record.reference_temperature for record in self.records]
+        found = np.array(declared, dtype=np.float64)  # None becomes NaN
+        if not np.isnan(found).any():
+            return found
+        return np.where(np.isnan(found), usual_reference(self._levels_of_runs()), found)
+
+    def _levels_of_runs(self) -> Array:
+        """Level of each run of each record, shape (R, runs)."""
+        run_of = self.records[0].run
+        tables: dict[int, list[Array]] = {}
+        for mask, own in zip(self.masks, self.temperatures, strict=True):
+            tables.setdefault(int(run_of[mask.argmax()]), []).append(own)
+        return np.stack([level_of(np.concatenate(tables[i], axis=1)) for i in sorted(tables)], 1)
 
     def of_records(self, places: NDArray[np.intp]) -> OnePlan:
         """Return some of the records."""
@@ -175,11 +193,3 @@ def _level_keys(levels: Array) -> list[bytes]:
     group = np.where(np.isnan(levels), np.nan, np.take_along_axis(level, rank, axis=1))
     whole = np.concatenate([np.nan_to_num(sign).reshape(len(levels), -1), group], axis=1)
     return [row.tobytes() for row in np.nan_to_num(whole, nan=-9.0).astype(np.int8)]
-
-
-def _mean_of_known(values: Array) -> Array:
-    """Mean of each row without its NaN; NaN where there is nothing else."""
-    known = np.isfinite(values)
-    number = known.sum(axis=1)
-    total = np.where(known, values, 0.0).sum(axis=1)
-    return np.where(number > 0, total / np.maximum(number, 1), np.nan)
