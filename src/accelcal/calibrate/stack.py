@@ -85,7 +85,8 @@ class CalibrationStack:
             As `accelcal.fit` gives it.
         """
         own = self.plan.records[record]
-        tables = [t._replace(record=r) for t, r in zip(self.tables, own.tables(), strict=True)]
+        parts = own.tables() if record else (table.record for table in self.tables)
+        tables = [t._replace(record=r) for t, r in zip(self.tables, parts, strict=True)]
         gates = [tuple(g.gate(start + record) for g in found) for found, start in self.gates]
         estimate = self.estimate.one(record)
         known, laws = self._correction_of(record), self.laws_of(record)
