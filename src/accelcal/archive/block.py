@@ -13,6 +13,7 @@ from accelcal.archive.cells import Columns
 from accelcal.archive.columns import LAWS, ROWS
 from accelcal.archive.fitting import fit_records
 from accelcal.archive.formats import encode
+from accelcal.archive.memory import keep_freed_memory
 from accelcal.archive.parts import Part
 from accelcal.archive.reading import Failure, Found, read_files, read_part
 from accelcal.archive.settings import Settings
@@ -98,6 +99,7 @@ def work(block: Block, settings: Settings, form: str) -> Outcome:
     Outcome
         The encoded rows.
     """
+    keep_freed_memory()
     found = fit_block(block, settings)
     tables, laws = encode(found.tables, ROWS, form), encode(found.laws, LAWS, form)
     return Outcome(tables, laws, *found[2:])

@@ -192,7 +192,7 @@ def _repeats(stretches: Stretches, columns: Sequence[NDArray[Any]]) -> Mask:
     again = np.concatenate([[False], (size[1:] == usual) & (size[:-1] == usual)])
     if again.any():
         same = np.zeros(columns[0].size, dtype=bool)
-        bits = [column.view(np.int64) for column in columns]  # in which -0 is not 0
+        bits = [c.view(f"i{c.itemsize}") for c in columns]  # in which -0 is not 0
         same[usual:] = np.logical_and.reduce([b[usual:] == b[:-usual] for b in bits])
         again &= np.logical_and.reduceat(same, stretches.start)
     return again
