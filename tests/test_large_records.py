@@ -51,6 +51,13 @@ def test_many_strokes_take_little_memory():
     assert found.tables[0].gates
 
 
+def test_a_robust_fit_takes_little_memory():
+    """All pairs of 3000 strokes would take 600 MB, and a matrix of readings by positions 50 MB."""
+    for record in (simulated(strokes=3000), simulated(1500, 3)):
+        _, peak = peak_of(record, robust=True)
+        assert peak < 60e6
+
+
 @pytest.mark.parametrize("fault", ["swapped", "sign"])
 def test_faults_among_many_strokes_take_little_memory(fault):
     """The faults are found, and the search for them keeps no more."""

@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 from tumble_oracle import AL15, Apparatus, forward, record, turn
 
 from accelcal.errors import DesignError
+from accelcal.estimate import robust
 from accelcal.estimate.joint import estimate_jointly
 from accelcal.estimate.robust import pseudo_values
 from accelcal.estimate.tables import prepare
@@ -141,3 +142,15 @@ def test_a_reading_declared_bad_is_no_outlier():
     bad = sigma > SIGMA
     kept = pseudo_values(y, PLACES, sigma)[bad] - forward(AL15, ANGLES)[bad]
     assert np.std(kept) > 50 * SIGMA
+
+
+@pytest.mark.parametrize("replicates", [66, 67, 300, 1001])
+def test_some_pairs_of_many_replicates_tell_the_scale_as_all(replicates, monkeypatch):
+    y = np.random.default_rng(1).standard_normal((5, 2 * replicates))
+    y[:, ::20] += 50.0
+    arguments = y, np.full(y.shape, 2.0), [np.arange(replicates), np.arange(replicates, y.shape[1])]
+    some = robust._scale(*arguments)
+    monkeypatch.setattr(robust, "_PARTNERS", replicates)
+    every = robust._scale(*arguments)
+    assert_allclose(some, every, rtol=0.02 if replicates > 66 else 0.0)
+    assert robust._pairs(7)[0].size == 21

@@ -16,11 +16,13 @@ median would be a third too small for three strokes.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from accelcal.errors import DesignError
-from accelcal.grouping import grouped
+from accelcal.grouping import grouped, sums_of_groups
 
 __all__ = ["pseudo_values"]
 
@@ -28,6 +30,7 @@ Array = NDArray[np.float64]
 
 _BEND = 1.345  # 95 % efficiency on normal errors (Huber 1981)
 _NORMAL_PAIRS = 1.0483  # standard deviation of a normal distribution over that median difference
+_PARTNERS = 32  # so many times as many pairs as replicates tell their scale as well as all
 _SETTLED = 1e-9  # a step smaller than this, in standard deviations of a centre, is the last
 
 
@@ -59,9 +62,10 @@ def pseudo_values(
 
     Notes
     -----
-    All positions of a table share one scale. Of two readings at a position nothing tells which one
-    is wrong, so an outlier is made harmless only where there are three or more. Where more than
-    half of all pairs of replicates are equal, each position takes its median.
+    All positions of a table share one scale, from the differences of all pairs of replicates, or
+    where a position has more than 66, of each with 64 of the others. Of two readings at a position
+    nothing tells which one is wrong, so an outlier is made harmless only where there are three or
+    more. Where more than half of all these pairs are equal, each position takes its median.
 
     Examples
     --------
@@ -82,21 +86,31 @@ def pseudo_values(
     scale = _scale(y, weight, places)
     unit = weight / np.where(scale > 0.0, scale, np.inf)  # without a scale the medians stay
     medians = np.concatenate([_medians(y[:, place]) for place in places], axis=1)
-    at = np.equal(index[:, None], np.arange(members.size)).astype(np.float64)
-    centre = _settled(np.nan_to_num(y), unit, np.nan_to_num(medians), at, iterations) @ at.T
-    return np.asarray(np.where(np.isnan(y), np.nan, _pseudo(y, unit, centre, at))).reshape(
-        output.shape
-    )
+    cells = _Cells(index, members)
+    centre = _settled(np.nan_to_num(y), unit, np.nan_to_num(medians), cells, iterations)
+    pseudo = _pseudo(y, unit, centre[:, index], cells)
+    return np.asarray(np.where(np.isnan(y), np.nan, pseudo)).reshape(output.shape)
 
 
-def _settled(y: Array, unit: Array, centre: Array, at: Array, rounds: int) -> Array:
+class _Cells(NamedTuple):
+    """Replicates: the cell of each reading, and how many each cell has."""
+
+    cell: NDArray[np.intp]
+    members: NDArray[np.intp]
+
+    def sums(self, values: Array) -> Array:
+        """Sum over the readings of each cell, from shape (T, n) to shape (T, cells)."""
+        return sums_of_groups(values.T, self.cell, self.members).T
+
+
+def _settled(y: Array, unit: Array, centre: Array, cells: _Cells, rounds: int) -> Array:
     """M-estimate of the centre of each cell, shape (T, cells); what has settled moves no more."""
-    information = np.maximum(unit**2 @ at, np.finfo(float).tiny)
+    information = np.maximum(cells.sums(unit**2), np.finfo(float).tiny)
     moving = np.arange(len(y))
     for _ in range(rounds):
         u = unit[moving]
-        bent = np.clip(u * (y[moving] - centre[moving] @ at.T), -_BEND, _BEND)
-        step = (u * bent) @ at / information[moving]
+        bent = np.clip(u * (y[moving] - centre[moving][:, cells.cell]), -_BEND, _BEND)
+        step = cells.sums(u * bent) / information[moving]
         centre[moving] += step
         far = np.abs(step) * np.sqrt(information[moving]) >= _SETTLED
         moving = moving[far.any(axis=1)]
@@ -105,11 +119,11 @@ def _settled(y: Array, unit: Array, centre: Array, at: Array, rounds: int) -> Ar
     return centre
 
 
-def _pseudo(y: Array, unit: Array, centre: Array, at: Array) -> Array:
+def _pseudo(y: Array, unit: Array, centre: Array, replicates: _Cells) -> Array:
     residual = unit * (y - centre)
     known = unit > 0.0
     readings = np.maximum(known.sum(axis=1, keepdims=True), 1)
-    cells = (known @ at > 0.0).sum(axis=1, keepdims=True)
+    cells = (replicates.sums(known.astype(np.float64)) > 0.0).sum(axis=1, keepdims=True)
     straight = (known & (np.abs(residual) < _BEND)).sum(axis=1, keepdims=True) / readings
     # mean of the derivative of psi, Huber (7.6.10)
     straight = np.maximum(straight, 1.0 / readings)
@@ -120,14 +134,26 @@ def _pseudo(y: Array, unit: Array, centre: Array, at: Array) -> Array:
 
 def _scale(y: Array, weight: Array, places: list[NDArray[np.intp]]) -> Array:
     """Robust standard deviation of a reading of weight 1, from the differences of replicates."""
-    first, second = np.concatenate(
-        [place[np.stack(np.triu_indices(place.size, 1))] for place in places], axis=1
-    )
     with np.errstate(divide="ignore"):
         variance = weight**-2.0
-    differences = np.abs(y[:, first] - y[:, second])
-    spread = np.sqrt(0.5 * (variance[:, first] + variance[:, second]))
-    return np.nan_to_num(_NORMAL_PAIRS * _medians(differences / spread))
+
+    def of_pairs(place: NDArray[np.intp]) -> Array:
+        first, second = (place[own] for own in _pairs(place.size))
+        spread = np.sqrt(0.5 * (variance[:, first] + variance[:, second]))
+        return np.asarray(np.abs(y[:, first] - y[:, second]) / spread)
+
+    every = np.concatenate([of_pairs(place) for place in places], axis=1)
+    return np.nan_to_num(_NORMAL_PAIRS * _medians(every))
+
+
+def _pairs(replicates: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """All pairs of replicates, or each with `_PARTNERS` others on both sides, near and far."""
+    far = (replicates - 1) // 2
+    if far <= _PARTNERS:
+        return np.triu_indices(replicates, 1)
+    steps = np.linspace(1, far, _PARTNERS).astype(np.intp)
+    first = np.repeat(np.arange(replicates), steps.size)
+    return first, (first + np.tile(steps, replicates)) % replicates
 
 
 def _medians(values: Array) -> Array:
