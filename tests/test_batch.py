@@ -3,7 +3,6 @@
 import gzip
 import io
 import os
-import platform
 import random
 import signal
 import subprocess
@@ -410,23 +409,6 @@ def test_a_killed_worker_is_told_and_nothing_is_lost(long_archive, tmp_path):
     subprocess.run([*map(str, command), "--resume"], check=True, capture_output=True)
     accelcal.write_batch(long_archive, tmp_path / "s.csv")
     assert output.read_bytes() == (tmp_path / "s.csv").read_bytes()
-
-
-@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="of the C library of Linux")
-def test_a_worker_keeps_freed_memory():
-    script = """
-import resource
-import numpy as np
-from accelcal.archive.workers import _keep_freed_memory
-_keep_freed_memory()
-def block():
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
-    arrays = [np.ones(2**20) for _ in range(3)]
-    return resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before
-print(block() > 1000 > 100 > block())
-"""
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
-    assert done.stdout == "True\n", done.stderr
 
 
 @pytest.mark.usefixtures("small_blocks")

@@ -13,8 +13,6 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext, supp
 from itertools import islice
 from typing import TYPE_CHECKING, Any, TypeVar
 
-import numpy as np
-
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:
@@ -160,7 +158,6 @@ def _start_worker() -> None:
     from multiprocessing import parent_process
 
     gc.freeze()  # or each collection would copy the pages that are shared with the parent
-    _keep_freed_memory()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
 
@@ -170,15 +167,6 @@ def _start_worker() -> None:
             os._exit(1)
 
     threading.Thread(target=follow, daemon=True).start()
-
-
-def _keep_freed_memory() -> None:
-    """Let the C library keep what a block frees for the next block.
-
-    That of Linux gives back what is free above twice the largest array that it has seen freed, up
-    to this size, and fetches it again page by page.
-    """
-    np.empty(31 * 2**20, dtype=np.int8)
 
 
 class _Interruptible(Executor):
