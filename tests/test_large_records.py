@@ -85,3 +85,17 @@ def test_intervals_of_many_positions_hold_the_truth():
             k2 = table.error_model["k2"]
             away.append((k2.value - accelcal.AL15.k2) / k2.standard_uncertainty)
         assert 0.6 < np.sqrt(np.mean(np.square(away))) < 1.4
+
+
+def test_the_page_of_many_readings_is_small(tmp_path):
+    """A drawing for each reading would take 6 MB; the points are pixels."""
+
+    def page_of(record):
+        accelcal.fit(record).report(tmp_path / "page.html")
+        return (tmp_path / "page.html").read_text(encoding="utf-8")
+
+    usual = page_of(simulated(strokes=6)).count("data:image/png")
+    for record, largest in ((simulated(strokes=1000), 1.5e6), (simulated(3000), 3e6)):
+        page = page_of(record)
+        assert len(page) < largest
+        assert page.count("data:image/png") > usual

@@ -122,13 +122,16 @@ _NARROW = 5.0
 _LONGEST_LABEL = 42
 """Letters that a narrow picture holds side by side."""
 
+_DOTS = 200
+"""Pixels an inch, of what is drawn in pixels."""
+
 _FOR_A_PAGE: Any = {"svg.fonttype": "none", "svg.hashsalt": "accelcal"}
 """Text stays text, and ids do not change from run to run."""
 
 
 def _svg(canvas: Any, name: str) -> str:
     data = StringIO()
-    canvas.savefig(data, format="svg", metadata=_STATIC)
+    canvas.savefig(data, format="svg", dpi=_DOTS, metadata=_STATIC)
     text = _NOT_IN_A_PAGE.sub("", data.getvalue())
     text = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", text, count=1)
     text = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", text, count=1)

@@ -33,6 +33,7 @@ _MARKERS = (">", "<")
 _APART = 2.5  # deg between the means of forward and back strokes
 _MOST_NAMED = 12  # angles or runs that have each its own label
 _CROWDED = 400  # points; more of them are drawn fainter
+_PIXELS = 3000  # points or cells; more of them are pixels where a picture has both, as in SVG
 
 
 def tables_of(calibration: Calibration, run: str | int | None) -> tuple[TableCalibration, ...]:
@@ -102,7 +103,9 @@ def draw_by_angle(ax: Axes, readings: Readings, what: str) -> Axes:
     for number, name, part in readings.directions():
         shift = _APART * (number - 0.5) * 2
         marked: Any = {"color": colours.series[number], "marker": _MARKERS[number]}
-        ax.scatter(part.angle + shift, factor * part.value, s=9, alpha=faint, lw=0, **marked)
+        value, pixels = factor * part.value, part.value.size > _PIXELS
+        at = part.angle + shift
+        ax.scatter(at, value, s=9, alpha=faint, lw=0, rasterized=pixels, **marked)
         angles, means, half = part.means()
         error = np.where(np.isfinite(half), factor * half, 0.0)
         ax.errorbar(
@@ -110,6 +113,7 @@ def draw_by_angle(ax: Axes, readings: Readings, what: str) -> Axes:
             factor * means,
             error,
             ls="",
+            rasterized=3 * means.size > _PIXELS,  # a marker, a line and its ends
             label=f"{name}, mean and 95 % interval",
             **marked,
         )
@@ -162,7 +166,9 @@ def residual_map(calibration: Calibration, ax: Axes | None) -> Axes:
         "residual", (colours.low, colours.middle, colours.high)
     )
     ax.patch.set(hatch="////", edgecolor=colours.muted, facecolor=colours.grid)
-    image = ax.pcolormesh(factor * cells, cmap=shades, vmin=-largest, vmax=largest)
+    pixels = cells.size > _PIXELS
+    limits: Any = {"vmin": -largest, "vmax": largest}
+    image = ax.pcolormesh(factor * cells, cmap=shades, rasterized=pixels, **limits)
     bar = ax.figure.colorbar(image, ax=ax, pad=0.02, label=f"residual [{unit}]")
     bar.outline.set_edgecolor(colours.muted)
     bar.ax.tick_params(labelsize=SMALL, colors=colours.ink)
