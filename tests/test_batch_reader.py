@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 import accelcal
 from accelcal.archive.sources import read_bytes
 from accelcal.errors import InputError
+from accelcal.io import ordinary
 from accelcal.io.ordinary import Content, read_ordinary
 from accelcal.io.tables import read_tables
 
@@ -293,6 +294,19 @@ def test_records_of_one_plan_share_its_arrays(engine):
         assert getattr(one, name) is getattr(same, name) is getattr(hotter, name)
     assert one.temperature is same.temperature
     assert hotter.temperature[0] == 20.25
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("name", ["no number", "no stroke"])
+def test_an_odd_table_costs_its_neighbours_one_more_parse(monkeypatch, engine, name):
+    parsed = []
+    parse = ordinary.parse_cells
+    monkeypatch.setattr(ordinary, "parse_cells", lambda *a: (parsed.append(a), parse(*a))[1])
+    cells = [cells_like(seed=i, **NEIGHBOURS[name if i == 3 else "of the plan"]) for i in range(8)]
+    texts = [table(headings=WITHOUT_RUN, cells=own) for own in cells]
+    found = read_ordinary([Content("a.csv", text.encode()) for text in texts], {}, engine)
+    assert [records is None for records in found] == [i == 3 for i in range(8)]
+    assert len(parsed) == 2
 
 
 @pytest.mark.parametrize("engine", ENGINES)
