@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import accelcal
+from accelcal.errors import InputError
 
 
 def simulated(positions=8, strokes=1, temperatures=(20.0,), mountings=("o+",), declare=True):
@@ -99,3 +100,12 @@ def test_the_page_of_many_readings_is_small(tmp_path):
         page = page_of(record)
         assert len(page) < largest
         assert page.count("data:image/png") > usual
+
+
+def test_too_many_readings_to_hold_against_each_other_are_refused():
+    """By their number, not by a failure to find the memory."""
+    record = simulated(strokes=1000)
+    calibration = accelcal.fit(record)
+    for search in (accelcal.discover, lambda record: accelcal.compare(calibration, record)):
+        with pytest.raises(InputError, match=r"9000 readings, .* give 8000 or fewer"):
+            search(record)

@@ -20,6 +20,7 @@ from accelcal.discovery.noise import (
     ReadingNoise,
     covariance,
     reading_noise,
+    refuse_too_many,
     saturated,
 )
 from accelcal.discovery.one_clamping import refuse_several_clampings
@@ -31,7 +32,7 @@ from accelcal.errors import AccelcalWarning, InputError
 from accelcal.estimate.tables import head_positions
 from accelcal.grouping import decimal_step
 from accelcal.probability import student_quantile
-from accelcal.record import Apparatus, TumbleRecord
+from accelcal.record import Apparatus, TumbleRecord, naming
 from accelcal.reference import fixture_angle
 from accelcal.results.calibration import Calibration
 from accelcal.results.disagreement import Disagreement, RunChange
@@ -81,7 +82,7 @@ def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
     ------
     InputError
         If the record is in another unit, outside the calibrated temperatures, in a mounting that
-        was not calibrated, or no record at all.
+        was not calibrated, no record at all, or one of more than 8000 readings.
 
     Warns
     -----
@@ -105,6 +106,8 @@ def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
     """
     found = compensation(calibration)
     _check(calibration, found, record)
+    with naming(record):
+        refuse_too_many(record)
     simulated = _simulated(calibration, found, record)
     declared = _declared(calibration, record)
     noise = _noise(calibration, found, record, simulated)
@@ -315,13 +318,12 @@ def _runs(record: TumbleRecord, simulated: _Simulated, space: Space) -> Iterator
     """Bias, scale factor and misalignment of each run beside those of the calibration."""
     c, residual = simulated.conditions, simulated.residual
     axes = c.gain[:, None] * np.stack([np.ones_like(c.input), c.indicated, c.cross], axis=1)
+    root = np.linalg.inv(space.whitener)  # of the covariance
     for index, label in enumerate(record.run_labels):
         own = c.run == index
         if not own.any():
             continue
-        whitener = np.linalg.inv(
-            np.linalg.cholesky(np.linalg.inv(space.whitener.T @ space.whitener)[np.ix_(own, own)])
-        )
+        whitener = np.linalg.inv(np.linalg.cholesky(root[own] @ root[own].T))
         columns = whitener @ axes[own]
         inverse = np.linalg.pinv(columns.T @ columns)
         values = inverse @ (columns.T @ (whitener @ residual[own]))

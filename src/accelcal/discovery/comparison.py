@@ -10,7 +10,13 @@ from numpy.typing import NDArray
 
 from accelcal.discovery.base import BaseModel, base_model, solve
 from accelcal.discovery.candidates import Instance, column_of
-from accelcal.discovery.noise import ReadingNoise, covariance, reading_noise, saturated
+from accelcal.discovery.noise import (
+    ReadingNoise,
+    covariance,
+    reading_noise,
+    refuse_too_many,
+    saturated,
+)
 from accelcal.discovery.space import Space, space_of, whitener_of
 from accelcal.estimate.tables import head_positions
 from accelcal.record import TumbleRecord
@@ -84,8 +90,9 @@ def compared(
     Raises
     ------
     InputError
-        If the record is too small, see `accelcal.discovery.noise.reading_noise`.
+        If the record is too small or too large, see `accelcal.discovery.noise`.
     """
+    refuse_too_many(record)
     model = base_model(record, reference_temperature, delta0)
     repeating = saturated(model.conditions, record.mounting)
     columns = [column_of(item, model.conditions)[:, None] for item in known]

@@ -19,7 +19,7 @@ from accelcal.discovery.family import Family, family_of, judge
 from accelcal.discovery.faults import fault
 from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.held_out import held_out_rms
-from accelcal.discovery.noise import orthonormal
+from accelcal.discovery.noise import orthonormal, refuse_too_many
 from accelcal.discovery.one_clamping import refuse_several_clampings
 from accelcal.discovery.prospects.audit import audit
 from accelcal.discovery.prospects.next_measurement import proposals
@@ -107,7 +107,8 @@ def discover(
     Raises
     ------
     InputError
-        If an argument is out of its range, or the record has too few replicates.
+        If an argument is out of its range, or the record has too few replicates, or more than 8000
+        readings.
 
     Notes
     -----
@@ -138,6 +139,7 @@ def discover(
     )
     tell("searching %r among %d effects", record.source, len(question.effects))
     with naming(record):
+        refuse_too_many(record)
         found, mended = faults(record, question.reference, question.delta0, alpha)
         return _discovery(_searched(mended, question), record, found, question)
 

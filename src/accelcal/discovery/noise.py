@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
 from accelcal.grouping import grouped
-from accelcal.record import Apparatus
+from accelcal.record import Apparatus, TumbleRecord
 
 __all__ = [
     "ReadingNoise",
@@ -26,7 +26,7 @@ __all__ = [
     "orthonormal",
     "reading_noise",
 ]
-__all__ += ["saturated", "worn"]
+__all__ += ["refuse_too_many", "saturated", "worn"]
 
 Array = NDArray[np.float64]
 
@@ -36,6 +36,9 @@ FEWEST_REPLICATES = 8
 _LEAST_NOISE, _OF_STEP = 1e-9, 1e-2
 """Noise [g], and part of a step of the readings, below which replicates are alike: they tell
 nothing of what readings scatter by."""
+
+_MOST_READINGS = 8000
+"""Above it a matrix of readings by readings takes half a gigabyte, and there are several."""
 
 _RHOS = np.linspace(-0.3, 0.9, 121)
 _LAGS = 40
@@ -121,6 +124,28 @@ def orthonormal(columns: Array) -> Array:
     values, vectors = np.linalg.eigh(kept.T @ kept)
     good = values > 1e-11 * max(values[-1], 1.0)
     return np.asarray(kept @ (vectors[:, good] / np.sqrt(values[good])))
+
+
+def refuse_too_many(record: TumbleRecord) -> None:
+    """Refuse readings that are too many to be held against each other.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        The readings.
+
+    Raises
+    ------
+    InputError
+        If they are more than 8000.
+    """
+    readings = len(record)
+    if readings > _MOST_READINGS:
+        raise InputError(
+            f"{readings} readings, each of which is held against all others: that takes matrices of"
+            f" {8e-9 * readings**2:.1f} GB; give {_MOST_READINGS} or fewer, those of some strokes"
+            " or runs"
+        )
 
 
 def reading_noise(
