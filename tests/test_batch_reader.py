@@ -141,6 +141,14 @@ ODD = {
         headings="time,temperature,position,stroke,output\n",
         cells=[(f"2024-05-31T10:{i:02d}:00", *r[:4]) for i, r in enumerate(rows())],
     ),
+    "clock times": table(
+        headings="time,temperature,position,stroke,output\n",
+        cells=[(f"10:{i:02d}", *r[:4]) for i, r in enumerate(rows())],
+    ),
+    "dates": table(
+        headings="date,temperature,position,stroke,output\n",
+        cells=[("2024-05-31", *r[:4]) for r in rows()],
+    ),
     "a reading twice": table(cells=[*rows(), list(rows())[-1]]),
     "declared runs": table(header="# runs: b,a\n"),
     "a constant": table(header="# mounting: p\n"),

@@ -32,6 +32,8 @@ READ_BY_BOTH = {
     "wide": WIDE,
     "wide, short rows": WIDE.replace(",,", ""),
     "dates and serials": DATED,
+    "dates and clock times": "date,time,T,J,k,Y\n1.6.2024,9:30,20,1,1,1\n2.6.2024,0:01,20,5,1,-1\n",
+    "clock times": "time,T,J,k,Y\n23:59,20,1,1,1\n00:01,20,5,1,-1\n",
     "missing readings": LONG.replace(ROWS[3], "20,4,1,NA,level 0,o-,1,"),
     "repeated": LONG + ROWS[5] + "\n",
     "unknown column": LONG.replace(",std", ",remark"),

@@ -209,9 +209,31 @@ ERRORS = {
         "3: time is missing; write the time of every reading, or leave the column out",
     ),
     "clock": (
-        "T,J,k,Y,time\n20,1,1,1,10:01:05\n",
-        "2: time '10:01:05' is not a number;"
-        " write seconds, or the date and time as 2024-05-31T14:30:00",
+        "T,J,k,Y,time\n20,1,1,1,25:01:05\n",
+        "2: time '25:01:05' is not a number;"
+        " write seconds, a clock time as 14:30:00, or both as 2024-05-31T14:30:00",
+    ),
+    "clock of no day": (
+        "T,J,k,Y,time\n20,1,1,1,10:01:05\n20,2,1,2,24:00:00\n",
+        "3: time '24:00:00' is no clock time;"
+        " write it as in the first row, such as 14:30:00, in every row",
+    ),
+    "clocks of 12 and 24 hours": (
+        "T,J,k,Y,time\n20,1,1,1,10:01 AM\n20,2,1,2,10:02\n",
+        "3: time '10:02' is no clock time;"
+        " write it as in the first row, such as 14:30:00, in every row",
+    ),
+    "clock missing": (
+        "T,J,k,Y,time\n20,1,1,1,10:01\n20,2,1,2,\n",
+        "3: time is no clock time; write it as in the first row, such as 14:30:00, in every row",
+    ),
+    "day": (
+        "T,J,k,Y,date,time\n20,1,1,1,2024-05-31,10:01\n20,2,1,2,5/31/2024,10:02\n",
+        "3: date '5/31/2024' is not a date; write it as 2024-05-31 in every row",
+    ),
+    "day missing": (
+        "T,J,k,Y,Datum,Uhrzeit\n20,1,1,1,2024-05-31,10:01\n20,2,1,2,,10:02\n",
+        "3: Datum is not a date; write it as 2024-05-31 in every row",
     ),
     "date": (
         "T,J,k,Y,time\n20,1,1,1,2024-05-31 10:00\n20,2,1,2,10:01\n",

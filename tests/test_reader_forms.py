@@ -545,3 +545,104 @@ def test_a_day_that_is_none_is_no_date(cell):
     text = f"time,temperature,position,stroke,output\n{cell},20,1,1,1.3\n"
     with pytest.raises(TableError, match=":2: time"):
         read_table(io.StringIO(text))
+
+
+# -- clock times -----------------------------------------------------------------------------------
+
+
+def clocked(*cells, headings="time", above=""):
+    """A table with cells before each of its rows."""
+    rows = [f"{cell},20,{i + 1},1,{1.3 - i}" for i, cell in enumerate(cells)]
+    return f"{above}{headings},temperature,position,stroke,output\n" + "\n".join(rows) + "\n"
+
+
+DATED = ("2024-05-31T23:59:00", "2024-06-01T00:00:30.250", "2024-06-01T14:30:00")
+SECONDS = [0.0, 90.25, 52260.0]
+
+
+@pytest.mark.parametrize(
+    ("cells", "headings"),
+    [
+        (("2024-05-31,23:59:00", "2024-06-01,00:00:30.250", "2024-06-01,14:30"), "date,time"),
+        (("31.05.2024,23:59", "1.6.2024,0:00:30.25", "01.06.2024,14:30:00"), "Datum,Uhrzeit"),
+        (("20240531,11:59 PM", "20240601,12:00:30.25 am", "20240601,2:30 p.m."), "DATE,Time"),
+        (("31.05.2024 00:00:00,23:59", "2024-06-01,0:00:30.25", "2024-06-01,14:30"), "date,t"),
+    ],
+)
+def test_a_date_beside_a_clock_time(cells, headings):
+    record = read(clocked(*cells, headings=headings))
+    assert record == read(clocked(*DATED))
+    assert record.time.tolist() == SECONDS
+    assert record.metadata["start"] == "2024-05-31T23:59:00.000000"
+    assert (record.date, record.notes) == (None, ())
+
+
+def test_clock_times_with_a_decimal_comma():
+    text = clocked("2024-05-31,14:30:00.250", "2024-05-31,14:31:00.500", headings="date,time")
+    assert read(text.replace(",", ";").replace(".", ",")).time.tolist() == [0.0, 60.25]
+
+
+@pytest.mark.parametrize("day", ["2024-05-31", "31.05.2024"])
+def test_clock_times_begin_on_the_day_of_the_header_line(day):
+    record = read(clocked("23:59:00", "0:00:30.25", "14:30", above=f"# date: {day}\n"))
+    assert record.time.tolist() == SECONDS
+    assert (record.date, record.metadata["start"]) == (day, "2024-05-31T23:59:00.000000")
+    assert record.notes == ("the clock passes midnight: another day begins at line 4",)
+
+
+@pytest.mark.parametrize("above", ["", "# date: last Friday\n"])
+def test_clock_times_without_a_day(above):
+    record = read(clocked("23:59:00", "0:00:30.25", "14:30", above=above))
+    assert record.time.tolist() == SECONDS
+    assert record.metadata == {}
+
+
+def test_a_step_back_of_twelve_hours_is_no_midnight():
+    record = read(clocked("14:00", "13:59", "2:00", "1:59:59", "14:00", "1:59:59"))
+    assert record.time.tolist() == [0.0, -60.0, -43200.0, -43201.0, 0.0, 43199.0]
+    assert record.notes[-1] == "the clock passes midnight: another day begins at line 7"
+
+
+def test_dates_that_are_written_are_not_changed():
+    cells = ("2024-05-31,23:59", "2024-05-31,00:01", "2024-05-30,00:01")
+    record = read(clocked(*cells, headings="date,time"))
+    assert record.time.tolist() == [0.0, -86280.0, -172680.0]
+    assert (record.date, record.notes) == (None, ())
+
+
+def test_midnight_is_that_of_each_accelerometer():
+    rows = [("A", "22:00"), ("B", "22:01"), ("A", "2:00"), ("B", "2:01"), ("C", "1:00")]
+    cells = [",".join(row) for row in rows]
+    text = clocked(*cells, headings="serial,time", above="# date: 2024-05-31\n")
+    found = {
+        r.serial: (r.time.tolist(), r.metadata["start"][:16])
+        for r in read_tables(io.StringIO(text))
+    }
+    assert found == {
+        "A": ([0.0, 14400.0], "2024-05-31T22:00"),
+        "B": ([0.0, 14400.0], "2024-05-31T22:01"),
+        "C": ([0.0], "2024-05-31T01:00"),
+    }
+
+
+def test_one_date_in_all_rows_is_that_of_the_test():
+    for headings, cells in (("date,time", ("0", "60")), ("date,time", ("9:00", "9:01"))):
+        dated = [f"31.05.2024,{cell}" for cell in cells]
+        record = read(clocked(*dated, headings=headings))
+        assert (record.date, record.time.tolist(), record.notes) == ("31.05.2024", [0.0, 60.0], ())
+    other = read(clocked(*dated, headings=headings, above="# date: 2024-06-30\n"))
+    assert other.date == "31.05.2024"
+    assert other.notes == ("header line date was set aside: the table has such a column",)
+    assert read("date,T,J,Y1\nMay 24,20,1,1.3\nMay 24,20,5,-1.3\n").date == "May 24"
+
+
+def test_several_dates_without_clock_times_are_set_aside():
+    note = "column 'date' has no one date, nor clock times beside it, and was set aside"
+    cells = ("2024-05-31,0", "2024-06-01,60")
+    form, (record,) = survey(io.StringIO(clocked(*cells, headings="date,time")))
+    assert (record.date, record.time.tolist(), record.notes) == (None, [0.0, 60.0], (note,))
+    assert form.set_aside == ("'date'",)
+    above = "# date: 2024-06-30\n"
+    assert read(clocked(*cells, headings="date,time", above=above)).date == "2024-06-30"
+    empty = read(clocked(",0", ",60", headings="date,time"))
+    assert empty.notes == ("column date is empty and was set aside",)

@@ -67,6 +67,17 @@ def test_dates_become_seconds():
     assert record.unit == "V"
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "date,time,output\n31.05.2024,23:59:59,1\n1.6.2024,0:00:00.5,2\n1.6.2024,0:00:02,3\n",
+        "time,output\n23:59:59,1\n0:00:00.5,2\n0:00:02,3\n",
+    ],
+)
+def test_clock_times_become_seconds(text):
+    assert read(text).launches[0].time.tolist() == [0.0, 1.5, 3.0]
+
+
 def test_missing_outputs_are_left_out_and_told():
     record = read("time,output\n0,1\n1,\n2,2\n3,nan\n4,3\n")
     assert record.launches[0].time.tolist() == [0.0, 2.0, 4.0]

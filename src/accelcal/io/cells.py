@@ -1,4 +1,4 @@
-"""Cells of a column: text to numbers, labels and times, each refusal with its line."""
+"""Cells of a column: text to numbers and labels, each refusal with its line."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 from itertools import compress
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +16,13 @@ from accelcal.io.layout import shown
 from accelcal.io.vocabulary import is_unit_of
 from accelcal.units import canonical_unit
 
-__all__ = ["MISSING", "Column", "labels", "numbers", "times", "whole_numbers"]
+__all__ = ["MISSING", "Column", "labels", "numbers", "whole_numbers"]
 
 MISSING = frozenset(
     {"", "-", "--", "?", "na", "n/a", "nan", "null", "none", "#n/a", "unknown", "missing"}
 )
 """Cells that stand for a missing value, in lower case."""
 
-_DAY_FIRST = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})(?: +(\d{1,2})(:\d\d(?::\d\d(?:\.\d+)?)?))?")
 _WITH_UNIT = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*([^0-9\s.,+-].*)")
 
 
@@ -182,53 +181,6 @@ def labels(column: Column) -> tuple[NDArray[np.int64], tuple[str, ...]]:
     return np.array([place[cell] for cell in cells], dtype=np.int64), tuple(place)
 
 
-def times(column: Column) -> NDArray[np.float64] | NDArray[np.datetime64]:
-    """Times of a column, as numbers or as UTC dates by what its first cell holds.
-
-    Parameters
-    ----------
-    column : Column
-        The column.
-
-    Returns
-    -------
-    ndarray of float or of datetime64, shape (n,)
-        The times, in the unit of the column or in microseconds.
-
-    Raises
-    ------
-    TableError
-        At the first cell that is empty or not of the kind of the first.
-    """
-    if not _is_date(str(column.cells[0])):
-        values = numbers(column)
-        remedy = "write the time of every reading, or leave the column out"
-        column.check(~np.isnan(values), "{} is missing", remedy)
-        return values
-    dates = [_date(str(cell)) for cell in column.cells]
-    good = np.array([date is not None for date in dates])
-    column.check(good, "{} is not a date and time", "write it as 2024-05-31T14:30:00")
-    return np.array(dates, dtype="datetime64[us]")
-
-
-def _is_date(cell: str) -> bool:
-    return _date(cell) is not None and not cell.isdigit()
-
-
-def _date(cell: str) -> Any:
-    from datetime import UTC, datetime
-
-    day_first = _DAY_FIRST.fullmatch(cell)
-    if day_first:
-        day, month, year, hour, rest = day_first.groups("")
-        cell = f"{year}-{month:0>2}-{day:0>2}T{hour:0>2}{rest or ':00'}"
-    try:
-        date = datetime.fromisoformat(cell)
-        return date.astimezone(UTC).replace(tzinfo=None) if date.tzinfo else date
-    except (ValueError, OverflowError):
-        return None
-
-
 def _floats(column: Column) -> list[float]:
     cells: list[str] = list(column.cells)
     other = "," if column.decimal == "." else "."
@@ -260,5 +212,5 @@ def _not_a_number(column: Column, index: int) -> TableError:
         return column.refuse(index, problem, remedy)
     remedy = "write a number, or nothing where it is missing"
     if column.role == "time":
-        remedy = "write seconds, or the date and time as 2024-05-31T14:30:00"
+        remedy = "write seconds, a clock time as 14:30:00, or both as 2024-05-31T14:30:00"
     return column.refuse(index, "{} is not a number", remedy)

@@ -11,6 +11,7 @@ from accelcal.errors import TableError
 from accelcal.io.cells import Column
 from accelcal.io.engines import NUMERIC, BulkEngineGivesUp, Columns
 from accelcal.io.layout import Layout, shown
+from accelcal.io.times import has_clock_times, one_date
 from accelcal.io.vocabulary import UNITS_OF, Heading, has_unit, is_unit_of
 
 __all__ = ["Table", "choose_columns"]
@@ -21,7 +22,7 @@ Engine = Callable[[Layout, Sequence[int], int], Columns]
 CONSTANTS = ("temperature", "stroke", "run", "mounting", "clamping", "std", "count")
 """Columns that a header line may stand for."""
 
-_OPTIONAL = ("run", "time", "serial", "mounting", "clamping", "std", "count", "unit")
+_OPTIONAL = ("run", "time", "date", "serial", "mounting", "clamping", "std", "count", "unit")
 _OF_ONE_READING = ("time", "std", "count")
 
 
@@ -36,6 +37,8 @@ class Table(NamedTuple):
         Columns with one cell a row, by role.
     outputs : mapping of int to Column
         Columns of readings: by stroke in a wide table, one under 0 in a long table.
+    date : str or None
+        Date that stands in every row.
     decimal : str
         Decimal mark.
     aside : tuple of str
@@ -47,6 +50,7 @@ class Table(NamedTuple):
     form: str
     columns: Mapping[str, Column]
     outputs: Mapping[int, Column]
+    date: str | None
     decimal: str
     aside: tuple[str, ...]
     notes: tuple[str, ...]
@@ -80,18 +84,27 @@ def choose_columns(layout: Layout, engine: Engine) -> Table:
     needed = max(key if wide else key + measured) + 1
     columns = engine(layout, sorted({*roles.values(), *measured}), needed)
     empty = [name for name in _OPTIONAL if name in roles and _is_blank(columns[roles[name]])]
-    aside = _aside(layout, columns)
+    named = {name: columns[i] for name, i in roles.items() if name not in empty}
+    date = one_date(named["date"]) if "date" in named else None
+    aside = _aside(layout, columns) | _dates_aside(named, date)
     decimal = columns[measured[0]].decimal
-    by_columns = {*roles, *(["stroke"] if wide else [])}.difference(empty)
+    by_columns = {*named, *(["stroke"] if wide else [])}.difference([] if date else ["date"])
     return Table(
         form="wide" if wide else "long",
-        columns=_constants(layout, decimal)
-        | {n: columns[i] for n, i in roles.items() if n not in {*empty, "output"}},
+        columns=_constants(layout, decimal) | {n: c for n, c in named.items() if n != "output"},
         outputs={k: columns[i] for k, i in strokes.items()} or {0: columns[roles["output"]]},
+        date=date,
         decimal=decimal,
         aside=(*aside, *empty),
         notes=tuple(_notes(layout, aside, empty, by_columns)),
     )
+
+
+def _dates_aside(named: dict[str, Column], date: str | None) -> dict[str, str]:
+    """Take out the dates where they tell neither the date of the test nor that of its times."""
+    if "date" not in named or date or ("time" in named and has_clock_times(named["time"])):
+        return {}
+    return {shown(named.pop("date").heading): "has no one date, nor clock times beside it,"}
 
 
 def _notes(
@@ -101,7 +114,7 @@ def _notes(
         yield f"column {name} {reason} and was set aside"
     for name in empty:
         yield f"column {name} is empty and was set aside"
-    for name in CONSTANTS:
+    for name in (*CONSTANTS, "date"):
         if name in layout.declared and name in by_columns:
             yield f"header line {name} was set aside: the table has such a column"
 

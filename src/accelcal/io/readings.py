@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from accelcal.errors import TableError
 from accelcal.geometry import MOUNTINGS, is_mounting
 from accelcal.grouping import distinct
-from accelcal.io.cells import Column, labels, numbers, times, whole_numbers
+from accelcal.io.cells import Column, labels, numbers, whole_numbers
 from accelcal.io.columns import Table
-from accelcal.io.layout import all_of
+from accelcal.io.layout import all_of, listed
+from accelcal.io.times import DAY, times
 from accelcal.io.vocabulary import TIME_UNITS
 
 __all__ = [
@@ -23,6 +24,7 @@ __all__ = [
     "MAXIMUM_ANGLE",
     "MAXIMUM_TEMPERATURE",
     "Readings",
+    "notes_of_midnight",
     "notes_of_turn",
     "read_readings",
 ]
@@ -57,8 +59,8 @@ class Readings:
         As in a `TumbleRecord`.
     mounting : ndarray of str
         As in a `TumbleRecord`.
-    time : ndarray of float or datetime64, or None
-        Seconds, or dates of UTC.
+    time : ndarray of float, datetime64 or timedelta64, or None
+        Seconds, dates of UTC, or clock times counted from a midnight.
     clamping, std, count : ndarray of float, or None
         As in a `TumbleRecord`.
     run, serial : ndarray of int, or None
@@ -175,6 +177,28 @@ def notes_of_turn(readings: Readings, positions: int) -> list[str]:
         f"positions {last + 1} to {positions + 1} never occur in a turn of {positions}; if position"
         f" {last} is the return to 1, declare '# positions: {last - 1}'"
     ]
+
+
+def notes_of_midnight(readings: Readings) -> list[str]:
+    """Say where clock times without a date were taken to be of the next day.
+
+    Parameters
+    ----------
+    readings : Readings
+        The readings.
+
+    Returns
+    -------
+    list of str
+        A sentence, where there are such.
+    """
+    if readings.time is None or readings.time.dtype.kind != "m":
+        return []
+    days = readings.time // DAY
+    found = days > 0
+    found[1:] &= np.diff(days) != 0
+    where = listed(readings.line[found])
+    return [f"the clock passes midnight: another day begins at {where}"] if found.any() else []
 
 
 def _by_row(
@@ -325,7 +349,7 @@ def _time(columns: Mapping[str, Column]) -> NDArray[Any] | None:
     if "time" not in columns:
         return None
     column = columns["time"]
-    values: NDArray[Any] = times(column)
+    values = times(column, columns.get("date"), _labels(columns, "serial")[0])
     if values.dtype.kind == "f":
         with np.errstate(over="ignore"):
             values = values * TIME_UNITS.get((column.unit or "s").casefold(), 1.0)

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import InputError, TableError, located
-from accelcal.io.cells import Column, labels, numbers, times
+from accelcal.io.cells import Column, labels, numbers
 from accelcal.io.engines import BulkEngineGivesUp, Columns, columns_by_pandas, columns_by_split
 from accelcal.io.layout import Layout, all_of, counted, listed, read_layout, shown
 from accelcal.io.text import Source, read_text
+from accelcal.io.times import times
 from accelcal.io.vocabulary import TIME_UNITS
 from accelcal.stability.record import Launch, StabilityRecord
 from accelcal.units import output_unit
@@ -25,7 +26,7 @@ BULK_CHARACTERS = 2_000_000
 """Size of a record from which on pandas reads it."""
 
 _OWN_HEADINGS = {"launch": "run", "start": "run", "input": "input", "acceleration": "input"}
-_ROLES = ("time", "output", "temperature", "run", "input", "serial")
+_ROLES = ("time", "date", "output", "temperature", "run", "input", "serial")
 _REMEDY = "name the columns time and output, and, where there are such, temperature and launch"
 
 _LARGEST = 1e30
@@ -177,7 +178,7 @@ def _split(layout: Layout, used: Sequence[int], needed: int) -> Columns:
 
 
 def _launches(columns: Roles, output: NDArray[np.float64]) -> list[Launch]:
-    values: dict[str, NDArray[Any]] = {"time": _seconds(columns["time"]), "output": output}
+    values: dict[str, NDArray[Any]] = {"time": _seconds(columns), "output": output}
     for name in ("temperature", "input"):
         if name in columns:
             values[name] = numbers(columns[name])
@@ -210,9 +211,11 @@ def _launch(
     return Launch(name, time - time[0], **parts)
 
 
-def _seconds(column: Column) -> NDArray[np.float64]:
-    found: NDArray[Any] = times(column)
-    if found.dtype.kind == "M":
+def _seconds(columns: Roles) -> NDArray[np.float64]:
+    column = columns["time"]
+    launch = labels(columns["run"])[0] if "run" in columns else None
+    found = times(column, columns.get("date"), launch)
+    if found.dtype.kind != "f":
         seconds: NDArray[np.float64] = (found - found[0]) / np.timedelta64(1, "s")
         return seconds
     column.check(np.abs(found) <= _LONGEST, "{} is no time of a record", "write seconds")

@@ -19,9 +19,10 @@ from accelcal.io.columns import Engine, Table, choose_columns
 from accelcal.io.declarations import Declarations, declarations
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split
 from accelcal.io.layout import Layout, counted, listed, read_layout, shown
-from accelcal.io.readings import Readings, notes_of_turn, read_readings
+from accelcal.io.readings import Readings, notes_of_midnight, notes_of_turn, read_readings
 from accelcal.io.runs import runs_of
 from accelcal.io.text import Source, SourceText, read_text
+from accelcal.io.times import date_of
 from accelcal.logs import tell
 from accelcal.record import TumbleRecord
 from accelcal.units import is_output_unit, output_unit
@@ -196,11 +197,11 @@ def _read_by(
     declared = declarations(layout, table.decimal, unit, overrides)
     readings = read_readings(table, declared.record["positions"])
     turn = notes_of_turn(readings, declared.record["positions"])
-    notes = [*layout.notes, *table.notes, *turn]
+    notes = [*layout.notes, *table.notes, *turn, *notes_of_midnight(readings)]
     if text.encoding == "latin-1":
         notes.insert(0, "the text is not UTF-8 and was read as latin-1")
     common = {**declared.record, "source": layout.source, "notes": tuple(notes)}
-    common["sha256"] = text.sha256
+    common |= {"sha256": text.sha256, "date": table.date or common["date"]}
     records = tuple(_records(layout, readings, declared, common))
     return _form(text, layout, table), records
 
@@ -297,7 +298,7 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
         notes.append(_left_out(readings.line[~kept], "repeated reading"))
     readings = readings.select(kept)
     _require_change(readings, common["source"])
-    time, start = _seconds(readings.time)
+    time, start = _seconds(readings.time, common["date"])
     values = common | {name: getattr(readings, name) for name in (*_NEEDED, *_OPTIONAL)}
     values |= {"notes": tuple(notes), "metadata": {**declared.metadata, **start}}
     values |= {"run": runs.index[kept], "run_labels": runs.labels, "time": time}
@@ -353,8 +354,15 @@ def _require_change(readings: Readings, source: str) -> None:
         raise TableError(problem, remedy, source=source, line=int(readings.line[0]))
 
 
-def _seconds(time: NDArray[Any] | None) -> tuple[NDArray[np.float64] | None, dict[str, str]]:
+def _seconds(
+    time: NDArray[Any] | None, date: str | None
+) -> tuple[NDArray[np.float64] | None, dict[str, str]]:
     """Times in seconds, and the start where the table gives dates."""
     if time is None or time.dtype.kind == "f":
         return time, {}
-    return (time - time[0]) / np.timedelta64(1, "s"), {"start": str(time[0])}
+    start = time[0]
+    if time.dtype.kind == "m":
+        day = date_of(date or "")
+        start = None if day is None else np.datetime64(day.date()) + start
+    since = (time - time[0]) / np.timedelta64(1, "s")
+    return since, {} if start is None else {"start": str(start)}

@@ -1,0 +1,171 @@
+"""Times of a column: seconds, dates, or clock times and the days on which they were read."""
+
+from __future__ import annotations
+
+import re
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.io.cells import MISSING, Column, numbers
+
+__all__ = ["DAY", "date_of", "has_clock_times", "one_date", "times"]
+
+DAY = np.timedelta64(1, "D")
+"""A day, to add clock times to."""
+
+_HALF_A_DAY = np.timedelta64(12, "h")
+_MINUTES = r":([0-5]\d)(?::([0-5]\d(?:[.,]\d+)?))?"
+_CLOCKS = (
+    re.compile(rf"([01]?\d|2[0-3]){_MINUTES}()"),
+    re.compile(rf"(0?[1-9]|1[0-2]){_MINUTES} ?([ap])\.?m\.?", re.IGNORECASE),
+)
+_DAY_FIRST = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})(?: +(\d{1,2})(:\d\d(?::\d\d(?:\.\d+)?)?))?")
+
+
+def times(
+    column: Column, dates: Column | None = None, group: NDArray[np.int64] | None = None
+) -> NDArray[Any]:
+    """Times of a column, of the kind that its first cell is.
+
+    Parameters
+    ----------
+    column : Column
+        The column.
+    dates : Column, optional
+        The column of the days of its clock times.
+    group : ndarray of int, shape (n,), optional
+        Groups of cells that follow each other in time, for clock times without a day; by default
+        all do.
+
+    Returns
+    -------
+    ndarray of float, datetime64 or timedelta64, shape (n,)
+        Numbers in the unit of the column; UTC dates; or, of clock times without days, the time
+        since the midnight before the first of their group. One that is more than 12 h before
+        the one above it is of the next day.
+
+    Raises
+    ------
+    TableError
+        At the first cell that is empty or not of the kind of the first.
+
+    Examples
+    --------
+    >>> cells, lines = ["23:59:30", "0:00:30.5"], np.array([2, 3])
+    >>> times(Column("time", "time", None, cells, lines, "a.csv")) / np.timedelta64(1, "s")
+    array([86370. , 86430.5])
+    """
+    first = str(column.cells[0])
+    clock = next((form for form in _CLOCKS if form.fullmatch(first)), None)
+    if clock is not None:
+        found = _clock_times(column, clock)
+        return _with_midnights(found, group) if dates is None else _days(dates) + found
+    if date_of(first) is None or first.isdigit():
+        values = numbers(column)
+        remedy = "write the time of every reading, or leave the column out"
+        column.check(~np.isnan(values), "{} is missing", remedy)
+        return values
+    return _dates(column, "{} is not a date and time", "write it as 2024-05-31T14:30:00")
+
+
+def has_clock_times(column: Column) -> bool:
+    """Tell whether a column of times needs the days of its clock times.
+
+    Parameters
+    ----------
+    column : Column
+        The column.
+
+    Returns
+    -------
+    bool
+        True where one of its cells is a clock time.
+    """
+    return any(form.fullmatch(str(cell)) for cell in column.cells for form in _CLOCKS)
+
+
+def one_date(column: Column) -> str | None:
+    """Text that stands in all cells of a column of dates.
+
+    Parameters
+    ----------
+    column : Column
+        The column.
+
+    Returns
+    -------
+    str or None
+        None where there are several, or where it stands for nothing.
+    """
+    found = {str(cell) for cell in column.cells}
+    return None if len(found) > 1 or next(iter(found)).casefold() in MISSING else found.pop()
+
+
+def date_of(text: str) -> datetime | None:
+    """Understand a date, with a clock time or without.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``2024-05-31``, ``2024-05-31T14:30:00+02:00`` or ``31.05.2024 14:30``.
+
+    Returns
+    -------
+    datetime or None
+        The date, in UTC where the text tells its zone; None where it is no date.
+
+    Examples
+    --------
+    >>> str(date_of("31.5.2024 9:30")), date_of("31.2.2024")
+    ('2024-05-31 09:30:00', None)
+    """
+    day_first = _DAY_FIRST.fullmatch(text)
+    if day_first:
+        day, month, year, hour, rest = day_first.groups("")
+        text = f"{year}-{month:0>2}-{day:0>2}T{hour:0>2}{rest or ':00'}"
+    try:
+        date = datetime.fromisoformat(text)
+        return date.astimezone(UTC).replace(tzinfo=None) if date.tzinfo else date
+    except (ValueError, OverflowError):
+        return None
+
+
+def _dates(column: Column, problem: str, remedy: str) -> NDArray[np.datetime64]:
+    dates = [date_of(str(cell)) for cell in column.cells]
+    column.check(np.array([date is not None for date in dates]), problem, remedy)
+    return np.array(dates, dtype="datetime64[us]")
+
+
+def _days(column: Column) -> NDArray[np.datetime64]:
+    dates = _dates(column, "{} is not a date", "write it as 2024-05-31 in every row")
+    return dates.astype("datetime64[D]")
+
+
+def _clock_times(column: Column, form: re.Pattern[str]) -> NDArray[np.timedelta64]:
+    found = [form.fullmatch(str(cell)) for cell in column.cells]
+    remedy = "write it as in the first row, such as 14:30:00, in every row"
+    column.check(np.array([match is not None for match in found]), "{} is no clock time", remedy)
+    return np.array([_microseconds(match) for match in found if match], dtype="timedelta64[us]")
+
+
+def _microseconds(match: re.Match[str]) -> int:
+    """Time since midnight; 12 AM is midnight and 12 PM noon."""
+    hour, minute, second, half = match.groups("0")
+    hours = int(hour) % 12 + 12 * (half in "pP") if half else int(hour)
+    seconds = float(second.replace(",", "."))
+    return (hours * 60 + int(minute)) * 60_000_000 + round(seconds * 1e6)
+
+
+def _with_midnights(
+    clock: NDArray[np.timedelta64], group: NDArray[np.int64] | None
+) -> NDArray[np.timedelta64]:
+    """Clock times with the days that have passed since the first of their group."""
+    since = clock.copy()
+    groups = np.zeros(clock.size, dtype=np.int64) if group is None else group
+    for own in (groups == index for index in range(groups.max() + 1)):
+        step = np.diff(clock[own], prepend=clock[own][:1])
+        since[own] += np.cumsum(step < -_HALF_A_DAY) * DAY
+    return since
