@@ -109,3 +109,15 @@ def test_too_many_readings_to_hold_against_each_other_are_refused():
     for search in (accelcal.discover, lambda record: accelcal.compare(calibration, record)):
         with pytest.raises(InputError, match=r"9000 readings, .* give 8000 or fewer"):
             search(record)
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_laws_from_the_readings_of_many_positions_take_little_memory(moving):
+    """An unknown for each position beside all readings would take 160 MB."""
+    record = simulated(600, 1, (20.0, 80.0, -40.0))
+    if moving:
+        wavering = 0.05 * np.random.default_rng(1).standard_normal(len(record))
+        record = replace(record, temperature=record.temperature + wavering)
+    found, peak = peak_of(record, temperature_laws="readings")
+    assert peak < 60e6
+    assert found.temperature_model.k0.above.value == pytest.approx(-3.9e-5, rel=0.05)

@@ -29,6 +29,7 @@ from accelcal.estimate.uncertainty import Component
 from accelcal.grouping import distinct
 from accelcal.model import COEFFICIENTS
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
+from accelcal.temperature.apart_from_head import apart_from_head
 from accelcal.temperature.bilinear import named_model
 from accelcal.temperature.from_tables import tables_of_one_mounting
 from accelcal.temperature.hysteresis import Branches, branches
@@ -357,21 +358,21 @@ def _one_less(noise: ReadingNoise) -> ReadingNoise:
 
 
 def _estimator(jacobian: Array, sources: Mapping[str, _Source]) -> tuple[Array, Array]:
-    """Generalised least squares.
+    """Generalised least squares: the map from residuals to a step of the parameters.
 
-    Returns the map from residuals to a step of the parameters and, last, to the felt parts in
-    units of their prior, and the standard uncertainty of those.
+    Last it has the felt parts in units of their prior; their uncertainty stands beside it.
     """
     spread, felt = sources["reading"].acting, sources["felt"].acting
-    shared = [source.acting for name, source in sources.items() if name not in ("reading", "felt")]
-    errors = np.hstack(shared)
+    apart = apart_from_head(sources["head"].acting / spread[:, None])
+    alone = ("reading", "felt", "head")
+    errors = np.hstack([own.acting for name, own in sources.items() if name not in alone])
     errors = np.hstack([errors[:, np.abs(errors).max(axis=0) > 0.0], felt])
     known = np.hstack([np.zeros((errors.shape[1], jacobian.shape[1])), np.eye(errors.shape[1])])
-    system = np.vstack([np.hstack([jacobian, errors]) / spread[:, None], known])
+    system = np.vstack([apart(np.hstack([jacobian, errors]) / spread[:, None]), known])
     solution = LeastSquares(system).map
     of_felt = solution[solution.shape[0] - felt.shape[1] :]
-    wanted = np.vstack([solution[: jacobian.shape[1]], of_felt])
-    return wanted[:, : spread.size] / spread, np.sqrt((of_felt**2).sum(axis=1))
+    wanted = np.vstack([solution[: jacobian.shape[1]], of_felt])[:, : spread.size]
+    return apart(wanted.T).T / spread, np.sqrt((of_felt**2).sum(axis=1))
 
 
 def _component(through: Array, source: _Source) -> Component:
