@@ -59,7 +59,9 @@ ORDINARY = {
 @pytest.mark.parametrize("name", ORDINARY)
 def test_columns_are_read_as_their_text_is(name):
     table = ORDINARY[name]
-    expected = read_ordinary([Content("a.parquet", as_csv(table), 5)], {"unit": "V"})[0]
+    expected = read_ordinary([Content("a.parquet", as_csv(table, "a.parquet"), 5)], {"unit": "V"})[
+        0
+    ]
     found = read_arrow("a.parquet", table, 5, {"unit": "V"})
     assert len(found) == len(expected) > 1
     for one, other in zip(found, expected, strict=True):

@@ -8,6 +8,7 @@ their order, a block in memory at a time; in the end they take their names, and 
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import os
@@ -18,8 +19,9 @@ from pathlib import Path
 from typing import IO, NamedTuple
 
 from accelcal.archive.block import Block, Outcome
+from accelcal.archive.formats import results
 from accelcal.archive.settings import Settings
-from accelcal.atomic import write_atomically
+from accelcal.atomic import open_atomically, write_atomically
 from accelcal.errors import InputError
 
 __all__ = ["Journal", "Summary", "open_journal"]
@@ -129,11 +131,21 @@ class Journal:
     def publish(self, drafts: Mapping[str, str]) -> None:
         """Let drafts appear under their paths, each whole, in their order, and remove the rest."""
         for name, path in drafts.items():
-            self._draft(name).replace(Path(path).resolve())
+            _take_name(self._draft(name), path)
         shutil.rmtree(self.folder)
 
     def _draft(self, name: str) -> Path:
         return self.folder / f"draft-{name}"
+
+
+def _take_name(draft: Path, path: str) -> None:
+    try:
+        draft.replace(Path(path).resolve())
+    except OSError as error:
+        if error.errno != errno.EXDEV:
+            raise
+        with draft.open("rb") as file, open_atomically(path) as copy:  # to another file system
+            shutil.copyfileobj(file, copy)
 
 
 @contextmanager
@@ -162,13 +174,17 @@ def open_journal(output: str, settings: Settings, form: str, *, resume: bool) ->
         If there is one and `resume` is false, if another process uses it, or if it cannot be made.
     """
     target = Path(output).resolve()
-    _require_writable(target, output)
     folder = target.with_name(f"{target.name}.journal")
     try:
+        for name in results(output).values():
+            _require_writable(Path(name).resolve(), name)
         folder.mkdir(exist_ok=True)
         lock = (folder / _LOCK).open("wb")
     except OSError as error:
-        raise InputError(f"-o {output} cannot be written: {error.strerror}") from None
+        raise InputError(
+            f"-o {output}: the results, or the folder {folder.name} beside them, cannot be made"
+            f" ({error.strerror}); remove what is in the way, or choose another name"
+        ) from None
     with lock:
         _lock(lock, output)
         if not resume:
@@ -191,6 +207,8 @@ def _refuse_remains(folder: Path, output: str) -> None:
 def _require_writable(target: Path, output: str) -> None:
     if target.is_dir():
         raise InputError(f"-o {output} is a folder; name a file in it")
+    if target.exists() and not target.is_file():
+        raise InputError(f"-o {output} is a device or a pipe; name a file")
     if not target.parent.is_dir():
         raise InputError(f"-o {output}: its folder does not exist; create it or choose another")
     writable = os.access(target.parent, os.W_OK) and (

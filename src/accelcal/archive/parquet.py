@@ -5,7 +5,8 @@ from __future__ import annotations
 import io
 import os
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from csv import writer
 from functools import lru_cache
 from itertools import accumulate
 from typing import IO, Any
@@ -37,7 +38,7 @@ def read_all(source: str | IO[bytes]) -> Any:
     Parameters
     ----------
     source : str or binary file object
-        The file.
+        The file, by its path or open, with a name.
 
     Returns
     -------
@@ -89,31 +90,57 @@ def _row_group(path: str, _stamp: int, group: int) -> Any:
     return _open(path, with_dictionaries=True).read_row_group(group, use_threads=False)
 
 
-def as_csv(table: Any) -> bytes:
+def as_csv(table: Any, name: str) -> bytes:
     """Write rows as CSV, below their headings; numbers keep all their digits.
 
     Parameters
     ----------
     table : pyarrow.Table
         The rows.
+    name : str
+        Name of the file, for messages.
 
     Returns
     -------
     bytes
         The text; cells that are missing are empty.
+
+    Raises
+    ------
+    InputError
+        If a column holds more than a value a row.
     """
     import pyarrow as pa
-    from pyarrow import csv
 
     for index, column in enumerate(table.columns):
+        if pa.types.is_nested(column.type):
+            raise InputError(
+                f"column {table.field(index).name!r} holds {column.type}; leave it out, or give one"
+                " value a row"
+            ).at(name)
         if pa.types.is_dictionary(column.type):
             plain = column.cast(column.type.value_type)
             table = table.set_column(index, table.field(index).name, plain)
+    try:
+        return _text_of(table, "none")  # which the ordinary reader takes
+    except pa.ArrowInvalid:  # a comma, a quote or the end of a line in a cell
+        return _text_of(table, "needed")
+
+
+def _text_of(table: Any, quoting: str) -> bytes:
+    from pyarrow import csv
+
     text = io.BytesIO()
-    text.write((",".join(table.column_names) + "\n").encode())
-    options = csv.WriteOptions(include_header=False, quoting_style="none")
-    csv.write_csv(table, text, options)
+    text.write(_row(table.column_names))
+    csv.write_csv(table, text, csv.WriteOptions(include_header=False, quoting_style=quoting))
     return text.getvalue()
+
+
+def _row(cells: Sequence[str]) -> bytes:
+    """Cells as a row of CSV, in quotes where they must be."""
+    row = io.StringIO()
+    writer(row, lineterminator="\n").writerow(cells)
+    return row.getvalue().encode()
 
 
 def headings_of(path: str) -> list[str]:
@@ -189,7 +216,8 @@ def _open(source: str | IO[bytes], *, with_dictionaries: bool = False) -> Any:
         return pq.ParquetFile(source, metadata=file.metadata, read_dictionary=_texts(file))
     except pa.ArrowInvalid as error:
         told = " ".join(str(error).split())
-        raise InputError(f"no Parquet file ({told}); give one, or CSV") from None
+        name = source if isinstance(source, str) else source.name
+        raise InputError(f"no Parquet file ({told}); give one, or CSV").at(name) from None
 
 
 def _texts(file: Any) -> list[str]:

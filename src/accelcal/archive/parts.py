@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from csv import reader
 from itertools import accumulate, groupby
 from operator import itemgetter
 from typing import IO, NamedTuple
 
+from accelcal.archive.failures import caught
 from accelcal.archive.parquet import as_csv, headings_of, is_parquet, read_rows, row_ranges
 from accelcal.archive.sources import SourceFile, is_url
 from accelcal.io.ordinary import Content, ordinary_head
@@ -65,7 +67,9 @@ def divide(source: SourceFile) -> list[Part]:
     least = LARGE // _PACKED if parquet else LARGE
     if source.size < least or is_url(source.path):
         return []
-    return list((_parts_of_parquet if parquet else _parts_of_csv)(source.path))
+    divided = _parts_of_parquet if parquet else _parts_of_csv
+    parts = caught(source.path, lambda: list(divided(source.path)))
+    return [] if isinstance(parts, str) else parts  # what is wrong is told when it is read whole
 
 
 def part_content(path: str, part: Part) -> tuple[Content, int]:
@@ -91,7 +95,7 @@ def part_content(path: str, part: Part) -> tuple[Content, int]:
         If the file cannot be read.
     """
     if is_parquet(path):
-        data = as_csv(read_rows(path, part.start, part.end))
+        data = as_csv(read_rows(path, part.start, part.end), path)
         head = data[: data.index(b"\n") + 1]
     else:
         with open(path, "rb") as file:  # noqa: PTH123
@@ -210,5 +214,9 @@ def _parts_below(file: IO[bytes], column: int) -> Iterator[Part]:
 
 def _serial(line: bytes, column: int) -> bytes:
     """Serial of a row; empty where the line is none."""
-    cells = line.split(b",", column + 1)
+    if b'"' in line:
+        (row,) = reader([line.decode("utf-8", "surrogateescape")])
+        cells = [cell.encode("utf-8", "surrogateescape") for cell in row]
+    else:
+        cells = line.split(b",", column + 1)
     return b"" if line.startswith(b"#") or len(cells) <= column else cells[column].strip()

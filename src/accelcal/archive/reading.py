@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import gzip
 import io
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from typing import Any, NamedTuple
 
-from accelcal.archive.columns import ERRORS, LAWS, ROWS
 from accelcal.archive.failures import attempt, caught
+from accelcal.archive.own_results import is_result
 from accelcal.archive.parquet import is_parquet, read_rows
 from accelcal.archive.parts import Part, part_content, stretches
-from accelcal.archive.sources import SourceFile, is_url, read_bytes
+from accelcal.archive.sources import SourceFile, is_url, named_bytes, read_bytes
 from accelcal.io.ordinary import Content, read_arrow, read_ordinary
 from accelcal.io.tables import read_tables, survey_text
 from accelcal.io.text import read_text
@@ -28,7 +26,6 @@ _SCATTERED = (
     "{}:{}: serial {!r} stands in several places of a large table; sort the rows by serial, or give"
     " each accelerometer a file"
 )
-_OWN_HEADINGS = tuple(",".join(list(names)[:4]).encode() for names in (ROWS, LAWS, ERRORS))
 
 
 class Found(NamedTuple):
@@ -89,7 +86,7 @@ def read_files(
 
 def _read_by_itself(file: SourceFile, overrides: Mapping[str, Any]) -> Records | str:
     records = attempt(file.path, _read, file.path, overrides)
-    if isinstance(records, str) and _is_result(_content(file).data):
+    if isinstance(records, str) and is_result(_content(file).data):
         return _OWN.format(file.path)
     return records
 
@@ -163,18 +160,8 @@ def _read_stretch(piece: Content, overrides: Mapping[str, Any]) -> Records:
     return survey_text(text._replace(skipped=piece.skipped or 0), overrides)[1]
 
 
-def _is_result(content: bytes) -> bool:
-    """Tell whether the content of a file is a result of another batch."""
-    if content.startswith(b"\x1f\x8b"):
-        with suppress(OSError, EOFError):
-            content = gzip.GzipFile(fileobj=io.BytesIO(content)).read(100)
-    return content.startswith(_OWN_HEADINGS)
-
-
 def _read(path: str, overrides: Mapping[str, Any]) -> Records:
     """Read a file out of the ordinary by the general reader, which has the words for its faults."""
     if not is_url(path) and not is_parquet(path):
         return read_tables(path, overrides=overrides)
-    content = io.BytesIO(read_bytes(path))
-    content.name = path  # where a file has its name, for messages
-    return read_tables(content, overrides=overrides)
+    return read_tables(named_bytes(read_bytes(path), path), overrides=overrides)

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import io
 import os
+import stat
 from collections.abc import Collection, Iterator, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
+from accelcal.archive.own_results import may_be_replaced
 from accelcal.archive.parquet import as_csv, is_parquet, read_all
 from accelcal.errors import InputError
 
-__all__ = ["SUFFIXES", "SourceFile", "find_sources", "is_url", "read_bytes"]
+__all__ = ["SUFFIXES", "SourceFile", "find_sources", "is_url", "named_bytes", "read_bytes"]
 
 SUFFIXES = (".csv", ".csv.gz", ".txt", ".tsv", ".parquet")
 """Ends of the names of the files that are taken from a folder."""
@@ -59,7 +61,7 @@ def find_sources(paths: Sequence[str], aside: Collection[str] = ()) -> list[Sour
     Raises
     ------
     InputError
-        If one of `paths` is nothing, or holds no table.
+        If one of `paths` is nothing, or holds no table; if one of `aside` is no result.
 
     Examples
     --------
@@ -116,9 +118,9 @@ def read_bytes(path: str, size: int = 0) -> bytes:
     if is_url(path):
         system, name = _file_system(path)
         content: bytes = system.cat_file(name)
-        return as_csv(read_all(io.BytesIO(content))) if is_parquet(path) else content
+        return as_csv(read_all(named_bytes(content, path)), path) if is_parquet(path) else content
     if is_parquet(path):
-        return as_csv(read_all(path))
+        return as_csv(read_all(path), path)
     file = os.open(path, _READ)  # half the time of open, which counts in thousands of small files
     try:
         content = os.read(file, max(size, 0) + 1)  # a byte more shows that there is none
@@ -127,6 +129,26 @@ def read_bytes(path: str, size: int = 0) -> bytes:
         return b"".join([content, *iter(partial(os.read, file, 2**16), b"")])
     finally:
         os.close(file)
+
+
+def named_bytes(content: bytes, name: str) -> io.BytesIO:
+    """Open content in memory like the file that it comes from.
+
+    Parameters
+    ----------
+    content : bytes
+        The content.
+    name : str
+        Name of the file, for messages.
+
+    Returns
+    -------
+    binary file object
+        The file.
+    """
+    file = io.BytesIO(content)
+    file.name = name  # where a file has its name
+    return file
 
 
 def _of_path(path: str, aside: Collection[str]) -> list[SourceFile]:
@@ -148,6 +170,10 @@ def _without(aside: Collection[str], found: Iterator[SourceFile]) -> Iterator[So
         known = os.path.basename(item.path) in names  # noqa: PTH119
         if not known or os.path.realpath(item.path) not in real:
             yield item
+        elif not may_be_replaced(item.path):
+            raise InputError(
+                f"-o would overwrite {item.path}, a file of the archive; name another file with -o"
+            )
 
 
 def _in_folder(folder: str) -> Iterator[SourceFile]:
@@ -159,10 +185,13 @@ def _in_folder(folder: str) -> Iterator[SourceFile]:
                     continue
                 if entry.is_dir(follow_symlinks=False):
                     yield from _in_folder(entry.path)
-                elif entry.name.lower().endswith(SUFFIXES) and entry.is_file():
-                    yield _source(entry.path, entry.stat())
-    except PermissionError:
-        raise InputError(f"{folder}: the folder may not be read; ask for the permission") from None
+                elif entry.name.lower().endswith(SUFFIXES):
+                    yield from _regular(entry.path)
+    except OSError as error:
+        raise InputError(
+            f"{folder}: the folder cannot be read ({error.strerror}); ask for the permission, or"
+            " name what can be read"
+        ) from None
 
 
 def _in_glob(pattern: str) -> Iterator[SourceFile]:
@@ -172,7 +201,18 @@ def _in_glob(pattern: str) -> Iterator[SourceFile]:
         if os.path.isdir(path):  # noqa: PTH112
             yield from sorted(_in_folder(path))
         else:
-            yield _source(path, os.stat(path))  # noqa: PTH116
+            yield from _regular(path)
+
+
+def _regular(path: str) -> Iterator[SourceFile]:
+    """The file of a path, if it is one; one that is lost is taken, and told of when it is read."""
+    try:
+        status = os.stat(path)  # noqa: PTH116
+    except OSError:  # a link to nowhere or to itself, or gone meanwhile
+        yield SourceFile(path, -1, "")
+    else:
+        if stat.S_ISREG(status.st_mode):  # a pipe would wait for ever
+            yield _source(path, status)
 
 
 def _source(path: str, status: os.stat_result) -> SourceFile:

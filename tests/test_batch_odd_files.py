@@ -1,0 +1,182 @@
+"""Archives as they are: links to nowhere, pipes, rubbish, readings where the results would go."""
+
+import os
+import shutil
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+import accelcal
+from accelcal.archive import parts
+from accelcal.errors import InputError
+
+EXAMPLE = Path(__file__).parents[1] / "examples" / "al15.csv"
+
+
+@pytest.fixture
+def archive(tmp_path):
+    folder = tmp_path / "archive"
+    folder.mkdir()
+    for name in ("a.csv", "b.csv"):
+        shutil.copy(EXAMPLE, folder / name)
+    return folder
+
+
+def table(**columns):
+    """Rows of the example for a Parquet file."""
+    rows = pd.read_csv(EXAMPLE, comment="#").rename(columns={"output": "output [mA]"})
+    return rows.assign(**columns)
+
+
+# -- files that are none ---------------------------------------------------------------------------
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs links and pipes")
+@pytest.mark.parametrize("pattern", ["", "*", "*.csv"])
+def test_a_lost_file_costs_no_other(archive, pattern):
+    (archive / "loop.csv").symlink_to("loop.csv")
+    (archive / "nowhere.csv").symlink_to("gone.csv")
+    os.mkfifo(archive / "pipe.csv")  # from which nothing ever comes
+    found = accelcal.batch(archive / pattern)
+    assert found.tables["source"].nunique() == 2
+    assert [Path(source).name for source in found.errors["source"]] == ["loop.csv", "nowhere.csv"]
+    assert found.errors["message"].str.startswith(str(archive)).all()
+
+
+def test_large_rubbish_costs_no_other(archive, monkeypatch):
+    monkeypatch.setattr(parts, "LARGE", 4000)
+    (archive / "rubbish.parquet").write_bytes(bytes(range(256)) * 20)
+    found = accelcal.batch(archive)
+    assert found.tables["source"].nunique() == 2
+    (message,) = found.errors["message"]
+    assert message.startswith(f"{archive / 'rubbish.parquet'}: no Parquet file (")
+
+
+def test_a_file_that_vanishes_costs_no_other(archive, monkeypatch):
+    monkeypatch.setattr(parts, "LARGE", 4000)
+    listed = parts.ordinary_head
+
+    def vanishing(data):
+        (archive / "b.csv").unlink(missing_ok=True)
+        return listed(data)
+
+    monkeypatch.setattr(parts, "ordinary_head", vanishing)
+    found = accelcal.batch(archive)
+    assert found.tables["source"].unique().tolist() == [str(archive / "a.csv")]
+    assert found.errors["message"].str.startswith(str(archive / "b.csv")).tolist() == [True]
+
+
+# -- Parquet with any text -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("serial", ["A,1", 'A"1', "'A'", "A;1"])
+def test_serials_of_parquet_may_hold_any_sign(archive, serial):
+    pytest.importorskip("pyarrow")
+    table(serial=serial).to_parquet(archive / "c.parquet")
+    found = accelcal.batch(archive)
+    assert found.errors.empty
+    assert found.tables["serial"].tolist()[6:] == [serial] * 3
+    assert found.tables["K1"].tolist()[6:] == pytest.approx(found.tables["K1"].tolist()[:3])
+
+
+def test_a_comma_in_a_heading_of_parquet_moves_no_column(archive):
+    pytest.importorskip("pyarrow")
+    rows = table()
+    rows.insert(0, "who, when", "me")
+    rows.to_parquet(archive / "c.parquet")
+    found = accelcal.batch(archive)
+    assert found.tables["K1"].tolist()[6:] == pytest.approx(found.tables["K1"].tolist()[:3])
+
+
+def test_lists_in_parquet_are_refused(archive):
+    pytest.importorskip("pyarrow")
+    rows = table()
+    rows["raw"] = [[1, 2]] * len(rows)
+    rows.to_parquet(archive / "c.parquet")
+    (message,) = accelcal.batch(archive).errors["message"]
+    assert message.startswith(f"{archive / 'c.parquet'}: column 'raw' holds list<")
+    assert message.endswith("leave it out, or give one value a row")
+
+
+@pytest.mark.parametrize("form", ["csv", "parquet"])
+@pytest.mark.parametrize("last", [True, False])
+def test_quotes_in_parts_of_a_large_table(tmp_path, monkeypatch, form, last):
+    pytest.importorskip("pyarrow")
+    path = tmp_path / f"large.{form}"
+    units = [table(serial=f"A,{n}") for n in range(6)]
+    rows = pd.concat(units).astype({"run": str})
+    rows["run"] = "20, " + rows["run"]
+    rows = rows if last else rows[["serial", *rows.columns[:-1]]]
+    rows.to_csv(path, index=False) if form == "csv" else rows.to_parquet(path, index=False)
+    whole = accelcal.batch(path)
+    monkeypatch.setattr(parts, "LARGE", 1)
+    monkeypatch.setattr(parts, "PART", 9000)
+    found = accelcal.batch(path)
+    assert found.errors.empty
+    assert found.tables[["serial", "run", "line"]].equals(whole.tables[["serial", "run", "line"]])
+    assert found.tables["K1"].tolist() == pytest.approx(whole.tables["K1"].tolist())
+
+
+# -- where the results go --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("pattern", ["", "*.csv"])
+@pytest.mark.parametrize("name", ["b.csv", "c.laws.csv", "c.errors.csv"])
+def test_readings_are_not_overwritten(archive, name, pattern):
+    path = archive / name
+    shutil.copy(EXAMPLE, path)
+    output = archive / name.replace(".laws", "").replace(".errors", "")
+    with pytest.raises(InputError, match=r"-o would overwrite .*; name another file with -o"):
+        accelcal.write_batch(archive / pattern, output)
+    assert path.read_bytes() == EXAMPLE.read_bytes()
+
+
+@pytest.mark.parametrize("name", ["r.csv", "r.csv.gz", "r.parquet"])
+def test_results_are_overwritten(archive, name):
+    pytest.importorskip("pyarrow")
+    (archive / name).touch()
+    accelcal.write_batch(archive, archive / name)
+    first = (archive / name).read_bytes()
+    counts = accelcal.write_batch(archive, archive / name)
+    assert counts.files == 2
+    assert (archive / name).read_bytes() == first
+
+
+@pytest.mark.parametrize("name", ["r.csv", "r.laws.csv", "r.errors.csv"])
+def test_what_cannot_be_written_is_told_before_the_work(archive, tmp_path, name):
+    (tmp_path / name).mkdir()
+    with pytest.raises(InputError, match=f"{name} is a folder; name a file in it"):
+        accelcal.write_batch(archive, tmp_path / "r.csv")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["archive", name]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes")
+def test_a_pipe_is_not_replaced(archive, tmp_path):
+    os.mkfifo(tmp_path / "r.csv")
+    with pytest.raises(InputError, match=r"r\.csv is a device or a pipe; name a file"):
+        accelcal.write_batch(archive, tmp_path / "r.csv")
+    assert (tmp_path / "r.csv").is_fifo()
+
+
+def test_names_that_cannot_be_made(archive, tmp_path):
+    (tmp_path / "r.csv.journal").touch()
+    for name in ("r.csv", f"{'y' * 250}.csv"):
+        with pytest.raises(InputError, match=r"cannot be made .*; remove what is in the way, or"):
+            accelcal.write_batch(archive, tmp_path / name)
+
+
+def test_results_on_another_file_system(archive, tmp_path, monkeypatch):
+    monkeypatch.setattr(Path, "replace", _elsewhere(Path.replace))
+    accelcal.write_batch(archive, tmp_path / "r.csv")
+    assert len(pd.read_csv(tmp_path / "r.laws.csv")) == 18
+    assert not (tmp_path / "r.csv.journal").exists()
+
+
+def _elsewhere(replace):
+    def refusing(self, target):
+        if self.name.startswith("draft-"):
+            raise OSError(18, "Invalid cross-device link")
+        return replace(self, target)
+
+    return refusing
