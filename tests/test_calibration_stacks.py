@@ -63,7 +63,7 @@ def assert_stack_is_its_records(given, options=None, **arguments):
             expected = columns_of_one(calibration)
             assert_same(of_record(whole, row) | {"record": expected["record"]}, expected)
             assert stack.one(row).to_document().keys() == calibration.to_document().keys()
-            if not stack.is_alone and stack.options.temperature_laws == "tables":
+            if stack.options.temperature_laws == "tables":
                 assert_same_warnings(stack.warnings, row, calibration)
     return found
 
@@ -155,14 +155,41 @@ def test_runs_that_share_a_level_are_of_the_plan():
     assert_stack_is_its_records([*given, unknown, unknown])
 
 
-def test_temperatures_that_move_are_alone():
-    (record,) = records(1)
-    moving = replace(record, temperature=record.temperature + np.linspace(0.0, 1.0, len(record)))
+def moving(record, seed, scatter=0.05, slope=5e-4):
+    """The temperatures scatter within the runs, and the scale factor follows."""
+    deviation = scatter * np.random.default_rng(seed).standard_normal(len(record))
+    felt = record.output * (1.0 + slope * deviation)
+    return replace(record, temperature=record.temperature + deviation, output=felt)
+
+
+def test_temperatures_that_move_need_no_fit_of_their_own():
+    still = records(6, DECLARED)
+    given = [moving(r, i) if i % 2 else r for i, r in enumerate(still)]
+    (record,) = records(1, DECLARED)
     some = np.where(np.arange(len(record)) == 5, np.nan, record.temperature)
-    known = replace(record, temperature=some)
-    given = [record, moving, record, moving, known]
-    assert plans(given) == [[0, 2], [1], [3], [4]]
-    assert_stack_is_its_records(given)
+    drift = record.temperature + np.linspace(0.0, 1.0, len(record))
+    given += [replace(record, temperature=own) for own in (some, drift)]
+    assert plans(given) == [list(range(8))]
+    ((_, stack),) = assert_stack_is_its_records(given).stacks
+    told = ["brought to the mean" in " ".join(said) for said in stack.warnings.of_record]
+    assert told == [False, True] * 3 + [False, False]
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [{"robust": True}, {"method": "closed-form"}, {"temperature_laws": "readings"}],
+    ids=lambda a: "-".join(a),
+)
+def test_options_are_those_of_fit_where_temperatures_move(arguments):
+    given = [moving(r, i) for i, r in enumerate(records(3))]
+    assert_stack_is_its_records(given, Options(**arguments), **arguments)
+
+
+def test_moving_temperatures_of_both_sides_and_a_loop():
+    levels = (20.0, 60.0, 20.0, -40.0, 20.0)
+    for design in ({"mountings": ("o+", "o-"), "strokes": 2}, {"temperatures": levels}):
+        given = [moving(r, i) for i, r in enumerate(records(3, DECLARED, **design))]
+        assert_stack_is_its_records(given)
 
 
 BOTH_SIDES = {

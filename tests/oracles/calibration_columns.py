@@ -7,8 +7,6 @@ from accelcal.gates.verdict import VERDICTS
 
 
 def columns_of(stack):
-    if stack.is_alone:
-        return columns_of_one(stack.one(0))
     verdicts = verdict_codes(stack).items()
     return {
         "record": np.repeat(np.arange(len(stack)), len(stack.tables)),

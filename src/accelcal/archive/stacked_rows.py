@@ -38,7 +38,7 @@ def can_be_columns(stack: CalibrationStack) -> bool:
     bool
         False where its calibrations are to be made one by one.
     """
-    return not stack.is_alone and stack.options.temperature_laws == "tables"
+    return stack.options.temperature_laws == "tables"
 
 
 def stacked_tables(stack: CalibrationStack) -> Columns:

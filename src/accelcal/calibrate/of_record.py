@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from accelcal.calibrate.known_effects import effects_component
 from accelcal.calibrate.of_table import table_calibrations
 from accelcal.calibrate.options import Options
 from accelcal.calibrate.weaknesses import Fitted, Warned, warnings_of
 from accelcal.estimate.error_sources import error_sources
-from accelcal.estimate.joint import JointEstimate, estimate_jointly
+from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.reversal import fixture_angles
 from accelcal.estimate.stack_of_one import stack_of_one
 from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.record import record_gates
-from accelcal.gates.table import gates_of_tables
-from accelcal.record import TumbleRecord, naming
+from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle, has_reference_temperature, reference_temperature_of
 from accelcal.results.calibration import Calibration
 from accelcal.results.mapping import frozen
 from accelcal.results.quantity import Gate
-from accelcal.temperature.at_rest import brought_to_rest
-from accelcal.temperature.of_record import RecordLaws, laws_of_record
+from accelcal.temperature.of_record import RecordLaws
 from accelcal.temperature.of_tables import Slopes
 from accelcal.version import __version__
 
@@ -40,8 +37,8 @@ def calibration_of_record(
     estimate: JointEstimate,
     gates: Sequence[tuple[Gate, ...]],
     options: Options,
-    known: Correction | None = None,
-    laws: RecordLaws | None = None,
+    known: Correction | None,
+    laws: RecordLaws,
 ) -> Calibration:
     """Make the calibration of one record.
 
@@ -59,56 +56,16 @@ def calibration_of_record(
         What was asked.
     known : Correction or None
         Effects that were taken out.
-    laws : RecordLaws or None
-        Its temperature laws, where they came with those of other records.
+    laws : RecordLaws
+        Its temperature laws.
 
     Returns
     -------
     Calibration
-        With its temperature laws.
+        With all that is known of the record.
     """
-    fit = _Fit(tables, estimate, gates, RecordLaws(None, None) if laws is None else laws)
-    if laws is None and options.method != "printed":  # laws of misprinted coefficients are no laws
-        fit = _with_laws(record, fit, known, options)
-    return _calibration(record, fit, known, options)
-
-
-class _Fit(NamedTuple):
-    """What was found of one record."""
-
-    tables: Sequence[PreparedTable]
-    estimate: JointEstimate
-    gates: Sequence[tuple[Gate, ...]]
-    laws: RecordLaws
-
-
-def _with_laws(record: TumbleRecord, fit: _Fit, known: Correction | None, options: Options) -> _Fit:
-    """Fit the laws, and all anew where the temperatures moved within the runs."""
-    delta0 = fixture_angle(record, options.delta0)
-    reference = reference_temperature_of(record, options.reference_temperature)
-    tables, estimate, gates, _ = fit
-    at_rest = brought_to_rest(tables, estimate, reference)
-    if at_rest.said:
-        tables = at_rest.tables
-        estimate = _estimated_anew(record, tables, known, options, delta0)
-        gates = gates_of_tables(tables, estimate.judged, estimate.noises, delta0)
-    laws = laws_of_record(
-        at_rest,
-        estimate,
-        reference,
-        options.temperature_laws,
-        moving=fit.tables,
-        outputs=fit.estimate.outputs,
-    )
-    return _Fit(tables, estimate, gates, laws)
-
-
-def _calibration(
-    record: TumbleRecord, fit: _Fit, known: Correction | None, options: Options
-) -> Calibration:
-    tables, estimate, gates, laws = fit
     method, delta0 = options.method, fixture_angle(record, options.delta0)
-    warned = _warnings(record, fit, options)
+    warned = _warnings(record, tables, estimate, laws, options)
     of_tables = [own[0] for own in warned.of_tables]
     stated = laws.with_temperature(estimate)
     return Calibration(
@@ -134,42 +91,25 @@ def _calibration(
     )
 
 
-def _estimated_anew(
+def _warnings(
     record: TumbleRecord,
     tables: Sequence[PreparedTable],
-    known: Correction | None,
+    estimate: JointEstimate,
+    laws: RecordLaws,
     options: Options,
-    delta0: float,
-) -> JointEstimate:
-    """Estimate tables whose readings were brought to rest."""
-    with naming(record):
-        estimate = estimate_jointly(
-            tables,
-            record.apparatus,
-            method=options.method,
-            robust=options.robust,
-            delta0=delta0,
-            head=options.head_for(record),
-        )
-    if known is None:
-        return estimate
-    of_effects = effects_component(tables, [known], options.method, delta0).of(0)
-    return estimate._replace(components={**estimate.components, "effects": of_effects})
-
-
-def _warnings(record: TumbleRecord, fit: _Fit, options: Options) -> Warned:
+) -> Warned:
     """Say what a reader must know of one record: a stack of one."""
     is_given = has_reference_temperature(record, options.reference_temperature)
     return warnings_of(
         Fitted(
-            tables=fit.tables,
-            estimate=stack_of_one(fit.estimate),
-            slopes=Slopes.of_one(fit.laws.main),
+            tables=tables,
+            estimate=stack_of_one(estimate),
+            slopes=Slopes.of_one(laws.main),
             is_chosen=np.array([not is_given]),
             method=options.method,
             delta0=fixture_angle(record, options.delta0),
             told_of_head=np.array([options.leaves_out(record)]),
-            moved=fit.laws.said,
+            moved=[laws.said],
         )
     )
 

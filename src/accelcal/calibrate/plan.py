@@ -55,9 +55,19 @@ class OnePlan(NamedTuple):
 
     def can_be_stacked(self) -> NDArray[np.bool_]:
         """Tell which records can be calibrated with others, shape (R,), see `plans_of`."""
-        usable = [is_usable(y) for y in self.outputs]
-        stand = [(t == t[:, :1]).all(axis=1) | np.isnan(t).all(axis=1) for t in self.temperatures]
-        return np.asarray(np.all([*usable, *stand], axis=0))
+        return np.asarray(np.all([is_usable(y) for y in self.outputs], axis=0))
+
+    def moves(self) -> bool:
+        """Whether a temperature of any record moves within a run."""
+        return any(bool((np.ptp(own, axis=1) > 0.0).any()) for own in self.recorded)
+
+    @property
+    def recorded(self) -> tuple[Array, ...]:
+        """The temperatures, those unknown at the mean of their table."""
+        return tuple(
+            np.where(np.isfinite(own), own, level[:, None])
+            for own, level in zip(self.temperatures, self.levels.T, strict=True)
+        )
 
     def times(self, tables: Sequence[int]) -> Array | None:
         """Times of the readings of some tables of one plan, table after table [s].
@@ -132,8 +142,8 @@ def plans_of(
     -------
     list of tuple
         Places of the records of each plan, and their readings; those of many records in parts of
-        a thousand. A record is alone where its temperatures move within a run, and where its
-        readings are none of an accelerometer, so that it harms no other.
+        a thousand. A record is alone where its readings are none of an accelerometer, so that it
+        harms no other.
 
     Notes
     -----

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,7 @@ from accelcal.calibrate.plan import OnePlan
 from accelcal.calibrate.weaknesses import Fitted, Warned, warnings_of
 from accelcal.estimate.estimability import check_names
 from accelcal.estimate.joint import JointStack, estimate_stack
+from accelcal.estimate.reversal import free_of_fixture_angle
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.estimate.uncertainty import Component
 from accelcal.gates.record import RecordStack, gates_of_records
@@ -28,7 +29,14 @@ from accelcal.grouping import median
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle, has_reference_temperature
 from accelcal.results.calibration import Calibration
-from accelcal.temperature.of_record import RecordLaws, StackLaws, laws_of_stack
+from accelcal.results.temperature import TemperatureModel
+from accelcal.temperature.at_rest import AtRest, brought_to_rest
+from accelcal.temperature.of_record import (
+    RecordLaws,
+    StackLaws,
+    laws_of_stack,
+    with_misalignment,
+)
 
 if TYPE_CHECKING:
     from accelcal.discovery.correction import Correction
@@ -36,6 +44,8 @@ if TYPE_CHECKING:
 __all__ = ["CalibrationStack", "calibration_stack"]
 
 Array = NDArray[np.float64]
+
+_MISPRINTED = "printed"  # laws of misprinted coefficients are no laws
 
 
 @dataclass(frozen=True)
@@ -58,6 +68,10 @@ class CalibrationStack:
         Effects that were taken out of each record; none without a model.
     given : OnePlan
         The records before that.
+    at_rest : AtRest
+        Readings of runs whose temperature moved, brought to its mean; they are those of `plan`.
+    moving : tuple of ndarray, shape (R, n)
+        Readings before that, as they are fitted.
     """
 
     plan: OnePlan
@@ -67,6 +81,8 @@ class CalibrationStack:
     delta0: float
     known: tuple[Correction, ...]
     given: OnePlan
+    at_rest: AtRest
+    moving: tuple[Array, ...]
 
     def __len__(self) -> int:
         return len(self.plan.records)
@@ -85,12 +101,25 @@ class CalibrationStack:
             As `accelcal.fit` gives it.
         """
         own = self.plan.records[record]
-        parts = own.tables() if record else (table.record for table in self.tables)
-        tables = [t._replace(record=r) for t, r in zip(self.tables, parts, strict=True)]
         gates = [tuple(g.gate(start + record) for g in found) for found, start in self.gates]
-        estimate = self.estimate.one(record)
-        known, laws = self._correction_of(record), self.laws_of(record)
-        return calibration_of_record(own, tables, estimate, gates, self.options, known, laws)
+        return calibration_of_record(
+            own,
+            self._tables_of(record),
+            self.estimate.one(record),
+            gates,
+            self.options,
+            self._correction_of(record),
+            self.laws_of(record),
+        )
+
+    def _tables_of(self, record: int) -> list[PreparedTable]:
+        """Tables of one record, with the readings that are fitted."""
+        own = self.plan.records[record]
+        parts = own.tables() if record else [table.record for table in self.tables]
+        if self.at_rest.said[record]:
+            outputs = [y[record] for y in self.plan.outputs]
+            parts = [replace(r, output=y) for r, y in zip(parts, outputs, strict=True)]
+        return [t._replace(record=r) for t, r in zip(self.tables, parts, strict=True)]
 
     def _correction_of(self, record: int) -> Correction | None:
         """Effects that were taken out of one record, with the gaps before and after each."""
@@ -98,8 +127,8 @@ class CalibrationStack:
             return next(iter(self.known), None)
         return corrections(self.given.of_records(np.array([record])), self.options, self.delta0)[0]
 
-    def laws_of(self, record: int) -> RecordLaws | None:
-        """Return the laws of one record; None where they take steps of their own.
+    def laws_of(self, record: int) -> RecordLaws:
+        """Return the laws of one record.
 
         Parameters
         ----------
@@ -108,23 +137,29 @@ class CalibrationStack:
 
         Returns
         -------
-        RecordLaws or None
-            The laws from its tables.
+        RecordLaws
+            The laws from its tables, or from its readings where these are asked for.
         """
-        if self.is_alone or self.options.temperature_laws != TEMPERATURE_LAWS[0]:
-            return None
         main, second = (
             laws.model(record) if laws is not None else None
             for laws in (self.laws.main, self.laws.second_axis)
         )
-        known = main is not None and main.K1.at_T0 is not None
-        heat = self.laws.of_tables
-        return RecordLaws(main, second, heat.of(record) if heat is not None and known else None)
+        said, heat = self.at_rest.said[record], self.laws.of_tables
+        if main is None or main.K1.at_T0 is None:
+            return RecordLaws(main, second, None, said)
+        if self.options.temperature_laws != TEMPERATURE_LAWS[0]:
+            main = self._from_readings(record, main)
+        return RecordLaws(main, second, None if heat is None else heat.of(record), said)
 
-    @cached_property
-    def is_alone(self) -> bool:
-        """Whether the stack is of one record that no other can be stacked with."""
-        return len(self) == 1 and not self.plan.can_be_stacked().all()
+    def _from_readings(self, record: int, laws: TemperatureModel) -> TemperatureModel:
+        from accelcal.temperature.from_readings import laws_from_readings
+
+        plan, moving = self.plan, self.estimate._replace(outputs=self.moving)
+        found = laws_from_readings(
+            self.tables, moving, record, laws, plan.recorded, plan.levels, self.references
+        )
+        same = free_of_fixture_angle(self.tables, self.estimate) is self.estimate
+        return found if same else with_misalignment(found, laws)
 
     @cached_property
     def references(self) -> Array:
@@ -133,21 +168,23 @@ class CalibrationStack:
 
     @cached_property
     def laws(self) -> StackLaws:
-        """Temperature laws of all records from their tables, unless the stack `is_alone`."""
-        if self.options.method == "printed":  # laws of misprinted coefficients are no laws
+        """Temperature laws of all records from their tables."""
+        if self.options.method == _MISPRINTED:
             return StackLaws(None, None, None)
-        temperatures = self.plan.temperatures
-        return laws_of_stack(self.tables, self.estimate, temperatures, self.references)
+        plan, unfelt = self.plan, self.at_rest.unfelt
+        return laws_of_stack(
+            self.tables, self.estimate, plan.recorded, plan.levels, self.references, unfelt
+        )
 
     @cached_property
     def components(self) -> Mapping[str, Component]:
-        """Components of the errors with those of the temperatures, unless the stack `is_alone`."""
+        """Components of the errors with those of the temperatures."""
         heat, own = self.laws.of_tables, self.estimate.components
         return own if heat is None else {**own, "temperature": heat}
 
     @property
     def warnings(self) -> Warned:
-        """What a reader must know of each record and table, unless the stack `is_alone`."""
+        """What a reader must know of each record and table."""
         options, records = self.options, self.plan.records
         given = options.reference_temperature
         return warnings_of(
@@ -159,12 +196,13 @@ class CalibrationStack:
                 method=options.method,
                 delta0=self.delta0,
                 told_of_head=np.array([options.leaves_out(r) for r in records]),
+                moved=self.at_rest.said,
             )
         )
 
     @cached_property
     def record_gates(self) -> tuple[GateStack, ...]:
-        """Gates on what the tables of a record say together, unless the stack `is_alone`."""
+        """Gates on what the tables of a record say together."""
         return gates_of_records(RecordStack.of(self.estimate, table_names(self.tables)))
 
     @cached_property
@@ -225,10 +263,25 @@ def calibration_stack(plan: OnePlan, options: Options) -> CalibrationStack:
     head = options.head_for(record)
     if head is not None:
         plan = at_true_angles(plan, head, _prepared(record, delta0, options), delta0)
-        record = plan.records[0]
     given, known = plan, corrections(plan, options, delta0)
     plan = OnePlan.of([item.record for item in known]) if known else plan
     tables = _prepared(plan.records[0], delta0, options)
+    estimate = _estimate(plan, tables, options, delta0, known)
+    at_rest, moving = _at_rest(plan, tables, estimate, options), estimate.outputs
+    if any(at_rest.said):
+        plan = plan._replace(outputs=at_rest.outputs)
+        estimate = _estimate(plan, tables, options, delta0, known)
+    return CalibrationStack(plan, tables, estimate, options, delta0, known, given, at_rest, moving)
+
+
+def _estimate(
+    plan: OnePlan,
+    tables: Sequence[PreparedTable],
+    options: Options,
+    delta0: float,
+    known: Sequence[Correction],
+) -> JointStack:
+    record = plan.records[0]
     with naming(record):
         estimate = estimate_stack(
             tables,
@@ -238,12 +291,21 @@ def calibration_stack(plan: OnePlan, options: Options) -> CalibrationStack:
             method=options.method,
             robust=options.robust,
             delta0=delta0,
-            head=head,
+            head=options.head_for(record),
         )
-    if known:
-        of_effects = effects_component(tables, known, options.method, delta0)
-        estimate = estimate._replace(components={**estimate.components, "effects": of_effects})
-    return CalibrationStack(plan, tables, estimate, options, delta0, known, given)
+    if not known:
+        return estimate
+    of_effects = effects_component(tables, known, options.method, delta0)
+    return estimate._replace(components={**estimate.components, "effects": of_effects})
+
+
+def _at_rest(
+    plan: OnePlan, tables: Sequence[PreparedTable], estimate: JointStack, options: Options
+) -> AtRest:
+    if options.method == _MISPRINTED or not plan.moves():
+        return AtRest.of(plan.outputs)
+    reference = plan.references(options.reference_temperature)
+    return brought_to_rest(tables, estimate, plan.outputs, plan.recorded, plan.levels, reference)
 
 
 def _prepared(record: TumbleRecord, delta0: float, options: Options) -> list[PreparedTable]:

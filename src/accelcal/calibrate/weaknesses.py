@@ -61,9 +61,9 @@ class Fitted(NamedTuple):
         Fixture angle that was taken as given [rad].
     told_of_head : ndarray of bool, shape (R,)
         Whether what is known of the head came from this record too.
-    moved : sequence of str
-        What was done where temperatures moved within the runs, see
-        `accelcal.temperature.at_rest`; of one record alone.
+    moved : sequence of tuple of str
+        What was done with each record where temperatures moved within the runs, see
+        `accelcal.temperature.at_rest`.
     """
 
     tables: Sequence[PreparedTable]
@@ -73,7 +73,7 @@ class Fitted(NamedTuple):
     method: str
     delta0: float
     told_of_head: Mask
-    moved: Sequence[str] = ()
+    moved: Sequence[tuple[str, ...]]
 
 
 class Warned(NamedTuple):
@@ -112,7 +112,7 @@ def warnings_of(fitted: Fitted) -> Warned:
         *_of_launch(estimate.bias_shift),
         *_of_laws(fitted),
         *_of_temperature(fitted),
-        *(Sentence(True, text) for text in fitted.moved),
+        *_of_moving(fitted.moved),
         Sentence(
             fitted.told_of_head,
             "this table told of the head: that is left out here, and the rest used; the"
@@ -121,6 +121,13 @@ def warnings_of(fitted: Fitted) -> Warned:
     )
     of_tables = map(_of_table, fitted.tables, estimate.noises)
     return Warned(of_each(said, records), [of_each(own, records) for own in of_tables])
+
+
+def _of_moving(moved: Sequence[tuple[str, ...]]) -> Iterator[Sentence]:
+    record = np.arange(len(moved))
+    count = np.array([len(said) for said in moved])
+    for place in range(int(count.max())):
+        yield Sentence(count > place, lambda i, place=place: moved[i][place], [record])
 
 
 # -- a table ---------------------------------------------------------------------------------------

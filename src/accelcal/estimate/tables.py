@@ -78,19 +78,18 @@ class PreparedTable(NamedTuple):
 
         Parameters
         ----------
-        coefficients : ndarray, shape (6,)
+        coefficients : ndarray, shape (..., 6)
             Coefficients of the table, zero where not estimated [output unit / g^n].
         positions : ndarray, shape (J,)
             Head positions, sorted [deg].
 
         Returns
         -------
-        ndarray, shape (n, J)
+        ndarray, shape (..., n, J)
             dY/dth in the column of the reading's position, zero elsewhere [output unit / rad].
         """
-        return np.asarray(
-            (self.angular @ coefficients)[:, None] * (self.head[:, None] == positions)
-        )
+        rate = coefficients @ self.angular.T
+        return np.asarray(rate[..., None] * (self.head[:, None] == positions))
 
     @property
     def kept_design(self) -> Array:

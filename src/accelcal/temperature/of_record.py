@@ -10,27 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.joint import JointEstimate, JointStack
-from accelcal.estimate.one_axis import tables_of_axis
 from accelcal.estimate.reversal import free_of_fixture_angle
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.results.temperature import TemperatureModel
-from accelcal.temperature.at_rest import AtRest
 from accelcal.temperature.from_tables import (
     LawsOfRecords,
-    laws_from_tables,
     laws_of_records,
     tables_of_one_mounting,
 )
 from accelcal.temperature.levels import level_stack
-from accelcal.temperature.of_tables import (
-    Slopes,
-    stacked_temperature_component,
-    temperature_component,
-)
+from accelcal.temperature.of_tables import Slopes, stacked_temperature_component
 from accelcal.temperature.run_temperatures import stacked_temperature_uncertainty
 
-__all__ = ["RecordLaws", "StackLaws", "laws_of_record", "laws_of_stack"]
+__all__ = ["RecordLaws", "StackLaws", "laws_of_stack", "with_misalignment"]
 
 Array = NDArray[np.float64]
 
@@ -63,55 +56,6 @@ class RecordLaws(NamedTuple):
         return estimate._replace(components=components)
 
 
-def laws_of_record(
-    at_rest: AtRest,
-    estimate: JointEstimate,
-    reference: float | None,
-    laws_from: str,
-    *,
-    moving: Sequence[PreparedTable],
-    outputs: Sequence[Array],
-) -> RecordLaws:
-    """Fit the temperature laws of both axes.
-
-    Parameters
-    ----------
-    at_rest : AtRest
-        The tables of one record, brought to the mean temperatures of their runs.
-    estimate : JointEstimate
-        Their coefficients.
-    reference : float or None
-        T0 [degC].
-    laws_from : str
-        ``"tables"`` or ``"readings"``.
-    moving, outputs
-        The tables before that, and their readings that are fitted, for laws from the readings.
-
-    Returns
-    -------
-    RecordLaws
-        With the misalignments free of the fixture angle, where both sides of an axis were measured.
-    """
-    tables, unfelt, said = at_rest
-    free = free_of_fixture_angle(tables, estimate)
-    same = free is estimate
-    uncertainty, unit = tables[0].record.apparatus.temperature_uncertainty, tables[0].record.unit
-    main = laws_from_tables(tables, free, reference, uncertainty, unit, unfelt)
-    chosen = tables_of_one_mounting(tables, estimate)
-    axis = tables[chosen[0]].axis if chosen else "o"
-    others, of_others = tables_of_axis(tables, free, "p" if axis == "o" else "o")
-    share = unfelt[[table.axis != axis for table in tables]]
-    second = laws_from_tables(others, of_others, reference, uncertainty, unit, share)
-    heat = temperature_component(tables, estimate, main, reference, unfelt)
-    if main is None or main.k0.at_T0 is None or reference is None or laws_from == "tables":
-        return RecordLaws(main, second, heat, said)
-    from accelcal.temperature.from_readings import laws_from_readings
-
-    estimate = estimate._replace(outputs=tuple(outputs))
-    found = laws_from_readings(moving, estimate, main, reference, uncertainty, unit)
-    return RecordLaws(found if same else _with_misalignment(found, main), second, heat, said)
-
-
 class StackLaws(NamedTuple):
     """Temperature laws of R records of one plan.
 
@@ -136,31 +80,36 @@ def laws_of_stack(
     tables: Sequence[PreparedTable],
     estimate: JointStack,
     temperatures: Sequence[Array],
+    levels: Array,
     reference: Array,
+    unfelt: Array | float = 1.0,
 ) -> StackLaws:
     """Fit the temperature laws of both axes of many records, to the coefficients of the tables.
 
     Parameters
     ----------
     tables : sequence of PreparedTable
-        The tables of any of the R records, which are of one plan; their temperatures stand within
-        each run.
+        The tables of any of the R records, which are of one plan.
     estimate : JointStack
         Their coefficients.
     temperatures : sequence of ndarray, shape (R, n)
-        Temperatures of the readings of each table [degC]; NaN where unknown.
+        Temperatures of the readings of each table, those unknown at their mean [degC].
+    levels : ndarray, shape (R, tables)
+        Mean temperature of each table [degC]; NaN where unknown.
     reference : ndarray, shape (R,)
         T0 [degC]; NaN where there is none.
+    unfelt : ndarray, shape (R, tables), or 1
+        Share of the recorded scatter, as a variance, that the accelerometer did not feel.
 
     Returns
     -------
     StackLaws
-        The laws; record by record those of `laws_of_record`.
+        The laws, with the misalignments free of the fixture angle where both sides of an axis were
+        measured.
     """
     free = free_of_fixture_angle(tables, estimate)
-    levels = np.stack([own.mean(axis=1) for own in temperatures], axis=1)
     declared = tables[0].record.apparatus.temperature_uncertainty
-    uncertain = stacked_temperature_uncertainty(temperatures, declared)
+    uncertain = stacked_temperature_uncertainty(temperatures, declared, unfelt)
 
     def of(chosen: list[int]) -> LawsOfRecords | None:
         if len(chosen) < 2:
@@ -180,10 +129,19 @@ def laws_of_stack(
     return StackLaws(main, second, heat)
 
 
-def _with_misalignment(readings: TemperatureModel, tables: TemperatureModel) -> TemperatureModel:
+def with_misalignment(readings: TemperatureModel, tables: TemperatureModel) -> TemperatureModel:
     """Take the law of the misalignment from the tables, where the fixture angle is out of it.
 
-    Its correlations with the laws from all readings are not known and left at zero.
+    Parameters
+    ----------
+    readings, tables : TemperatureModel
+        Laws from the readings, and from the tables.
+
+    Returns
+    -------
+    TemperatureModel
+        Those from the readings with that law; its correlations with them are not known and left at
+        zero.
     """
     names = readings.covariance_names
     if not names or not set(names) <= set(tables.covariance_names):

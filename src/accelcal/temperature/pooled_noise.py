@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from accelcal.estimate.noise import ReadingNoise
+from accelcal.estimate.noise import NoiseStack
 from accelcal.probability import f_survival
 
 __all__ = ["pooled_noise"]
@@ -20,19 +21,19 @@ _SIGNIFICANT = 0.01
 _OF_ALL = "replicates of all tables"
 
 
-def pooled_noise(noises: Sequence[ReadingNoise], bare: Sequence[bool]) -> list[ReadingNoise]:
-    """Pool the noise of the runs unless their replicates differ.
+def pooled_noise(noises: Sequence[NoiseStack], bare: Sequence[bool]) -> list[NoiseStack]:
+    """Pool the noise of the runs of each record unless their replicates differ.
 
     Parameters
     ----------
-    noises : sequence of ReadingNoise
-        Noise of each run.
+    noises : sequence of NoiseStack
+        Noise of each run of R records.
     bare : sequence of bool
         Whether the run declares no scatter of its readings; one that does keeps its noise.
 
     Returns
     -------
-    list of ReadingNoise
+    list of NoiseStack
         Noise of each run; equal where pooled.
 
     Notes
@@ -46,29 +47,41 @@ def pooled_noise(noises: Sequence[ReadingNoise], bare: Sequence[bool]) -> list[R
 
     Examples
     --------
-    >>> runs = [ReadingNoise(1.0, 10.0, "replicates"), ReadingNoise(1.2, 10.0, "replicates")]
-    >>> [(round(noise.factor, 3), noise.dof) for noise in pooled_noise(runs, [True, True])]
-    [(1.105, 20.0), (1.105, 20.0)]
+    >>> import numpy as np
+    >>> runs = [NoiseStack.of(np.array([size]), 10.0, "replicates") for size in (1.0, 1.2)]
+    >>> pooled = pooled_noise(runs, [True, True])
+    >>> [(noise.factor.round(3).tolist(), noise.dof.tolist()) for noise in pooled]
+    [([1.105], [20.0]), ([1.105], [20.0])]
     """
-    own = [n for n, is_bare in zip(noises, bare, strict=True) if is_bare and n.source != _OF_ALL]
-    if not own or any(noise.source != "replicates" for noise in own) or _differ(own):
+    # noise that is not declared is known in the same way in all records
+    own = [n for n, is_bare in zip(noises, bare, strict=True) if is_bare and n.source[0] != _OF_ALL]
+    if not own or any(noise.source[0] != "replicates" for noise in own):
         return list(noises)
-    pool = next((noise for noise in noises if noise.source == _OF_ALL), _pooled(own))
-    return [pool if is_bare else n for n, is_bare in zip(noises, bare, strict=True)]
+    pool = next((noise for noise in noises if noise.source[0] == _OF_ALL), None) or _pooled(own)
+    differ = _differ(own)
+    return [
+        _chosen(differ, noise, pool) if is_bare else noise
+        for noise, is_bare in zip(noises, bare, strict=True)
+    ]
 
 
-def _pooled(noises: Sequence[ReadingNoise]) -> ReadingNoise:
-    dof = sum(noise.dof for noise in noises)
-    return ReadingNoise((sum(n.dof * n.factor**2 for n in noises) / dof) ** 0.5, dof, _OF_ALL)
+def _chosen(first: NDArray[np.bool_], noise: NoiseStack, other: NoiseStack) -> NoiseStack:
+    return NoiseStack(*(np.where(first, a, b) for a, b in zip(noise, other, strict=True)))
 
 
-def _differ(noises: Sequence[ReadingNoise]) -> bool:
+def _pooled(noises: Sequence[NoiseStack]) -> NoiseStack:
+    dof = np.sum([noise.dof for noise in noises], axis=0)
+    variance = np.sum([noise.dof * noise.factor**2 for noise in noises], axis=0) / dof
+    return NoiseStack.of(np.sqrt(variance), 0.0, _OF_ALL)._replace(dof=dof)
+
+
+def _differ(noises: Sequence[NoiseStack]) -> NDArray[np.bool_]:
     if len(noises) < 2:
-        return False
+        return np.zeros(1, dtype=np.bool_)
     variance = np.array([noise.factor**2 for noise in noises])
     dof = np.array([noise.dof for noise in noises])
-    others = float(variance.size - 1)
-    pooled = float(dof @ variance / dof.sum())
-    squares = float(dof @ np.log(pooled / variance))
-    squares /= 1.0 + (float((1.0 / dof).sum()) - 1.0 / float(dof.sum())) / (3.0 * others)
-    return f_survival(squares / others, others, np.inf) < _SIGNIFICANT
+    others = float(len(noises) - 1)
+    pooled = (dof * variance).sum(axis=0) / dof.sum(axis=0)
+    squares = (dof * np.log(pooled / variance)).sum(axis=0)
+    squares /= 1.0 + ((1.0 / dof).sum(axis=0) - 1.0 / dof.sum(axis=0)) / (3.0 * others)
+    return np.asarray(f_survival(squares / others, others, np.inf) < _SIGNIFICANT)
