@@ -6,38 +6,71 @@ that is worked out position by position, and no error of a position needs to be 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["apart_from_head"]
+from accelcal.grouping import sums_of_groups
+
+__all__ = ["HeadErrors"]
 
 Array = NDArray[np.float64]
+Places = NDArray[np.intp]
 
 
-def apart_from_head(acting: Array) -> Callable[[Array], Array]:
-    """Find what makes the errors of readings independent.
+class HeadErrors(NamedTuple):
+    """What independent errors of J positions do to n readings of each of R records.
 
-    Parameters
+    Attributes
     ----------
-    acting : ndarray, shape (n, J)
-        What independent errors of the positions do to readings of independent noise, both of
-        standard deviation 1; one in each row.
-
-    Returns
-    -------
-    callable
-        Takes columns, shape (n, k), and multiplies them with the inverse root of 1 + H H'.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> acting = np.array([[2.0, 0.0], [1.0, 0.0], [0.0, 3.0]])
-    >>> root = apart_from_head(acting)(np.eye(3))
-    >>> np.allclose(root @ root @ (np.eye(3) + acting @ acting.T), np.eye(3))
-    True
+    acting : ndarray, shape (R, n)
+        What an error of one standard uncertainty of its position does to each reading.
+    position : ndarray of int, shape (n,)
+        Position of each reading.
+    members : ndarray of int, shape (J,)
+        How many readings each position has.
     """
-    squares = (acting**2).sum(axis=0)
-    share = (1.0 - 1.0 / np.sqrt(1.0 + squares)) / np.where(squares > 0.0, squares, 1.0)
-    return lambda columns: columns - acting @ (share[:, None] * (acting.T @ columns))
+
+    acting: Array
+    position: Places
+    members: Places
+
+    def of_records(self, rows: Places) -> HeadErrors:
+        """Return those of some of the records."""
+        return self._replace(acting=self.acting[rows])
+
+    def sums(self, columns: Array) -> Array:
+        """Multiply columns, shape (R, n, k), with the transpose of H: shape (R, J, k)."""
+        return sums_of_groups(self.acting[..., None] * columns, self.position, self.members)
+
+    def apart(self, columns: Array, noise: Array) -> Array:
+        """Make the errors of readings independent of each other.
+
+        Parameters
+        ----------
+        columns : ndarray, shape (R, n, k)
+            Columns in units of the noise.
+        noise : ndarray, shape (R, n)
+            Noise of the readings, in the units of `acting`.
+
+        Returns
+        -------
+        ndarray, shape (R, n, k)
+            The columns times the inverse root of 1 + H H', with H in units of the noise.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> errors = HeadErrors(np.array([[2.0, 1.0, 3.0]]), np.array([0, 0, 1]), np.array([2, 1]))
+        >>> H = np.array([[2.0, 0.0], [1.0, 0.0], [0.0, 3.0]])
+        >>> root = errors.apart(np.eye(3)[None], np.ones((1, 3)))[0]
+        >>> np.allclose(root @ root @ (np.eye(3) + H @ H.T), np.eye(3))
+        True
+        """
+        own = self._replace(acting=self.acting / noise)
+        squares = own.sums(own.acting[..., None])
+        share = (1.0 - 1.0 / np.sqrt(1.0 + squares)) / np.where(squares > 0.0, squares, 1.0)
+        taken = (share * own.sums(columns))[:, self.position]
+        taken *= own.acting[..., None]
+        return np.asarray(columns - taken)

@@ -22,15 +22,15 @@ from accelcal.temperature.from_tables import (
     tables_of_one_mounting,
 )
 from accelcal.temperature.levels import level_stack
-from accelcal.temperature.product_fit import (
+from accelcal.temperature.product_errors import (
     ProductFit,
     Solution,
     felt_beside_noise,
     product_fit,
-    solved,
     to_the_mean,
     unfelt_share,
 )
+from accelcal.temperature.product_fit import solved
 from accelcal.temperature.run_temperatures import stacked_temperature_uncertainty
 
 __all__ = ["AtRest", "brought_to_rest"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,30 +13,14 @@ from accelcal.estimate.uncertainty import Component
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
 from accelcal.temperature.bilinear import named_model
 from accelcal.temperature.from_tables import tables_of_one_mounting
-from accelcal.temperature.product_fit import (
-    Errors,
-    ProductFit,
-    Solution,
-    estimator,
-    product_fit,
-    solved,
-)
+from accelcal.temperature.product_errors import Errors, ProductFit, Solution, product_fit
+from accelcal.temperature.product_fit import estimator, solved
 
 __all__ = ["laws_from_readings"]
 
 Array = NDArray[np.float64]
 
 _UNFELT = 0.5
-
-
-class _Source(NamedTuple):
-    """What one source of error does to the readings: a column for each independent error.
-
-    The degrees of freedom are those of all columns, or of each row where it acts on the diagonal.
-    """
-
-    acting: Array
-    dof: Array | float
 
 
 def laws_from_readings(
@@ -93,10 +76,7 @@ def laws_from_readings(
     count = laws.size
     return named_model(
         state.parameters[0, :count],
-        {
-            name: _component(through[0, :count], source)
-            for name, source in _sources(estimate, errors, record).items()
-        },
+        _components(through[0, :count], errors, estimate, record),
         sides,
         tables[0].record.unit,
         hysteresis=start.hysteresis,
@@ -108,31 +88,33 @@ def _values(law: BilinearLaw, sides: Sequence[str]) -> Array:
     return np.array([getattr(law, name).value for name in ("at_T0", *sides)])
 
 
-def _sources(estimate: JointStack, errors: Errors, record: int) -> Mapping[str, _Source]:
-    """Errors of the readings of a record by source; the first is diagonal."""
+def _components(
+    through: Array, errors: Errors, estimate: JointStack, record: int
+) -> Mapping[str, Component]:
+    """Pass the errors of the readings of one record through the estimator."""
     dof = {
-        "head": float(estimate.head.one(record).dof),
         "launch": estimate.bias_shift.dof,
         "launch_sf": estimate.scale_factor_shift.dof,
         "temperature": float(errors.temperature_dof.min()),
         "hysteresis": np.inf,
     }
+    head = errors.head.sums(through.T[None])[0].T
     return {
-        "reading": _Source(errors.noise[0], errors.noise_dof[0]),
-        **{name: _Source(acting[0], dof[name]) for name, acting in errors.shared.items()},
-        "felt": _Source(errors.felt[0], np.inf),
+        "reading": _of_noise(through * errors.noise[0], errors.noise_dof[0]),
+        "head": _component(head, float(estimate.head.one(record).dof)),
+        **{name: _component(through @ own[0], dof[name]) for name, own in errors.shared.items()},
+        "felt": _component(through @ errors.felt[0], np.inf),
     }
 
 
-def _component(through: Array, source: _Source) -> Component:
-    if source.acting.ndim == 1:
-        passed = through * source.acting
-        shares = passed**2 / (passed**2).sum(axis=1, keepdims=True)
-        with np.errstate(divide="ignore"):  # a declared noise has no end of degrees of freedom
-            dof = 1.0 / (shares @ (1.0 / np.asarray(source.dof)))
-        return Component(passed @ passed.T, dof)
-    passed = through @ source.acting
-    return Component(passed @ passed.T, np.full(through.shape[0], source.dof))
+def _of_noise(passed: Array, dof: Array) -> Component:
+    shares = passed**2 / (passed**2).sum(axis=1, keepdims=True)
+    with np.errstate(divide="ignore"):  # a declared noise has no end of degrees of freedom
+        return Component(passed @ passed.T, 1.0 / (shares @ (1.0 / dof)))
+
+
+def _component(passed: Array, dof: float) -> Component:
+    return Component(passed @ passed.T, np.full(len(passed), dof))
 
 
 def _unfelt(fit: ProductFit, state: Solution) -> Iterator[str]:

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.joint import JointEstimate, JointStack
-from accelcal.estimate.stack_of_one import stack_of_one
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, Intervals, combined, propagate
 from accelcal.probability import f_survival
@@ -37,13 +36,11 @@ from accelcal.temperature.levels import (
     LevelStack,
     alike,
     joint_covariance,
-    level_stack,
     levels_of,
 )
-from accelcal.temperature.run_temperatures import run_temperature_uncertainty
 from accelcal.temperature.weaknesses import NO_LEVEL_NEAR_T0, law_sentences
 
-__all__ = ["LawsOfRecords", "laws_from_tables", "laws_of_records", "tables_of_one_mounting"]
+__all__ = ["LawsOfRecords", "laws_of_records", "tables_of_one_mounting"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -54,58 +51,6 @@ _ROUNDING = 1e-9  # g, relative or rad: below it a misfit is of no interest
 _PARTS = [f"{law} {part}" for law in ("k0", "K1", "delta") for part in ("at_T0", "above", "below")]
 _NAMES = (*_PARTS, "hysteresis")
 _WITHOUT, _UNDETERMINED = -1, -2  # in place of a group
-
-
-def laws_from_tables(
-    tables: Sequence[PreparedTable],
-    estimate: JointEstimate,
-    reference: float | None,
-    temperature_uncertainty: float | None = None,
-    unit: str | None = None,
-    unfelt: Array | None = None,
-) -> TemperatureModel | None:
-    """Fit the temperature laws.
-
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of one record.
-    estimate : JointEstimate
-        Their coefficients.
-    reference : float or None
-        T0 [degC].
-    temperature_uncertainty : float, optional
-        Standard uncertainty of the temperature of a run [degC].
-    unit : str, optional
-        Output unit.
-    unfelt : ndarray, shape (tables,), optional
-        Share of the recorded scatter of the temperatures that was not felt; all by default.
-
-    Returns
-    -------
-    TemperatureModel or None
-        The laws; None where there is one level only, or a temperature is unknown.
-
-    Notes
-    -----
-    k0 = k0N + lam1 dT above T0 and lam2 dT below; K1 = K1N (1 + beta1|2 dT); delta = deltaN +
-    gam1|2 dT. With the estimates q and their covariance C, the laws are the generalised least
-    squares solution (X' C^-1 X)^-1 X' C^-1 q, and each component of error goes through the same
-    matrix. An error of temperature acts by the slope of the law. Where a level was reached by
-    heating and by cooling, k0 has the further term +h after heating and -h after cooling, with an h
-    for each such level, so that the laws go through the middle of both branches and h_T leans on
-    no slope. A run on one branch only, or on none that is known, has the uncertainty h.
-    """
-    chosen = tables_of_one_mounting(tables, estimate)
-    if len(chosen) < 2:
-        return None
-    share = 1.0 if unfelt is None else unfelt
-    uncertain = run_temperature_uncertainty(tables, temperature_uncertainty, share)
-    levels = np.array([[table.record.mean_temperature for table in tables]])
-    T0 = np.array([np.nan if reference is None else reference])
-    of_levels = uncertain[0][None], uncertain[1][None]
-    stack = level_stack(tables, stack_of_one(estimate), chosen, levels, of_levels, T0)
-    return laws_of_records(stack._replace(unit=unit)).model(0)
 
 
 class _Group(NamedTuple):
@@ -212,7 +157,18 @@ def laws_of_records(stack: LevelStack) -> LawsOfRecords:
     Returns
     -------
     LawsOfRecords
-        The laws, see `laws_from_tables`. Records alike are solved together.
+        The laws; none where there is one level only, or a temperature is unknown. Records alike
+        are solved together.
+
+    Notes
+    -----
+    k0 = k0N + lam1 dT above T0 and lam2 dT below; K1 = K1N (1 + beta1|2 dT); delta = deltaN +
+    gam1|2 dT. With the estimates q and their covariance C, the laws are the generalised least
+    squares solution (X' C^-1 X)^-1 X' C^-1 q, and each component of error goes through the same
+    matrix. An error of temperature acts by the slope of the law. Where a level was reached by
+    heating and by cooling, k0 has the further term +h after heating and -h after cooling, with an h
+    for each such level, so that the laws go through the middle of both branches and h_T leans on
+    no slope. A run on one branch only, or on none that is known, has the uncertainty h.
     """
     records = len(stack.reference)
     numbers = np.full((4, records, len(_NAMES)), np.nan)

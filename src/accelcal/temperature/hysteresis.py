@@ -8,14 +8,13 @@ mean of h over the levels.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.launch import reached_by, same_levels
-from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, Intervals, interval_stack, propagate
 from accelcal.probability import f_survival
 from accelcal.results.quantity import Quantity
@@ -24,7 +23,6 @@ from accelcal.temperature.bilinear import interval_of, misfit, quantity
 __all__ = [
     "Branches",
     "Hysteresis",
-    "branches",
     "branches_of",
     "mean_hysteresis",
 ]
@@ -63,24 +61,6 @@ class Branches(NamedTuple):
         squares = half_widths**2
         size = np.sqrt(squares.sum(axis=-1) / max(squares.shape[-1], 1))
         return np.asarray(size[..., None, None] * self.loose)
-
-
-def branches(tables: Sequence[PreparedTable]) -> Branches:
-    """Tell on which branch each table lies, see `accelcal.estimate.launch.reached_by`.
-
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        n tables of one mounting.
-
-    Returns
-    -------
-    Branches
-        Without any column where no level was reached both ways.
-    """
-    temperature = np.array([table.record.mean_temperature for table in tables])
-    runs = np.array([table.run for table in tables])
-    return branches_of(temperature, np.argsort(runs, kind="stable"))
 
 
 def branches_of(temperature: Array, order: NDArray[np.intp]) -> Branches:

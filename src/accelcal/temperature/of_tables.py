@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.joint import JointEstimate, JointStack
-from accelcal.estimate.stack_of_one import stack_of_one
+from accelcal.estimate.joint import JointStack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.grouping import grouped
@@ -17,12 +16,10 @@ from accelcal.model import COEFFICIENTS
 from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.bilinear import LEAST_RISE
 from accelcal.temperature.from_tables import LawsOfRecords, tables_of_one_mounting
-from accelcal.temperature.run_temperatures import run_temperature_uncertainty
 
 __all__ = [
     "Slopes",
     "stacked_temperature_component",
-    "temperature_component",
 ]
 
 Array = NDArray[np.float64]
@@ -95,43 +92,6 @@ class Slopes(NamedTuple):
         above, below = above & (rise > -LEAST_RISE)[:, None], below & (rise < LEAST_RISE)[:, None]
         whole = np.where(above, self.above, 0.0) + np.where(below, self.below, 0.0)
         return np.asarray(whole / np.maximum(above.astype(int) + below, 1))
-
-
-def temperature_component(
-    tables: Sequence[PreparedTable],
-    estimate: JointEstimate,
-    laws: TemperatureModel | None,
-    reference: float | None,
-    unfelt: Array,
-) -> Component | None:
-    """Find the component of error of all coefficients that the temperatures of the runs give.
-
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of one record.
-    estimate : JointEstimate
-        Their coefficients.
-    laws : TemperatureModel or None
-        The laws, for their slopes.
-    reference : float or None
-        T0 [degC].
-    unfelt : ndarray, shape (tables,)
-        Share of the recorded scatter of the temperatures that was not felt.
-
-    Returns
-    -------
-    Component or None
-        See `stacked_temperature_component`; None without slopes too.
-    """
-    if laws is None or reference is None or laws.K1.at_T0 is None:
-        return None
-    declared = tables[0].record.apparatus.temperature_uncertainty
-    uncertain, dof = run_temperature_uncertainty(tables, declared, unfelt)
-    rise = np.array([[table.record.mean_temperature - reference for table in tables]])
-    stack, slopes = stack_of_one(estimate), Slopes.of_one(laws)
-    found = stacked_temperature_component(tables, stack, slopes, rise, (uncertain[None], dof[None]))
-    return None if found is None else found.of(0)
 
 
 def stacked_temperature_component(

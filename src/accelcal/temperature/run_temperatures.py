@@ -7,56 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.estimate.tables import PreparedTable
-
-__all__ = [
-    "recorded_temperatures",
-    "run_temperature_uncertainty",
-    "stacked_temperature_uncertainty",
-]
+__all__ = ["stacked_temperature_uncertainty"]
 
 Array = NDArray[np.float64]
-
-
-def recorded_temperatures(table: PreparedTable) -> Array:
-    """Temperature of each reading, that of the run where it is unknown.
-
-    Parameters
-    ----------
-    table : PreparedTable
-        A table.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Temperatures [degC].
-    """
-    own = table.record.temperature
-    return np.where(np.isfinite(own), own, table.record.mean_temperature)
-
-
-def run_temperature_uncertainty(
-    tables: Sequence[PreparedTable], declared: float | None, share: ArrayLike = 1.0
-) -> tuple[Array, Array]:
-    """Uncertainty of the mean temperature of each run of a record, and its degrees of freedom.
-
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        Tables, each of a run of its own.
-    declared : float or None
-        Declared standard uncertainty of the temperature of a run [degC].
-    share : array_like, shape (tables,) or a number, default 1
-        Share of the recorded scatter, as a variance, that the accelerometer did not feel.
-
-    Returns
-    -------
-    uncertainty, dof : ndarray, shape (tables,)
-        See `stacked_temperature_uncertainty`.
-    """
-    temperatures = [recorded_temperatures(table)[None] for table in tables]
-    uncertainty, dof = stacked_temperature_uncertainty(temperatures, declared, share)
-    return uncertainty[0], dof[0]
 
 
 def stacked_temperature_uncertainty(
