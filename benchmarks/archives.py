@@ -41,10 +41,10 @@ TEMPERATURE = np.repeat([20.0, 60.0, -40.0], 54)
 HEADINGS = "temperature,position,stroke,output"
 
 
-def outputs(rng: np.random.Generator) -> np.ndarray:
+def outputs(rng: np.random.Generator, temperature: np.ndarray) -> np.ndarray:
     """Readings of one accelerometer [mA]."""
     angle = np.radians(45.0 * (POSITION - 1))
-    rise = TEMPERATURE - 20.0
+    rise = temperature - 20.0
     scale = rng.normal(1.35, 0.02) * (1.0 + 5e-4 * rise)
     bias = rng.normal(3e-3, 1e-3) - 4e-5 * rise
     a, b = np.cos(angle), np.sin(angle)
@@ -52,19 +52,23 @@ def outputs(rng: np.random.Generator) -> np.ndarray:
     return output + rng.normal(0.0, 7e-6, output.size)
 
 
-def rows(rng: np.random.Generator, first: str = "") -> list[str]:
+def rows(rng: np.random.Generator, first: str = "", scatter: float = 0.0) -> list[str]:
     """Lines of the 162 readings of one accelerometer."""
-    start = [f"{first}{t},{j},{k}," for t, j, k in zip(TEMPERATURE, POSITION, STROKE, strict=True)]
-    return [f"{s}{y:.7f}" for s, y in zip(start, outputs(rng).tolist(), strict=True)]
+    temperature = TEMPERATURE
+    if scatter:  # recorded, and felt
+        temperature = np.round(TEMPERATURE + rng.normal(0.0, scatter, TEMPERATURE.size), 2)
+    start = [f"{first}{t},{j},{k}," for t, j, k in zip(temperature, POSITION, STROKE, strict=True)]
+    return [f"{s}{y:.7f}" for s, y in zip(start, outputs(rng, temperature).tolist(), strict=True)]
 
 
-def write_files(folder: Path, count: int) -> Path:
+def write_files(folder: Path, count: int, scatter: float = 0.0) -> Path:
     """Write files of one accelerometer each."""
     folder.mkdir()
     rng = np.random.default_rng(1)
     for number in range(count):
         head = f"# serial: S{number:05d}\n# unit: mA\n# T0: 20\n# date: 2024-05-31\n{HEADINGS}\n"
-        (folder / f"{number:05d}.csv").write_text(head + "\n".join(rows(rng)) + "\n")
+        lines = "\n".join(rows(rng, scatter=scatter))
+        (folder / f"{number:05d}.csv").write_text(f"{head}{lines}\n")
     return folder
 
 
@@ -216,6 +220,26 @@ def files(folder: Path, work: Path, count: int, few: int, repeats: int) -> None:
         told = f"{times:.0f}" if np.isfinite(times) else "not installed"
         table.append((name, f"{cost:.0f}", told, *shares))
     show(f"{count} files of 162 readings, {JOBS} processes where not said otherwise", table)
+    moving(work, max(count // 10, 20), repeats, per_file["pandas and lmfit, one process"])
+
+
+def moving(work: Path, count: int, repeats: int, lmfit: float) -> None:
+    """Files with a temperature of its own for each reading, which the readings follow."""
+    folder = write_files(work / "moving", count, scatter=0.05)
+    spent = timed(
+        {
+            "batch to Parquet, one process": lambda: accelcal.write_batch(
+                folder, work / "m1.parquet"
+            ),
+            "batch to Parquet": lambda: accelcal.write_batch(folder, work / "m.parquet", jobs=JOBS),
+        },
+        repeats,
+    )
+    table = [("what", "us a file", "times lmfit")]
+    for name, seconds in spent.items():
+        cost = 1e6 * seconds / count
+        table.append((name, f"{cost:.0f}", f"{lmfit / cost:.0f}" if np.isfinite(lmfit) else ""))
+    show(f"{count} files whose temperatures move by 0.05 degC from reading to reading", table)
 
 
 def growth(folder: Path, work: Path, repeats: int) -> None:
