@@ -30,7 +30,7 @@ from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle, has_reference_temperature
 from accelcal.results.calibration import Calibration
 from accelcal.results.temperature import TemperatureModel
-from accelcal.temperature.at_rest import AtRest, brought_to_rest
+from accelcal.temperature.at_rest import AtRest
 from accelcal.temperature.of_record import (
     RecordLaws,
     StackLaws,
@@ -304,6 +304,8 @@ def _at_rest(
 ) -> AtRest:
     if options.method == _MISPRINTED or not plan.moves():
         return AtRest.of(plan.outputs)
+    from accelcal.temperature.felt_deviations import brought_to_rest
+
     reference = plan.references(options.reference_temperature)
     return brought_to_rest(tables, estimate, plan.outputs, plan.recorded, plan.levels, reference)
 

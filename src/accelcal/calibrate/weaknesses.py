@@ -63,7 +63,7 @@ class Fitted(NamedTuple):
         Whether what is known of the head came from this record too.
     moved : sequence of tuple of str
         What was done with each record where temperatures moved within the runs, see
-        `accelcal.temperature.at_rest`.
+        `accelcal.temperature.felt_deviations`.
     """
 
     tables: Sequence[PreparedTable]

@@ -1,49 +1,16 @@
-"""Readings of runs whose temperature moves, brought to the mean temperature of their run.
-
-Coefficients of a table are those at one temperature. Where the recorded temperatures move within
-the runs and the readings follow them, the slopes of the laws tell what each reading would have been
-at the mean: without that, the scatter of its strokes passes for noise, and the first of them for
-outliers.
-"""
+"""Readings at the mean temperature of their run: as they are, or brought there."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.joint import JointStack
-from accelcal.estimate.tables import PreparedTable
-from accelcal.temperature.from_tables import (
-    LawsOfRecords,
-    laws_of_records,
-    tables_of_one_mounting,
-)
-from accelcal.temperature.levels import level_stack
-from accelcal.temperature.product_errors import (
-    ProductFit,
-    Solution,
-    felt_beside_noise,
-    product_fit,
-    to_the_mean,
-    unfelt_share,
-)
-from accelcal.temperature.product_fit import solved
-from accelcal.temperature.run_temperatures import stacked_temperature_uncertainty
-
-__all__ = ["AtRest", "brought_to_rest"]
+__all__ = ["AtRest"]
 
 Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Places = NDArray[np.intp]
-
-_FOLLOWS = 0.5
-_SURE = 3.0
-_MUCH = 0.5  # degC; 0.25 degC off the mean is 130 ppm of the scale factor of the AL-15
-
-_AT_A_TIME = 20_000  # readings: with some dozens of unknowns each, they take a few MB
 
 
 class AtRest(NamedTuple):
@@ -68,145 +35,3 @@ class AtRest(NamedTuple):
         """Leave the readings as they are."""
         records = len(outputs[0])
         return cls(tuple(outputs), np.ones((records, len(outputs))), [()] * records)
-
-
-class _Moving(NamedTuple):
-    """R records of one plan whose temperatures move within the runs."""
-
-    tables: Sequence[PreparedTable]
-    estimate: JointStack
-    temperatures: Sequence[Array]
-    levels: Array
-    reference: Array
-    span: Array
-
-
-def brought_to_rest(
-    tables: Sequence[PreparedTable],
-    estimate: JointStack,
-    outputs: Sequence[Array],
-    temperatures: Sequence[Array],
-    levels: Array,
-    reference: Array,
-) -> AtRest:
-    """Bring the readings to the mean temperature of their run, where they follow the recorded one.
-
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of any of R records of one plan.
-    estimate : JointStack
-        Their coefficients, which tell the laws well enough.
-    outputs : sequence of ndarray, shape (R, n)
-        Readings of each table [output unit].
-    temperatures : sequence of ndarray, shape (R, n)
-        Temperatures of the readings of each table, those unknown at their mean [degC].
-    levels : ndarray, shape (R, tables)
-        Mean temperature of each table [degC]; NaN where unknown.
-    reference : ndarray, shape (R,)
-        T0 [degC]; NaN where there is none.
-
-    Returns
-    -------
-    AtRest
-        The readings; as they were where temperatures stand, or no law is known.
-    """
-    span = np.stack([np.ptp(own, axis=1) for own in temperatures], axis=1)
-    at_rest = AtRest.of(outputs)
-    if not (span > 0.0).any():
-        return at_rest
-    moving = _Moving(tables, estimate, temperatures, levels, reference, span)
-    at_rest = at_rest._replace(outputs=tuple(y.copy() for y in outputs))
-    changed, unknown = np.zeros(span.shape, dtype=np.bool_), np.nan_to_num(span)
-    for chosen, rows, fit, laws in _fits(moving):
-        state, these = solved(fit, laws), np.ix_(rows, np.array(chosen))
-        unknown[these] = 0.0
-        follows = (state.felt - 2.0 * state.doubt > _FOLLOWS) & (span[these] > 0.0)
-        changed[these] = follows
-        at_rest.unfelt[these] = np.where(follows, unfelt_share(state), 1.0)
-        follow = np.repeat(follows, [len(tables[i].record) for i in chosen], axis=1)
-        change = np.where(follow, _change(fit, state), 0.0)
-        edges = np.cumsum([len(tables[i].record) for i in chosen])[:-1]
-        for table, own in zip(chosen, np.split(change, edges, axis=1), strict=True):
-            at_rest.outputs[table][rows] += own
-    said = [
-        (*_what_was_done(moving, record, changed[record]), *_left_moving(tables, unknown[record]))
-        for record in range(len(span))
-    ]
-    return at_rest._replace(said=said)
-
-
-def _fits(moving: _Moving) -> Iterator[tuple[list[int], Places, ProductFit, Array]]:
-    """Records whose laws are known, a few at a time: tables, rows, fit, and laws to start from."""
-    estimate = moving.estimate
-    chosen = tables_of_one_mounting(moving.tables, estimate)
-    if len(chosen) < 2:
-        return
-    laws = _first_laws(moving, chosen)
-    known = np.all([np.isfinite(estimate.noises[i].factor) for i in chosen], axis=0)
-    known &= (moving.span > 0.0).any(axis=1)
-    few = max(_AT_A_TIME // sum(len(moving.tables[i].record) for i in chosen), 1)
-    for place, group in enumerate(laws.groups):
-        own = np.flatnonzero(known & (laws.group == place))
-        for start in range(0, own.size, few):
-            rows = own[start : start + few]
-            fit = product_fit(
-                moving.tables,
-                estimate,
-                chosen,
-                rows,
-                moving.temperatures,
-                moving.levels,
-                moving.reference,
-                group.laws.sides,
-            )
-            yield chosen, rows, fit, group.laws.values[laws.member[rows]]
-
-
-def _first_laws(moving: _Moving, chosen: Sequence[int]) -> LawsOfRecords:
-    declared = moving.tables[0].record.apparatus.temperature_uncertainty
-    uncertain = stacked_temperature_uncertainty(moving.temperatures, declared)
-    return laws_of_records(
-        level_stack(
-            moving.tables, moving.estimate, chosen, moving.levels, uncertain, moving.reference
-        )
-    )
-
-
-def _change(fit: ProductFit, state: Solution) -> Array:
-    """What brings each reading to the mean temperature of its run, shape (R, n) [output unit]."""
-    # what may be felt in full counts as that: a part of its own would take out noise as well
-    in_full = np.abs(1.0 - state.felt) < _SURE * state.doubt
-    felt = np.where(in_full, 1.0, felt_beside_noise(fit, state.felt))
-    return to_the_mean(fit, state, fit.readings.at(felt))
-
-
-def _what_was_done(moving: _Moving, record: int, changed: Mask) -> tuple[str, ...]:
-    places = np.flatnonzero(changed).tolist()
-    if not places:
-        return ()
-    away = max(
-        float(np.abs(moving.temperatures[i][record] - moving.levels[record, i]).max())
-        for i in places
-    )
-    return (
-        f"{_runs([moving.tables[i] for i in places])}: the temperature moves, by up to {away:.2g}"
-        " degC from its mean, and the readings follow; they were brought to the mean temperature"
-        " of the run by the slopes of the laws",
-    )
-
-
-def _left_moving(tables: Sequence[PreparedTable], unknown: Array) -> tuple[str, ...]:
-    """Say which temperatures move by much while no law tells what that does to the readings."""
-    left = [tables[i] for i in np.flatnonzero(unknown > _MUCH).tolist()]
-    if not left:
-        return ()
-    return (
-        f"{_runs(left)}: the recorded temperatures span up to {unknown.max():.2g} degC, and no laws"
-        " in this mounting tell what that does to the readings, which are taken as they are",
-    )
-
-
-def _runs(tables: Sequence[PreparedTable]) -> str:
-    names = ", ".join(table.run_label for table in tables)
-    return f"run{'s' if len(tables) > 1 else ''} {names}"

@@ -1,0 +1,291 @@
+"""Errors of all readings of many records, where a solution of the product model stands.
+
+What is recorded about the mean temperature of a run may be felt by the accelerometer or be noise
+of the sensor, and taking the one for the other spoils the slopes. So one more unknown of each run
+tells which part of these deviations was felt. The reading noise is the scatter of the replicates
+without what the felt temperatures explain of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.estimate.joint import JointStack
+from accelcal.estimate.noise import FEW, NoiseStack, noise_of_stack
+from accelcal.estimate.tables import PreparedTable
+from accelcal.grouping import distinct, grouped
+from accelcal.model import COEFFICIENTS
+from accelcal.temperature.apart_from_head import HeadErrors
+from accelcal.temperature.hysteresis import Branches, branches_of
+from accelcal.temperature.pooled_noise import pooled_noise
+from accelcal.temperature.product_model import Point, Readings
+from accelcal.temperature.run_temperatures import stacked_temperature_uncertainty
+
+__all__ = [
+    "PRIOR",
+    "Errors",
+    "ProductFit",
+    "Solution",
+    "errors_at",
+    "felt_beside_noise",
+    "product_fit",
+    "to_the_mean",
+    "unfelt_share",
+]
+
+Array = NDArray[np.float64]
+Places = NDArray[np.intp]
+
+_COMMON = ("K2", "K3", "M_ip")  # their quotients by K1 do not depend on temperature
+
+PRIOR = 0.5
+"""Part of the recorded deviations that is felt, before the readings tell, +- as much."""
+
+
+class ProductFit(NamedTuple):
+    """t tables of one mounting in each of R records, with all that is known of their errors.
+
+    Attributes
+    ----------
+    tables : sequence of PreparedTable
+        The tables of any of the records.
+    readings : Readings
+        Their readings.
+    temperatures : tuple of ndarray, shape (R, n)
+        Temperatures of each table, those unknown at their mean [degC].
+    loop : Branches
+        On which branch of a hysteresis they lie.
+    head : HeadErrors
+        What the errors of the head positions do [output unit].
+    bias, scale_factor : ndarray, shape (R,)
+        Shifts from launch to launch [g, relative].
+    declared : float or None
+        Declared standard uncertainty of the temperature of a run [degC].
+    """
+
+    tables: Sequence[PreparedTable]
+    readings: Readings
+    temperatures: tuple[Array, ...]
+    loop: Branches
+    head: HeadErrors
+    bias: Array
+    scale_factor: Array
+    declared: float | None
+
+    def of_records(self, rows: Places) -> ProductFit:
+        """Return that of some of the records."""
+        return self._replace(
+            readings=self.readings.of_records(rows),
+            temperatures=tuple(own[rows] for own in self.temperatures),
+            head=self.head.of_records(rows),
+            bias=self.bias[rows],
+            scale_factor=self.scale_factor[rows],
+        )
+
+
+class Solution(NamedTuple):
+    """Where the solution stands.
+
+    Attributes
+    ----------
+    parameters : ndarray, shape (R, 3 p + c)
+        Value at T0 and slopes of k0, K1 and delta, then what is common to all temperatures.
+    felt, doubt : ndarray, shape (R, t)
+        Part of the recorded deviations that each table felt, and its standard uncertainty.
+    """
+
+    parameters: Array
+    felt: Array
+    doubt: Array
+
+
+class Errors(NamedTuple):
+    """Errors of the readings.
+
+    Attributes
+    ----------
+    noise : ndarray, shape (R, n)
+        Standard uncertainty of what is new in each reading [output unit].
+    noise_dof : ndarray, shape (R, n)
+        Its degrees of freedom.
+    head : HeadErrors
+        Those of the head.
+    shared : mapping of str to ndarray, shape (R, n, m)
+        By source, a column for each independent error but for those of the head [output unit].
+    felt : ndarray, shape (R, n, t)
+        What the parts that are felt do, in units of what is known of them before [output unit].
+    temperature_dof : ndarray, shape (R, t)
+        Degrees of freedom of the temperatures.
+    """
+
+    noise: Array
+    noise_dof: Array
+    head: HeadErrors
+    shared: Mapping[str, Array]
+    felt: Array
+    temperature_dof: Array
+
+    def apart(self, columns: Array) -> Array:
+        """Columns over the noise, with the errors of the head taken for noise as well."""
+        return self.head.apart(columns / self.noise[..., None], self.noise)
+
+
+def product_fit(
+    tables: Sequence[PreparedTable],
+    estimate: JointStack,
+    chosen: Sequence[int],
+    rows: Places,
+    temperatures: Sequence[Array],
+    levels: Array,
+    reference: Array,
+    sides: Sequence[str],
+) -> ProductFit:
+    """Set up the fit of records of one plan whose levels have one course.
+
+    Parameters
+    ----------
+    tables : sequence of PreparedTable
+        The tables of any of the records of a stack.
+    estimate : JointStack
+        Their coefficients.
+    chosen : sequence of int
+        Those of one mounting.
+    rows : ndarray of int, shape (R,)
+        The records.
+    temperatures : sequence of ndarray, shape (records, n)
+        Temperatures of the readings of each table, those unknown at their mean [degC].
+    levels : ndarray, shape (records, tables)
+        Mean temperature of each table [degC].
+    reference : ndarray, shape (records,)
+        T0 [degC].
+    sides : sequence of str
+        See `accelcal.temperature.bilinear.measured_sides`.
+
+    Returns
+    -------
+    ProductFit
+        With all errors but the noise, which depends on the part that was felt.
+    """
+    own = [tables[i] for i in chosen]
+    design = np.concatenate([table.design for table in own])
+    table = np.repeat(np.arange(len(own)), [len(t.record) for t in own])
+    recorded = tuple(temperatures[i][rows] for i in chosen)
+    mean = levels[np.ix_(rows, np.array(chosen))]
+    loop = branches_of(mean[0], np.argsort([t.run for t in own], kind="stable"))
+    names = estimate.names[chosen[0]]
+    common = design[:, [COEFFICIENTS.index(name) for name in _COMMON if name in names]]
+    readings = Readings(
+        output=np.concatenate([estimate.outputs[i][rows] for i in chosen], axis=1),
+        a_i=design[:, COEFFICIENTS.index("K1")],
+        cross=design[:, COEFFICIENTS.index("M")],
+        # the hysteresis is a part of the bias, +h after heating
+        common=np.column_stack([common, loop.paired[table]]),
+        rise=mean[:, table] - reference[rows, None],
+        deviation=np.concatenate(recorded, axis=1) - mean[:, table],
+        table=table,
+        sides=sides,
+    )
+    turned = [
+        estimate.coefficients[i][rows] @ t.angular.T for t, i in zip(own, chosen, strict=True)
+    ]
+    acting = estimate.head.uncertainty[rows, None] * np.concatenate(turned, axis=1)
+    _, position, members = grouped(np.concatenate([t.head for t in own]))
+    return ProductFit(
+        tables=own,
+        readings=readings,
+        temperatures=recorded,
+        loop=loop,
+        head=HeadErrors(acting, position, members),
+        bias=estimate.bias_shift.scatter[rows],
+        scale_factor=estimate.scale_factor_shift.scatter[rows],
+        declared=own[0].record.apparatus.temperature_uncertainty,
+    )
+
+
+def errors_at(fit: ProductFit, state: Solution, point: Point) -> Errors:
+    """Errors of the readings, as they act where the solution stands.
+
+    Parameters
+    ----------
+    fit : ProductFit
+        R records.
+    state : Solution
+        Where it stands.
+    point : Point
+        Their readings at the felt temperatures.
+
+    Returns
+    -------
+    Errors
+        By source.
+    """
+    noises = _noises(fit, state, point)
+    of_table = np.eye(len(fit.tables))[fit.readings.table]
+    K1 = point.scale_factor(state.parameters)[..., None] * of_table
+    heat = point.by_temperature(state.parameters)[..., None] * of_table
+    uncertain, dof = stacked_temperature_uncertainty(
+        fit.temperatures, fit.declared, unfelt_share(state)
+    )
+    loops = fit.loop.paired.shape[1]
+    half_widths = state.parameters[:, state.parameters.shape[1] - loops :]
+    return Errors(
+        noise=np.concatenate(
+            [n.factor[:, None] * t.scatter for n, t in zip(noises, fit.tables, strict=True)], axis=1
+        ),
+        head=fit.head,
+        noise_dof=np.stack([noise.dof for noise in noises], axis=1)[:, fit.readings.table],
+        shared={
+            "launch": K1 * fit.bias[:, None, None],
+            "launch_sf": K1 * fit.readings.a_i[:, None] * fit.scale_factor[:, None, None],
+            "temperature": heat * uncertain[:, None],
+            "hysteresis": K1 @ fit.loop.off_the_middle(half_widths),
+        },
+        felt=heat * (fit.readings.deviation * PRIOR)[..., None],
+        temperature_dof=dof,
+    )
+
+
+def unfelt_share(state: Solution) -> Array:
+    """Share of the recorded scatter, as a variance, that the mean of each run keeps, (R, t)."""
+    return np.clip(1.0 - state.felt + 2.0 * state.doubt, 0.0, 1.0)
+
+
+def _noises(fit: ProductFit, state: Solution, point: Point) -> list[NoiseStack]:
+    """Reading noise of each table, once the outputs are brought to the mean of their run."""
+    felt = felt_beside_noise(fit, state.felt)
+    if (felt != state.felt).any():
+        point = fit.readings.at(felt)
+    outputs = fit.readings.output + to_the_mean(fit, state, point)
+    noises = noise_of_stack(fit.tables, np.split(outputs, _edges(fit), axis=1))
+    moves = np.stack([own.any(axis=1) for own in np.split(fit.readings.deviation, _edges(fit), 1)])
+    took = moves & (felt == state.felt).T
+    bare = [table.scatter_dof is None for table in fit.tables]
+    return pooled_noise([_one_less(n, own) for n, own in zip(noises, took, strict=True)], bare)
+
+
+def _edges(fit: ProductFit) -> Places:
+    return np.cumsum([len(table.record) for table in fit.tables])[:-1]
+
+
+def felt_beside_noise(fit: ProductFit, felt: Array) -> Array:
+    """Felt parts, all or nothing where a fitted one would take the few replicates for itself."""
+    replicates = [len(table.record) - distinct(table.head).size for table in fit.tables]
+    return np.where(np.array(replicates) < FEW, np.round(felt), felt)
+
+
+def to_the_mean(fit: ProductFit, state: Solution, point: Point) -> Array:
+    """What brings each output to the mean temperature of its run, shape (R, n)."""
+    still = fit.readings.at(np.zeros_like(state.felt))
+    return still.model(state.parameters) - point.model(state.parameters)
+
+
+def _one_less(noise: NoiseStack, took: NDArray[np.bool_]) -> NoiseStack:
+    """Take off the degree of freedom that the felt part took."""
+    took = took & (noise.source != "declared") & (noise.dof >= 2.0)
+    left = noise.dof - took
+    wider = np.sqrt(np.divide(noise.dof, left, out=np.ones_like(left), where=took))
+    return noise._replace(factor=noise.factor * wider, dof=left)
