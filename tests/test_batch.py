@@ -387,6 +387,20 @@ def test_ctrl_c_says_how_to_go_on(long_archive, tmp_path):
     )
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="groups of processes")
+def test_ctrl_c_leaves_a_batch_in_the_background_alone(long_archive, tmp_path):
+    command = [sys.executable, "-m", "accelcal", "batch", long_archive, "-o", tmp_path / "r.csv"]
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # as a script starts it by &
+    try:
+        process = subprocess.Popen([*map(str, command), "--jobs", "2"], start_new_session=True)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    while process.poll() is None:
+        os.killpg(process.pid, signal.SIGINT)
+        time.sleep(0.002)
+    assert process.returncode == 0
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_a_killed_worker_is_told_and_nothing_is_lost(long_archive, tmp_path):
     output = tmp_path / "r.csv"

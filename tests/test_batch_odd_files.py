@@ -9,6 +9,7 @@ import pytest
 
 import accelcal
 from accelcal.archive import parts
+from accelcal.archive.journal import Journal
 from accelcal.errors import InputError
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "al15.csv"
@@ -164,6 +165,20 @@ def test_names_that_cannot_be_made(archive, tmp_path):
     for name in ("r.csv", f"{'y' * 250}.csv"):
         with pytest.raises(InputError, match=r"cannot be made .*; remove what is in the way, or"):
             accelcal.write_batch(archive, tmp_path / name)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full disk")
+@pytest.mark.parametrize("form", ["csv", "csv.gz", "parquet"])
+@pytest.mark.parametrize("name", ["tables", "laws", "errors"])
+def test_a_full_disk_is_told_whatever_it_refuses(archive, tmp_path, monkeypatch, form, name):
+    pytest.importorskip("pyarrow")
+
+    def full(self, draft):
+        return Path("/dev/full") if draft == name else self.folder / f"draft-{draft}"
+
+    monkeypatch.setattr(Journal, "_draft", full)
+    with pytest.raises(InputError, match="No space left on device; make room, and go on with"):
+        accelcal.write_batch(archive, tmp_path / f"r.{form}")
 
 
 def test_results_on_another_file_system(archive, tmp_path, monkeypatch):

@@ -182,7 +182,7 @@ def write_batch(
             with growing_results(journal, blocks, form):
                 pass
         counts = _counted(sources, map(journal.summary, blocks))
-        with journal.draft("errors") as file:
+        with journal.draft("errors") as file, journal.refusals_told():
             write_errors(counts.errors, file)
         journal.publish({name: names[name] for name in ("errors", "laws", "tables")})
     return counts

@@ -102,10 +102,11 @@ def growing_results(
     """
     with ExitStack() as opened:
         files = [opened.enter_context(journal.draft(name)) for name in ("tables", "laws")]
-        frames = [
-            opened.enter_context(open_frame(kinds, form, file))
-            for kinds, file in zip((ROWS, LAWS), files, strict=True)
-        ]
+        with journal.refusals_told():
+            frames = [
+                opened.enter_context(open_frame(kinds, form, file))
+                for kinds, file in zip((ROWS, LAWS), files, strict=True)
+            ]
         results = GrowingResults(journal, blocks, frames)
         yield results
         results.grow()

@@ -14,7 +14,7 @@ import json
 import os
 import shutil
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, NamedTuple
 
@@ -112,10 +112,16 @@ class Journal:
     @contextmanager
     def draft(self, name: str) -> Iterator[IO[bytes]]:
         """Open a result that nobody sees until `publish`; what a kill leaves goes with the rest."""
-        with self._draft(name).open("wb") as file:
+        with self.refusals_told():
+            file = self._draft(name).open("wb")
+        try:
             yield file
-            file.flush()
-            os.fsync(file.fileno())
+            with self.refusals_told():
+                file.flush()
+                os.fsync(file.fileno())
+        finally:
+            with suppress(OSError):  # of what a full disk has refused, which is told by now
+                file.close()
 
     @contextmanager
     def refusals_told(self) -> Iterator[None]:

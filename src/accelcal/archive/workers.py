@@ -145,12 +145,17 @@ def _processes(jobs: int) -> Iterator[tuple[Executor, int]]:
     context = get_context("fork" if alone else "spawn")
     pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_start_worker)
     try:
-        yield _Interruptible(pool), jobs
+        yield _Interruptible(pool) if _hears_interrupts() else pool, jobs
     except BaseException:
         pool.shutdown(wait=False, cancel_futures=True)
         _dismiss(set(active_children()) - others)
         raise
     pool.shutdown()
+
+
+def _hears_interrupts() -> bool:
+    """Tell whether Ctrl-C ends this process: a shell lets what runs in the background ignore it."""
+    return signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
 
 
 def _start_worker() -> None:
