@@ -13,6 +13,8 @@ from itertools import accumulate, groupby
 from operator import itemgetter
 from typing import IO, NamedTuple
 
+import numpy as np
+
 from accelcal.archive.failures import caught
 from accelcal.archive.parquet import as_csv, headings_of, is_parquet, read_rows, row_ranges
 from accelcal.archive.sources import SourceFile, is_url
@@ -202,7 +204,7 @@ def _parts_below(file: IO[bytes], column: int) -> Iterator[Part]:
     start, skipped = file.tell(), 0
     while chunk := file.read(PART):
         last = chunk[chunk.rfind(b"\n") + 1 :] + file.readline()
-        serial, rows, end = _serial(last, column), chunk.count(b"\n") + bool(last), file.tell()
+        serial, rows, end = _serial(last, column), _line_ends(chunk) + bool(last), file.tell()
         for line in file:
             if _serial(line, column) not in (serial, b""):
                 break
@@ -210,6 +212,11 @@ def _parts_below(file: IO[bytes], column: int) -> Iterator[Part]:
         yield Part(start, end, skipped)
         start, skipped = end, skipped + rows
         file.seek(start)
+
+
+def _line_ends(text: bytes) -> int:
+    """Count line ends; that of bytes takes four times as long where they are many."""
+    return int(np.count_nonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n")))
 
 
 def _serial(line: bytes, column: int) -> bytes:
