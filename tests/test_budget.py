@@ -252,9 +252,17 @@ def test_stability_goes_before_the_calibration_and_behind_what_is_given(al15):
     assert random.scale_factor.origin == "calibration, declared"
 
 
-@pytest.mark.parametrize("change", [{"schema": "other/1"}, {"unit": "mA"}])
-def test_another_document_is_refused(al15, change):
-    with pytest.raises(DocumentError, match="not a stability test in g"):
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"schema": "other/1"}, "schema: 'other/1' in place of 'accelcal/stability/1'"),
+        ({"unit": "mA"}, "unit: 'mA' in place of 'g'"),
+        ({"components": {"k0F": 3}}, "components.k0F: 3 in place of an object"),
+    ],
+)
+def test_another_document_is_refused(al15, change, said):
+    remedy = "give a file as accelcal stability --scale-factor writes it"
+    with pytest.raises(DocumentError, match=f"^key {said}; {remedy}$"):
         random_part(al15, STABILITY | change)
 
 

@@ -314,7 +314,7 @@ CERTIFICATE = "# uncertainty: 0.5 arcsec\nangle,error [arcsec]\n0,1\n45,2\n"
         ("45,2", "45,", "is missing"),
         ("45,2", "45,two", "is not a number"),
         (CERTIFICATE, "", "the file is empty"),
-        (CERTIFICATE, "{}", "schema None is not"),
+        (CERTIFICATE, "{}", "key schema: missing"),
     ],
 )
 def test_bad_certificates_are_told_in_a_line(tables, tmp_path, capsys, old, new, message):

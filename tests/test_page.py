@@ -337,7 +337,10 @@ def test_what_cannot_be_done_is_one_line(folder, arguments, said, monkeypatch, c
 def test_a_document_of_another_sort_is_refused(tmp_path, capsys):
     (tmp_path / "x.json").write_text('{"schema": "other/1"}')
     assert main(["report", str(tmp_path / "x.json"), "-o", str(tmp_path / "x.html")]) == 2
-    assert "schema 'other/1'; give a file written by accelcal fit" in capsys.readouterr().err
+    assert (
+        "key schema: 'other/1' in place of one of accelcal/calibration/1, accel"
+        in capsys.readouterr().err
+    )
 
 
 @pytest.mark.parametrize("package", ["jinja2", "matplotlib"])

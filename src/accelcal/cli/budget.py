@@ -152,10 +152,11 @@ def _random(calibration: Calibration, options: dict[str, Any]) -> RandomPart:
 def _stability(path: str | None) -> Any:
     if path is None:
         return None
+    from accelcal.error_budget.random_part import WRITER
     from accelcal.io.text import read_text
     from accelcal.results.json_text import parse_json
 
-    return parse_json(read_text(path, "stability test").text, writer="accelcal stability")
+    return parse_json(read_text(path, "stability test").text, writer=WRITER)
 
 
 def _budget(calibration: Calibration, random: RandomPart, options: dict[str, Any]) -> ErrorBudget:

@@ -7,11 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from accelcal.errors import DocumentError, InputError
+from accelcal.errors import InputError
 from accelcal.results.calibration import Calibration
-from accelcal.results.checked import number_or_none
+from accelcal.results.checked import checked, mapping_of, number_or_none, one_of, schema_of
+from accelcal.results.damage import read_as
 
-__all__ = ["USUAL_FACTOR", "RandomBound", "RandomPart", "random_part"]
+__all__ = ["USUAL_FACTOR", "WRITER", "RandomBound", "RandomPart", "random_part"]
 
 USUAL_FACTOR = 3.0
 """t_P of (3) where none is given: the paper takes it from 2.7 to 3."""
@@ -19,6 +20,8 @@ USUAL_FACTOR = 3.0
 _RECTANGULAR = math.sqrt(3.0)  # GUM 4.3.7
 _TWO_POINTS = 1.0  # either of two values, half the distance each: the standard deviation
 _STABILITY = "accelcal/stability/1"
+WRITER = "accelcal stability --scale-factor"
+"""The command that writes stability tests in g, for messages."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,7 +176,7 @@ def _from_calibration(calibration: Calibration, factor: float) -> dict[str, Rand
 
 
 def _from_stability(document: Any) -> dict[str, RandomBound]:
-    values = _stability_values(document)
+    values = read_as(_stability_values, document, WRITER)
     found = {
         name: RandomBound(values[bound], values[bound] / values[sigma], "stability test")
         for name, bound, sigma in (("launch", "k0L", "sigma_L"), ("fluctuation", "k0F", "sigma_F"))
@@ -187,16 +190,11 @@ def _from_stability(document: Any) -> dict[str, RandomBound]:
 
 def _stability_values(document: Any) -> dict[str, float]:
     """Sizes of the components that a stability test determined [g, g/s]."""
-    try:
-        if (document["schema"], document["unit"]) == (_STABILITY, "g"):
-            return {
-                name: abs(value)
-                for name, estimate in document["components"].items()
-                if (value := number_or_none(estimate["value"])) is not None
-            }
-    except (KeyError, TypeError, AttributeError):
-        pass
-    raise DocumentError(
-        f"not a stability test in g (schema {_STABILITY!r}); give the JSON that accelcal stability"
-        " writes where the scale factor is known"
-    )
+    checked(document, "schema", schema_of(_STABILITY))
+    checked(document, "unit", one_of("g"))
+    values = checked(document, "components", mapping_of(_value))
+    return {name: abs(value) for name, value in values.items() if value is not None}
+
+
+def _value(estimate: Any) -> float | None:
+    return checked(estimate, "value", number_or_none)

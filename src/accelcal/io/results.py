@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 
 from accelcal.errors import DocumentError, InputError
 from accelcal.io.text import read_text
-from accelcal.results import calibration, discovery
 from accelcal.results.calibration import Calibration
+from accelcal.results.checked import checked, schema_of
+from accelcal.results.damage import read_as
 from accelcal.results.discovery import Discovery
 from accelcal.results.json_text import parse_json
 from accelcal.results.stand import StandDiscovery
@@ -90,30 +91,14 @@ def read_results(source: str) -> ResultFile:
     read = read_text(source, "result")
     try:
         document = parse_json(read.text, writer=_WRITERS)
-        return _results(read.name, document)
+        return read_as(_results, document, _WRITERS)._replace(name=read.name)
     except DocumentError as error:
         raise error.at(read.name) from None
 
 
-def _results(name: str, document: Any) -> ResultFile:
-    schema = document.get("schema") if isinstance(document, dict) else None
-    if schema == calibration.SCHEMA:
-        found = _several(document, "calibrations")
-        return ResultFile(name, tuple(map(Calibration.from_document, found)), (), None)
-    if schema != discovery.SCHEMA:
-        raise DocumentError(f"schema {schema!r}; give a file written by {_WRITERS}")
-    stand = None
-    if document.get("stand"):
-        stand = StandDiscovery.from_document(document["stand"])
-    found = _several(document, "discoveries")
-    return ResultFile(name, (), tuple(map(Discovery.from_document, found)), stand)
-
-
-def _several(document: dict[str, Any], key: str) -> list[Any]:
-    """The documents in a list, or the one that there is."""
-    if key not in document:
-        return [document]
-    found = document[key]
-    if not isinstance(found, list) or not found:
-        raise DocumentError(f"{key!r} holds no list of results; give a file written by {_WRITERS}")
-    return found
+def _results(document: Any) -> ResultFile:
+    schema = checked(document, "schema", schema_of(Calibration.SCHEMA, Discovery.SCHEMA))
+    if schema == Calibration.SCHEMA:
+        return ResultFile("", Calibration.parts(document, "calibrations"), (), None)
+    stand = checked(document, "stand", StandDiscovery.part) if document.get("stand") else None
+    return ResultFile("", (), Discovery.parts(document, "discoveries"), stand)

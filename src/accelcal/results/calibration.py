@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from accelcal.errors import DocumentError, InputError
+from accelcal.errors import InputError
 from accelcal.results import calibration_parts as parts
 from accelcal.results.checked import (
     checked,
@@ -14,9 +14,11 @@ from accelcal.results.checked import (
     list_of,
     number,
     number_or_none,
+    one_of,
     text,
     text_or_none,
 )
+from accelcal.results.damage import DamageError
 from accelcal.results.fixture_angle import FixtureAngle
 from accelcal.results.mapping import FrozenMapping, thawed
 from accelcal.results.quantity import Document, ErrorSource, Gate, Quantity, fields_document
@@ -92,7 +94,11 @@ class Calibration(StoredResult, TabularResult):
     True
     """
 
+    SCHEMA: ClassVar[str] = SCHEMA
     WRITER: ClassVar[str] = "accelcal fit"
+    REMEDIES: ClassVar[Mapping[str, str]] = {
+        "accelcal/discovery/1": "use it by accelcal fit --model, and give what this writes"
+    }
 
     method: str
     output_unit: str | None
@@ -187,66 +193,37 @@ class Calibration(StoredResult, TabularResult):
         }
 
     @classmethod
-    def from_document(cls, document: Document) -> Calibration:
-        """Read a calibration from its JSON document.
-
-        Parameters
-        ----------
-        document : mapping
-            What `to_document` returns.
-
-        Returns
-        -------
-        Calibration
-            Equal to the one that was written.
-
-        Raises
-        ------
-        DocumentError
-            If the document is of another type or version, in other units, or incomplete.
-        """
-        _check_schema(document)
-        try:
-            return cls(
-                method=checked(document, "method", text),
-                output_unit=checked(document, "output_unit", text_or_none),
-                tables=checked(document, "tables", parts.tables),
-                serial=checked(document, "serial", text_or_none),
-                g_local_m_s2=checked(document, "g_local_m_s2", number_or_none),
-                T0_degC=checked(document, "T0_degC", number_or_none),
-                delta0_rad=checked(document, "delta0_rad", number, 0.0),
-                robust=checked(document, "robust", flag, False),
-                source=checked(document, "source", text, "<document>"),
-                date=checked(document, "date", text_or_none, None),
-                error_sources=checked(
-                    document, "error_sources", list_of(ErrorSource.from_document), ()
-                ),
-                gates=checked(document, "gates", list_of(Gate.from_document), ()),
-                warnings=checked(document, "warnings", list_of(text)),
-                software=checked(document, "software", text, ""),
-                temperature_model=checked(document, "temperature_model", parts.laws),
-                second_axis_model=checked(document, "second_axis_model", parts.laws, None),
-                fixture_angle=checked(
-                    document, "fixture_angle", list_of(FixtureAngle.from_document), ()
-                ),
-                verdict=checked(document, "verdict", parts.verdict, None),
-                effects=checked(document, "effects", list_of(parts.effect), ()),
-                provenance=checked(document, "provenance", parts.provenance, FrozenMapping({})),
-            )._with_reference()
-        except KeyError as error:
-            raise DocumentError(
-                f"the calibration lacks {error}; write it anew with accelcal fit"
-            ) from None
-        except (TypeError, AttributeError) as error:
-            raise DocumentError(
-                f"the calibration is damaged ({error}); write it anew with accelcal fit"
-            ) from None
-
-    def _with_reference(self) -> Calibration:
-        """Demand a T0 where laws refer to it."""
-        if (self.temperature_model or self.second_axis_model) and self.T0_degC is None:
-            raise TypeError("temperature_model has no T0_degC")
-        return self
+    def _read(cls, document: Document) -> Calibration:
+        checked(document, "acceleration_unit", one_of("g_local"))
+        found = cls(
+            method=checked(document, "method", text),
+            output_unit=checked(document, "output_unit", text_or_none),
+            tables=checked(document, "tables", list_of(TableCalibration.from_document, 1)),
+            serial=checked(document, "serial", text_or_none),
+            g_local_m_s2=checked(document, "g_local_m_s2", number_or_none),
+            T0_degC=checked(document, "T0_degC", number_or_none),
+            delta0_rad=checked(document, "delta0_rad", number, 0.0),
+            robust=checked(document, "robust", flag, False),
+            source=checked(document, "source", text, "<document>"),
+            date=checked(document, "date", text_or_none, None),
+            error_sources=checked(
+                document, "error_sources", list_of(ErrorSource.from_document), ()
+            ),
+            gates=checked(document, "gates", list_of(Gate.from_document), ()),
+            warnings=checked(document, "warnings", list_of(text)),
+            software=checked(document, "software", text, ""),
+            temperature_model=checked(document, "temperature_model", parts.laws),
+            second_axis_model=checked(document, "second_axis_model", parts.laws, None),
+            fixture_angle=checked(
+                document, "fixture_angle", list_of(FixtureAngle.from_document), ()
+            ),
+            verdict=checked(document, "verdict", parts.verdict, None),
+            effects=checked(document, "effects", list_of(parts.effect), ()),
+            provenance=checked(document, "provenance", parts.provenance, FrozenMapping({})),
+        )
+        if (found.temperature_model or found.second_axis_model) and found.T0_degC is None:
+            raise DamageError("None in place of the temperature that the laws refer to", "T0_degC")
+        return found
 
     def of_mounting(self, mounting: str) -> Calibration:
         """Keep the tables of one mounting.
@@ -332,17 +309,3 @@ class Calibration(StoredResult, TabularResult):
             **quantity.to_document(),
             "stands_for": table.meaning(name) if table else name,
         }
-
-
-def _check_schema(document: Any) -> None:
-    schema = document.get("schema") if isinstance(document, Mapping) else None
-    if schema != SCHEMA:
-        remedy = "give a file written by accelcal fit"
-        if str(schema).startswith("accelcal/discovery/"):
-            remedy = "use it by accelcal fit --model, and give the calibration that this makes"
-        raise DocumentError(f"schema {schema!r} in place of {SCHEMA!r}; {remedy}")
-    unit = document.get("acceleration_unit")
-    if unit != "g_local":
-        raise DocumentError(
-            f"acceleration_unit {unit!r}; this version reads coefficients per g_local only"
-        )

@@ -8,21 +8,21 @@ from typing import TYPE_CHECKING, Any
 from accelcal.results.checked import (
     Kind,
     checked,
+    finite,
     list_of,
     mapping_of,
     number,
     text,
     text_or_none,
 )
-from accelcal.results.mapping import FrozenMapping, frozen
+from accelcal.results.mapping import FrozenMapping
 from accelcal.results.quantity import Document
-from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
 
 if TYPE_CHECKING:
     from accelcal.results.verdict import Verdict
 
-__all__ = ["any_object", "effect", "laws", "provenance", "tables", "verdict"]
+__all__ = ["any_object", "effect", "laws", "provenance", "verdict"]
 
 _PROVENANCE: dict[str, Kind[Any]] = {
     "sha256": text_or_none,
@@ -33,24 +33,22 @@ _PROVENANCE: dict[str, Kind[Any]] = {
 }
 
 
-def tables(document: Any) -> tuple[TableCalibration, ...]:
-    """Read the tables of a calibration, one at least."""
-    found = list_of(TableCalibration.from_document)(document)
-    if not found:
-        raise TypeError("is empty, in place of a table or more")
-    return found
-
-
 def laws(document: Document | None) -> TemperatureModel | None:
     """Read the temperature laws; None where there are none."""
     return None if document is None else TemperatureModel.from_document(document)
 
 
 def any_object(document: Any) -> FrozenMapping[Any]:
-    """Take an object of any content."""
-    if not isinstance(document, Mapping):
-        raise TypeError(f"{document!r:.40} in place of an object")
-    return FrozenMapping({name: frozen(part) for name, part in document.items()})
+    """Take an object of any content that JSON may have."""
+    return FrozenMapping(mapping_of(_anything)(document))
+
+
+def _anything(part: Any) -> Any:
+    if isinstance(part, Mapping):
+        return any_object(part)
+    if isinstance(part, list | tuple):
+        return list_of(_anything)(part)
+    return finite(part) if isinstance(part, float) else part
 
 
 def provenance(document: Any) -> FrozenMapping[Any]:

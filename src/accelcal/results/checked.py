@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, TypeVar
+
+from accelcal.results.damage import DamageError
 
 __all__ = [
     "Covariance",
     "checked",
     "covariance",
+    "finite",
     "flag",
     "freedom_or_none",
     "list_of",
     "mapping_of",
     "number",
     "number_or_none",
+    "one_of",
+    "schema_of",
     "size_or_none",
     "text",
     "text_or_none",
@@ -47,7 +54,7 @@ def checked(document: Mapping[str, Any], key: str, kind: Kind[Part], *default: P
     key : str
         Key of the part.
     kind : callable
-        One of the functions of this module: gives the part back, or raises a `TypeError`.
+        One of the functions of this module: gives the part back, or raises a `DamageError`.
     *default : object
         What stands for a key that is not there.
 
@@ -58,10 +65,8 @@ def checked(document: Mapping[str, Any], key: str, kind: Kind[Part], *default: P
 
     Raises
     ------
-    KeyError
-        If the key is not there and has no default.
-    TypeError
-        If the part is something else.
+    DamageError
+        If the key is not there and has no default, or the part is something else.
 
     Examples
     --------
@@ -70,13 +75,14 @@ def checked(document: Mapping[str, Any], key: str, kind: Kind[Part], *default: P
     """
     if not isinstance(document, Mapping):
         raise _wrong(document, "an object")
-    if key not in document and default:
-        return default[0]
-    value = document[key]
+    if key not in document:
+        if default:
+            return default[0]
+        raise DamageError("missing", key)
     try:
-        return kind(value)
-    except TypeError as error:
-        raise TypeError(f"{key} {error}") from None
+        return kind(document[key])
+    except DamageError as damage:
+        raise damage.within(key) from None
 
 
 def text(value: Any) -> str:
@@ -98,11 +104,18 @@ def flag(value: Any) -> bool:
     return value
 
 
+def finite(value: float) -> float:
+    """Take a number that JSON may have: neither NaN nor infinite."""
+    if isinstance(value, float) and not math.isfinite(value):
+        raise _wrong(value, "a number")
+    return value
+
+
 def number(value: Any) -> float:
     """Take a number of a size to calculate with."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise _wrong(value, "a number")
-    if not abs(value) <= LARGEST:
+    if not abs(finite(value)) <= LARGEST:
         raise _wrong(value, f"a number of at most {LARGEST:g}")
     return float(value)
 
@@ -138,13 +151,45 @@ def whole(value: Any) -> int:
     return int(found)
 
 
-def list_of(kind: Kind[Part]) -> Kind[tuple[Part, ...]]:
-    """Take a list of parts."""
+def one_of(*names: str) -> Kind[str]:
+    """Take one of some texts."""
+
+    def take(value: Any) -> str:
+        if value not in names:
+            raise _wrong(value, f"one of {', '.join(names)}" if names[1:] else repr(*names))
+        return str(value)
+
+    return take
+
+
+def schema_of(*right: str, remedies: Mapping[str, str] = MappingProxyType({})) -> Kind[str]:
+    """Take a schema; `remedies` tell what to do with documents of others."""
+
+    def take(value: Any) -> str:
+        try:
+            return one_of(*right)(value)
+        except DamageError as damage:
+            name = str(value)
+            later = name.rpartition("/")[0] in {own.rpartition("/")[0] for own in right}
+            remedy = "read it with the version of accelcal that wrote it" if later else ""
+            raise DamageError(damage.rule, remedy=remedies.get(name, remedy)) from None
+
+    return take
+
+
+def list_of(kind: Kind[Part], least: int = 0) -> Kind[tuple[Part, ...]]:
+    """Take a list of parts, of `least` ones or more."""
 
     def take(value: Any) -> tuple[Part, ...]:
-        if not isinstance(value, list | tuple):
-            raise _wrong(value, "a list")
-        return tuple(map(kind, value))
+        if not isinstance(value, list | tuple) or len(value) < least:
+            raise _wrong(value, f"a list of {least} or more" if least else "a list")
+        taken: list[Part] = []
+        try:
+            for item in value:
+                taken.append(kind(item))  # noqa: PERF401  (its length tells which is damaged)
+        except DamageError as damage:
+            raise damage.within(len(taken)) from None
+        return tuple(taken)
 
     return take
 
@@ -155,9 +200,8 @@ def mapping_of(kind: Kind[Part], among: Sequence[str] = ()) -> Kind[dict[str, Pa
     def take(value: Any) -> dict[str, Part]:
         if not isinstance(value, Mapping):
             raise _wrong(value, "an object")
-        for key in value:
-            if among and key not in among:
-                raise _wrong(key, f"one of {', '.join(among)}")
+        for key in value if among else ():
+            one_of(*among)(key)
         return {key: checked(value, key, kind) for key in value}
 
     return take
@@ -169,19 +213,19 @@ def covariance(value: Any) -> Covariance:
     matrix = checked(value, "matrix", list_of(list_of(number)))
     sizes = {len(row) for row in matrix} | {len(matrix)}
     if sizes != {len(names)} or len(set(names)) < len(names):
-        raise TypeError(f"has {len(names)} names and no matrix of that size")
+        raise DamageError(f"{len(names)} names, and no matrix of that size")
     sigma = [matrix[i][i] ** 0.5 if matrix[i][i] >= 0.0 else -1.0 for i in range(len(matrix))]
     for i, row in enumerate(matrix):
         for j, item in enumerate(row):
             most = sigma[i] * sigma[j]
             if sigma[i] < 0.0 or abs(item) > most * (1.0 + _ROUNDING):
-                raise TypeError(f"of {names[i]} and {names[j]} is {item:g}, which no covariance is")
+                raise DamageError(f"{item:g} in place of a covariance", "matrix", i, j)
             if abs(item - matrix[j][i]) > most * _ROUNDING:
-                raise TypeError(f"of {names[i]} and {names[j]} is not symmetric")
+                raise DamageError(f"{item:g} in a matrix that is not symmetric", "matrix", i, j)
     return names, matrix
 
 
-def _wrong(value: Any, right: str) -> TypeError:
+def _wrong(value: Any, right: str) -> DamageError:
     shown = repr(value)
     shown = shown if len(shown) <= 40 else shown[:37] + "..."
-    return TypeError(f"{shown} in place of {right}")
+    return DamageError(f"{shown} in place of {right}")

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from accelcal.errors import DocumentError
 from accelcal.results.checked import checked, list_of, mapping_of, number, text, text_or_none, whole
 from accelcal.results.findings import (
     Change,
@@ -82,6 +80,7 @@ class Discovery(StoredResult, TabularResult):
         SHA-256 of the bytes of the source, in hexadecimal; None where not recorded.
     """
 
+    SCHEMA: ClassVar[str] = SCHEMA
     WRITER: ClassVar[str] = "accelcal discover"
 
     noise: tuple[ErrorSource, ...]
@@ -179,47 +178,12 @@ class Discovery(StoredResult, TabularResult):
         }
 
     @classmethod
-    def from_document(cls, document: Document) -> Discovery:
-        """Read a discovery from its JSON document.
-
-        Parameters
-        ----------
-        document : mapping
-            What `to_document` returns.
-
-        Returns
-        -------
-        Discovery
-            Equal to the one that was written.
-
-        Raises
-        ------
-        DocumentError
-            If the document is of another type or version, or damaged.
-        """
-        schema = document.get("schema") if isinstance(document, Mapping) else None
-        if schema != SCHEMA:
-            raise DocumentError(
-                f"schema {schema!r} in place of {SCHEMA!r}; give a file written by {cls.WRITER}"
-            )
-        try:
-            return cls._from_checked(document)
-        except KeyError as error:
-            raise DocumentError(
-                f"the discovery lacks {error}; write it anew with accelcal discover"
-            ) from None
-        except (TypeError, AttributeError) as error:
-            raise DocumentError(
-                f"the discovery is damaged ({error}); write it anew with accelcal discover"
-            ) from None
-
-    @classmethod
-    def _from_checked(cls, document: Document) -> Discovery:
-        gap = document["gap"]
+    def _read(cls, document: Document) -> Discovery:
+        before, after = checked(document, "gap", _gaps)
         return cls(
             noise=tuple(checked(document, "noise", mapping_of(ErrorSource.from_document)).values()),
-            before=checked(gap, "before", Gap.from_document),
-            after=checked(gap, "after", Gap.from_document),
+            before=before,
+            after=after,
             where=checked(document, "where", list_of(Share.from_document)),
             effects=checked(document, "effects", list_of(FoundEffect.from_document)),
             unexplained=checked(document, "unexplained", _unexplained),
@@ -259,6 +223,11 @@ class Discovery(StoredResult, TabularResult):
             for effect in self.effects
             for name, quantity in effect.parameters.items()
         ]
+
+
+def _gaps(document: Document) -> tuple[Gap, Gap]:
+    before, after = (checked(document, name, Gap.from_document) for name in ("before", "after"))
+    return before, after
 
 
 def _unexplained(document: Document | None) -> Unexplained | None:

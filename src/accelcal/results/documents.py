@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from accelcal.errors import DocumentError
 from accelcal.results.calibration import SCHEMA, Calibration
+from accelcal.results.damage import read_as
 from accelcal.results.json_text import json_text, parse_json
 
 if TYPE_CHECKING:
@@ -53,15 +53,11 @@ def calibrations_from_json(text: str) -> tuple[Calibration, ...]:
     DocumentError
         If the text is not such a document.
     """
-    document = parse_json(text)
-    if not isinstance(document, dict) or "calibrations" not in document:
-        return (Calibration.from_document(document),)
-    several = document["calibrations"]
-    if not isinstance(several, list) or not several:
-        raise DocumentError(
-            "'calibrations' holds no list of calibrations; give a file written by accelcal fit"
-        )
-    return tuple(Calibration.from_document(each) for each in several)
+
+    def read(document: Any) -> tuple[Calibration, ...]:
+        return Calibration.parts(document, "calibrations")
+
+    return read_as(read, parse_json(text), Calibration.WRITER)
 
 
 def discoveries_to_json(

@@ -20,6 +20,7 @@ from accelcal.results.checked import (
     number_or_none,
     text,
 )
+from accelcal.results.damage import DamageError
 from accelcal.results.quantity import Document, Quantity
 
 __all__ = ["FixtureAngle"]
@@ -115,16 +116,14 @@ class FixtureAngle:
     @classmethod
     def from_document(cls, document: Document) -> FixtureAngle:
         """Read the angle from its place in a JSON document."""
-        levels = checked(document, "misalignment", list_of(_level))
-        if not levels:
-            raise TypeError("misalignment is empty, in place of a level or more")
+        levels = checked(document, "misalignment", list_of(_level, 1))
         temperatures, misalignments = zip(*levels, strict=True)
         axis = checked(document, "axis", text)
         none: tuple[Quantity, ...] = ()
         unknown: Covariance = ((), ())
         couplings = checked(document, "cross_coupling", list_of(Quantity.from_document), none)
         if couplings and len(couplings) != len(levels):
-            raise TypeError("cross_coupling has not as many levels as misalignment")
+            raise DamageError("not as many levels as of misalignment", "cross_coupling")
         return cls(
             axis,
             Quantity.from_document(document),

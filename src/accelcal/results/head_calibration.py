@@ -175,6 +175,7 @@ class HeadCalibration(StoredResult):
         Name and version of what made it.
     """
 
+    SCHEMA: ClassVar[str] = SCHEMA
     WRITER: ClassVar[str] = "accelcal head"
 
     angles_deg: tuple[float, ...]
@@ -190,9 +191,9 @@ class HeadCalibration(StoredResult):
 
     def __post_init__(self) -> None:
         n = len(self.angles_deg)
-        matrix = np.array(self.covariance, dtype=np.float64)
-        if not n or len(self.errors) != n or matrix.shape != (n, n):
+        if not n or {len(self.errors), len(self.covariance), *map(len, self.covariance)} != {n}:
             raise InputError(f"a head of {n} positions with other numbers of errors or variances")
+        matrix = np.array(self.covariance, dtype=np.float64)
         if list(self.angles_deg) != sorted({angle % 360.0 for angle in self.angles_deg}):
             raise InputError("positions of a head are different angles from 0 to 360, in order")
         size = np.sqrt(np.maximum(np.diagonal(matrix), 0.0))
@@ -324,31 +325,20 @@ class HeadCalibration(StoredResult):
         }
 
     @classmethod
-    def from_document(cls, document: Any) -> HeadCalibration:
-        """Read a head from its document.
-
-        Raises
-        ------
-        DocumentError
-            If it is no such document.
-        """
-        return cls._of_schema(SCHEMA, document, _read, (TypeError, InputError))
-
-
-def _read(document: Mapping[str, Any]) -> HeadCalibration:
-    positions = checked(document, "positions", list_of(_position))
-    return HeadCalibration(
-        angles_deg=tuple(angle for angle, _ in positions),
-        errors=tuple(error for _, error in positions),
-        covariance=checked(document, "covariance", list_of(list_of(number))),
-        origin=checked(document, "origin", text),
-        declared_uncertainty=checked(document, "declared_uncertainty_rad", size_or_none),
-        harmonics=checked(document, "harmonics", list_of(HeadHarmonic.from_document)),
-        units=checked(document, "units", list_of(UnitOnHead.from_document)),
-        gates=checked(document, "gates", list_of(Gate.from_document)),
-        source=checked(document, "source", text),
-        software=checked(document, "software", text),
-    )
+    def _read(cls, document: Mapping[str, Any]) -> HeadCalibration:
+        positions = checked(document, "positions", list_of(_position))
+        return cls(
+            angles_deg=tuple(angle for angle, _ in positions),
+            errors=tuple(error for _, error in positions),
+            covariance=checked(document, "covariance", list_of(list_of(number))),
+            origin=checked(document, "origin", text),
+            declared_uncertainty=checked(document, "declared_uncertainty_rad", size_or_none),
+            harmonics=checked(document, "harmonics", list_of(HeadHarmonic.from_document)),
+            units=checked(document, "units", list_of(UnitOnHead.from_document)),
+            gates=checked(document, "gates", list_of(Gate.from_document)),
+            source=checked(document, "source", text),
+            software=checked(document, "software", text),
+        )
 
 
 def _position(document: Mapping[str, Any]) -> tuple[float, float]:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from accelcal.arguments import path_text
 from accelcal.errors import DocumentError
+from accelcal.results.damage import DamageError
 
 if TYPE_CHECKING:
     from os import PathLike
 
-__all__ = ["document_in", "json_text", "parse_json"]
+__all__ = ["json_text", "parse_json", "read_json"]
+
+Result = TypeVar("Result")
 
 
 def json_text(document: Mapping[str, Any], path: str | PathLike[str] | None = None) -> str:
@@ -50,45 +53,47 @@ def json_text(document: Mapping[str, Any], path: str | PathLike[str] | None = No
     return text
 
 
-def document_in(source: str | PathLike[str], *, writer: str = "accelcal fit") -> Any:
-    """Parse JSON text, or that of a file.
+def read_json(
+    source: str | PathLike[str], read: Callable[[Any], Result], *, writer: str = "accelcal fit"
+) -> Result:
+    """Read JSON text, or that of a file.
 
     Parameters
     ----------
     source : str or path
         JSON text, or the path of a file that holds it.
+    read : callable
+        Takes the document, and gives what it holds.
     writer : str, default "accelcal fit"
         The command that writes such documents, for the message.
 
     Returns
     -------
     object
-        The document.
+        What the document holds.
 
     Raises
     ------
     DocumentError
-        If there is no such file, or the text is not JSON.
+        If there is no such file, the text is not JSON, or `read` refuses it.
 
     Examples
     --------
-    >>> document_in('{"value": 0.1}')
+    >>> read_json('{"value": 0.1}', dict)
     {'value': 0.1}
     """
     if isinstance(source, str) and not _may_be_path(source):
-        return parse_json(source, writer=writer)
+        return read(parse_json(source, writer=writer))
     name = path_text(source, f"give the path of a file written by {writer}, or its text")
     try:
         with open(name, encoding="utf-8-sig") as file:  # noqa: PTH123  (as in io.text)
             text = file.read()
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "no text"
-        raise DocumentError(
-            f"{name}: not JSON, and no file that can be read ({reason}); give a file written by"
-            f" {writer}, or its text"
-        ) from None
+        damage = DamageError(f"not JSON, and no file that can be read ({reason})")
+        raise damage.told(writer).at(name) from None
     try:
-        return parse_json(text, writer=writer)
+        return read(parse_json(text, writer=writer))
     except DocumentError as error:
         raise error.at(name) from None
 
@@ -121,10 +126,6 @@ def parse_json(text: str, *, writer: str = "accelcal fit") -> Any:
     import json
 
     try:
-        return json.loads(text, parse_constant=_refuse)
+        return json.loads(text)  # NaN is refused by the key that it stands under
     except (ValueError, RecursionError) as error:
-        raise DocumentError(f"not JSON ({error}); give a file written by {writer}") from None
-
-
-def _refuse(constant: str) -> None:
-    raise ValueError(f"{constant} is not a number of JSON")
+        raise DamageError(f"not JSON ({error})").told(writer) from None

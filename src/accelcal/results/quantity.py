@@ -16,6 +16,7 @@ from accelcal.results.checked import (
     text,
     whole,
 )
+from accelcal.results.damage import DamageError
 
 __all__ = ["ErrorSource", "Gate", "Quantity", "Residuals", "fields_document"]
 
@@ -170,7 +171,7 @@ class Residuals:
             value=checked(document, "value", list_of(number)),
         )
         if not len(found.angle_deg) == len(found.stroke) == len(found.value):
-            raise TypeError("have lists of different lengths")
+            raise DamageError("lists of different lengths")
         return found
 
 

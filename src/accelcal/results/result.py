@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from accelcal.errors import DocumentError
-from accelcal.results.json_text import document_in, json_text
+from accelcal.errors import InputError
+from accelcal.results.checked import checked, list_of, schema_of
+from accelcal.results.damage import DamageError, read_as
+from accelcal.results.json_text import json_text, read_json
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -47,38 +50,77 @@ class StoredResult(JsonResult):
 
     __slots__ = ()
 
+    SCHEMA: ClassVar[str]
+    """Type and version of such documents."""
+
     WRITER: ClassVar[str]
     """The command that writes such documents, for messages."""
 
+    REMEDIES: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    """Schema of another document -> what to do with one that is given in place of this."""
+
     @classmethod
     @abstractmethod
+    def _read(cls, document: Mapping[str, Any]) -> Self:
+        """Read a document of the right schema.
+
+        Raises
+        ------
+        DamageError
+            If a part of it is missing or something else.
+        """
+
+    @classmethod
+    def part(cls, document: Any) -> Self:
+        """Read the result from its place in a document.
+
+        Raises
+        ------
+        DamageError
+            If there is something else.
+        """
+        checked(document, "schema", schema_of(cls.SCHEMA, remedies=cls.REMEDIES))
+        try:
+            return cls._read(document)
+        except DamageError:
+            raise
+        except InputError as error:  # parts that do not fit each other
+            raise DamageError(str(error)) from None
+
+    @classmethod
+    def parts(cls, document: Any, key: str) -> tuple[Self, ...]:
+        """Read the results in the list under a key of a document, or the one that it is.
+
+        Raises
+        ------
+        DamageError
+            If there is something else.
+        """
+        if isinstance(document, Mapping) and key in document:
+            return checked(document, key, list_of(cls.part, 1))
+        return (cls.part(document),)
+
+    @classmethod
     def from_document(cls, document: Any) -> Self:
         """Read the result from its document.
+
+        Parameters
+        ----------
+        document : mapping
+            What `to_document` returns.
+
+        Returns
+        -------
+        StoredResult
+            Equal to the one that was written.
 
         Raises
         ------
         DocumentError
-            If it is no such document.
+            If the document is of another type or version, incomplete or damaged; the message
+            names the key.
         """
-
-    @classmethod
-    def _of_schema(
-        cls,
-        schema: str,
-        document: Any,
-        read: Callable[[dict[str, Any]], Self],
-        damage: type[Exception] | tuple[type[Exception], ...] = TypeError,
-    ) -> Self:
-        """Read a document of one schema, and tell what is wrong with another or a damaged one."""
-        found = document.get("schema") if isinstance(document, dict) else None
-        if found != schema:
-            raise DocumentError(f"schema {found!r} is not {schema!r}; give a file of {cls.WRITER}")
-        try:
-            return read(document)
-        except KeyError as error:
-            raise DocumentError(f"{error.args[0]} is missing; write it with {cls.WRITER}") from None
-        except damage as error:
-            raise DocumentError(f"{error}; write the file again with {cls.WRITER}") from None
+        return read_as(cls.part, document, cls.WRITER)
 
     @classmethod
     def from_json(cls, source: str | PathLike[str]) -> Self:
@@ -99,7 +141,7 @@ class StoredResult(JsonResult):
         DocumentError
             If there is no such file, or its text is not such a document.
         """
-        return cls.from_document(document_in(source, writer=cls.WRITER))
+        return read_json(source, cls.from_document, writer=cls.WRITER)
 
 
 class TabularResult(ABC):

@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from accelcal.errors import DocumentError
-from accelcal.results.checked import checked, list_of, mapping_of, number, text
+from accelcal.results.checked import checked, list_of, mapping_of, number, one_of, text
 from accelcal.results.discovery import SCHEMA, Discovery
 from accelcal.results.findings import Change, plain
 from accelcal.results.quantity import Document, Quantity
@@ -74,7 +73,7 @@ class StandEffect:
         return cls(
             id=checked(document, "id", text),
             name=checked(document, "name", text),
-            verdict=checked(document, "verdict", _verdict),
+            verdict=checked(document, "verdict", one_of(*VERDICTS)),
             parameters=checked(document, "parameters", mapping_of(Quantity.from_document)),
             p_value=checked(document, "p_value", number),
             p_one_value=checked(document, "p_one_value", number),
@@ -137,6 +136,7 @@ class StandDiscovery(StoredResult):
         False-alarm rate over all units and all that was searched.
     """
 
+    SCHEMA: ClassVar[str] = SCHEMA
     WRITER: ClassVar[str] = Discovery.WRITER
 
     units: tuple[str, ...]
@@ -202,45 +202,15 @@ class StandDiscovery(StoredResult):
         }
 
     @classmethod
-    def from_document(cls, document: Document) -> StandDiscovery:
-        """Read what was discovered from its JSON document.
-
-        Parameters
-        ----------
-        document : mapping
-            What `to_document` returns.
-
-        Returns
-        -------
-        StandDiscovery
-            Equal to the one that was written.
-
-        Raises
-        ------
-        DocumentError
-            If the document is of another type or version, or damaged.
-        """
-        if not isinstance(document, Mapping) or document.get("schema") != SCHEMA:
-            raise DocumentError(f"this is no stand of schema {SCHEMA!r}; write it anew")
-        try:
-            return cls(
-                units=checked(document, "units", list_of(text)),
-                effects=checked(document, "effects", list_of(StandEffect.from_document)),
-                head=checked(document, "head", list_of(HeadPosition.from_document)),
-                coefficients=checked(
-                    document, "coefficients", mapping_of(list_of(Change.from_document))
-                ),
-                common=checked(document, "common", Discovery.from_document),
-                notes=checked(document, "notes", list_of(text), ()),
-                alpha=checked(document, "alpha", number, 0.01),
-            )
-        except (KeyError, TypeError, AttributeError) as error:
-            raise DocumentError(
-                f"the stand is damaged ({error}); write it anew with accelcal discover"
-            ) from None
-
-
-def _verdict(value: Any) -> str:
-    if value not in VERDICTS:
-        raise TypeError(f"{value!r} in place of one of {', '.join(VERDICTS)}")
-    return str(value)
+    def _read(cls, document: Document) -> StandDiscovery:
+        return cls(
+            units=checked(document, "units", list_of(text)),
+            effects=checked(document, "effects", list_of(StandEffect.from_document)),
+            head=checked(document, "head", list_of(HeadPosition.from_document)),
+            coefficients=checked(
+                document, "coefficients", mapping_of(list_of(Change.from_document))
+            ),
+            common=checked(document, "common", Discovery.part),
+            notes=checked(document, "notes", list_of(text), ()),
+            alpha=checked(document, "alpha", number, 0.01),
+        )

@@ -14,9 +14,11 @@ from accelcal.results.checked import (
     mapping_of,
     number,
     number_or_none,
+    one_of,
     text,
     whole,
 )
+from accelcal.results.damage import DamageError
 from accelcal.results.mapping import FrozenMapping
 from accelcal.results.quantity import Document, Gate, Quantity, Residuals, fields_document
 
@@ -157,7 +159,7 @@ class TableCalibration:
         errors = tuple(ERROR_TERMS.values())
         return cls(
             run=checked(document, "run", text),
-            mounting=checked(document, "mounting", _mounting, MOUNTINGS[0]),
+            mounting=checked(document, "mounting", one_of(*MOUNTINGS), MOUNTINGS[0]),
             temperature_degC=checked(document, "temperature_degC", number_or_none),
             readings=checked(document, "readings", whole),
             dof=checked(document, "dof", whole),
@@ -179,21 +181,16 @@ class TableCalibration:
         """Demand a scale factor, whose quotients make the error model, and its covariance."""
         scale_factor = self.coefficients["K1"].value
         if scale_factor is None or abs(scale_factor) < _SMALLEST:
-            raise TypeError(f"coefficients have a scale factor K1 of {scale_factor}")
+            raise DamageError(f"{scale_factor} in place of a scale factor", "coefficients", "K1")
         known = [name for name, quantity in self.coefficients.items() if quantity.value is not None]
         if self.covariance_names and not {"K1"} <= set(self.covariance_names) <= set(known):
-            raise TypeError(f"covariance is of {', '.join(self.covariance_names)}")
+            names = ", ".join(self.covariance_names)
+            raise DamageError(f"{names} in place of K1 and others of coefficients", "covariance")
         return self
 
 
 def _documents(quantities: Mapping[str, Quantity]) -> dict[str, Any]:
     return {name: quantity.to_document() for name, quantity in quantities.items()}
-
-
-def _mounting(value: Any) -> str:
-    if value not in MOUNTINGS:
-        raise TypeError(f"{value!r} in place of one of {', '.join(MOUNTINGS)}")
-    return text(value)
 
 
 def _complete(found: Mapping[str, Quantity], names: Sequence[str]) -> dict[str, Quantity]:

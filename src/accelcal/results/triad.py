@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -74,6 +75,7 @@ class TriadCalibration(StoredResult, TabularResult):
         Name and version of what made the calibration.
     """
 
+    SCHEMA: ClassVar[str] = SCHEMA
     WRITER: ClassVar[str] = "accelcal triad"
 
     frame: str
@@ -161,37 +163,26 @@ class TriadCalibration(StoredResult, TabularResult):
         }
 
     @classmethod
-    def from_document(cls, document: Any) -> TriadCalibration:
-        """Read a calibration from its document.
-
-        Raises
-        ------
-        DocumentError
-            If it is no such document.
-        """
-        return cls._of_schema(SCHEMA, document, _read)
+    def _read(cls, document: Mapping[str, Any]) -> TriadCalibration:
+        quantities = mapping_of(Quantity.from_document)
+        return cls(
+            frame=checked(document, "frame", text),
+            parameters=checked(document, "parameters", quantities),
+            scale_factors=checked(document, "scale_factors", quantities),
+            misalignments=checked(document, "misalignments", quantities),
+            axis_angles=checked(document, "axis_angles", quantities),
+            covariance=checked(document, "covariance", covariance),
+            attitudes=checked(document, "attitudes", whole),
+            dof=checked(document, "dof", whole),
+            residual_rms=checked(document, "residual_rms", number),
+            gates=checked(document, "gates", list_of(Gate.from_document)),
+            local_gravity=checked(document, "g_local_m_s2", size_or_none),
+            output_unit=checked(document, "output_unit", text_or_none),
+            serial=checked(document, "serial", text_or_none),
+            source=checked(document, "source", text),
+            notes=checked(document, "notes", list_of(text)),
+            software=checked(document, "software", text),
+        )
 
 
 _GROUPS = ("parameters", "scale_factors", "misalignments", "axis_angles")
-
-
-def _read(document: dict[str, Any]) -> TriadCalibration:
-    quantities = mapping_of(Quantity.from_document)
-    return TriadCalibration(
-        frame=checked(document, "frame", text),
-        parameters=checked(document, "parameters", quantities),
-        scale_factors=checked(document, "scale_factors", quantities),
-        misalignments=checked(document, "misalignments", quantities),
-        axis_angles=checked(document, "axis_angles", quantities),
-        covariance=checked(document, "covariance", covariance),
-        attitudes=checked(document, "attitudes", whole),
-        dof=checked(document, "dof", whole),
-        residual_rms=checked(document, "residual_rms", number),
-        gates=checked(document, "gates", list_of(Gate.from_document)),
-        local_gravity=checked(document, "g_local_m_s2", size_or_none),
-        output_unit=checked(document, "output_unit", text_or_none),
-        serial=checked(document, "serial", text_or_none),
-        source=checked(document, "source", text),
-        notes=checked(document, "notes", list_of(text)),
-        software=checked(document, "software", text),
-    )

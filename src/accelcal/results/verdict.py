@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from accelcal.results.checked import number_or_none
+from accelcal.results.checked import Kind, checked, list_of, number_or_none, one_of, text
 from accelcal.results.quantity import Document
 
 __all__ = ["OUTCOMES", "Judgement", "Verdict"]
@@ -57,12 +57,14 @@ class Judgement:
     @classmethod
     def from_document(cls, document: Document) -> Judgement:
         """Read the judgement from its place in a JSON document."""
-        values = {name: document[name] for name in cls.__slots__}
-        for name in ("minimum", "maximum", "value", "expanded_uncertainty", "probability"):
-            number_or_none(values[name])
-        if values["outcome"] not in OUTCOMES:
-            raise TypeError(f"{values['outcome']!r} in place of an outcome")
-        return cls(**values)
+        words = ("limit", "symbol", "where", "unit", "remark")
+        numbers = ("minimum", "maximum", "value", "expanded_uncertainty", "probability")
+        kinds: dict[str, Kind[Any]] = {
+            "outcome": one_of(*OUTCOMES),
+            **dict.fromkeys(words, text),
+            **dict.fromkeys(numbers, number_or_none),
+        }
+        return cls(**{name: checked(document, name, kind) for name, kind in kinds.items()})
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +120,7 @@ class Verdict:
     def from_document(cls, document: Document) -> Verdict:
         """Read the verdict from its place in the JSON document of a calibration."""
         plain = ("specification", "source", "rule", "rule_statement")
-        judgements = tuple(map(Judgement.from_document, document["limits"]))
-        if not judgements:
-            raise TypeError("a verdict without limits")
-        return cls(**{name: document[name] for name in plain}, judgements=judgements)
+        return cls(
+            **{name: checked(document, name, text) for name in plain},
+            judgements=checked(document, "limits", list_of(Judgement.from_document, 1)),
+        )

@@ -1,0 +1,294 @@
+"""Documents that are read back: each damage of each kind is told in one line, by its key."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import functools
+import io
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hidden.clampings import units_on_one_head
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import accelcal
+from accelcal import Calibration, Discovery, HeadCalibration, TriadCalibration
+from accelcal.cli.main import main
+from accelcal.errors import DocumentError
+from accelcal.io.specification import read_specification
+from accelcal.results.documents import calibrations_to_json, discoveries_to_json
+from accelcal.results.stand import StandDiscovery
+from accelcal.verdict import judge
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+STABILITY = {
+    "schema": "accelcal/stability/1",
+    "unit": "g",
+    "components": {"k0F": {"value": 6e-5}, "sigma_F": {"value": 2e-5}},
+}
+
+# -- a document of each kind -----------------------------------------------------------------------
+
+
+@functools.cache
+def units():
+    plan = accelcal.TumblePlan(temperatures=(20.0,))
+    records = [accelcal.simulate(plan=plan, seed=seed) for seed in (1, 2)]
+    return [dataclasses.replace(r, serial=f"S{i}") for i, r in enumerate(records)]
+
+
+def calibration():
+    found = accelcal.fit(accelcal.read_table(EXAMPLES / "al15.csv"))
+    sheet = read_specification(EXAMPLES / "al15.toml")
+    return dataclasses.replace(found, verdict=judge(found, sheet)).to_json()
+
+
+def stand():
+    found = [accelcal.discover(unit) for unit in units()]
+    return discoveries_to_json(found, accelcal.discover_stand(units()))
+
+
+def head():
+    _, (unit,) = units_on_one_head(np.random.default_rng(12), units=1)
+    return accelcal.calibrate_head(accelcal.read_table(io.StringIO(unit.text))).to_json()
+
+
+def triad():
+    return accelcal.calibrate_triad(accelcal.read_triad(EXAMPLES / "triad.csv")).to_json()
+
+
+@dataclasses.dataclass(frozen=True)
+class Kind:
+    """How to make a document, what is to be damaged in it, and the command that reads it."""
+
+    make: object
+    schema: str
+    missing: tuple
+    number: tuple
+    writer: str
+    command: str
+
+
+KINDS = {
+    "calibration": Kind(
+        calibration,
+        "calibration",
+        ("method",),
+        ("tables", 0, "residual_rms"),
+        "accelcal fit",
+        "export doc.json --format yaml",
+    ),
+    "calibrations": Kind(
+        lambda: calibrations_to_json(list(map(accelcal.fit, units()))),
+        "calibration",
+        ("calibrations", 1, "warnings"),
+        ("calibrations", 0, "tables", 0, "coefficients", "K1", "value"),
+        "accelcal fit",
+        "apply doc.json data.csv --serial S1",
+    ),
+    "discovery": Kind(
+        lambda: accelcal.discover(units()[0]).to_json(),
+        "discovery",
+        ("gap", "after"),
+        ("gap", "before", "rms"),
+        "accelcal discover",
+        "fit data.csv --model doc.json",
+    ),
+    "discoveries and their stand": Kind(
+        stand,
+        "discovery",
+        ("stand", "units"),
+        ("stand", "common", "where", 0, "share"),
+        "accelcal fit or accelcal discover",
+        "report doc.json -o out.md",
+    ),
+    "head": Kind(
+        head,
+        "head",
+        ("origin",),
+        ("positions", 3, "error", "value"),
+        "accelcal head",
+        "fit data.csv --head doc.json",
+    ),
+    "stability": Kind(
+        lambda: json.dumps(STABILITY),
+        "stability",
+        ("components", "k0F", "value"),
+        ("components", "sigma_F", "value"),
+        "accelcal stability --scale-factor",
+        "budget cal.json --stability doc.json",
+    ),
+    "triad": Kind(triad, "triad", ("frame",), ("covariance", "matrix", 1, 2), "accelcal triad", ""),
+}
+READ = {"triad": TriadCalibration}
+
+
+@functools.cache
+def written(name):
+    return KINDS[name].make()
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    accelcal.write_table(units()[0], tmp_path / "data.csv")
+    accelcal.fit(accelcal.simulate(seed=1)).to_json(tmp_path / "cal.json")
+    return tmp_path
+
+
+def told(name, text, folder, capsys):
+    """What is said of a document that cannot be read, without the end of the line."""
+    (folder / "doc.json").write_text(text, "utf-8")
+    if not KINDS[name].command:
+        with pytest.raises(DocumentError) as caught:
+            READ[name].from_json("doc.json")
+        return str(caught.value)
+    assert main(KINDS[name].command.split()) == 2
+    out, err = capsys.readouterr()
+    assert (out, err[-1]) == ("", "\n")
+    return err[:-1]
+
+
+# -- damages ---------------------------------------------------------------------------------------
+
+
+def way(keys):
+    return "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys)[1:]
+
+
+def changed(document, keys, *value):
+    """The document with another value at a path of keys, or without it."""
+    document = copy.deepcopy(document)
+    *above, last = keys
+    part = functools.reduce(lambda part, key: part[key], above, document)
+    if value:
+        part[last] = value[0]
+    else:
+        del part[last]
+    return json.dumps(document)
+
+
+def missing(kind, document):
+    return changed(document, kind.missing), f"key {way(kind.missing)}: missing"
+
+
+def no_number(value):
+    def damage(kind, document):
+        said = f"key {way(kind.number)}: {value!r} in place of a number"
+        return changed(document, kind.number, value), said
+
+    return damage
+
+
+def infinite(kind, document):
+    text, said = no_number(math.inf)(kind, document)
+    return text.replace("Infinity", "1e999"), said
+
+
+def another_type(kind, document):
+    above = kind.number[:-1]
+    return changed(document, above, 7), f"key {way(above)}: 7 in place of a"
+
+
+def other_schema(kind, document):
+    right = f"accelcal/{kind.schema}/1"
+    either = "accelcal/calibration/1, accelcal/discovery/1"
+    right = f"one of {either}" if " or " in kind.writer else repr(right)
+    return changed(document, ("schema",), "a/1"), f"key schema: 'a/1' in place of {right}"
+
+
+def cut(_, document):
+    return json.dumps(document)[:-9], "not JSON ("
+
+
+DAMAGES = {
+    "missing": missing,
+    "text": no_number("1.5"),
+    "null in a list": no_number([None]),
+    "NaN": no_number(math.nan),
+    "infinite": infinite,
+    "another type": another_type,
+    "another schema": other_schema,
+    "truncated": cut,
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize("name", KINDS)
+def test_a_damage_is_told_in_one_line_by_its_key(folder, capsys, name, damage):
+    kind, document = KINDS[name], json.loads(written(name))
+    if name == "calibrations" and damage == "another schema":
+        document = document["calibrations"][0]
+    text, said = DAMAGES[damage](kind, document)
+    line = told(name, text, folder, capsys)
+    assert "\n" not in line
+    assert line.startswith(f"doc.json: {said}")
+    assert line.endswith(f"; give a file as {kind.writer} writes it")
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_a_later_version_is_told(folder, capsys, name):
+    document = json.loads(written(name))
+    keys = ("calibrations", 0, "schema") if name == "calibrations" else ("schema",)
+    later = f"accelcal/{KINDS[name].schema}/2"
+    line = told(name, changed(document, keys, later), folder, capsys)
+    assert line.startswith(f"doc.json: key {way(keys)}: '{later}' in place of ")
+    assert line.endswith("; read it with the version of accelcal that wrote it")
+
+
+def test_parts_within_parts_without_end(folder, capsys):
+    document = json.loads(written("calibration"))
+    document["provenance"]["options"] = 7
+    deep = '{"a": ' * 3000 + "1" + "}" * 3000
+    text = json.dumps(document).replace('"options": 7', f'"options": {deep}')
+    line = told("calibration", text, folder, capsys)
+    assert line.endswith("; give a file as accelcal fit writes it")
+
+
+# -- any damage ------------------------------------------------------------------------------------
+
+READERS = {
+    "calibration": Calibration,
+    "discovery": Discovery,
+    "head": HeadCalibration,
+    "triad": TriadCalibration,
+    "discoveries and their stand": StandDiscovery,
+}
+ODD = [None, True, [], {}, "", "x", [[1]], {"value": 1}, [None], 0, -1, 1, 1e300, 1e-300, math.nan]
+
+
+def places(part, path=()):
+    """Paths to every part of a document."""
+    items = part.items() if isinstance(part, dict) else enumerate(part)
+    for key, item in items:
+        yield (*path, key)
+        if isinstance(item, dict | list):
+            yield from places(item, (*path, key))
+
+
+@pytest.mark.parametrize("name", READERS)
+@settings(max_examples=150, deadline=None)
+@given(data=st.data())
+def test_any_damage_gives_a_result_or_a_line(name, data):
+    document = json.loads(written(name))
+    document = document.get("stand", document)
+    keys = data.draw(st.sampled_from(list(places(document))))
+    odd = data.draw(st.sampled_from([(), *((value,) for value in ODD)]))
+    text = changed(document, keys, *odd)
+    assert fate(READERS[name], text) in ("read", "told")
+
+
+def fate(result, text):
+    """Whether a text is read, and again when it is written, or refused in a line."""
+    try:
+        found = result.from_json(text)
+    except DocumentError as error:
+        said = str(error)
+        whole = said.endswith(f"; give a file as {result.WRITER} writes it") and "\n" not in said
+        return "told" if whole else said
+    return "read" if result.from_json(found.to_json()) == found else "changed"
