@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from accelcal.errors import DocumentError, InputError
-from accelcal.io.text import read_text
+from accelcal.errors import InputError
+from accelcal.io.text import read_document
 from accelcal.results.calibration import Calibration
 from accelcal.results.documents import calibrations_from_json
 
@@ -85,9 +85,5 @@ def read_calibrations(source: str) -> CalibrationFile:
     DocumentError
         If it is no file of calibrations.
     """
-    read = read_text(source, "calibration")
-    try:
-        calibrations = calibrations_from_json(read.text)
-    except DocumentError as error:
-        raise error.at(read.name) from None
+    read, calibrations = read_document(source, "calibration", calibrations_from_json)
     return CalibrationFile(read.name, read.sha256 or "", calibrations)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from accelcal.errors import DocumentError, InputError
-from accelcal.io.text import read_text
+from accelcal.errors import InputError
+from accelcal.io.text import read_document
 from accelcal.results.discovery import Discovery
 from accelcal.results.json_text import parse_json
 
@@ -30,11 +30,11 @@ def read_discovery(source: str) -> Discovery:
     DocumentError
         If it is no file of a discovery.
     """
-    read = read_text(source, "model")
-    try:
-        return Discovery.from_document(parse_json(read.text, writer=Discovery.WRITER))
-    except DocumentError as error:
-        raise error.at(read.name) from None
+
+    def read(text: str) -> Discovery:
+        return Discovery.from_document(parse_json(text, writer=Discovery.WRITER))
+
+    return read_document(source, "model", read)[1]
 
 
 def read_model(source: str) -> Discovery:

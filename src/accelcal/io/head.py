@@ -7,10 +7,10 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.errors import DocumentError, TableError, located
+from accelcal.errors import TableError, located
 from accelcal.io.cells import Column, numbers
 from accelcal.io.small_table import SmallTable, read_small_table
-from accelcal.io.text import Source, read_text
+from accelcal.io.text import Source, read_document
 from accelcal.io.vocabulary import Heading, split_unit
 from accelcal.results.head_calibration import HeadCalibration
 
@@ -76,18 +76,19 @@ def read_head(source: Source) -> HeadCalibration:
     >>> [round(1e6 * error, 2) for error in read_head(io.StringIO(text)).errors]
     [4.85, -4.85]
     """
-    given = read_text(source, "head")
-    if given.text.lstrip().startswith("{"):
-        try:
-            return HeadCalibration.from_json(given.text)
-        except DocumentError as error:
-            raise error.at(given.name) from None
+    given, stored = read_document(source, "head", _stored)
+    if stored is not None:
+        return stored
     import io
 
     text = io.StringIO(given.text)
     text.name = given.name
     table = read_small_table(text, _heading, ("angle",), _REMEDY, "head")
     return located(_certificate, table, source=table.source)
+
+
+def _stored(text: str) -> HeadCalibration | None:
+    return HeadCalibration.from_json(text) if text.lstrip().startswith("{") else None
 
 
 def _heading(text: str) -> Heading:

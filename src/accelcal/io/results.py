@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from accelcal.errors import DocumentError, InputError
-from accelcal.io.text import read_text
+from accelcal.errors import InputError
+from accelcal.io.text import read_document
 from accelcal.results.calibration import Calibration
 from accelcal.results.checked import checked, schema_of
 from accelcal.results.damage import read_as
@@ -88,12 +88,12 @@ def read_results(source: str) -> ResultFile:
     DocumentError
         If it is none of these files.
     """
-    read = read_text(source, "result")
-    try:
-        document = parse_json(read.text, writer=_WRITERS)
-        return read_as(_results, document, _WRITERS)._replace(name=read.name)
-    except DocumentError as error:
-        raise error.at(read.name) from None
+
+    def read(text: str) -> ResultFile:
+        return read_as(_results, parse_json(text, writer=_WRITERS), _WRITERS)
+
+    given, found = read_document(source, "result", read)
+    return found._replace(name=given.name)
 
 
 def _results(document: Any) -> ResultFile:

@@ -5,16 +5,19 @@ from __future__ import annotations
 import os
 import re
 import sys
-from typing import IO, NamedTuple
+from collections.abc import Callable
+from typing import IO, NamedTuple, TypeVar
 
 from accelcal.arguments import kind_of
-from accelcal.errors import InputError, TableError
+from accelcal.errors import DocumentError, InputError, TableError
 from accelcal.io.digest import sha256_of
 
-__all__ = ["Source", "SourceText", "read_text", "refuse_document"]
+__all__ = ["Source", "SourceText", "read_document", "read_text", "refuse_document"]
 
 Source = str | os.PathLike[str] | IO[bytes] | IO[str]
 """A path, ``"-"`` for standard input, or an open file."""
+
+Found = TypeVar("Found")
 
 _FOREIGN = (
     (b"PK\x03\x04", "an Excel workbook or zip archive"),
@@ -80,6 +83,39 @@ def read_text(source: Source, what: str = "table") -> SourceText:
     _refuse_foreign(data, name)
     text, encoding = _decode(data, name)
     return SourceText(name, _tidy(text, name), encoding, compressed, sha256_of(content))
+
+
+def read_document(
+    source: Source, what: str, read: Callable[[str], Found]
+) -> tuple[SourceText, Found]:
+    """Read a source whose text is a document.
+
+    Parameters
+    ----------
+    source, what
+        As of `read_text`.
+    read : callable
+        Takes the text, and gives what it holds.
+
+    Returns
+    -------
+    SourceText
+        The text.
+    object
+        What it holds.
+
+    Raises
+    ------
+    TableError
+        If the source cannot be read or is not text.
+    DocumentError
+        If `read` refuses it; the message names the source.
+    """
+    given = read_text(source, what)
+    try:
+        return given, read(given.text)
+    except DocumentError as error:
+        raise error.at(given.name) from None
 
 
 def refuse_document(text: str, name: str) -> None:

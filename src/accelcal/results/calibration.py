@@ -15,6 +15,7 @@ from accelcal.results.checked import (
     number,
     number_or_none,
     one_of,
+    or_none,
     text,
     text_or_none,
 )
@@ -195,6 +196,7 @@ class Calibration(StoredResult, TabularResult):
     @classmethod
     def _read(cls, document: Document) -> Calibration:
         checked(document, "acceleration_unit", one_of("g_local"))
+        laws = or_none(TemperatureModel.from_document)
         found = cls(
             method=checked(document, "method", text),
             output_unit=checked(document, "output_unit", text_or_none),
@@ -212,12 +214,12 @@ class Calibration(StoredResult, TabularResult):
             gates=checked(document, "gates", list_of(Gate.from_document), ()),
             warnings=checked(document, "warnings", list_of(text)),
             software=checked(document, "software", text, ""),
-            temperature_model=checked(document, "temperature_model", parts.laws),
-            second_axis_model=checked(document, "second_axis_model", parts.laws, None),
+            temperature_model=checked(document, "temperature_model", laws),
+            second_axis_model=checked(document, "second_axis_model", laws, None),
             fixture_angle=checked(
                 document, "fixture_angle", list_of(FixtureAngle.from_document), ()
             ),
-            verdict=checked(document, "verdict", parts.verdict, None),
+            verdict=checked(document, "verdict", or_none(parts.verdict), None),
             effects=checked(document, "effects", list_of(parts.effect), ()),
             provenance=checked(document, "provenance", parts.provenance, FrozenMapping({})),
         )

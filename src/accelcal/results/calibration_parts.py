@@ -16,13 +16,11 @@ from accelcal.results.checked import (
     text_or_none,
 )
 from accelcal.results.mapping import FrozenMapping
-from accelcal.results.quantity import Document
-from accelcal.results.temperature import TemperatureModel
 
 if TYPE_CHECKING:
     from accelcal.results.verdict import Verdict
 
-__all__ = ["any_object", "effect", "laws", "provenance", "verdict"]
+__all__ = ["any_object", "effect", "provenance", "verdict"]
 
 _PROVENANCE: dict[str, Kind[Any]] = {
     "sha256": text_or_none,
@@ -31,11 +29,6 @@ _PROVENANCE: dict[str, Kind[Any]] = {
     "notes": list_of(text),
     "options": lambda part: any_object(part),  # defined below
 }
-
-
-def laws(document: Document | None) -> TemperatureModel | None:
-    """Read the temperature laws; None where there are none."""
-    return None if document is None else TemperatureModel.from_document(document)
 
 
 def any_object(document: Any) -> FrozenMapping[Any]:
@@ -68,10 +61,8 @@ def effect(document: Any) -> FrozenMapping[Any]:
     return found
 
 
-def verdict(document: Document | None) -> Verdict | None:
-    """Read the verdict; None where it was not judged."""
-    if document is None:
-        return None
+def verdict(document: Any) -> Verdict:
+    """Read the verdict."""
     from accelcal.results.verdict import Verdict  # here, as most calibrations have none
 
     return Verdict.from_document(document)

@@ -21,6 +21,7 @@ __all__ = [
     "number",
     "number_or_none",
     "one_of",
+    "or_none",
     "schema_of",
     "size_or_none",
     "text",
@@ -92,11 +93,6 @@ def text(value: Any) -> str:
     return value
 
 
-def text_or_none(value: Any) -> str | None:
-    """Take a text or null."""
-    return None if value is None else text(value)
-
-
 def flag(value: Any) -> bool:
     """Take true or false."""
     if not isinstance(value, bool):
@@ -120,9 +116,16 @@ def number(value: Any) -> float:
     return float(value)
 
 
-def number_or_none(value: Any) -> float | None:
-    """Take a number or null."""
-    return None if value is None else number(value)
+def or_none(kind: Kind[Part]) -> Kind[Part | None]:
+    """Take a part or null."""
+    return lambda value: None if value is None else kind(value)
+
+
+text_or_none: Kind[str | None] = or_none(text)
+"""Take a text or null."""
+
+number_or_none: Kind[float | None] = or_none(number)
+"""Take a number or null."""
 
 
 def size_or_none(value: Any) -> float | None:

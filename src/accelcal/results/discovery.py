@@ -5,7 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from accelcal.results.checked import checked, list_of, mapping_of, number, text, text_or_none, whole
+from accelcal.results.checked import (
+    checked,
+    list_of,
+    mapping_of,
+    number,
+    or_none,
+    text,
+    text_or_none,
+    whole,
+)
 from accelcal.results.findings import (
     Change,
     Detectable,
@@ -186,7 +195,7 @@ class Discovery(StoredResult, TabularResult):
             after=after,
             where=checked(document, "where", list_of(Share.from_document)),
             effects=checked(document, "effects", list_of(FoundEffect.from_document)),
-            unexplained=checked(document, "unexplained", _unexplained),
+            unexplained=checked(document, "unexplained", or_none(Unexplained.from_document)),
             undetectable=checked(document, "undetectable", list_of(Undetectable.from_document)),
             smallest_detectable=checked(
                 document, "smallest_detectable", list_of(Detectable.from_document)
@@ -228,7 +237,3 @@ class Discovery(StoredResult, TabularResult):
 def _gaps(document: Document) -> tuple[Gap, Gap]:
     before, after = (checked(document, name, Gap.from_document) for name in ("before", "after"))
     return before, after
-
-
-def _unexplained(document: Document | None) -> Unexplained | None:
-    return None if document is None else Unexplained.from_document(document)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from accelcal.results.checked import Covariance, checked, covariance, list_of, text
+from accelcal.results.checked import Covariance, checked, covariance, list_of, or_none, text
 from accelcal.results.quantity import Document, Quantity
 
 __all__ = ["BilinearLaw", "TemperatureModel"]
@@ -38,7 +38,7 @@ class BilinearLaw:
     @classmethod
     def from_document(cls, document: Document) -> BilinearLaw:
         """Read the law from its place in a JSON document."""
-        return cls(*(checked(document, name, _optional) for name in ("at_T0", "above", "below")))
+        return cls(*(checked(document, name, _quantity) for name in ("at_T0", "above", "below")))
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,12 +105,11 @@ class TemperatureModel:
             k0=checked(document, "k0", BilinearLaw.from_document),
             K1=checked(document, "K1", BilinearLaw.from_document),
             delta=checked(document, "delta", BilinearLaw.from_document),
-            hysteresis=checked(document, "hysteresis", _optional, None),
+            hysteresis=checked(document, "hysteresis", _quantity, None),
             warnings=checked(document, "warnings", list_of(text), ()),
             covariance_names=names,
             covariance_matrix=matrix,
         )
 
 
-def _optional(document: Document | None) -> Quantity | None:
-    return None if document is None else Quantity.from_document(document)
+_quantity = or_none(Quantity.from_document)
