@@ -636,6 +636,11 @@ def test_one_date_in_all_rows_is_that_of_the_test():
     assert read("date,T,J,Y1\nMay 24,20,1,1.3\nMay 24,20,5,-1.3\n").date == "May 24"
 
 
+def test_a_date_above_the_headings_makes_no_headings():
+    record = read("Datum;31.05.2024;Position;Labor 5\nT;J;Y1;Y2\n20;1;1.3;1.31\n20;5;-1.3;-1.31\n")
+    assert record.date == "31.05.2024;Position;Labor 5"
+
+
 def test_several_dates_without_clock_times_are_set_aside():
     note = "column 'date' has no one date, nor clock times beside it, and was set aside"
     cells = ("2024-05-31,0", "2024-06-01,60")

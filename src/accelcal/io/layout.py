@@ -277,7 +277,7 @@ def _split_headings(line: str, separator: str | None) -> list[str]:
 
 
 def _are_headings(cells: tuple[Heading, ...]) -> bool:
-    roles = {cell.role for cell in cells if cell.role}
+    roles = {cell.role for cell in cells if cell.role and cell.role != "date"}
     strokes = [cell for cell in cells if cell.role == "strokes"]
     if len(strokes) == 1 and strokes[0].text.isdigit():
         roles.discard("strokes")  # "temperature; 20" is no row of headings
