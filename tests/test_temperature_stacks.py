@@ -268,3 +268,24 @@ def test_gates_of_a_stack_of_records_are_those_of_each(options):
     for i, one in enumerate(made):
         expected = accelcal.fit(one, reference_temperature=20.0)
         assert tuple(gate.gate(i) for gate in found) == expected.gates
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(("temperature_laws", "seed"), [("tables", 2), ("readings", 0)])
+def test_a_scale_factor_of_nothing_makes_no_slopes(tmp_path, temperature_laws, seed):
+    # read as half a turn, the readings have no scale factor; one temperature has moved
+    path = tmp_path / "a.csv"
+    plan = TumblePlan(strokes=2, temperatures=(20.0, 70.0, -30.0))
+    noise = NoiseComponents(reading=5e-6, head=0.0, launch=0.0, launch_sf=0.0)
+    accelcal.write_table(accelcal.simulate(plan=plan, noise=noise, seed=seed, declare=False), path)
+    text = path.read_text()
+    assert "\n20.0,1,1," in text
+    for moved in ("20.0", "20.5"):
+        path.write_text(text.replace("\n20.0,1,1,", f"\n{moved},1,1,", 1))
+        found = accelcal.fit(
+            accelcal.read_table(path, overrides={"positions": 16}),
+            temperature_laws=temperature_laws,
+        )
+        assert abs(found.tables[0].coefficients["K0"].value) < 2.0
+        law = found.temperature_model.k0.at_T0
+        assert abs(law.value) < 5.0 * law.standard_uncertainty

@@ -31,7 +31,7 @@ from accelcal.temperature.product_errors import (
     to_the_mean,
     unfelt_share,
 )
-from accelcal.temperature.product_fit import solved
+from accelcal.temperature.product_fit import scale_factor_is_told, solved
 from accelcal.temperature.run_temperatures import stacked_temperature_uncertainty
 
 __all__ = ["brought_to_rest"]
@@ -122,6 +122,8 @@ def _fits(moving: _Moving) -> Iterator[tuple[list[int], Places, ProductFit, Arra
     laws = _first_laws(moving, chosen)
     known = np.all([np.isfinite(estimate.noises[i].factor) for i in chosen], axis=0)
     known &= (moving.span > 0.0).any(axis=1)
+    K1 = laws.names.index("K1 at_T0")
+    known &= scale_factor_is_told(laws.value[:, K1], laws.standard[:, K1])
     few = max(_AT_A_TIME // sum(len(moving.tables[i].record) for i in chosen), 1)
     for place, group in enumerate(laws.groups):
         own = np.flatnonzero(known & (laws.group == place))

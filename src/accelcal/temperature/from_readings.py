@@ -14,7 +14,7 @@ from accelcal.results.temperature import BilinearLaw, TemperatureModel
 from accelcal.temperature.bilinear import named_model
 from accelcal.temperature.from_tables import tables_of_one_mounting
 from accelcal.temperature.product_errors import Errors, ProductFit, Solution, product_fit
-from accelcal.temperature.product_fit import estimator, solved
+from accelcal.temperature.product_fit import estimator, scale_factor_is_told, solved
 
 __all__ = ["laws_from_readings"]
 
@@ -67,6 +67,8 @@ def laws_from_readings(
     chosen = tables_of_one_mounting(tables, estimate)
     if not np.isfinite([estimate.noises[i].factor[record] for i in chosen]).all():
         return start  # nothing tells the noise, so nothing can weigh a reading
+    if not scale_factor_is_told(start.K1.at_T0.value, start.K1.at_T0.standard_uncertainty):
+        return start
     sides = [side for side in ("above", "below") if getattr(start.k0, side) is not None]
     rows = np.array([record])
     fit = product_fit(tables, estimate, chosen, rows, temperatures, levels, reference, sides)

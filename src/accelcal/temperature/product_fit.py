@@ -19,16 +19,17 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from accelcal.errors import DesignError
 from accelcal.temperature.product_errors import PRIOR, Errors, ProductFit, Solution, errors_at
 
-__all__ = ["estimator", "solved"]
+__all__ = ["estimator", "scale_factor_is_told", "solved"]
 
 Array = NDArray[np.float64]
 
 _MOST_STEPS = 30
+_SURE = 3.0
 _CONVERGED = 1e-6  # of the noise of a reading
 
 
@@ -58,6 +59,27 @@ def solved(fit: ProductFit, laws: Array) -> Solution:
         if not left.size:
             break
     return state
+
+
+def scale_factor_is_told(value: ArrayLike, uncertainty: ArrayLike) -> NDArray[np.bool_]:
+    """Tell whether a scale factor is not 0: slopes relative to 0 lead the steps anywhere.
+
+    Parameters
+    ----------
+    value, uncertainty : array_like, shape (R,)
+        K1 at T0, and its standard uncertainty; NaN where unknown [output unit / g].
+
+    Returns
+    -------
+    ndarray of bool, shape (R,)
+        True where it is, as far as known.
+
+    Examples
+    --------
+    >>> scale_factor_is_told([1.35, 1e-4, 1.35], [1e-5, 1e-4, float("nan")]).tolist()
+    [True, False, True]
+    """
+    return ~np.asarray(np.abs(value) < _SURE * np.asarray(uncertainty, dtype=np.float64))
 
 
 def _start(fit: ProductFit, laws: Array) -> Solution:
@@ -112,7 +134,8 @@ class _System(NamedTuple):
         found = self._solved(right)
         of_felt = found[:, -felt:]
         variance = np.einsum("rii->ri", of_felt[..., 1:])
-        return found[:, : self.size.shape[1], 0] / self.size, of_felt[..., 0], np.sqrt(variance)
+        doubt = np.sqrt(np.clip(variance, 0.0, 1.0))  # but for rounding, no more than before
+        return found[:, : self.size.shape[1], 0] / self.size, of_felt[..., 0], doubt
 
     def map(self) -> Array:
         """The step of the parameters as a matrix, shape (R, 3 p + c, n)."""
