@@ -266,6 +266,15 @@ def test_jumps_are_told_in_text(tmp_path, capsys):
     assert "JUMP     between 2015-01-01 and 2016-01-01: " in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("serial", ["NA", "None", "nan", "null", "007", "(none)"])
+def test_a_serial_is_what_is_written(tmp_path, capsys, serial):
+    path = tmp_path / "results.csv"
+    units = [frame(4, serial=name) for name in ("NA", "None", "nan", "null", "007", "7", "")]
+    pd.concat(units).to_csv(path, index=False)
+    assert run(path, "--serial", serial) == 0
+    assert "\n4 calibrations from" in capsys.readouterr().out
+
+
 def test_json_and_csv(results, tmp_path, capsys):
     assert run(results, "--format", "json") == 0
     document = json.loads(capsys.readouterr().out)

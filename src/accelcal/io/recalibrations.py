@@ -61,7 +61,8 @@ def _csv(path: str, text: str) -> pd.DataFrame:
 
     as_text: Any = {"serial": str, "date": str, "run": str, "source": str}
     try:
-        return pd.read_csv(StringIO(text), dtype=as_text)
+        # only what is empty is missing: a serial may be NA
+        return pd.read_csv(StringIO(text), dtype=as_text, keep_default_na=False, na_values=[""])
     except ValueError:  # that of the parser is one too
         raise InputError(
             f"{path}: not a frame of results; give what accelcal batch -o RESULTS.csv wrote, or"

@@ -86,15 +86,19 @@ def comparable(
 
 
 def _of_unit(entries: Sequence[Entry], serial: str | None) -> list[Entry]:
-    have = list(dict.fromkeys(entry.serial or "(none)" for entry in entries))
+    have = list(dict.fromkeys(map(_name, entries)))
     if not have:
         raise InputError("no calibration is given; give what accelcal batch or fit wrote")
     if serial is None and len(have) > 1:
         raise InputError(f"several units; choose one with --serial: {listed(have)}")
-    own = [entry for entry in entries if serial is None or entry.serial == serial]
+    own = [entry for entry in entries if serial is None or _name(entry) == serial]
     if not own:
         raise InputError(f"no serial {serial!r} in the results; there is {listed(have)}")
     return own
+
+
+def _name(entry: Entry) -> str:
+    return entry.serial or "(none)"
 
 
 def _of_mounting(own: list[Entry], mounting: str | None, notes: list[str]) -> list[Entry]:

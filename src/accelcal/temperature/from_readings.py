@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 _UNFELT = 0.5
 
+_TOLD = ("value", "standard_uncertainty")
+
 
 def laws_from_readings(
     tables: Sequence[PreparedTable],
@@ -67,7 +69,7 @@ def laws_from_readings(
     chosen = tables_of_one_mounting(tables, estimate)
     if not np.isfinite([estimate.noises[i].factor[record] for i in chosen]).all():
         return start  # nothing tells the noise, so nothing can weigh a reading
-    if not scale_factor_is_told(start.K1.at_T0.value, start.K1.at_T0.standard_uncertainty):
+    if not scale_factor_is_told(*(getattr(start.K1.at_T0, name) for name in _TOLD)):
         return start
     sides = [side for side in ("above", "below") if getattr(start.k0, side) is not None]
     rows = np.array([record])
