@@ -573,6 +573,38 @@ def test_a_wrong_row_of_a_large_table_costs_one_serial(tmp_path, monkeypatch):
     assert found.errors["message"].tolist() == [f"{path}:101: {told}"]
 
 
+def test_parts_of_a_large_table_with_a_byte_order_mark(tmp_path, monkeypatch):
+    path = many_serials(tmp_path / "a.csv", [f"S{n:02d}" for n in range(20)])
+    lines = path.read_text().split("\n")
+    lines[30] = ",".join([*lines[30].split(",")[:4], ""])
+    path.write_text("\n".join(lines), "utf-8-sig")
+    found = in_parts(monkeypatch, path)
+    assert found.errors.empty
+    same_frames(found, accelcal.batch(path), "sha256", "notes")
+
+
+@pytest.mark.parametrize(
+    ("after", "told"),
+    [("\n# T0: 30", "102: header line 'T0: 30' inside the table"), ("\0", "101: a zero byte: the")],
+)
+def test_faults_in_a_part_are_told_with_their_line(tmp_path, monkeypatch, after, told):
+    path = many_serials(tmp_path / "a.csv", [f"S{n:02d}" for n in range(20)])
+    lines = path.read_text().split("\n")
+    lines[100] += after
+    path.write_text("\n".join(lines))
+    (message,) = in_parts(monkeypatch, path).errors["message"]
+    assert message.startswith(f"{path}:{told}")
+
+
+def test_comments_in_a_part_are_told_with_their_line(tmp_path, monkeypatch):
+    path = many_serials(tmp_path / "a.csv", [f"S{n:02d}" for n in range(20)])
+    lines = path.read_text().split("\n")
+    lines[100] += "\n# pause"
+    path.write_text("\n".join(lines))
+    notes = in_parts(monkeypatch, path).tables["notes"]
+    assert "1 comment line was set aside (line 102)" in notes.tolist()
+
+
 def test_a_serial_in_several_places_of_a_large_table_is_refused(tmp_path, monkeypatch):
     serials = [f"S{n:02d}" for n in range(20)]
     serials[15] = "S03"

@@ -6,6 +6,7 @@ down the file would be fitted from half its readings: it is refused wherever it 
 
 from __future__ import annotations
 
+from codecs import BOM_UTF8
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from csv import reader
@@ -142,7 +143,7 @@ def stretches(content: Content, column: int) -> Iterator[Stretch]:
     Stretch
         The rows of a serial.
     """
-    lines = content.data.splitlines(keepends=True)
+    lines = content.data.removeprefix(BOM_UTF8).splitlines(keepends=True)
     above = next(i for i, line in enumerate(lines) if not line.startswith(b"#")) + 1
     head, skipped = b"".join(lines[:above]), content.skipped or 0
     owners: Iterator[bytes] = accumulate(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -11,6 +10,7 @@ from accelcal.archive.own_results import is_result
 from accelcal.archive.parquet import is_parquet, read_rows
 from accelcal.archive.parts import Part, part_content, stretches
 from accelcal.archive.sources import SourceFile, is_url, named_bytes, read_bytes
+from accelcal.errors import TableError
 from accelcal.io.ordinary import Content, read_arrow, read_ordinary
 from accelcal.io.tables import read_tables, survey_text
 from accelcal.io.text import read_text
@@ -156,8 +156,13 @@ def _found(index: int, path: str, records: Records | str) -> list[Found | Failur
 
 
 def _read_stretch(piece: Content, overrides: Mapping[str, Any]) -> Records:
-    text = read_text(io.BytesIO(piece.data))._replace(name=piece.name, sha256=None)
-    return survey_text(text._replace(skipped=piece.skipped or 0), overrides)[1]
+    skipped = piece.skipped or 0
+    try:
+        text = read_text(named_bytes(piece.data, piece.name))
+    except TableError as error:
+        line = None if error.line is None else error.line + skipped
+        raise TableError(error.problem, error.remedy, source=piece.name, line=line) from None
+    return survey_text(text._replace(sha256=None, skipped=skipped), overrides)[1]
 
 
 def _read(path: str, overrides: Mapping[str, Any]) -> Records:

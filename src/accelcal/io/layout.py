@@ -100,7 +100,7 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
     lines = source.text.split("\n")
     headings, above, start = _find_headings(lines, source.name, remedy)
     declared, aside = _declarations(above, source.name)
-    rows, numbers, comments = _rows(lines, start, headings, source.name)
+    rows, numbers, comments = _rows(lines, start, headings, source)
     if comments:
         aside.append(f"{counted(comments, 'comment line')} set aside ({listed(comments)})")
     return Layout(
@@ -332,22 +332,22 @@ def _declare(declared: dict[str, Declared], key: str, new: Declared, name: str) 
 
 
 def _rows(
-    lines: list[str], start: int, headings: _Headings, name: str
+    lines: list[str], start: int, headings: _Headings, source: SourceText
 ) -> tuple[list[str], list[int], list[int]]:
     """Rows with their line numbers, and the lines of comments between them."""
     blank = ' \t"' + (headings.separator or "")
     body = lines[start:] if start else lines
     numbers = [n for n, line in enumerate(body, start + 1) if line.strip(blank)]
-    comments = list(_comments(lines, numbers, name)) if any("#" in line for line in body) else []
+    comments = list(_comments(lines, numbers, source)) if any("#" in line for line in body) else []
     if comments:
         numbers = sorted(set(numbers).difference(comments))
     if not numbers:
         problem, remedy = "column headings but no readings", "add a row for each reading"
-        raise TableError(problem, remedy, source=name, line=headings.line)
-    return [lines[n - 1] for n in numbers], numbers, comments
+        raise TableError(problem, remedy, source=source.name, line=headings.line)
+    return [lines[n - 1] for n in numbers], numbers, [n + source.skipped for n in comments]
 
 
-def _comments(lines: list[str], numbers: list[int], name: str) -> Iterator[int]:
+def _comments(lines: list[str], numbers: list[int], source: SourceText) -> Iterator[int]:
     for number in numbers:
         line = lines[number - 1]
         text = _uncomment(line)
@@ -357,7 +357,8 @@ def _comments(lines: list[str], numbers: list[int], name: str) -> Iterator[int]:
         if declaration and canonical_key(declaration[1].strip()):
             problem = f"header line {shown(text)} inside the table"
             remedy = "write it above the headings; one table a file, or a column serial"
-            raise TableError(problem, remedy, source=name, line=number)
+            place = number + source.skipped
+            raise TableError(problem, remedy, source=source.name, line=place)
         yield number
 
 
