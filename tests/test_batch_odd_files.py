@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 import accelcal
-from accelcal.archive import parts
+from accelcal.archive import parts, through
 from accelcal.archive.journal import Journal
 from accelcal.errors import InputError
 
@@ -195,3 +195,20 @@ def _elsewhere(replace):
         return replace(self, target)
 
     return refusing
+
+
+@pytest.mark.parametrize("length", [0, 20, -1])
+def test_a_damaged_block_is_fitted_anew(archive, tmp_path, monkeypatch, length):
+    monkeypatch.setattr(through, "LEAST_FILES", 1)
+
+    def stop(done, _):
+        if done:
+            raise KeyboardInterrupt
+
+    accelcal.write_batch(archive, tmp_path / "calm.csv")
+    with pytest.raises(KeyboardInterrupt):
+        accelcal.write_batch(archive, tmp_path / "r.csv", progress=stop)
+    (block,) = (tmp_path / "r.csv.journal").glob("*.block")
+    block.write_bytes(block.read_bytes()[:length])
+    accelcal.write_batch(archive, tmp_path / "r.csv", resume=True)
+    assert (tmp_path / "r.csv").read_bytes() == (tmp_path / "calm.csv").read_bytes()

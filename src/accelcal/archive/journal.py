@@ -92,8 +92,13 @@ class Journal:
         write_atomically(self.path(block), head + outcome.tables + outcome.laws)
 
     def has(self, block: Block) -> bool:
-        """Tell whether a block is finished."""
-        return self.path(block).exists()
+        """Tell whether a block is finished, and whole: a disk may lose what it had."""
+        try:
+            with self.path(block).open("rb") as file:
+                line = file.readline()
+                return os.fstat(file.fileno()).st_size == len(line) + sum(json.loads(line)["bytes"])
+        except (OSError, ValueError):
+            return False
 
     def summary(self, block: Block) -> Summary:
         """What a finished block tells besides its rows."""

@@ -6,10 +6,11 @@ down the file would be fitted from half its readings: it is refused wherever it 
 
 from __future__ import annotations
 
+import csv
 from codecs import BOM_UTF8
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from csv import reader
+from contextlib import suppress
 from itertools import accumulate, groupby
 from operator import itemgetter
 from typing import IO, NamedTuple
@@ -222,9 +223,9 @@ def _line_ends(text: bytes) -> int:
 
 def _serial(line: bytes, column: int) -> bytes:
     """Serial of a row; empty where the line is none."""
+    cells = line.split(b",", column + 1)
     if b'"' in line:
-        (row,) = reader([line.decode("utf-8", "surrogateescape")])
-        cells = [cell.encode("utf-8", "surrogateescape") for cell in row]
-    else:
-        cells = line.split(b",", column + 1)
+        with suppress(csv.Error):  # of a cell longer than any
+            (row,) = csv.reader([line.decode("utf-8", "surrogateescape")])
+            cells = [cell.encode("utf-8", "surrogateescape") for cell in row]
     return b"" if line.startswith(b"#") or len(cells) <= column else cells[column].strip()
