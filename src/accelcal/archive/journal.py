@@ -96,7 +96,8 @@ class Journal:
         try:
             with self.path(block).open("rb") as file:
                 line = file.readline()
-                return os.fstat(file.fileno()).st_size == len(line) + sum(json.loads(line)["bytes"])
+                size = len(line) + int(sum(json.loads(line)["bytes"]))
+                return os.fstat(file.fileno()).st_size == size
         except (OSError, ValueError):
             return False
 
