@@ -213,3 +213,18 @@ def test_a_frame_of_three_columns_is_a_triad():
 def test_the_refusal_of_a_value_is_an_input_error():
     with pytest.raises(InputError):
         accelcal.simulate(seed="a")
+
+
+def test_a_masked_reading_is_missing():
+    angles = 45.0 * np.arange(9)
+    outputs = np.array([1.3 * np.cos(np.deg2rad(angles)) + 0.004])
+    masked = np.ma.masked_array(outputs, mask=[[True, *[False] * 8]])
+    masked.data[0, 0] = 99.0
+    found = accelcal.estimate_tables(masked, angles)
+    assert found.dof.tolist() == [2]
+    assert found.coefficients[0, 1] == pytest.approx(1.3)
+
+
+def test_complex_readings_are_refused():
+    with pytest.raises(InputError, match="outputs is list; it is a number or an array of numbers"):
+        accelcal.estimate_tables([[1j] * 9], 45.0 * np.arange(9))

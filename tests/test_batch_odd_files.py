@@ -10,7 +10,7 @@ import pytest
 import accelcal
 from accelcal.archive import parts, through
 from accelcal.archive.journal import Journal
-from accelcal.errors import InputError
+from accelcal.errors import AccelcalError, InputError
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "al15.csv"
 
@@ -66,6 +66,25 @@ def test_a_file_that_vanishes_costs_no_other(archive, monkeypatch):
     found = accelcal.batch(archive)
     assert found.tables["source"].unique().tolist() == [str(archive / "a.csv")]
     assert found.errors["message"].str.startswith(str(archive / "b.csv")).tolist() == [True]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"jobs": 0}, "jobs is 0; it is a whole number, 1 or more"),
+        ({"jobs": "2"}, "jobs is '2'; it is a whole number, 1 or more"),
+        ({"paths": []}, "no path is given; give files, folders or globs"),
+        ({"coefficients": ["K9"]}, "coefficient 'K9' is unknown; choose from K0, K1"),
+        ({"coefficients": ["K0"]}, "K1 is not among the coefficients asked for"),
+    ],
+)
+def test_wrong_arguments_are_told_before_any_file(archive, tmp_path, wrong, said):
+    arguments = {"paths": archive, **wrong}
+    with pytest.raises(AccelcalError, match=f"^{said}"):
+        accelcal.batch(**arguments)
+    with pytest.raises(AccelcalError, match=f"^{said}"):
+        accelcal.write_batch(output=tmp_path / "r.csv", **arguments)
+    assert [path.name for path in tmp_path.iterdir()] == ["archive"]
 
 
 # -- Parquet with any text -------------------------------------------------------------------------

@@ -218,7 +218,7 @@ def number_array(value: ArrayLike, name: str) -> NDArray[np.float64]:
     Returns
     -------
     ndarray of float
-        The numbers.
+        The numbers; NaN where an array of `numpy.ma` has a mask.
 
     Raises
     ------
@@ -231,7 +231,12 @@ def number_array(value: ArrayLike, name: str) -> NDArray[np.float64]:
     [1.0, 2.0]
     """
     try:
-        return np.asarray(value, dtype=np.float64)
+        array: Any = np.asanyarray(value)
+        if array.dtype.kind == "c":
+            raise TypeError
+        if hasattr(array, "filled"):  # of numpy.ma, which is not loaded for this
+            array = array.astype(np.float64).filled(np.nan)
+        return np.asarray(array, dtype=np.float64)
     except (TypeError, ValueError):
         rule = "a number or an array of numbers"
         raise InputError(f"{name} is {_shown(value)}; it is {rule}") from None

@@ -103,6 +103,8 @@ def batch(
     ------
     InputError
         If there is no such file, or an option breaks a rule.
+    DesignError
+        If a coefficient is unknown, or K1 is not asked for.
 
     Examples
     --------
@@ -162,6 +164,8 @@ def write_batch(
     InputError
         If there is no such file, an option breaks a rule, `output` cannot be written, or an
         interrupted batch left its finished part and `resume` is false.
+    DesignError
+        As by `batch`.
     """
     output = path_text(output)
     form = form_of(output)
@@ -202,7 +206,10 @@ def _settings(
 
 
 def _texts(paths: str | PathLike[str] | Iterable[str | PathLike[str]]) -> list[str]:
-    return [path_text(path, "give files, folders or globs") for path in several(paths)]
+    texts = [path_text(path, "give files, folders or globs") for path in several(paths)]
+    if not texts:
+        raise InputError("no path is given; give files, folders or globs")
+    return texts
 
 
 def _sources(paths: Sequence[str], names: Mapping[str, str]) -> list[SourceFile]:

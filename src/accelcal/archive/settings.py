@@ -18,6 +18,7 @@ from accelcal.effects.catalogue import catalogue, is_built_in
 from accelcal.effects.effect import Effect
 from accelcal.effects.formula import Formula
 from accelcal.errors import DesignError
+from accelcal.estimate.estimability import check_names
 from accelcal.io.tables import read_table
 from accelcal.results.calibration import Calibration
 from accelcal.specification import Specification
@@ -67,6 +68,8 @@ class Settings:
         ------
         InputError
             If an option has a value that breaks a rule.
+        DesignError
+            If a coefficient is unknown, or K1 is not asked for.
 
         Warns
         -----
@@ -75,6 +78,7 @@ class Settings:
         """
         record = read_table(io.StringIO(_GOOD_TABLE), overrides=self.overrides)
         self.options.check()
+        check_names(self.options.coefficients)
         if self.specification is not None:
             expect(self.specification, Specification)
         if self.options.model is not None:

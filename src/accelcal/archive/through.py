@@ -10,6 +10,7 @@ from accelcal.archive.block import Block, Fitted
 from accelcal.archive.parts import comes_back, divide
 from accelcal.archive.sources import SourceFile
 from accelcal.archive.workers import completed, processors, workers
+from accelcal.arguments import check_whole
 
 __all__ = ["InMemory", "Keeper", "Progress", "blocks_of", "work_through"]
 
@@ -124,7 +125,14 @@ def work_through(
     list of Block
         The blocks in their order, as they were finished: a part of a table in which serials are
         scattered refuses these.
+
+    Raises
+    ------
+    InputError
+        If `jobs` is no whole number from 1.
     """
+    if jobs is not None:
+        check_whole(1, jobs=jobs)
     first = list(blocks)
     _work(first, function, keeper, jobs, dask, tell)
     final = _refusing(first, keeper)
