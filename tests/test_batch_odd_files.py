@@ -1,7 +1,9 @@
 """Archives as they are: links to nowhere, pipes, rubbish, readings where the results would go."""
 
+import inspect
 import os
 import shutil
+import sys
 from pathlib import Path
 
 import pandas as pd
@@ -10,6 +12,7 @@ import pytest
 import accelcal
 from accelcal.archive import parts, through
 from accelcal.archive.journal import Journal
+from accelcal.archive.sources import find_sources
 from accelcal.errors import AccelcalError, InputError
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "al15.csv"
@@ -43,6 +46,19 @@ def test_a_lost_file_costs_no_other(archive, pattern):
     assert found.tables["source"].nunique() == 2
     assert [Path(source).name for source in found.errors["source"]] == ["loop.csv", "nowhere.csv"]
     assert found.errors["message"].str.startswith(str(archive)).all()
+
+
+def test_folders_may_be_deep(tmp_path):
+    depth, before = 200, sys.getrecursionlimit()
+    inside = tmp_path.joinpath(*["d"] * depth)
+    inside.mkdir(parents=True)
+    shutil.copy(EXAMPLE, inside / "a.csv")
+    sys.setrecursionlimit(len(inspect.stack()) + depth // 2)
+    try:
+        (found,) = find_sources([str(tmp_path)])
+    finally:
+        sys.setrecursionlimit(before)
+    assert found.path == str(inside / "a.csv")
 
 
 def test_large_rubbish_costs_no_other(archive, monkeypatch):

@@ -178,20 +178,23 @@ def _without(aside: Collection[str], found: Iterator[SourceFile]) -> Iterator[So
 
 def _in_folder(folder: str) -> Iterator[SourceFile]:
     """Tables below a folder; what begins with a dot is hidden, and stays so."""
-    try:
-        with os.scandir(folder) as entries:
-            for entry in entries:
-                if entry.name.startswith("."):
-                    continue
-                if entry.is_dir(follow_symlinks=False):
-                    yield from _in_folder(entry.path)
-                elif entry.name.lower().endswith(SUFFIXES):
-                    yield from _regular(entry.path)
-    except OSError as error:
-        raise InputError(
-            f"{folder}: the folder cannot be read ({error.strerror}); ask for the permission, or"
-            " name what can be read"
-        ) from None
+    folders = [folder]
+    while folders:
+        inside = folders.pop()
+        try:
+            with os.scandir(inside) as entries:
+                for entry in entries:
+                    if entry.name.startswith("."):
+                        continue
+                    if entry.is_dir(follow_symlinks=False):
+                        folders.append(entry.path)
+                    elif entry.name.lower().endswith(SUFFIXES):
+                        yield from _regular(entry.path)
+        except OSError as error:
+            raise InputError(
+                f"{inside}: the folder cannot be read ({error.strerror}); ask for the permission,"
+                " or name what can be read"
+            ) from None
 
 
 def _in_glob(pattern: str) -> Iterator[SourceFile]:
