@@ -280,7 +280,7 @@ def test_a_file_that_is_no_calibration_is_named(run, folder):
     (folder / "bad.json").write_text("{}")
     code, _, err = run(HEAD + "output,temperature\n1,20\n", cal="bad.json")
     assert code == 2
-    assert "bad.json: schema" in err
+    assert "bad.json: key schema: missing" in err
 
 
 # -- forms of the stream ---------------------------------------------------------------------------
