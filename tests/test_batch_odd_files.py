@@ -179,6 +179,13 @@ def test_results_are_overwritten(archive, name):
     assert (archive / name).read_bytes() == first
 
 
+def test_results_behind_a_link(archive, tmp_path):
+    (archive / "r.csv").symlink_to(tmp_path / "far.csv")
+    for _ in range(2):
+        assert accelcal.write_batch(archive, archive / "r.csv").files == 2
+    assert len(pd.read_csv(tmp_path / "far.csv")) == 6
+
+
 @pytest.mark.parametrize("name", ["r.csv", "r.laws.csv", "r.errors.csv"])
 def test_what_cannot_be_written_is_told_before_the_work(archive, tmp_path, name):
     (tmp_path / name).mkdir()

@@ -54,6 +54,8 @@ def may_be_replaced(path: str) -> bool:
     bool
         True where it may be written anew.
     """
+    if not Path(path).exists():  # a link to what is to be made
+        return True
     with Path(path).open("rb") as file:
         beginning = file.read(_BEGINNING)
     if is_parquet(path) and beginning:
