@@ -439,6 +439,23 @@ def test_rows_do_not_travel_between_processes(archive, tmp_path, monkeypatch):
     assert set(came) == {None}
 
 
+@pytest.mark.usefixtures("small_blocks")
+def test_frames_in_memory_come_as_files(archive, monkeypatch):
+    from accelcal.archive.handed_over import FromFiles
+
+    came = []
+    keep = FromFiles.keep
+    monkeypatch.setattr(
+        FromFiles, "keep", lambda self, block, out: (came.append(out), keep(self, block, out))
+    )
+    found, alone = accelcal.batch(archive, jobs=2), accelcal.batch(archive)
+    assert len(came) > 1
+    assert max(map(len, came)) < 500
+    assert not any(Path(name).exists() for name in came)
+    for one, other in zip(found, alone, strict=True):
+        pd.testing.assert_frame_equal(one, other)
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="needs limits of files")
 @pytest.mark.parametrize(
     ("jobs", "limit", "said"),

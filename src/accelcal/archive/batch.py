@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from os import PathLike
 from os.path import realpath
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from accelcal.archive.block import fit_block, work
@@ -13,6 +14,7 @@ from accelcal.archive.cells import Columns, Labels, put_together
 from accelcal.archive.columns import ERRORS, LAWS, ROWS, FrameColumn, units_of
 from accelcal.archive.formats import form_of, require_form, results, write_errors
 from accelcal.archive.growing_results import growing_results, work_and_keep
+from accelcal.archive.handed_over import FromFiles, fit_to_file
 from accelcal.archive.journal import Summary, open_journal
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import SourceFile, find_sources, is_url
@@ -120,8 +122,14 @@ def batch(
     """
     settings = _settings(**options)
     sources = find_sources(_texts(paths))
-    function, kept = partial(fit_block, settings=settings), InMemory()
-    blocks = work_through(blocks_of(sources), function, kept, jobs=jobs, dask=dask, tell=progress)
+    kept, first = InMemory(), blocks_of(sources)
+    if jobs == 1 or dask:
+        fit = partial(fit_block, settings=settings)
+        blocks = work_through(first, fit, kept, jobs=jobs, dask=dask, tell=progress)
+    else:
+        with TemporaryDirectory(prefix="accelcal-") as folder:
+            to_file = partial(fit_to_file, settings=settings, folder=folder)
+            blocks = work_through(first, to_file, FromFiles(kept), jobs=jobs, tell=progress)
     found = [kept.results[block] for block in blocks]
     return BatchFrames(
         _frame([part.tables for part in found], ROWS),

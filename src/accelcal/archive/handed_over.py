@@ -1,0 +1,59 @@
+"""Results that the processes of this machine hand over as files.
+
+A process that is killed while its result is on the way through a pipe leaves the other one waiting
+for the rest of it. The name of a file is so short that it comes whole or not at all.
+"""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+from tempfile import NamedTemporaryFile
+
+from accelcal.archive.block import Block, fit_block
+from accelcal.archive.settings import Settings
+from accelcal.archive.through import InMemory
+
+__all__ = ["FromFiles", "fit_to_file"]
+
+
+def fit_to_file(block: Block, settings: Settings, folder: str) -> str:
+    """Read and fit a block, and put its rows into a file.
+
+    Parameters
+    ----------
+    block : Block
+        Files to read.
+    settings : Settings
+        How to fit.
+    folder : str
+        Where the file goes.
+
+    Returns
+    -------
+    str
+        The file, for `FromFiles` of the same batch.
+    """
+    with NamedTemporaryFile(dir=folder, delete=False) as file:
+        pickle.dump(fit_block(block, settings), file)
+    return file.name
+
+
+class FromFiles:
+    """Takes up such files, as a keeper of blocks.
+
+    Parameters
+    ----------
+    kept : InMemory
+        Who keeps what was in them.
+    """
+
+    def __init__(self, kept: InMemory) -> None:
+        self.has, self.serials = kept.has, kept.serials
+        self._keep = kept.keep
+
+    def keep(self, block: Block, outcome: str) -> None:
+        """Keep a finished block."""
+        path = Path(outcome)
+        self._keep(block, pickle.loads(path.read_bytes()))
+        path.unlink()
