@@ -8,6 +8,8 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import Executor, Future
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
@@ -17,7 +19,7 @@ import pandas as pd
 import pytest
 
 import accelcal
-from accelcal.archive import parts, reading, through
+from accelcal.archive import parts, reading, through, workers
 from accelcal.archive.columns import LAWS, ROWS, gate_column
 from accelcal.archive.sources import find_sources
 from accelcal.errors import InputError
@@ -423,6 +425,22 @@ def test_a_killed_worker_is_told_and_nothing_is_lost(long_archive, tmp_path):
     subprocess.run([*map(str, command), "--resume"], check=True, capture_output=True)
     accelcal.write_batch(long_archive, tmp_path / "s.csv")
     assert output.read_bytes() == (tmp_path / "s.csv").read_bytes()
+
+
+def test_a_pool_that_broke_while_it_took_a_task_is_told(monkeypatch):
+    monkeypatch.setattr(workers, "_SECONDS", 0.01)
+
+    class Broken(Executor):
+        tasks = 0
+
+        def submit(self, *_):
+            self.tasks += 1
+            if self.tasks > 3:
+                raise BrokenProcessPool
+            return Future()
+
+    with pytest.raises(InputError, match="a worker was killed, most often for want of memory"):
+        list(workers.completed(Broken(), abs, [1, 2], 1))
 
 
 @pytest.mark.usefixtures("small_blocks")

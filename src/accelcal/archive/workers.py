@@ -25,6 +25,8 @@ Result = TypeVar("Result")
 
 _AHEAD = 2  # tasks that wait for each worker, so that none is idle and memory stays bounded
 
+_SECONDS = 2.0  # until a pool from which nothing comes is asked whether it is broken
+
 _PATIENCE = 0.05  # seconds until a worker that goes on is told again
 
 _KILLED = (
@@ -83,13 +85,17 @@ def completed(
                 yield from ((task, future.result()) for task, future in ended)
                 if not running:
                     return
-                ended = [
-                    (running.pop(future), future)
-                    for future in wait(running, return_when=FIRST_COMPLETED).done
-                ]
+                ended = [(running.pop(future), future) for future in _done(executor, running)]
     finally:
         for future in running:
             future.cancel()
+
+
+def _done(executor: Executor, running: Iterable[Future[Result]]) -> set[Future[Result]]:
+    """Wait for futures; that of a task which a pool took while it broke would never end."""
+    while not (found := wait(running, _SECONDS, return_when=FIRST_COMPLETED).done):
+        executor.submit(abs, 0).cancel()  # a broken pool refuses it
+    return found
 
 
 @contextmanager
