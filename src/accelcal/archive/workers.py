@@ -28,6 +28,7 @@ _AHEAD = 2  # tasks that wait for each worker, so that none is idle and memory s
 _SECONDS = 2.0  # until a pool from which nothing comes is asked whether it is broken
 
 _PATIENCE = 0.05  # seconds until a worker that goes on is told again
+_TIMES = 200  # and so often, until it is ended at once
 
 _KILLED = (
     "a worker was killed, most often for want of memory; what is finished is kept, go on with"
@@ -156,7 +157,10 @@ def _processes(jobs: int) -> Iterator[tuple[Executor, int]]:
         pool.shutdown(wait=False, cancel_futures=True)
         _dismiss(set(active_children()) - others)
         raise
-    pool.shutdown()
+    pool.shutdown(wait=False)
+    for idle in set(active_children()) - others:
+        idle.terminate()  # or it might wait for a lock of one that was killed
+        idle.join()
 
 
 def _hears_interrupts() -> bool:
@@ -204,11 +208,14 @@ def _interruptibly(function: Callable[..., Result], *arguments: Any) -> Result:
 def _dismiss(workers: Iterable[BaseProcess]) -> None:
     """End the workers of a pool that is shut; what they have begun is begun anew some day."""
     for worker in workers:
-        while worker.is_alive():
+        for _ in range(_TIMES):
+            if not worker.is_alive():
+                break
             if sys.platform != "win32" and worker.pid is not None:
                 with suppress(ProcessLookupError):  # it has just ended
                     os.kill(worker.pid, signal.SIGINT)
             worker.join(_PATIENCE)
+        worker.kill()
 
 
 # -- Dask ------------------------------------------------------------------------------------------
