@@ -154,12 +154,20 @@ class CalibrationStack:
     def _from_readings(self, record: int, laws: TemperatureModel) -> TemperatureModel:
         from accelcal.temperature.from_readings import laws_from_readings
 
-        plan, moving = self.plan, self.estimate._replace(outputs=self.moving)
+        moving = self.estimate._replace(outputs=self.moving)
         found = laws_from_readings(
-            self.tables, moving, record, laws, plan.recorded, plan.levels, self.references
+            self.tables, moving, record, laws, self._recorded, self.plan.levels, self.references
         )
-        same = free_of_fixture_angle(self.tables, self.estimate) is self.estimate
-        return found if same else with_misalignment(found, laws)
+        return with_misalignment(found, laws) if self._has_both_sides else found
+
+    @cached_property
+    def _recorded(self) -> tuple[Array, ...]:
+        return self.plan.recorded
+
+    @cached_property
+    def _has_both_sides(self) -> bool:
+        """Whether both sides of an axis free the misalignments of the fixture angle."""
+        return free_of_fixture_angle(self.tables, self.estimate) is not self.estimate
 
     @cached_property
     def references(self) -> Array:
@@ -171,9 +179,9 @@ class CalibrationStack:
         """Temperature laws of all records from their tables."""
         if self.options.method == _MISPRINTED:
             return StackLaws(None, None, None)
-        plan, unfelt = self.plan, self.at_rest.unfelt
+        levels, unfelt = self.plan.levels, self.at_rest.unfelt
         return laws_of_stack(
-            self.tables, self.estimate, plan.recorded, plan.levels, self.references, unfelt
+            self.tables, self.estimate, self._recorded, levels, self.references, unfelt
         )
 
     @cached_property
