@@ -15,7 +15,7 @@ from accelcal.gates import replicates, resolution, sizes
 from accelcal.gates.plan import TablePlan, plan_of
 from accelcal.gates.record import RecordStack, gates_of_records
 from accelcal.gates.stack import TableStack, of_one_plan
-from accelcal.gates.table import gates_of_stack, gates_of_tables
+from accelcal.gates.table import gates_of_stack
 from accelcal.gates.verdict import VERDICTS
 from accelcal.geometry import accelerations, position_angles
 from accelcal.grouping import decimal_steps
@@ -170,6 +170,17 @@ def test_equal_times_are_one_plan():
     stack = TableStack.of(tables, *fits_of(tables))
     assert stack.plan.moment.shape == (1, 54)
     assert stack.hours == pytest.approx(53.0 / 60.0)
+
+
+def gates_of_tables(tables, coefficients, noises):
+    """Gates of all tables of a record, those of one plan together."""
+    found = {}
+    for places in of_one_plan(tables):
+        own, k = [tables[i] for i in places], [coefficients[i] for i in places]
+        stack = TableStack.of(own, k, [noises[i] for i in places], 0.0)
+        gates = gates_of_stack(stack, len(tables))
+        found |= {place: tuple(g.gate(i) for g in gates) for i, place in enumerate(places)}
+    return [found[place] for place in range(len(tables))]
 
 
 def test_tables_of_several_plans_are_told_apart():

@@ -99,7 +99,6 @@ def work(block: Block, settings: Settings, form: str) -> Outcome:
     Outcome
         The encoded rows.
     """
-    keep_freed_memory()
     found = fit_block(block, settings)
     tables, laws = encode(found.tables, ROWS, form), encode(found.laws, LAWS, form)
     return Outcome(tables, laws, *found[2:])
@@ -120,6 +119,7 @@ def fit_block(block: Block, settings: Settings) -> Fitted:
     Fitted
         Rows in the order of the files, and within a file in that of its serials and runs.
     """
+    keep_freed_memory()
     serials: tuple[str, ...] = ()
     if block.part is None:
         read = list(read_files(block.files, settings.overrides))

@@ -73,24 +73,6 @@ class PreparedTable(NamedTuple):
         """Name of the run."""
         return self.record.run_labels[self.run]
 
-    def of_head(self, coefficients: Array, positions: Array) -> Array:
-        """How the error of each head position acts on each reading.
-
-        Parameters
-        ----------
-        coefficients : ndarray, shape (..., 6)
-            Coefficients of the table, zero where not estimated [output unit / g^n].
-        positions : ndarray, shape (J,)
-            Head positions, sorted [deg].
-
-        Returns
-        -------
-        ndarray, shape (..., n, J)
-            dY/dth in the column of the reading's position, zero elsewhere [output unit / rad].
-        """
-        rate = coefficients @ self.angular.T
-        return np.asarray(rate[..., None] * (self.head[:, None] == positions))
-
     @property
     def kept_design(self) -> Array:
         """Columns of the coefficients that are estimated, shape (n, p)."""
