@@ -13,7 +13,7 @@ Tried and left, as it is slower or gains next to nothing:
 - products with the whole design in the layout of the readings, which take longer than transposing
   them and their means, and do not serve tables with gaps;
 - smaller blocks, as each operation takes a microsecond to begin with, and larger ones, which do
-  not stay in the cache; two threads lose in blocks of any size, however often they take turns;
+  not stay in the cache; two threads, which for complete tables lose in blocks of any size;
 - transposing by a product, together with the subtraction of the reference, or without reading the
   memory in order beforehand; telling gaps by a dot product instead of the maximum, which copies
   readings whose columns lie together;

@@ -217,7 +217,7 @@ def _parts_below(file: IO[bytes], column: int) -> Iterator[Part]:
 
 
 def _line_ends(text: bytes) -> int:
-    """Count line ends; that of bytes takes four times as long where they are many."""
+    """Count line ends; that of bytes takes longer where they are many."""
     return int(np.count_nonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n")))
 
 

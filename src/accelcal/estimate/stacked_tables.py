@@ -99,8 +99,8 @@ def estimate_tables(
     robust : bool, default False
         Make the readings safe against outliers by their replicates first.
     threads : int, default 1
-        Threads that share the tables. On two processors two are slower than one
-        (``benchmarks/batch.py``): the tables are small.
+        Threads that share the tables. On two processors two help with gaps and with robust fits,
+        not with complete tables (``benchmarks/batch.py``): what is done with these is too short.
 
     Returns
     -------
