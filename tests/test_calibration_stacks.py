@@ -375,7 +375,7 @@ def test_records_whose_plan_fails_fail_each_for_itself():
 
 
 def test_what_is_asked_of_no_record_is_refused_at_once():
-    with pytest.raises(InputError, match="temperature_laws is 'nosuch'; choose from"):
+    with pytest.raises(InputError, match="temperature_laws 'nosuch' is unknown; choose from"):
         calibrate_many([], Options(temperature_laws="nosuch"))
 
 

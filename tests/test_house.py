@@ -49,6 +49,7 @@ FLOORS = (
     {"record", "results", "specification", "accelerometer"},
     {"model"},
     {"geometry"},
+    {"choices"},
     {"units", "probability", "grouping", "atomic", "sentences", "arguments"},
     {"error_free", "errors", "version", "logs"},
 )

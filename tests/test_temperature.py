@@ -491,7 +491,7 @@ def test_covariance_with_what_has_no_law():
 
 def test_an_unknown_way_is_refused():
     with pytest.raises(
-        InputError, match="temperature_laws is 'both'; choose from tables, readings"
+        InputError, match="temperature_laws 'both' is unknown; choose from tables, readings"
     ):
         laws(THREE, by="both")
 

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from accelcal.errors import InputError
 
 __all__ = [
+    "as_given",
     "check_number",
     "check_whole",
     "each_of",
@@ -169,8 +170,8 @@ def check_number(minimum: float = -math.inf, maximum: float = math.inf, /, **val
     accelcal.errors.InputError: hours is '8'; it is a finite number
     """
     for name, value in values.items():
-        if not _is_number(value) or not math.isfinite(value):
-            raise InputError(f"{name} is {_shown(value)}; it is a finite number")
+        if not _is_number(value) or not _is_finite(value):
+            raise InputError(f"{name} is {as_given(value)}; it is a finite number")
         if value < minimum:
             raise InputError(f"{name} is {value}; it is {minimum:g} or more")
         if value > maximum:
@@ -202,7 +203,7 @@ def check_whole(minimum: int, /, **values: float) -> None:
     for name, value in values.items():
         if not _is_number(value) or not value >= minimum or value % 1:
             rule = f"a whole number, {minimum} or more"
-            raise InputError(f"{name} is {_shown(value)}; it is {rule}")
+            raise InputError(f"{name} is {as_given(value)}; it is {rule}")
 
 
 def number_array(value: ArrayLike, name: str) -> NDArray[np.float64]:
@@ -237,9 +238,9 @@ def number_array(value: ArrayLike, name: str) -> NDArray[np.float64]:
         if hasattr(array, "filled"):  # of numpy.ma, which is not loaded for this
             array = array.astype(np.float64).filled(np.nan)
         return np.asarray(array, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         rule = "a number or an array of numbers"
-        raise InputError(f"{name} is {_shown(value)}; it is {rule}") from None
+        raise InputError(f"{name} is {as_given(value)}; it is {rule}") from None
 
 
 def path_text(value: str | PathLike[str], remedy: str = "give the name of a file") -> str:
@@ -272,12 +273,21 @@ def kind_of(value: object) -> str:
     return "None" if value is None else type(value).__name__
 
 
+def as_given(value: object) -> str:
+    """A number or text as it is, anything else by its kind, as messages have it."""
+    if isinstance(value, str):
+        return repr(value if len(value) <= 40 else value[:37] + "...")
+    if isinstance(value, int) and not _is_finite(value):
+        return "a whole number beyond all floats"
+    return str(value) if isinstance(value, Real) else kind_of(value)
+
+
 def _is_number(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
-def _shown(value: object) -> str:
-    """A number or text as it is, anything else by its kind."""
-    if isinstance(value, str):
-        return repr(value if len(value) <= 40 else value[:37] + "...")
-    return str(value) if isinstance(value, Real) else kind_of(value)
+def _is_finite(value: float) -> bool:
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number beyond all floats
+        return False

@@ -92,6 +92,37 @@ def checked_fixture_angle(delta0: float) -> float:
     return delta0
 
 
+def checked_positions(positions: int) -> int:
+    """Check the number of positions in a full turn.
+
+    Parameters
+    ----------
+    positions : int
+        The number.
+
+    Returns
+    -------
+    int
+        The same.
+
+    Raises
+    ------
+    InputError
+        If it is no whole number, or below 1.
+
+    Examples
+    --------
+    >>> checked_positions(8)
+    8
+    """
+    check_number(positions=positions)
+    if positions < 1 or positions % 1:
+        raise InputError(
+            f"{positions} positions in a turn; a turn has at least 1 position, a whole number"
+        )
+    return int(positions)
+
+
 def position_angles(position: ArrayLike, positions: int = 8) -> NDArray[np.float64]:
     """Head angle of the numbered positions of an equally spaced test.
 
@@ -121,11 +152,7 @@ def position_angles(position: ArrayLike, positions: int = 8) -> NDArray[np.float
     >>> position_angles([1, 2, 9]).tolist()
     [0.0, 45.0, 360.0]
     """
-    check_number(positions=positions)
-    if positions < 1 or positions % 1:
-        raise InputError(
-            f"{positions} positions in a turn; a turn has at least 1 position, a whole number"
-        )
+    checked_positions(positions)
     given = number_array(position, "position")
     number = np.floor(given)
     outside = ~((number >= 1) & (number <= positions + 1) & (number == given))
@@ -223,7 +250,7 @@ def accelerations(
     -1.0
     """
     check_number(delta0=delta0)
-    angle, kind = np.broadcast_arrays(number_array(angle_deg, "angle"), mounting)
+    angle, kind = _with_mounting(number_array(angle_deg, "angle"), mounting)
     if not np.isfinite(angle).all():
         raise InputError(
             f"angle {angle[~np.isfinite(angle)].flat[0]}; it is a finite number of deg"
@@ -242,6 +269,20 @@ def accelerations(
         pendulous=np.where(about_output_axis, cross, 0.0),
         output=np.where(about_output_axis, 0.0, cross),
     )
+
+
+def _with_mounting(
+    angle: NDArray[np.float64], mounting: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.str_]]:
+    """Angles and mountings of one shape."""
+    try:
+        angle, kind = np.broadcast_arrays(angle, np.asarray(np.asarray(mounting), dtype=np.str_))
+    except ValueError:
+        raise InputError(
+            f"mounting does not fit the angles of shape {angle.shape}; give one for all, or one for"
+            " each"
+        ) from None
+    return angle, kind
 
 
 def _cos_sin_deg(

@@ -72,7 +72,7 @@ class Apparatus:
     def __post_init__(self) -> None:
         for item in fields(self):
             given = getattr(self, item.name)
-            if given is not None and not isinstance(given, Real):
+            if given is not None and (not isinstance(given, Real) or isinstance(given, bool)):
                 check_number(**{item.name: given})
             value = None if item.name == "local_gravity" else given
             if value is not None and not 0 <= value < np.inf:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from accelcal.accelerometer import AL15, Accelerometer, BilinearLaw
 from accelcal.arguments import check_number, check_whole, each_of, expect, several
+from accelcal.choices import check_flag
 from accelcal.effects.conditions import SECONDS_PER_READING, Conditions, conditions_of
 from accelcal.effects.effect import ActsOn, Disturbance
 from accelcal.errors import InputError
@@ -138,6 +139,7 @@ class TumblePlan:
         check_number(_SMALLEST_STEP, resolution=self.resolution or 1.0)
         check_number(0.0, _LARGEST, seconds_between_runs=self.seconds_between_runs)
         check_number(1e-9, _LARGEST, seconds_per_reading=self.seconds_per_reading)
+        check_flag(timed=self.timed)
         accelerations(0.0, mounting=self.mountings)  # refuses an unknown mounting
         if self.readings > _MOST_READINGS:
             raise InputError(
@@ -153,7 +155,7 @@ class TumblePlan:
             object.__setattr__(self, name, int(getattr(self, name)))
         for name in ("angles", "temperatures", "mountings"):
             given = getattr(self, name)
-            found = given if given is None else several(given)
+            found = None if given is None and name == "angles" else several(given)
             if found == ():
                 raise InputError(f"{name} is empty; a test has one or more")
             object.__setattr__(self, name, found)
@@ -217,6 +219,7 @@ def simulate(
     if seed is None:
         seed = int(np.random.default_rng().integers(2**32))
     check_whole(0, seed=seed)
+    check_flag(declare=declare)
     expect(accelerometer, Accelerometer)
     expect(plan, TumblePlan)
     expect(noise, NoiseComponents)

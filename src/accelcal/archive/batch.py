@@ -19,9 +19,11 @@ from accelcal.archive.journal import Summary, open_journal
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import SourceFile, find_sources, is_url
 from accelcal.archive.through import InMemory, Progress, blocks_of, work_through
-from accelcal.arguments import path_text, several
+from accelcal.arguments import check_whole, path_text, several
 from accelcal.calibrate.options import Options
+from accelcal.choices import check_flag, check_function, check_options, check_text
 from accelcal.errors import InputError
+from accelcal.io.declarations import declared_by_caller
 from accelcal.model import COEFFICIENTS
 
 if TYPE_CHECKING:
@@ -120,7 +122,8 @@ def batch(
     >>> found.tables[["serial", "run", "gate_drift"]].shape, len(found.errors)
     ((6, 3), 0)
     """
-    settings = _settings(**options)
+    _check_workers(jobs, dask, progress)
+    settings = _settings(batch, **options)
     sources = find_sources(_texts(paths))
     kept, first = InMemory(), blocks_of(sources)
     if jobs == 1 or dask:
@@ -178,7 +181,9 @@ def write_batch(
     output = path_text(output)
     form = form_of(output)
     require_form(form)
-    settings = _settings(**options)
+    _check_workers(jobs, dask, progress)
+    check_flag(resume=resume)
+    settings = _settings(write_batch, **options)
     names = results(output)
     sources = _sources(_texts(paths), names)
     with open_journal(output, settings, form, resume=resume) as journal:
@@ -200,15 +205,25 @@ def write_batch(
     return counts
 
 
+def _check_workers(jobs: int | None, dask: str | None, progress: Progress | None) -> None:
+    if jobs is not None:
+        check_whole(1, jobs=jobs)
+    check_text(dask=dask)
+    check_function(progress=progress)
+
+
 def _settings(
+    function: Any,
+    /,
     *,
     overrides: Mapping[str, Any] | None = None,
     specification: Specification | None = None,
     coefficients: Sequence[str] = COEFFICIENTS,
     **options: Any,
 ) -> Settings:
+    check_options(function, options, (*Options._fields, "overrides", "specification"))
     asked = Options(coefficients=several(coefficients), **options)
-    settings = Settings(asked, overrides=overrides or {}, specification=specification)
+    settings = Settings(asked, overrides=declared_by_caller(overrides), specification=specification)
     settings.try_out()
     return settings.with_own_effects()
 

@@ -6,7 +6,8 @@ import warnings
 from typing import TYPE_CHECKING, NamedTuple
 
 from accelcal.arguments import check_number, expect
-from accelcal.errors import AccelcalWarning, InputError
+from accelcal.choices import check_choice, check_flag
+from accelcal.errors import AccelcalWarning
 from accelcal.estimate.linear import METHODS
 from accelcal.model import COEFFICIENTS
 
@@ -55,13 +56,16 @@ class Options(NamedTuple):
         Raises
         ------
         InputError
-            If a temperature is not finite or the laws come from nowhere.
+            If a temperature is not finite, a flag is none, or a method or the laws are unknown.
 
         Warns
         -----
         AccelcalWarning
             With the misprinted method.
         """
+        check_choice(METHODS, method=self.method)
+        check_choice(TEMPERATURE_LAWS, temperature_laws=self.temperature_laws)
+        check_flag(robust=self.robust, strict=self.strict)
         if self.reference_temperature is not None:
             check_number(T0=self.reference_temperature)
         if self.model is not None:
@@ -72,11 +76,6 @@ class Options(NamedTuple):
             from accelcal.results.head_calibration import HeadCalibration
 
             expect(self.head, HeadCalibration)
-        if self.temperature_laws not in TEMPERATURE_LAWS:
-            raise InputError(
-                f"temperature_laws is {self.temperature_laws!r}; choose from"
-                f" {', '.join(TEMPERATURE_LAWS)}"
-            )
         if self.method == "printed":
             warnings.warn(
                 "method 'printed' uses the misprinted equations (6); it is there for the record",

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from accelcal.arguments import check_number, number_array
+from accelcal.choices import check_flag
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import TEMPERATURE_MARGIN, Compensation
 from accelcal.compensate.inversion import FARTHEST, invert, slope
@@ -116,6 +117,7 @@ def apply(
     >>> bool(measured.inside.all())
     True
     """
+    check_flag(extrapolate=extrapolate, same_launch=same_launch)
     found = compensation(calibration, run, same_launch=same_launch)
     for assumption in found.assumptions:
         warnings.warn(assumption, AccelcalWarning, stacklevel=2)

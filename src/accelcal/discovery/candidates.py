@@ -10,7 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arguments import each_of
 from accelcal.discovery.space import Space
+from accelcal.effects.catalogue import catalogue
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Effect, Parameter
 
@@ -94,9 +96,10 @@ class Candidates(NamedTuple):
     hidden: tuple[Effect, ...]
 
 
-def searched_among(effects: Iterable[Effect]) -> tuple[Effect, ...]:
-    """Keep the effects that add to the readings in proportion to their size."""
-    return tuple(e for e in effects if e.acts_on != "readings" and e.amplitudes)
+def searched_among(effects: Iterable[Effect] | None = None) -> tuple[Effect, ...]:
+    """Effects that add to the readings in proportion to their size, by default the catalogue's."""
+    asked = () if effects is None else each_of(effects, Effect)
+    return tuple(e for e in asked or catalogue() if e.acts_on != "readings" and e.amplitudes)
 
 
 def candidates(effects: Sequence[Effect], space: Space, c: Conditions) -> Candidates:

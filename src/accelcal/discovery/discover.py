@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arguments import check_number, check_whole, expect
+from accelcal.choices import check_flag
 from accelcal.discovery.candidates import Instance, candidates, searched_among
 from accelcal.discovery.caveats import caveats
 from accelcal.discovery.comparison import Comparison, compared
@@ -27,7 +28,6 @@ from accelcal.discovery.prospects.outlook import outlooks
 from accelcal.discovery.search import Findings, search
 from accelcal.discovery.solution import Solution, changes, parameters_of, solution
 from accelcal.discovery.where import pattern, shares, structure
-from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.logs import tell
@@ -126,12 +126,13 @@ def discover(
     """
     expect(record, TumbleRecord)
     check_search(alpha, max_effects)
+    check_flag(empirical=empirical)
     refuse_several_clampings(record)
     t0 = reference_temperature_of(record, reference_temperature)
     question = _Question(
         reference=0.0 if t0 is None else t0,
         delta0=fixture_angle(record, delta0),
-        effects=searched_among(effects or catalogue()),
+        effects=searched_among(effects),
         alpha=alpha,
         most=max_effects,
         seed=seed,

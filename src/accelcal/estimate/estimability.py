@@ -128,7 +128,7 @@ def check_names(asked: Sequence[str]) -> None:
         If one is unknown, or K1 is not among them.
     """
     for name in asked:
-        if name not in COEFFICIENTS:
+        if not isinstance(name, str) or name not in COEFFICIENTS:
             raise DesignError(
                 f"coefficient {name!r} is unknown; choose from {', '.join(COEFFICIENTS)}"
             )

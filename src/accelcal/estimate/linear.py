@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.choices import check_choice
 from accelcal.errors import InputError
 from accelcal.estimate.tables import PreparedTable
 from accelcal.model import COEFFICIENTS
@@ -95,8 +96,7 @@ def linear_estimator(
     DesignError
         If a closed form meets a table that is not an 8-position test.
     """
-    if method not in METHODS:
-        raise InputError(f"method {method!r} is unknown; choose from {', '.join(METHODS)}")
+    check_choice(METHODS, method=method)
     if method == METHODS[0]:
         found, solver = table.estimability, table.least_squares
         return LinearEstimator(table, found.kept, solver.map, solver.solve, found.stands_for)

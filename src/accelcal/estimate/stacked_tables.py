@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.arguments import number_array, several
+from accelcal.arguments import check_whole, number_array, several
+from accelcal.choices import check_flag
 from accelcal.errors import InputError
 from accelcal.estimate.estimability import estimability
 from accelcal.estimate.robust import pseudo_values
@@ -144,6 +145,8 @@ def estimate_tables(
     >>> found.dof[:2].tolist()
     [2, 3]
     """
+    check_flag(robust=robust)
+    check_whole(1, threads=threads)
     y, angle = _checked(outputs, angles)
     spread = np.ones(angle.size) if std is None else _checked_std(std, y)
     design = design_matrix(accelerations(angle, delta0, mounting), mounting)

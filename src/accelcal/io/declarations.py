@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from accelcal.arguments import check_number
+from accelcal.choices import check_text, mapping_of
 from accelcal.errors import InputError, TableError, located
-from accelcal.geometry import checked_fixture_angle
+from accelcal.geometry import checked_fixture_angle, checked_positions
 from accelcal.io.layout import Declared, Layout, shown, split_line
 from accelcal.io.readings import MAXIMUM_TEMPERATURE
 from accelcal.io.vocabulary import KEYS, UNITS_OF, has_unit
 from accelcal.record import Apparatus
 from accelcal.units import canonical_unit, output_unit
 
-__all__ = ["OVERRIDES", "Declarations", "declarations"]
+__all__ = ["OVERRIDES", "Declarations", "declarations", "declared_by_caller", "unit_and_serial"]
 
 APPARATUS = tuple(item.name for item in fields(Apparatus))
 OVERRIDES = (*APPARATUS, "reference_temperature", "positions", "unit", "serial")
@@ -97,17 +99,68 @@ def declarations(
     )
 
 
+def declared_by_caller(overrides: Any) -> Mapping[str, Any]:
+    """Take the declarations of a caller, which None leaves out.
+
+    Parameters
+    ----------
+    overrides : mapping of str to object, or None
+        What was given.
+
+    Returns
+    -------
+    mapping of str to object
+        The same.
+
+    Raises
+    ------
+    InputError
+        If it is something else, or the serial or unit is no text.
+    """
+    given = mapping_of(overrides, "overrides", "{'serial': 'AL-15'}")
+    check_text(serial=given.get("serial"), unit=given.get("unit"))
+    return given
+
+
+def unit_and_serial(overrides: Mapping[str, str | None] | None) -> dict[str, str]:
+    """Take the declarations of a caller where only unit and serial can be declared.
+
+    Parameters
+    ----------
+    overrides : mapping of str to str, or None
+        What was given.
+
+    Returns
+    -------
+    dict of str to str
+        Those that are not empty.
+
+    Raises
+    ------
+    InputError
+        If it is something else, or has other names.
+    """
+    given = {key: value for key, value in declared_by_caller(overrides).items() if value}
+    _refuse_unknown(given, ("unit", "serial"))
+    return given
+
+
+def _refuse_unknown(given: Iterable[str], known: Sequence[str]) -> None:
+    for name in given:
+        if name not in known:
+            raise InputError(f"{name!r} cannot be declared; it is one of {', '.join(known)}")
+
+
 def _checked(overrides: Mapping[str, object]) -> dict[str, Any]:
     given: dict[str, Any] = {key: value for key, value in overrides.items() if value is not None}
-    unknown = [key for key in given if key not in OVERRIDES]
-    if unknown:
-        raise InputError(f"{unknown[0]!r} cannot be declared; it is one of {', '.join(OVERRIDES)}")
+    _refuse_unknown(given, OVERRIDES)
     if "unit" in given:
         given["unit"] = output_unit(given["unit"])
-    if given.get("positions", 1) < 1:
-        raise InputError(
-            f"{given['positions']} positions in a turn; a turn has at least 1 position"
-        )
+    if "positions" in given:
+        given["positions"] = checked_positions(given["positions"])
+    if "reference_temperature" in given:
+        T0 = given["reference_temperature"]
+        check_number(-273.15, MAXIMUM_TEMPERATURE, reference_temperature=T0)
     return given
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from accelcal.errors import InputError, TableError, located
 from accelcal.io.cells import Column, labels, numbers
+from accelcal.io.declarations import unit_and_serial
 from accelcal.io.engines import BulkEngineGivesUp, Columns, columns_by_pandas, columns_by_split
 from accelcal.io.layout import Layout, all_of, counted, listed, read_layout, shown
 from accelcal.io.text import Source, read_text
@@ -114,7 +115,7 @@ def read_stability(
     """
     text = read_text(source)
     layout = _with_own_headings(read_layout(text, _REMEDY))
-    given = {key: value for key, value in (overrides or {}).items() if value}
+    given = unit_and_serial(overrides)
     columns = _columns(layout)
     output = numbers(columns["output"])
     kept = ~np.isnan(output)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from accelcal.errors import TableError, located
 from accelcal.io.cells import MISSING, Column
 from accelcal.io.columns import Engine, Table, choose_columns
-from accelcal.io.declarations import Declarations, declarations
+from accelcal.io.declarations import Declarations, declarations, declared_by_caller
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split
 from accelcal.io.layout import Layout, counted, listed, read_layout, shown
 from accelcal.io.readings import Readings, notes_of_midnight, notes_of_turn, read_readings
@@ -154,7 +154,7 @@ def survey(
     TableError
         If the table is unusable.
     """
-    return survey_text(read_text(source), overrides or {})
+    return survey_text(read_text(source), declared_by_caller(overrides))
 
 
 def survey_text(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from accelcal.errors import InputError, TableError, located
 from accelcal.io.cells import Column, numbers
+from accelcal.io.declarations import unit_and_serial
 from accelcal.io.small_table import SmallTable, read_small_table, uniform
 from accelcal.io.text import Source
 from accelcal.io.vocabulary import Heading, has_unit, split_unit
@@ -65,7 +66,7 @@ def read_triad(
     'V'
     """
     table = read_small_table(source, _heading, tuple(AXES), _REMEDY)
-    given = {key: value for key, value in (overrides or {}).items() if value}
+    given = unit_and_serial(overrides)
     channels = [table.columns[axis] for axis in AXES]
     output = np.column_stack([_complete(column) for column in channels])
     return located(

@@ -10,6 +10,7 @@ from typing import Any
 
 from accelcal.accelerometer import AL15, Accelerometer
 from accelcal.arguments import check_number, expect, several
+from accelcal.choices import check_flag
 from accelcal.errors import InputError
 from accelcal.planning.pace import Pace, hours_of, per_run, stops_of, strokes_within
 from accelcal.planning.prediction import SLOPES, forecasts, lost_coefficients
@@ -108,7 +109,8 @@ def design(
     >>> round(found.designs[0].forecast("K2").standard_uncertainty * 1e6, 1)
     3.9
     """
-    asked = checked_targets(targets or {})
+    asked = checked_targets(targets)
+    check_flag(declared=declared, effects=effects)
     expect(noise, NoiseComponents)
     if hours is not None:
         check_number(hours=hours)

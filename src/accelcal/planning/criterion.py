@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.accelerometer import Accelerometer
+from accelcal.choices import check_choice
 from accelcal.errors import InputError
 from accelcal.geometry import Acceleration, accelerations
 from accelcal.model import COEFFICIENTS, design_matrix
@@ -97,8 +98,7 @@ def criterion_of(name: str, scales: Mapping[str, float]) -> Criterion:
     InputError
         If the name is unknown, or A has nothing to weigh.
     """
-    if name not in CRITERIA:
-        raise InputError(f"criterion {name!r} is unknown; choose from {', '.join(CRITERIA)}")
+    check_choice(CRITERIA, criterion=name)
     if name == "A" and not set(scales) & set(COEFFICIENTS):
         raise InputError(f"A needs a target for one or more of {', '.join(COEFFICIENTS)}")
     if name in COEFFICIENTS:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from accelcal.accelerometer import AL15, Accelerometer
 from accelcal.arguments import check_number, check_whole, expect, several
+from accelcal.choices import check_flag
 from accelcal.errors import InputError
 from accelcal.geometry import turn_angles
 from accelcal.model import COEFFICIENTS
@@ -153,7 +154,8 @@ def optimal_design(
     >>> found.gain("8 positions") > 1.1
     True
     """
-    asked = checked_targets(targets or {})
+    asked = checked_targets(targets)
+    check_flag(declared=declared, effects=effects)
     check_number(hours=hours, spacing=spacing)
     check_whole(0, seed=seed)
     expect(noise, NoiseComponents)

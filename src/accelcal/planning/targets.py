@@ -6,7 +6,8 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 
-from accelcal.arguments import check_number, kind_of
+from accelcal.arguments import check_number
+from accelcal.choices import check_choice, mapping_of
 from accelcal.errors import InputError
 from accelcal.model import COEFFICIENTS, ERROR_TERMS
 from accelcal.planning.prediction import AT_T0, SLOPES
@@ -60,35 +61,31 @@ def target_value(text: str) -> float:
     return value
 
 
-def checked_targets(targets: Mapping[str, float]) -> dict[str, float]:
+def checked_targets(targets: Mapping[str, float] | None) -> dict[str, float]:
     """Check names and sizes of the uncertainties asked for.
 
     Parameters
     ----------
-    targets : mapping of str to float
+    targets : mapping of str to float, or None
         Name -> standard uncertainty.
 
     Returns
     -------
     dict of str to float
-        The same.
+        The same; empty for None.
 
     Raises
     ------
     InputError
         If a name is unknown or a size is not a positive number.
     """
-    if not isinstance(targets, Mapping):
-        raise InputError(
-            f"{kind_of(targets)} in place of targets; give a mapping such as {{'K1': 5e-6}}"
-        )
-    for name, value in targets.items():
-        if name not in NAMES:
-            raise InputError(f"coefficient {name!r} is unknown; choose from {', '.join(NAMES)}")
+    asked = mapping_of(targets, "targets", "{'K1': 5e-6}")
+    for name, value in asked.items():
+        check_choice(NAMES, coefficient=name)
         check_number(**{f"target {name}": value})
         if not value > 0.0:
             raise InputError(f"target {name}={value:g}; an uncertainty is a number above zero")
-    return dict(targets)
+    return dict(asked)
 
 
 def refuse_impossible(designs: Sequence[TestDesign], targets: Mapping[str, float]) -> None:

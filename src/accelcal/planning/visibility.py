@@ -12,7 +12,6 @@ from accelcal.discovery.factors import blocks
 from accelcal.discovery.family import family_of
 from accelcal.discovery.noise import ReadingNoise
 from accelcal.discovery.prospects.audit import Audit, audit, designed
-from accelcal.effects.catalogue import catalogue
 from accelcal.results.designs import Visibility
 from accelcal.simulation import NOISE_FREE, NoiseComponents, TumblePlan, simulate
 
@@ -61,7 +60,7 @@ def visibility(
     sigma = ReadingNoise(max(noise.reading, 1e-12), rho=0.0, dof=0, tails=np.inf)
     comparison = designed(record, reference, sigma, plan.delta0)
     c, space = comparison.model.conditions, comparison.space
-    found = candidates(searched_among(catalogue()), space, c)
+    found = candidates(searched_among(), space, c)
     return tuple(
         _told(audit(comparison, family_of(space, found, blocks(space, c), comparison.roots)))
     )

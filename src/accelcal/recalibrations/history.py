@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arguments import check_number
+from accelcal.choices import check_text
 from accelcal.errors import InputError
 from accelcal.probability import student_quantile
 from accelcal.recalibrations.comparable import Comparable, comparable
@@ -116,6 +117,7 @@ def history_of(
         As of `history`.
     """
     check_number(alpha=alpha)
+    check_text(serial=serial, mounting=mounting)
     if not SMALLEST_CHANCE <= alpha < 1.0:
         raise InputError(
             f"alpha is {alpha:g}; it is a chance from {SMALLEST_CHANCE:g} to 1, such as 0.01"

@@ -45,12 +45,17 @@ def json_text(document: Mapping[str, Any], path: str | PathLike[str] | None = No
     """
     import json  # here, as a report on the terminal does without
 
-    text = json.dumps(document, indent=1, allow_nan=False) + "\n"
+    text = json.dumps(document, indent=1, allow_nan=False, default=_plain) + "\n"
     if path is not None:
         from accelcal.atomic import write_atomically
 
-        write_atomically(path, text.encode())
+        write_atomically(path_text(path), text.encode())
     return text
+
+
+def _plain(value: Any) -> Any:
+    """A number of NumPy, which an argument may be, as one of Python."""
+    return value.item()
 
 
 def read_json(

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from accelcal.accelerometer import AL15, Accelerometer
-from accelcal.arguments import expect
+from accelcal.arguments import check_whole, expect
 from accelcal.estimate.linear import METHODS
 from accelcal.model import COEFFICIENTS
 from accelcal.probability import student_quantile
@@ -107,6 +107,7 @@ def stand_budget(
     if isinstance(accelerometer, Calibration):
         accelerometer = accelerometer_of(accelerometer)
     expect(accelerometer, Accelerometer)
+    _check_options(trials, seed, specification)
     readings = readings_of(test, accelerometer, stand.conditions, fixture_angle(test))
     estimator = estimator_of(readings, method, stand.conditions.gravity)
     budget = _linear(stand, readings, estimator)
@@ -116,6 +117,16 @@ def stand_budget(
         limits = sufficiency(budget, specification, readings.unit)
         budget = replace(budget, data_sheet=limits)
     return budget if trials == 0 else _tried(budget, stand, readings, estimator, trials, seed)
+
+
+def _check_options(
+    trials: int | None, seed: int | None, specification: Specification | None
+) -> None:
+    for name, value in (("trials", trials), ("seed", seed)):
+        if value is not None:
+            check_whole(0, **{name: value})
+    if specification is not None:
+        expect(specification, Specification)
 
 
 def _tried(

@@ -5,10 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arguments import as_given
+from accelcal.choices import mapping_of
 from accelcal.errors import InputError
 from accelcal.probability import student_quantile
 from accelcal.results.stand_budget import StandBudget
@@ -105,6 +108,7 @@ def requirements(budget: StandBudget, targets: Mapping[str, float | str]) -> Req
     The budget is linear in the components, so their standard uncertainties are scaled; the
     coverage factor follows.
     """
+    targets = mapping_of(targets, "targets", "{'K1': '5 ppm'}")
     if not targets:
         raise InputError("no targets; give one such as K1=5ppm")
     places = [_place(budget, symbol) for symbol in targets]
@@ -141,8 +145,8 @@ def _target(budget: StandBudget, symbol: str, given: float | str) -> float:
             raise InputError(f"target {symbol}={given}; write number and unit, as in {symbol}=5ppm")
         value = _number(symbol, match[1])
         factor = _factor(symbol, match[2], unit, abs(float(budget.nominal[place])))
-    if not 0.0 < float(value) < np.inf:
-        raise InputError(f"target {symbol} is {value}; it is a finite number above zero")
+    if not isinstance(value, Real) or not 0.0 < value < np.inf:
+        raise InputError(f"target {symbol} is {as_given(value)}; it is a finite number above zero")
     return factor * float(value)
 
 

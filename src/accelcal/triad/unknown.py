@@ -93,7 +93,7 @@ def from_unknown_attitudes(output: Array, frame: str = "x", *, aligned: bool = F
 
 
 def _free(frame: str, aligned: bool) -> tuple[int, ...]:
-    if frame not in FRAMES:
+    if not isinstance(frame, str) or frame not in FRAMES:
         raise InputError(f"frame {frame!r}; it is x or z, the axis that lies along that channel's")
     kept = np.eye(3) if aligned else np.tri(3) if frame == "x" else np.tri(3).T
     return (0, 1, 2, *(3 + np.flatnonzero(kept)).tolist())

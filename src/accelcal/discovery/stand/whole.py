@@ -22,7 +22,6 @@ from accelcal.discovery.stand.mean_unit import (
 from accelcal.discovery.stand.one_value import FEWEST, one_value
 from accelcal.discovery.stand.own_effects import Looker
 from accelcal.discovery.stand.whose import Own, common_effects, head_of, instances_in, own_effects
-from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.record import TumbleRecord
@@ -148,7 +147,7 @@ def _one_reference(records: Sequence[TumbleRecord], given: float | None) -> floa
 
 def _settled(records: Sequence[TumbleRecord], settings: _Settings) -> tuple[Discovery, _State]:
     """Look at the mean and at each unit in turns, until no unit has anything new of its own."""
-    searched = searched_among(settings.effects or catalogue())
+    searched = searched_among(settings.effects)
     looker = Looker(searched, settings.head or 0.0, settings.seed)
     state = _State(_units(records, settings, (), {}), (), {})
     for _ in range(len(records) + 2):

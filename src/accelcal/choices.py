@@ -1,0 +1,189 @@
+"""Options of a call, checked: flags, names to choose from, texts, functions and mappings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from accelcal.arguments import as_given, kind_of
+from accelcal.errors import InputError
+
+__all__ = [
+    "check_choice",
+    "check_flag",
+    "check_function",
+    "check_options",
+    "check_text",
+    "mapping_of",
+]
+
+
+def check_flag(**values: bool) -> None:
+    """Refuse flags that are neither true nor false, such as ``"no"``, which counts as true.
+
+    Parameters
+    ----------
+    **values : bool
+        The flags, of Python or NumPy, by the name that the message gives.
+
+    Raises
+    ------
+    InputError
+        If one is something else.
+
+    Examples
+    --------
+    >>> check_flag(robust="no")
+    Traceback (most recent call last):
+    ...
+    accelcal.errors.InputError: robust is 'no'; it is True or False
+    """
+    for name, value in values.items():
+        if not isinstance(value, bool | np.bool_):
+            raise InputError(f"{name} is {as_given(value)}; it is True or False")
+
+
+def check_choice(choices: Collection[str], /, **values: str) -> None:
+    """Refuse what is none of some names.
+
+    Parameters
+    ----------
+    choices : collection of str
+        The names.
+    **values : str
+        What was chosen, by the name that the message gives.
+
+    Raises
+    ------
+    InputError
+        If it is something else.
+
+    Examples
+    --------
+    >>> check_choice(("tables", "readings"), temperature_laws="all")
+    Traceback (most recent call last):
+    ...
+    accelcal.errors.InputError: temperature_laws 'all' is unknown; choose from tables, readings
+    """
+    for name, value in values.items():
+        if not isinstance(value, str) or value not in choices:
+            raise InputError(
+                f"{name} {as_given(value)} is unknown; choose from {', '.join(choices)}"
+            )
+
+
+def check_text(**values: str | None) -> None:
+    """Refuse what is neither text nor None.
+
+    Parameters
+    ----------
+    **values : str or None
+        The texts, by the name that the message gives.
+
+    Raises
+    ------
+    InputError
+        If one is something else.
+
+    Examples
+    --------
+    >>> check_text(serial=15)
+    Traceback (most recent call last):
+    ...
+    accelcal.errors.InputError: serial is 15; it is a text, in quotes
+    """
+    for name, value in values.items():
+        if value is not None and not isinstance(value, str):
+            raise InputError(f"{name} is {as_given(value)}; it is a text, in quotes")
+
+
+def check_function(**values: Callable[..., object] | None) -> None:
+    """Refuse what is neither a function nor None.
+
+    Parameters
+    ----------
+    **values : callable or None
+        The functions, by the name that the message gives.
+
+    Raises
+    ------
+    InputError
+        If one is something else.
+    """
+    for name, value in values.items():
+        if value is not None and not callable(value):
+            raise InputError(f"{name} is {as_given(value)}; it is a function, or None")
+
+
+def check_options(function: Any, options: Iterable[str], handed_on: Iterable[str]) -> None:
+    """Refuse unknown options as Python does, where a function hands them on.
+
+    Parameters
+    ----------
+    function : function
+        What was called.
+    options : iterable of str
+        Names of the options that it was given beside its own.
+    handed_on : iterable of str
+        Those that it takes beside its own.
+
+    Raises
+    ------
+    TypeError
+        If one is unknown; the message has the names that are near, or all.
+
+    Examples
+    --------
+    >>> from accelcal import batch
+    >>> check_options(batch, ["robbust"], ("robust", "strict"))
+    Traceback (most recent call last):
+    ...
+    TypeError: batch() got an unexpected keyword argument 'robbust'. Did you mean 'robust'?
+    """
+    known = (*function.__kwdefaults__, *handed_on)
+    for name in options:
+        if name not in known:
+            from difflib import get_close_matches
+
+            near = get_close_matches(name, known, n=1)
+            remedy = f"Did you mean {near[0]!r}?" if near else f"It takes {', '.join(known)}."
+            what = f"{function.__name__}() got an unexpected keyword argument {name!r}"
+            raise TypeError(f"{what}. {remedy}")
+
+
+def mapping_of(value: Any, name: str, example: str) -> Mapping[str, Any]:
+    """Take values by their names.
+
+    Parameters
+    ----------
+    value : mapping or None
+        What was given; None for none.
+    name : str
+        Its name, for the message.
+    example : str
+        One that is right, for the message.
+
+    Returns
+    -------
+    mapping
+        The same.
+
+    Raises
+    ------
+    InputError
+        If it is something else.
+
+    Examples
+    --------
+    >>> mapping_of(5, "targets", "{'K1': 5e-6}")
+    Traceback (most recent call last):
+    ...
+    accelcal.errors.InputError: int in place of targets; give a mapping such as {'K1': 5e-6}
+    """
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping):
+        raise InputError(f"{kind_of(value)} in place of {name}; give a mapping such as {example}")
+    return value

@@ -1,0 +1,265 @@
+"""Options of the public functions: each that is wrong is refused in a line that names it."""
+
+import io
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import accelcal
+from accelcal import InputError, TumblePlan
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+ANGLES = 45.0 * np.arange(9)
+RECORD = accelcal.simulate(plan=TumblePlan(temperatures=20.0, strokes=2), seed=1)
+CALIBRATION = accelcal.fit(RECORD)
+STAND = accelcal.read_stand(EXAMPLES / "paper-stand.toml")
+TABLE = EXAMPLES / "al15.csv"
+TRIAD = "x,y,z\n1,0,0\n0,1,0\n0,0,1\n"
+
+CALLS = {
+    "Apparatus": accelcal.Apparatus,
+    "NoiseComponents": accelcal.NoiseComponents,
+    "Pace": accelcal.Pace,
+    "TumblePlan": TumblePlan,
+    "accelerations": lambda **asked: accelcal.accelerations([0.0, 45.0], **asked),
+    "apply": lambda **asked: accelcal.apply(CALIBRATION, [1.0], **asked),
+    "batch": lambda **asked: accelcal.batch(TABLE, **asked),
+    "calibrate_triad": lambda **asked: accelcal.calibrate_triad(np.eye(3), **asked),
+    "design": lambda **asked: accelcal.design(**{"positions": [8], "strokes": [2], **asked}),
+    "discover": lambda **asked: accelcal.discover(RECORD, **asked),
+    "discover_stand": lambda **asked: accelcal.discover_stand([RECORD] * 2, **asked),
+    "estimate_tables": lambda **asked: accelcal.estimate_tables([ANGLES], ANGLES, **asked),
+    "fit": lambda **asked: accelcal.fit(RECORD, **asked),
+    "history": lambda **asked: accelcal.history([CALIBRATION], **asked),
+    "optimal_design": lambda **asked: accelcal.optimal_design(
+        **{"criterion": "D", "hours": 9.0, **asked}
+    ),
+    "read_arrays": lambda **asked: accelcal.read_arrays(RECORD.to_frame(), **asked),
+    "read_table": lambda **asked: accelcal.read_table(TABLE, **asked),
+    "read_tables": lambda **asked: accelcal.read_tables(TABLE, **asked),
+    "read_triad": lambda **asked: accelcal.read_triad(io.StringIO(TRIAD), **asked),
+    "simulate": accelcal.simulate,
+    "stand_budget": lambda **asked: accelcal.stand_budget(STAND, RECORD, **asked),
+    "to_json": lambda **asked: CALIBRATION.to_json(**asked),
+    "write_batch": lambda **asked: accelcal.write_batch(TABLE, "nosuch/r.csv", **asked),
+}
+
+FLAGS = {
+    "TumblePlan": ("timed",),
+    "apply": ("extrapolate", "same_launch"),
+    "batch": ("robust", "strict"),
+    "design": ("declared", "effects"),
+    "discover": ("empirical",),
+    "estimate_tables": ("robust",),
+    "fit": ("robust", "strict"),
+    "optimal_design": ("declared", "effects"),
+    "simulate": ("declare",),
+    "write_batch": ("robust", "strict", "resume"),
+}
+
+NO_FLAGS = ["no", 1, 0.0, None, [True], np.array([True, False]), pd.NA]
+
+OF_FIT = {
+    "method": ["magic", 5, None, np.array(["least-squares"] * 2), pd.NA],
+    "temperature_laws": ["both", None, ["tables"], pd.NA],
+    "delta0": ["0", [1e-3], 10**400, pd.NA],
+    "reference_temperature": ["20", np.nan, 10**400, {}],
+    "coefficients": ["K9", None, 5, [["K1"]], pd.NA],
+    "model": ["model.json", 5],
+    "head": ["head.csv", 5],
+}
+OF_BATCH = {
+    **OF_FIT,
+    "specification": ["sheet.toml", 5],
+    "overrides": [5, "serial", ["serial"], np.array([1, 2]), pd.NA],
+    "jobs": ["2", 0, 1.5, [2], np.array([1, 2]), pd.NA],
+    "dask": [5, ["local"], np.array(["local"] * 2), pd.NA],
+    "progress": [5, "bar", [print], np.array([1, 2])],
+}
+OVERRIDES = [
+    *OF_BATCH["overrides"],
+    {"nosuch": 1},
+    {"serial": 5},
+    {"serial": ["a"]},
+    {"unit": 5},
+    {"unit": np.array(["V", "A"])},
+]
+OF_TABLES = {
+    "overrides": [
+        *OVERRIDES,
+        {"positions": "8"},
+        {"positions": 7.5},
+        {"positions": [8]},
+        {"reference_temperature": "20"},
+        {"reference_temperature": np.nan},
+        {"reference_temperature": [20.0]},
+        {"reference_temperature": 293.15},
+        {"resolution": True},
+    ]
+}
+OF_DESIGN = {
+    "mountings": [["q"], [["o+", ["p+"]]], pd.NA],
+    "temperatures": [None, ["20"], 10**400],
+    "targets": [5, [1], np.array([1, 2]), {"K7": 1e-6}, {"K1": "5"}, pd.NA],
+    "hours": ["8", np.nan, 10**400, [8]],
+    "resolution": ["0", -1, None],
+}
+OF_DISCOVERY = {
+    "effects": ["backlash", 5, ["backlash"], np.array([1.0, 2.0]), pd.NA],
+    "alpha": ["0.01", 2.0, 10**400],
+    "max_effects": [0, 2.5, "3"],
+    "reference_temperature": ["20", [20.0]],
+    "delta0": ["0", 3.0],
+}
+
+WRONG = {
+    "Apparatus": {"resolution": [True, "5"], "head_uncertainty": ["1e-5", [1e-5]]},
+    "NoiseComponents": {"reading": [-1.0, "5e-6", 10**400, None]},
+    "Pace": {"reading": [0.0, "60", 10**400], "soak": [None, -1.0]},
+    "TumblePlan": {
+        "positions": [1, 8.5, "8"],
+        "angles": [["0"], 10**400, []],
+        "temperatures": [None, [None], "20"],
+        "mountings": ["q", [["o+", ["p+"]]], pd.NA, None],
+        "delta0": ["0", 10**400],
+    },
+    "accelerations": {"mounting": ["q", ["o+"] * 3, [["o+", ["p+"]]], pd.NA], "delta0": ["0"]},
+    "apply": {
+        "temperature": ["warm", 10**400],
+        "output_uncertainty": ["1e-6", -1.0, None],
+        "run": ["nosuch", 99],
+    },
+    "batch": OF_BATCH,
+    "calibrate_triad": {"frame": ["y", 5, ["x"], None], "up": ["z", 10**400]},
+    "design": {**OF_DESIGN, "positions": ["8", [1]], "strokes": [[0], ["6"]]},
+    "discover": OF_DISCOVERY,
+    "discover_stand": OF_DISCOVERY,
+    "estimate_tables": {
+        "mounting": ["q", ["o+", "p+"], [["o+", ["p+"]]], pd.NA],
+        "threads": ["2", 0, 1.5, None, np.array([1, 2]), pd.NA],
+        "std": ["1", -1.0, 10**400],
+        "delta0": ["0"],
+    },
+    "fit": OF_FIT,
+    "history": {"serial": [5, np.array(["a", "b"]), pd.NA], "mounting": [5], "alpha": ["1", 2]},
+    "optimal_design": {**OF_DESIGN, "criterion": ["E", 5, None, pd.NA], "spacing": ["15", 0.5]},
+    "read_arrays": OF_TABLES,
+    "read_table": OF_TABLES,
+    "read_tables": OF_TABLES,
+    "read_triad": {"overrides": OVERRIDES, "local_gravity": ["9.81", 5.0]},
+    "simulate": {
+        "seed": ["a", -1, 1.5],
+        "effects": ["backlash", 5, [None]],
+        "plan": [8, {"positions": 8}],
+        "noise": [1e-6],
+    },
+    "stand_budget": {
+        "trials": ["many", 7, 1.5, np.array([1, 2])],
+        "seed": ["a", -1, [1]],
+        "targets": [5, "K1", {}, {"K1": None}, {"K1": -1.0}, np.array([1, 2])],
+        "specification": ["sheet.toml", 5],
+        "method": ["magic", ["least-squares"], pd.NA],
+    },
+    "to_json": {"path": [5, ["r.json"], b"r.json"]},
+    "write_batch": OF_BATCH,
+}
+
+NAMES = {
+    "coefficients": "coefficient",
+    "criterion": "criterion",
+    "delta0": "delta0|fixture angle",
+    "effects": "effect",
+    "head": "a head",
+    "hours": "hours",
+    "local_gravity": "local.gravity",
+    "model": "a discovery",
+    "noise": "noise",
+    "overrides": "overrides|declared|serial|unit|positions|reference_temperature|resolution",
+    "path": "path",
+    "plan": "a plan",
+    "positions": "positions",
+    "reading": "reading",
+    "reference_temperature": "T0",
+    "soak": "soak",
+    "specification": "data sheet",
+    "strokes": "strokes",
+    "targets": "target|coefficient",
+    "up": "up|direction|unit vector",
+}
+"""Argument -> how a message names it, where it is not by the first letters of the argument."""
+
+
+def cases(table):
+    return [
+        pytest.param(function, argument, value, id=f"{function}-{argument}-{number}")
+        for function, arguments in table.items()
+        for argument, values in arguments.items()
+        for number, value in enumerate(values)
+    ]
+
+
+def refusal(function, argument, value):
+    with pytest.raises(InputError) as refused:
+        CALLS[function](**{argument: value})
+    (line,) = str(refused.value).splitlines()
+    return line
+
+
+@pytest.mark.parametrize(("function", "argument", "value"), cases(WRONG))
+def test_what_is_wrong_is_named_in_a_line(function, argument, value):
+    line = refusal(function, argument, value)
+    assert re.search(NAMES.get(argument, argument.removesuffix("s")), line)
+
+
+@pytest.mark.parametrize(
+    ("function", "argument", "value"),
+    cases({name: dict.fromkeys(flags, NO_FLAGS) for name, flags in FLAGS.items()}),
+)
+def test_a_flag_is_true_or_false(function, argument, value):
+    line = refusal(function, argument, value)
+    assert re.fullmatch(rf"{argument} is .*; it is True or False", line)
+
+
+@pytest.mark.parametrize("function", CALLS)
+def test_an_unknown_option_is_refused_as_python_does(function):
+    with pytest.raises(TypeError, match="got an unexpected keyword argument 'nonsense'") as refused:
+        CALLS[function](nonsense=1)
+    (line,) = str(refused.value).splitlines()
+    assert "Options" not in line
+
+
+@pytest.mark.parametrize(
+    ("function", "option", "told"),
+    [
+        ("batch", "robbust", "Did you mean 'robust'?"),
+        ("write_batch", "resumee", "Did you mean 'resume'?"),
+        ("batch", "resume", "It takes jobs, dask, progress, method, "),
+        ("batch", "T0", "It takes jobs, dask, progress, method, "),
+    ],
+)
+def test_an_unknown_option_of_a_batch_is_told_what_is_near(function, option, told):
+    expected = f"{function}() got an unexpected keyword argument {option!r}. {told}"
+    with pytest.raises(TypeError, match=re.escape(expected)):
+        CALLS[function](**{option: 1})
+
+
+def test_scalars_of_numpy_are_as_good_as_those_of_python():
+    ours = {"robust": True, "strict": False, "reference_temperature": 20, "delta0": 2.0**-10}
+    theirs = {
+        "robust": np.True_,
+        "strict": np.False_,
+        "reference_temperature": np.int64(20),
+        "delta0": np.float32(2.0**-10),
+    }
+    record = accelcal.simulate(plan=TumblePlan(temperatures=20.0), seed=1, declare=np.True_)
+    found, expected = (accelcal.fit(record, **asked).to_json() for asked in (theirs, ours))
+    assert json.loads(found) == json.loads(expected)
+
+
+def test_mountings_of_a_frame_are_taken():
+    sides = pd.Series(["o+", "p-"])
+    assert accelcal.accelerations(90.0, mounting=sides).output.tolist() == [0.0, -1.0]
