@@ -636,6 +636,76 @@ def test_one_date_in_all_rows_is_that_of_the_test():
     assert read("date,T,J,Y1\nMay 24,20,1,1.3\nMay 24,20,5,-1.3\n").date == "May 24"
 
 
+@pytest.mark.parametrize(
+    "cells",
+    [
+        ("2024-05-31 14:20:05", "2024-05-31 14:21:05.500", "2024-05-31 14:23"),
+        ("2024-05-31T14:20:05", "2024-05-31T14:21:05.5", "2024-05-31T14:23:00"),
+        ("31.05.2024 14:20:05", "31.05.2024 14:21:05.5", "31.05.2024 14:23"),
+    ],
+)
+def test_a_date_with_a_time_of_day_is_both(cells):
+    split = [cell.replace("T", " ").replace(" ", ",") for cell in cells]
+    form, (record,) = survey(io.StringIO(clocked(*cells, headings="date")))
+    assert record == read(clocked(*split, headings="date,time"))
+    assert record.time.tolist() == [0.0, 60.5, 175.0]
+    assert (record.date, record.notes) == (cells[0][:10], ())
+    assert record.metadata["start"] == "2024-05-31T14:20:05.000000"
+    assert (form.columns["time"], form.set_aside) == ("date", ())
+
+
+def test_dates_with_times_of_day_go_over_midnight():
+    record = read(clocked(*DATED, headings="date", above="# date: 2024-05-31\n"))
+    assert record.time.tolist() == SECONDS
+    assert (record.date, record.notes) == ("2024-05-31", ())
+    assert read(clocked(*DATED, headings="date")).date is None
+
+
+def test_the_date_of_times_of_day_wins_over_the_header_line():
+    cells = ("2024-05-31 14:20", "2024-05-31 14:21")
+    record = read(clocked(*cells, headings="date", above="# date: 2024-06-30\n"))
+    assert record.date == "2024-05-31"
+    assert record.notes == ("header line date was set aside: the table has such a column",)
+
+
+@pytest.mark.parametrize(
+    "cells",
+    [
+        ("2024-05-31 00:00:00", "2024-06-01 00:00:00"),  # a mere date, as a DataFrame writes it
+        ("05/31/2024 14:20", "05/31/2024 14:21"),
+        ("Friday 14:20", "Friday 14:21"),
+    ],
+)
+def test_dates_that_tell_no_time_of_day_are_set_aside(cells):
+    note = "column 'date' has no one date, nor clock times beside it, and was set aside"
+    record = read(clocked(*cells, headings="date"))
+    assert (record.date, record.time, record.notes) == (None, None, (note,))
+
+
+def test_a_moment_that_all_readings_share_is_the_date_of_the_test():
+    record = read(clocked(*["2024-05-31 14:20:05"] * 2, headings="date"))
+    assert (record.date, record.time, record.notes) == ("2024-05-31 14:20:05", None, ())
+
+
+def test_a_column_of_times_goes_before_times_of_day():
+    cells = ("2024-05-31 14:20,0", "2024-05-31 14:25,60")
+    assert read(clocked(*cells, headings="date,time")).time.tolist() == [0.0, 60.0]
+
+
+@pytest.mark.parametrize("cell", ["", "14:21", "05/31/2024 14:21", "nan"])
+def test_a_date_and_time_that_is_none_is_refused(cell):
+    text = clocked("2024-05-31 14:20", cell, "2024-05-31 14:22", headings="date")
+    with pytest.raises(TableError, match=r":3: date.* is not a date and time; write it as 2024"):
+        read(text)
+
+
+def test_rows_of_strokes_have_no_time_of_their_own():
+    rows = ("2024-05-31 14:20,20,1,1.3,1.4", "2024-05-31 14:21,20,5,-1.3,-1.4")
+    record = read("date,T,J,Y1,Y2\n" + "\n".join(rows) + "\n")
+    assert record.time is None
+    assert record.notes[0].startswith("column 'date' has no one date")
+
+
 def test_a_date_above_the_headings_makes_no_headings():
     record = read("Datum;31.05.2024;Position;Labor 5\nT;J;Y1;Y2\n20;1;1.3;1.31\n20;5;-1.3;-1.31\n")
     assert record.date == "31.05.2024;Position;Labor 5"

@@ -11,10 +11,10 @@ from accelcal.errors import TableError
 from accelcal.io.cells import Column
 from accelcal.io.engines import NUMERIC, BulkEngineGivesUp, Columns
 from accelcal.io.layout import Layout, shown
-from accelcal.io.times import has_clock_times, one_date
+from accelcal.io.times import has_clock_times, has_times_of_day, one_date
 from accelcal.io.vocabulary import UNITS_OF, Heading, has_unit, is_unit_of
 
-__all__ = ["Table", "choose_columns"]
+__all__ = ["CONSTANTS", "Table", "choose_columns"]
 
 Engine = Callable[[Layout, Sequence[int], int], Columns]
 """Turns the rows of a table into columns."""
@@ -85,10 +85,11 @@ def choose_columns(layout: Layout, engine: Engine) -> Table:
     columns = engine(layout, sorted({*roles.values(), *measured}), needed)
     empty = [name for name in _OPTIONAL if name in roles and _is_blank(columns[roles[name]])]
     named = {name: columns[i] for name, i in roles.items() if name not in empty}
-    date = one_date(named["date"]) if "date" in named else None
+    date = _take_date(named, wide=wide)
     aside = _aside(layout, columns) | _dates_aside(named, date)
     decimal = columns[measured[0]].decimal
-    by_columns = {*named, *(["stroke"] if wide else [])}.difference([] if date else ["date"])
+    by_columns = {*named, *(["stroke"] if wide else [])}.difference(["date"])
+    by_columns |= {"date"} if date else set()
     return Table(
         form="wide" if wide else "long",
         columns=_constants(layout, decimal) | {n: c for n, c in named.items() if n != "output"},
@@ -98,6 +99,17 @@ def choose_columns(layout: Layout, engine: Engine) -> Table:
         aside=(*aside, *empty),
         notes=tuple(_notes(layout, aside, empty, by_columns)),
     )
+
+
+def _take_date(named: dict[str, Column], *, wide: bool) -> str | None:
+    """The one date; dates that have a time of day serve as times, where no column has these."""
+    if "date" not in named:
+        return None
+    timed = not wide and "time" not in named and has_times_of_day(named["date"])
+    date = one_date(named["date"], timed=timed)
+    if timed:
+        named["time"] = named.pop("date")
+    return date
 
 
 def _dates_aside(named: dict[str, Column], date: str | None) -> dict[str, str]:

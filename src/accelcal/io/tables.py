@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from accelcal.errors import TableError, located
 from accelcal.io.cells import MISSING, Column
-from accelcal.io.columns import Engine, Table, choose_columns
+from accelcal.io.columns import CONSTANTS, Engine, Table, choose_columns
 from accelcal.io.declarations import Declarations, declarations, declared_by_caller
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split
 from accelcal.io.layout import Layout, counted, listed, read_layout, shown
@@ -207,9 +207,9 @@ def _read_by(
 
 
 def _form(text: SourceText, layout: Layout, table: Table) -> TableForm:
-    roles = {heading.role for heading in layout.headings}
+    constants = {*CONSTANTS}.difference(heading.role for heading in layout.headings)
     columns = {
-        name: column.heading if name in roles else "header line"
+        name: "header line" if name in constants else column.heading
         for name, column in table.columns.items()
     }
     for stroke, column in table.outputs.items():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from datetime import UTC, datetime
+from datetime import UTC, datetime, time
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from accelcal.io.cells import MISSING, Column, numbers
 
-__all__ = ["DAY", "date_of", "has_clock_times", "one_date", "times"]
+__all__ = ["DAY", "date_of", "has_clock_times", "has_times_of_day", "one_date", "times"]
 
 DAY = np.timedelta64(1, "D")
 """A day, to add clock times to."""
@@ -22,6 +22,7 @@ _CLOCKS = (
     re.compile(rf"([01]?\d|2[0-3]){_MINUTES}()"),
     re.compile(rf"(0?[1-9]|1[0-2]){_MINUTES} ?([ap])\.?m\.?", re.IGNORECASE),
 )
+_DAY_AND_CLOCK = re.compile(r"(\S+?)[Tt ] *(\d.*)")
 _DAY_FIRST = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})(?: +(\d{1,2})(:\d\d(?::\d\d(?:\.\d+)?)?))?")
 
 
@@ -87,8 +88,8 @@ def has_clock_times(column: Column) -> bool:
     return any(form.fullmatch(str(cell)) for cell in column.cells for form in _CLOCKS)
 
 
-def one_date(column: Column) -> str | None:
-    """Text that stands in all cells of a column of dates.
+def has_times_of_day(column: Column) -> bool:
+    """Tell whether a column of dates tells the times of the readings as well.
 
     Parameters
     ----------
@@ -97,10 +98,33 @@ def one_date(column: Column) -> str | None:
 
     Returns
     -------
+    bool
+        True where its cells differ and one has a time of day other than midnight, which is what
+        programs write behind a mere date.
+    """
+    found = {str(cell) for cell in column.cells}
+    moments = (date_of(text) for text in found if _DAY_AND_CLOCK.fullmatch(text))
+    return len(found) > 1 and any(moment and moment.time() != time() for moment in moments)
+
+
+def one_date(column: Column, *, timed: bool = False) -> str | None:
+    """Text that stands in all cells of a column of dates.
+
+    Parameters
+    ----------
+    column : Column
+        The column.
+    timed : bool, default False
+        Look at the days only, as its cells have times of day.
+
+    Returns
+    -------
     str or None
         None where there are several, or where it stands for nothing.
     """
     found = {str(cell) for cell in column.cells}
+    if timed:
+        found = {_DAY_AND_CLOCK.sub(r"\1", text) for text in found}
     return None if len(found) > 1 or next(iter(found)).casefold() in MISSING else found.pop()
 
 
