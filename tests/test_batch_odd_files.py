@@ -4,6 +4,8 @@ import inspect
 import os
 import shutil
 import sys
+from itertools import cycle
+from operator import add
 from pathlib import Path
 
 import pandas as pd
@@ -152,6 +154,22 @@ def test_quotes_in_parts_of_a_large_table(tmp_path, monkeypatch, form, last):
     assert found.errors.empty
     assert found.tables[["serial", "run", "line"]].equals(whole.tables[["serial", "run", "line"]])
     assert found.tables["K1"].tolist() == pytest.approx(whole.tables["K1"].tolist())
+
+
+@pytest.mark.parametrize(
+    "ends", [["\r"], ["\r", "\n"], ["\n", "\r", "\r\n"], ["\r\n"], ["\n"] * 40 + ["\r"]]
+)
+def test_lines_of_a_large_table_are_those_of_an_editor(tmp_path, monkeypatch, ends):
+    rows = pd.concat([table(serial=f"A{n}") for n in range(6)], ignore_index=True).astype(object)
+    rows.loc[600, "temperature"] = "20x"
+    lines = rows.to_csv(index=False).splitlines()
+    path = tmp_path / "large.csv"
+    path.write_text("".join(map(add, lines, cycle(ends))), newline="")
+    assert len(path.read_text().splitlines()) == len(lines)  # universal newlines, as editors count
+    monkeypatch.setattr(parts, "LARGE", 1)
+    monkeypatch.setattr(parts, "PART", 9000)
+    (message,) = accelcal.batch(path).errors["message"]
+    assert message.startswith(f"{path}:602: temperature '20x' is not a number")
 
 
 # -- where the results go --------------------------------------------------------------------------

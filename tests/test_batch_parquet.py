@@ -156,3 +156,44 @@ def test_what_is_out_of_the_ordinary_is_read_whole(tmp_path, monkeypatch, column
     found = accelcal.batch(path)
     assert found.tables["K1"].tolist() == whole.tables["K1"].tolist()
     assert found.errors["message"].tolist() == whole.errors["message"].tolist()
+
+
+@pytest.mark.parametrize("text", ["A\nB", "A\rB", "A\r\nB", "A\n"])
+@pytest.mark.parametrize(
+    "column", ["serial", "note"], ids=["a column that is read", "one that is set aside"]
+)
+def test_a_cell_of_several_lines_is_refused(tmp_path, text, column):
+    columns = frame(note="fine")
+    columns.loc[5, column] = text
+    columns.to_parquet(tmp_path / "a.parquet")
+    (message,) = accelcal.batch(tmp_path).errors["message"]
+    said = f"a.parquet:7: {column} {text!r} has a line break; write it in one line"
+    assert message == str(tmp_path / said)
+
+
+def test_the_line_of_such_a_cell_is_that_of_the_file(tmp_path, monkeypatch):
+    columns = frame()
+    columns.loc[40, "serial"] = "A\nB"
+    columns.to_parquet(tmp_path / "a.parquet")
+    monkeypatch.setattr(parts, "LARGE", 1)
+    monkeypatch.setattr(parts, "PART", 500)
+    found = accelcal.batch(tmp_path)
+    assert (
+        found.errors["message"].str.contains("a.parquet:42: serial 'A\\nB' has", regex=False).any()
+    )
+
+
+def test_a_heading_of_several_lines_is_refused(tmp_path):
+    frame(**{"my\nnote": 1}).to_parquet(tmp_path / "a.parquet")
+    (message,) = accelcal.batch(tmp_path).errors["message"]
+    assert message.endswith(":1: the heading 'my\\nnote' has a line break; write it in one line")
+
+
+@pytest.mark.parametrize("text", ["Prüfer", "Prüfer, der erste"])
+def test_bytes_of_another_encoding_are_refused(tmp_path, text):
+    frame(note=text.encode("latin-1")).to_parquet(tmp_path / "a.parquet")
+    (message,) = accelcal.batch(tmp_path).errors["message"]
+    said = "a.parquet: a text is not UTF-8; write the file again in UTF-8"
+    assert message == str(tmp_path / said)
+    frame(note=text.encode()).to_parquet(tmp_path / "a.parquet")
+    assert len(accelcal.batch(tmp_path).tables) == 3

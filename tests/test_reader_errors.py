@@ -102,6 +102,14 @@ ERRORS = {
         OK + "20,7,1\n",
         "5: 3 fields, but output is field 4; complete the row or delete it",
     ),
+    "a line break in a cell": (
+        H.replace("\n", ",note\n") + '20,1,1,1.3,"a\nb"\n20,2,1,1.2,c\n',
+        "3: a cell has a line break; write it in one line",
+    ),
+    "a line break in the first cell": (
+        "serial," + H + '"A\nB",20,1,1,1.3\n',
+        "2: a cell has a line break; write it in one line",
+    ),
     "header line inside": (
         OK + "# serial: B\n" + H,
         "5: header line 'serial: B' inside the table;"

@@ -11,7 +11,8 @@ from functools import lru_cache
 from itertools import accumulate
 from typing import IO, Any
 
-from accelcal.errors import InputError
+from accelcal.errors import InputError, TableError
+from accelcal.io.layout import shown
 
 __all__ = ["as_csv", "headings_of", "is_parquet", "read_all", "read_rows", "row_ranges"]
 
@@ -90,7 +91,7 @@ def _row_group(path: str, _stamp: int, group: int) -> Any:
     return _open(path, with_dictionaries=True).read_row_group(group, use_threads=False)
 
 
-def as_csv(table: Any, name: str) -> bytes:
+def as_csv(table: Any, name: str, above: int = 0) -> bytes:
     """Write rows as CSV, below their headings; numbers keep all their digits.
 
     Parameters
@@ -99,6 +100,8 @@ def as_csv(table: Any, name: str) -> bytes:
         The rows.
     name : str
         Name of the file, for messages.
+    above : int, default 0
+        Rows of the file above these.
 
     Returns
     -------
@@ -108,7 +111,7 @@ def as_csv(table: Any, name: str) -> bytes:
     Raises
     ------
     InputError
-        If a column holds more than a value a row.
+        If a column holds more than a value a row, or a text a line break.
     """
     import pyarrow as pa
 
@@ -121,10 +124,35 @@ def as_csv(table: Any, name: str) -> bytes:
         if pa.types.is_dictionary(column.type):
             plain = column.cast(column.type.value_type)
             table = table.set_column(index, table.field(index).name, plain)
+    for heading in table.column_names:
+        _refuse_line_break(heading, "the heading", name, 1)
     try:
         return _text_of(table, "none")  # which the ordinary reader takes
     except pa.ArrowInvalid:  # a comma, a quote or the end of a line in a cell
+        pass
+    _refuse_line_breaks(table, name, above)
+    try:
         return _text_of(table, "needed")
+    except pa.ArrowInvalid:
+        raise InputError("a text is not UTF-8; write the file again in UTF-8").at(name) from None
+
+
+def _refuse_line_breaks(table: Any, name: str, above: int) -> None:
+    """Refuse cells of several lines, as a row of the text would end in their midst."""
+    from pyarrow import binary, types
+
+    texts = (types.is_string, types.is_large_string, types.is_binary, types.is_large_binary)
+    for heading, column in zip(table.column_names, table.columns, strict=True):
+        if any(test(column.type) for test in texts):
+            for line, cell in enumerate(column.cast(binary()).to_pylist(), above + 2):
+                text = (cell or b"").decode("utf-8", "backslashreplace")
+                _refuse_line_break(text, heading, name, line)
+
+
+def _refuse_line_break(text: str, what: str, name: str, line: int) -> None:
+    if "\n" in text or "\r" in text:
+        problem = f"{what} {shown(text)} has a line break"
+        raise TableError(problem, "write it in one line", source=name, line=line)
 
 
 def _text_of(table: Any, quoting: str) -> bytes:

@@ -7,6 +7,7 @@ down the file would be fitted from half its readings: it is refused wherever it 
 from __future__ import annotations
 
 import csv
+import re
 from codecs import BOM_UTF8
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -20,6 +21,7 @@ import numpy as np
 from accelcal.archive.failures import caught
 from accelcal.archive.parquet import as_csv, headings_of, is_parquet, read_rows, row_ranges
 from accelcal.archive.sources import SourceFile, is_url
+from accelcal.errors import InputError
 from accelcal.io.ordinary import Content, ordinary_head
 
 __all__ = ["LARGE", "Part", "Stretch", "comes_back", "divide", "part_content", "stretches"]
@@ -99,7 +101,7 @@ def part_content(path: str, part: Part) -> tuple[Content, int]:
         If the file cannot be read.
     """
     if is_parquet(path):
-        data = as_csv(read_rows(path, part.start, part.end), path)
+        data = as_csv(read_rows(path, part.start, part.end), path, part.start)
         head = data[: data.index(b"\n") + 1]
     else:
         with open(path, "rb") as file:  # noqa: PTH123
@@ -206,14 +208,23 @@ def _parts_below(file: IO[bytes], column: int) -> Iterator[Part]:
     start, skipped = file.tell(), 0
     while chunk := file.read(PART):
         last = chunk[chunk.rfind(b"\n") + 1 :] + file.readline()
+        _refuse_lone_returns(chunk, last)
         serial, rows, end = _serial(last, column), _line_ends(chunk) + bool(last), file.tell()
         for line in file:
             if _serial(line, column) not in (serial, b""):
                 break
+            _refuse_lone_returns(line)
             rows, end = rows + 1, end + len(line)
         yield Part(start, end, skipped)
         start, skipped = end, skipped + rows
         file.seek(start)
+
+
+def _refuse_lone_returns(*texts: bytes) -> None:
+    """Refuse to divide where a carriage return alone ends a line, as only the reader counts it."""
+    for text in texts:
+        if b"\r" in text and re.search(rb"\r(?!\n|\Z)", text):
+            raise InputError("a carriage return alone ends a line; read the table whole")
 
 
 def _line_ends(text: bytes) -> int:

@@ -167,10 +167,17 @@ def _fitted(cells: list[str], width: int, needed: int, layout: Layout, index: in
             remedy += ", and with decimal commas separate the columns by semicolons"
         raise TableError(problem, remedy, **place)  # type: ignore[arg-type]
     if len(cells) < needed:
+        if _is_broken(layout.rows[max(index - 1, 0) : index + 1]):
+            raise TableError("a cell has a line break", "write it in one line", **place)  # type: ignore[arg-type]
         fields = f"{len(cells)} field{'s' if len(cells) > 1 else ''}"
         problem = f"{fields}, but {layout.headings[needed - 1].text} is field {needed}"
         raise TableError(problem, "complete the row or delete it", **place)  # type: ignore[arg-type]
     return cells + [""] * (width - len(cells))
+
+
+def _is_broken(rows: Sequence[str]) -> bool:
+    """Whether a quote that one of the rows opens is closed in another."""
+    return any(row.count('"') % 2 for row in rows)
 
 
 def _is_numeric(layout: Layout, index: int) -> bool:
