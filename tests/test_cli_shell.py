@@ -278,6 +278,19 @@ def test_no_encoding_fails(encoding):
     assert done.stdout.rstrip() == (by_click if encoding == "ascii" else escaped)
 
 
+@pytest.mark.parametrize("command", ["fit", "check"])
+@pytest.mark.parametrize("encoding", ["latin-1", "cp437", "utf-8"])
+def test_a_serial_is_printed_as_far_as_the_encoding_has_it(tmp_path, encoding, command):
+    path = tmp_path / "a.csv"
+    example = (ROOT / "examples" / "al15.csv").read_text("utf-8")
+    path.write_text(example.replace("AL-15", "Mü-Ω-日\x1b", 1), "utf-8")
+    environment = os.environ | {"PYTHONIOENCODING": encoding}
+    done = accelcal(command, str(path), env=environment, text=False)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert "Mü-Ω-日\\x1b".encode(encoding, errors="backslashreplace") in done.stdout
+    assert b"\x1b" not in done.stdout
+
+
 @posix_only
 @pytest.mark.parametrize(("no_color", "coloured"), [("", True), ("1", False)])
 def test_colour_is_for_terminals(no_color, coloured):

@@ -5,8 +5,10 @@ import itertools
 import math
 import random
 import re
+from dataclasses import replace
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 import accelcal
@@ -98,7 +100,7 @@ def calibration(request):
 
 def test_text_is_readable(calibration):
     text = str(calibration)
-    assert text.isascii()
+    assert {c for c in text if not c.isascii()} <= set("µ日本")  # as the user typed it
     assert all(line.isprintable() for line in text.splitlines())
     assert max(map(len, text.splitlines())) <= 100
     assert not re.search(r"\bnan\b|\binf\b|None|True|(?<![\d.])-0(\.0+)?(?![\d.])", text)
@@ -370,12 +372,53 @@ def test_large_residuals_are_told_in_mg():
 # -- names from outside ----------------------------------------------------------------------------
 
 
+ODD = "Mü-Ω\x1b[2J\u202e"
+SHOWN = "Mü-Ω\\x1b[2J\\u202e"
+
+
+@pytest.fixture(scope="module")
+def odd_results():
+    """Results of all kinds with letters and escape sequences in the names."""
+    plan = accelcal.TumblePlan(strokes=4)
+    records = [
+        replace(
+            accelcal.simulate(plan=plan, seed=seed),
+            **{"serial": ODD, "source": f"{ODD}.csv", "date": f"202{seed}-06-01"},
+            notes=(f"note {ODD}",),
+        )
+        for seed in range(4)
+    ]
+    units = [replace(record, serial=f"{ODD}{n}") for n, record in enumerate(records)]
+    calibrations = [accelcal.fit(record) for record in records]
+    up = np.random.default_rng(1).normal(size=(30, 3))
+    up /= np.linalg.norm(up, axis=1)[:, None]
+    noise = 1e-3 * np.random.default_rng(2).normal(size=up.shape)
+    return {
+        "calibration": calibrations[0],
+        "comparison": accelcal.compare(calibrations[0], records[1]),
+        "discovery": accelcal.discover(records[0]),
+        "head": accelcal.calibrate_head(units),
+        "history": accelcal.history(calibrations),
+        "stand": accelcal.discover_stand(units),
+        "triad": accelcal.calibrate_triad(accelcal.TriadRecord(up + noise, serial=ODD)),
+    }
+
+
+@pytest.mark.parametrize(
+    "name", ["calibration", "comparison", "discovery", "head", "history", "stand", "triad"]
+)
+def test_names_stand_as_they_were_typed(odd_results, name):
+    text = str(odd_results[name])
+    assert SHOWN in text
+    assert all(line.isprintable() for line in text.split("\n"))
+
+
 def test_serial_cannot_move_the_cursor_or_run():
     calibration = fitted(**MANY["odd names"])
     assert "\x1b" not in str(calibration) + repr(calibration)
     assert "<script>" not in calibration._repr_html_()
     assert "&lt;script&gt;" in calibration._repr_html_()
-    assert r"serial \x1b[2J\x07\xb5\u65e5\u672c<script>" in str(calibration)
+    assert r"serial \x1b[2J\x07µ日本<script>" in str(calibration)
 
 
 def test_repr():

@@ -24,6 +24,7 @@ def check(data: str, form: str) -> None:
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
     from accelcal.io.description import describe, summary
     from accelcal.io.tables import survey
+    from accelcal.report.names import visible_lines
 
     written, records = survey(data)
     if form == "json":
@@ -31,4 +32,5 @@ def check(data: str, form: str) -> None:
 
         deliver(json.dumps(summary(records, written), indent=2, ensure_ascii=False))
     else:
-        deliver("\n\n".join(describe(record, written) for record in records), words=True)
+        told = "\n\n".join(describe(record, written) for record in records)
+        deliver(visible_lines(told.split("\n")), words=True)

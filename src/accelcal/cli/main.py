@@ -108,8 +108,10 @@ def _discard_stdout() -> None:
 
 def _tell(kind: str, message: object, *, prefix: bool = True) -> None:
     """Write one line to standard error; FILE:LINE of a table stays in front, where editors look."""
+    from accelcal.report.names import visible
+
     label = click.style(f"{kind}: ", fg={"error": "red", "warning": "yellow"}[kind], bold=True)
-    line = " ".join(str(message).splitlines())
+    line = visible(" ".join(str(message).splitlines()))
     click.echo(f"{label}{line}" if prefix else line, err=True, color=_colour())
 
 

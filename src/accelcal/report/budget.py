@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from accelcal.report.columns import aligned
-from accelcal.report.names import printable
+from accelcal.report.names import visible_lines
 from accelcal.report.numbers import significant
 
 __all__ = ["TOGETHER", "budget_text", "joint_variance", "place"]
@@ -53,7 +53,7 @@ def budget_text(document: Document) -> str:
         lines += ["", *_totals(points)]
     for point in points if len(points) <= _IN_FULL else [max(points, key=_size)]:
         lines += ["", *_split(point)]
-    return "\n".join(map(printable, lines))
+    return visible_lines(lines)
 
 
 def place(point: Document) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from accelcal.report.columns import aligned
 from accelcal.report.discovery import SCALES
+from accelcal.report.names import visible_lines
 from accelcal.report.numbers import significant
 from accelcal.results.designs import DesignComparison, Forecast, TestDesign, Visibility
 
@@ -50,7 +51,7 @@ def comparison_text(found: DesignComparison) -> str:
     str
         Tables of uncertainties and effects, and which test to book.
     """
-    return "\n".join(_lines(found)) + "\n"
+    return visible_lines(_lines(found)) + "\n"
 
 
 def _lines(found: DesignComparison) -> Iterator[str]:

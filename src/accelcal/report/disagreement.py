@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from accelcal.report.columns import aligned
 from accelcal.report.findings import chance, factor_rows, noise_line, wrapped
+from accelcal.report.names import visible_lines
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.disagreement import Disagreement
 from accelcal.results.quantity import Quantity
@@ -29,7 +30,7 @@ def disagreement_text(found: Disagreement) -> str:
         Lines of at most 100 characters.
     """
     sections = (_head(found), _verdict(found), _where(found), _runs(found), _notes(found))
-    return "\n\n".join("\n".join(lines) for lines in map(list, sections) if lines)
+    return "\n\n".join(visible_lines(lines) for lines in map(list, sections) if lines)
 
 
 def _head(found: Disagreement) -> Iterator[str]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from accelcal.errors import InputError
 from accelcal.report.columns import aligned
 from accelcal.report.findings import chance, factor_rows, noise_line, wrapped
+from accelcal.report.names import visible_lines
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.report.scale import plain, readable, sized
 from accelcal.results.discovery import Discovery
@@ -43,7 +44,7 @@ def discovery_text(found: Discovery) -> str:
         _open(found),
         _notes(found),
     )
-    return "\n\n".join("\n".join(lines) for lines in map(list, sections) if lines)
+    return "\n\n".join(visible_lines(lines) for lines in map(list, sections) if lines)
 
 
 def _head(found: Discovery) -> Iterator[str]:

@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Iterator
 
 from accelcal.report.columns import aligned
+from accelcal.report.names import visible_lines
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.head_calibration import HeadCalibration
 from accelcal.results.quantity import Quantity
@@ -36,7 +37,7 @@ def head_text(found: HeadCalibration) -> str:
         lines += ["", *_harmonics(found)]
     if found.units:
         lines += ["", *_units(found)]
-    return "\n".join([*lines, *_gates(found)])
+    return visible_lines([*lines, *_gates(found)])
 
 
 def _head(found: HeadCalibration) -> Iterator[str]:

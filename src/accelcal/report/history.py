@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Iterator
 
 from accelcal.report.columns import aligned
-from accelcal.report.names import counted, printable
+from accelcal.report.names import counted, visible, visible_lines
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.quantity import Quantity
 from accelcal.results.unit_history import History, Trend
@@ -36,15 +36,15 @@ def history_text(history: History) -> str:
     for trend in history.trends:
         lines += ["", *_trend(trend, history.alpha)]
     for note in history.notes:
-        lines += textwrap.wrap(f"note: {printable(note)}", _WIDTH, subsequent_indent="  ")
-    return "\n".join(lines)
+        lines += textwrap.wrap(f"note: {visible(note)}", _WIDTH, subsequent_indent="  ")
+    return visible_lines(lines)
 
 
 def _heading(history: History) -> Iterator[str]:
     points = history.trends[0].points
     level = history.temperature_degC
     where = "" if level is None else f", at {level:.4g} degC"
-    yield f"History of {printable(history.serial or 'a unit without serial number')}"
+    yield f"History of {visible(history.serial or 'a unit without serial number')}"
     yield (
         f"{counted(len(points), 'calibration')} from {points[0].date} to {points[-1].date}"
         f"{where}, mounting {history.mounting}; intervals are of 95 %"
@@ -75,7 +75,7 @@ def _points(trend: Trend) -> Iterator[str]:
         found = point.measured.value or 0.0
         value, half = matching_digits(_MICRO * found, wide)
         apart = matching_digits(_MICRO * (found - point.line), wide)[0]
-        rows.append((point.date, value, half, apart, printable(point.source)[-50:]))
+        rows.append((point.date, value, half, apart, visible(point.source)[-50:]))
     yield from aligned(rows, right={1, 2, 3})
     if len(trend.points) > _SHOWN:
         yield f"and {len(trend.points) - _SHOWN} more (--format csv has all)"

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-__all__ = ["counted", "printable", "visible"]
+from collections.abc import Iterable
+
+__all__ = ["counted", "visible", "visible_lines"]
 
 
 def visible(text: str) -> str:
     r"""Replace what is not printable by its escape, so that no name can move the cursor.
+
+    Letters of any script stay as they were typed. Where an encoding lacks one, who writes the text
+    escapes it.
 
     Parameters
     ----------
@@ -26,25 +31,25 @@ def visible(text: str) -> str:
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
-def printable(text: str) -> str:
-    r"""Replace what is not printable ASCII by its escape.
+def visible_lines(lines: Iterable[str]) -> str:
+    r"""Join the lines of a report, whatever names stand in them.
 
     Parameters
     ----------
-    text : str
-        Any text.
+    lines : iterable of str
+        The lines.
 
     Returns
     -------
     str
-        The text with escapes.
+        The text, each line with escapes as of `visible`.
 
     Examples
     --------
-    >>> printable("AL-15\x1b[2J µ")
-    'AL-15\\x1b[2J \\xb5'
+    >>> visible_lines(["serial AL\n15", "K1"])
+    'serial AL\\n15\nK1'
     """
-    return visible(text).encode("ascii", "backslashreplace").decode()
+    return "\n".join(map(visible, lines))
 
 
 def counted(number: int, what: str) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from accelcal.model import COEFFICIENTS
 from accelcal.report.columns import aligned
 from accelcal.report.designs import scaled, stand_line
+from accelcal.report.names import visible_lines
 from accelcal.results.optimal_design import OptimalDesign
 
 __all__ = ["optimal_text"]
@@ -29,7 +30,7 @@ def optimal_text(found: OptimalDesign) -> str:
     str
         Angles, uncertainties beside equally spaced tests, and the gain.
     """
-    return "\n".join(_lines(found)) + "\n"
+    return visible_lines(_lines(found)) + "\n"
 
 
 def _lines(found: OptimalDesign) -> Iterator[str]:

@@ -7,6 +7,7 @@ import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 
 from accelcal.report.columns import aligned
+from accelcal.report.names import visible_lines
 from accelcal.report.numbers import significant
 from accelcal.results.stability import Estimate, Stability
 from accelcal.stability.noise_terms import TERMS
@@ -48,7 +49,7 @@ def stability_text(result: Stability) -> str:
     lines += ["", *_launches(result)]
     if result.allan.tau_s:
         lines += ["", *_allan(result), "", *_noise_terms(result)]
-    return "\n".join([*lines, *_open(result)])
+    return visible_lines([*lines, *_open(result)])
 
 
 def _heading(result: Stability) -> Iterator[str]:

@@ -8,6 +8,7 @@ from statistics import median
 from accelcal.report.columns import aligned
 from accelcal.report.discovery import SCALES, told
 from accelcal.report.findings import chance, probability, wrapped
+from accelcal.report.names import visible_lines
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.findings import Change
 from accelcal.results.stand import HeadPosition, StandDiscovery, StandEffect
@@ -39,7 +40,7 @@ def stand_text(found: StandDiscovery) -> str:
         _gains(found),
         _notes(found),
     )
-    return "\n\n".join("\n".join(lines) for lines in map(list, sections) if lines)
+    return "\n\n".join(visible_lines(lines) for lines in map(list, sections) if lines)
 
 
 def _head(found: StandDiscovery) -> Iterator[str]:

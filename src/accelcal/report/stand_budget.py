@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from accelcal.report.columns import aligned
-from accelcal.report.names import counted, printable
+from accelcal.report.names import counted, visible_lines
 from accelcal.report.numbers import significant
 
 __all__ = ["shares", "shown_unit", "stand_budget_text"]
@@ -64,7 +64,7 @@ def stand_budget_text(document: Document) -> str:
         lines += ["", *_targets(document), "", *_instruments(document)]
     if document["data_sheet"]:
         lines += ["", *_data_sheet(document)]
-    return "\n".join(map(printable, lines))
+    return visible_lines(lines)
 
 
 def shown_unit(coefficient: Document) -> tuple[str, float]:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from accelcal.report.columns import aligned
-from accelcal.report.names import counted, printable
+from accelcal.report.names import counted, visible, visible_lines
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.report.residuals import residual_lines
 from accelcal.report.rows import (
@@ -62,7 +62,7 @@ def calibration_text(document: Document) -> str:
     lines += _apart(_errors(document))
     lines += _apart(_record_gates(document["gates"]))
     lines += _apart(_verdict(document.get("verdict")))
-    return "\n".join(map(printable, lines))
+    return visible_lines(lines)
 
 
 def _apart(lines: Iterable[str]) -> list[str]:
@@ -74,7 +74,7 @@ def _apart(lines: Iterable[str]) -> list[str]:
 def _heading(document: Document) -> Iterator[str]:
     name = f"serial {document['serial']}, " if document["serial"] else ""
     date = f", {document['date']}" if document["date"] else ""
-    yield from _wrapped(printable(f"Calibration of {name}{document['source']}{date}"))
+    yield from _wrapped(visible(f"Calibration of {name}{document['source']}{date}"))
     tables = document["tables"]
     readings = counted(sum(table["readings"] for table in tables), "reading")
     robust = ", robust" if document["robust"] else ""
@@ -87,7 +87,7 @@ def _heading(document: Document) -> Iterator[str]:
 
 def _bare(document: Document) -> Iterator[str]:
     for sentence in without_uncertainty(document):
-        yield from _wrapped(printable(f"NO UNCERTAINTY: {sentence}"))
+        yield from _wrapped(visible(f"NO UNCERTAINTY: {sentence}"))
 
 
 def _alarms(document: Document) -> Iterator[str]:
@@ -264,7 +264,7 @@ def _items(mark: str, sentences: Iterable[str]) -> Iterator[str]:
 
 def _item(mark: str, sentence: str) -> list[str]:
     mark = mark if mark == "-" else f"{mark}:"
-    return _wrapped(printable(f"{mark} {sentence}"), indent="  ")
+    return _wrapped(visible(f"{mark} {sentence}"), indent="  ")
 
 
 def _wrapped(text: str, indent: str = "") -> list[str]:

@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Iterator, Mapping
 
 from accelcal.report.columns import aligned
+from accelcal.report.names import visible_lines
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.quantity import Quantity
 from accelcal.results.triad import TriadCalibration
@@ -34,7 +35,7 @@ def triad_text(found: TriadCalibration) -> str:
     str
         Lines of at most 100 characters, in ASCII but for names of the user.
     """
-    return "\n".join([*_head(found), "", *_table(found), "", *_gates(found)])
+    return visible_lines([*_head(found), "", *_table(found), "", *_gates(found)])
 
 
 def _head(found: TriadCalibration) -> Iterator[str]:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from accelcal.report.columns import aligned
-from accelcal.report.names import printable
+from accelcal.report.names import visible_lines
 from accelcal.report.numbers import matching_digits
 
 __all__ = ["limit_row", "remark", "verdict_text"]
@@ -42,7 +42,7 @@ def verdict_text(document: Document) -> str:
       PASS  k0   3.30  0.10  |x| <= 5 mg  bias, at T0
       decision rule: w = U
     """
-    return "\n".join(map(printable, _lines(document)))
+    return visible_lines(_lines(document))
 
 
 def _lines(document: Document) -> Iterator[str]:
