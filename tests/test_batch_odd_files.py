@@ -15,6 +15,7 @@ import accelcal
 from accelcal.archive import parts, through
 from accelcal.archive.journal import Journal
 from accelcal.archive.sources import find_sources
+from accelcal.cli.main import main
 from accelcal.errors import AccelcalError, InputError
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "al15.csv"
@@ -170,6 +171,56 @@ def test_lines_of_a_large_table_are_those_of_an_editor(tmp_path, monkeypatch, en
     monkeypatch.setattr(parts, "PART", 9000)
     (message,) = accelcal.batch(path).errors["message"]
     assert message.startswith(f"{path}:602: temperature '20x' is not a number")
+
+
+def named(folder, name):
+    """Path of a name of bytes in a folder."""
+    return Path(os.fsdecode(os.fsencode(folder) + b"/" + name))
+
+
+@pytest.fixture
+def foreign(tmp_path):
+    """A folder with a table, and one that is none, whose names are not UTF-8."""
+    if sys.platform in ("win32", "darwin"):
+        pytest.skip("names are Unicode there")
+    folder = tmp_path / "archive"
+    folder.mkdir()
+    shutil.copy(EXAMPLE, named(folder, b"M\xfcller.csv"))
+    named(folder, b"bad\xff.csv").write_text("rubbish\n")
+    return folder
+
+
+@pytest.mark.parametrize("form", ["csv", "csv.gz", "parquet"])
+def test_names_that_are_not_utf_8_are_shown_by_their_bytes(foreign, tmp_path, form, capsys):
+    if form == "parquet":
+        pytest.importorskip("pyarrow")
+    output = tmp_path / f"r.{form}"
+    assert main(["batch", str(foreign), "-o", str(output)]) == 1
+    read = pd.read_parquet if form == "parquet" else pd.read_csv
+    assert set(read(output)["source"]) == {str(foreign / r"M\xfcller.csv")}
+    (error,) = pd.read_csv(tmp_path / "r.errors.csv").to_dict("records")
+    assert error["source"] == str(foreign / r"bad\xff.csv")
+    assert error["message"].startswith(error["source"] + ":1: no column headings")
+    capsys.readouterr()
+    assert main(["fit", str(named(foreign, b"bad\xff.csv"))]) == 2
+    assert capsys.readouterr().err == error["message"] + "\n"
+
+
+def test_a_frame_has_the_names_that_open_the_files(foreign):
+    found = accelcal.batch(foreign)
+    paths = [*found.tables["source"], *found.errors["source"]]
+    assert all(Path(path).is_file() for path in paths)
+
+
+def test_a_calibration_of_such_a_name_can_be_applied(foreign, tmp_path, capsys):
+    path, calibration = named(foreign, b"M\xfcller.csv"), named(tmp_path, b"cal\xff.json")
+    assert main(["fit", str(path), "-o", str(calibration)]) == 0
+    assert accelcal.Calibration.from_json(calibration).source == str(path)
+    samples = tmp_path / "s.csv"
+    samples.write_text("temperature,output\n20,1.3\n")
+    capsys.readouterr()
+    assert main(["apply", str(calibration), str(samples)]) == 0
+    assert r"cal\xff.json" in capsys.readouterr().out
 
 
 # -- where the results go --------------------------------------------------------------------------

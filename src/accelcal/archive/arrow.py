@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from accelcal.archive.cells import Cells, Columns
 from accelcal.archive.columns import FrameColumn
+from accelcal.escapes import ESCAPED
 
 __all__ = ["arrow_bytes", "parquet_frame"]
 
@@ -149,7 +150,7 @@ def _texts(texts: Sequence[str], known: Mask | None) -> Any:
 
 
 def _encoded(text: str) -> bytes:
-    return text.encode("utf-8", errors="backslashreplace")
+    return text.encode("utf-8", errors=ESCAPED)
 
 
 def _unless_all(known: Mask | None) -> Any:

@@ -15,6 +15,7 @@ from accelcal.archive.arrow import arrow_bytes, parquet_frame
 from accelcal.archive.cells import Cells, Columns
 from accelcal.archive.columns import ERRORS, FrameColumn
 from accelcal.errors import InputError
+from accelcal.escapes import ESCAPED
 
 __all__ = [
     "FORMS",
@@ -171,7 +172,7 @@ def write_errors(errors: Iterable[Sequence[str]], file: IO[bytes]) -> None:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(ERRORS)
     writer.writerows(errors)
-    file.write(text.getvalue().encode("utf-8", errors="backslashreplace"))
+    file.write(text.getvalue().encode("utf-8", errors=ESCAPED))
 
 
 # -- CSV -------------------------------------------------------------------------------------------
@@ -180,7 +181,7 @@ def write_errors(errors: Iterable[Sequence[str]], file: IO[bytes]) -> None:
 def _csv_lines(cells: Sequence[Sequence[str]]) -> bytes:
     lines = map(",".join, zip(*cells, strict=True))
     text = "\n".join(lines)
-    return (text + "\n").encode("utf-8", errors="backslashreplace") if text else b""
+    return (text + "\n").encode("utf-8", errors=ESCAPED) if text else b""
 
 
 def _written(cells: Cells, kind: str) -> list[str]:

@@ -11,6 +11,7 @@ from typing import Any
 import click
 
 from accelcal.errors import InputError
+from accelcal.escapes import ESCAPED
 
 __all__ = [
     "deliver",
@@ -48,7 +49,7 @@ def deliver(text: str, path: str | None = None, *, words: bool = False) -> None:
         return
     from accelcal.atomic import write_atomically
 
-    write_atomically(path, text.encode("utf-8", errors="backslashreplace"))
+    write_atomically(path, text.encode("utf-8", errors=ESCAPED))
 
 
 def deliver_picture(draw: Callable[[], Any], path: str) -> None:

@@ -17,6 +17,7 @@ import click
 
 from accelcal.cli.program import program
 from accelcal.errors import AccelcalError, AccelcalWarning
+from accelcal.escapes import ESCAPED
 
 __all__ = ["main"]
 
@@ -97,8 +98,9 @@ def _colour() -> bool | None:
 
 def _escape_what_cannot_be_encoded() -> None:
     """Print a character that the terminal's encoding lacks as its escape, instead of failing."""
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors=ESCAPED)
 
 
 def _discard_stdout() -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from accelcal.compensate.apply import MeasuredAcceleration, compensate, outside_temperatures
 from accelcal.compensate.coefficients import Compensation
 from accelcal.errors import InputError, TableError
+from accelcal.escapes import ESCAPED
 from accelcal.io.samples import SampleBlock, SampleReader
 from accelcal.units import conversion_factor
 from accelcal.version import __version__
@@ -175,7 +176,7 @@ class AccelerationStream:
             measured = self._measured(values)
             self._refuse_other_temperatures(block, values, measured)
             self._count(values, measured)
-            yield (header + self._csv(block, measured)).encode()
+            yield (header + self._csv(block, measured)).encode(errors=ESCAPED)
             header = ""
 
     def _measured(self, values: Mapping[str, Array]) -> MeasuredAcceleration:

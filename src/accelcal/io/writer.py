@@ -13,6 +13,7 @@ import numpy as np
 
 from accelcal.arguments import each_of, path_text
 from accelcal.errors import InputError
+from accelcal.escapes import ESCAPED
 from accelcal.io.vocabulary import canonical_key
 from accelcal.record import Apparatus, TumbleRecord
 
@@ -66,7 +67,7 @@ def write_table(
 
 
 def _packed(text: str, path: str) -> bytes:
-    data = text.encode("utf-8")
+    data = text.encode("utf-8", errors=ESCAPED)
     if not path.endswith(".gz"):
         return data
     import gzip

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from accelcal.escapes import ESCAPED
+
 __all__ = ["counted", "visible", "visible_lines"]
 
 
@@ -28,7 +30,8 @@ def visible(text: str) -> str:
     >>> visible("AL-15\x1b[2J µ")
     'AL-15\\x1b[2J µ'
     """
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+    whole = text.encode("utf-8", ESCAPED).decode()
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in whole)
 
 
 def visible_lines(lines: Iterable[str]) -> str:
