@@ -66,7 +66,9 @@ def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch, f
 
     monkeypatch.setattr(os if failing == "fsync" else Path, failing, fail)
     (tmp_path / "a.json").write_bytes(b"old")
-    with pytest.raises(InputError, match=r"a\.json cannot be written: No space left on device; "):
+    with pytest.raises(
+        InputError, match=r"a\.json cannot be written: No space left on device; make room"
+    ):
         write_atomically(tmp_path / "a.json", b"new")
     assert (tmp_path / "a.json").read_bytes() == b"old"
     assert [file.name for file in tmp_path.iterdir()] == ["a.json"]

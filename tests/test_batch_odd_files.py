@@ -1,9 +1,11 @@
 """Archives as they are: links to nowhere, pipes, rubbish, readings where the results would go."""
 
+import errno
 import inspect
 import os
 import shutil
 import sys
+from contextlib import contextmanager
 from itertools import cycle
 from operator import add
 from pathlib import Path
@@ -12,8 +14,10 @@ import pandas as pd
 import pytest
 
 import accelcal
-from accelcal.archive import parts, through
+from accelcal.archive import handed_over, journal, parts, through
+from accelcal.archive.block import Block
 from accelcal.archive.journal import Journal
+from accelcal.archive.settings import Settings
 from accelcal.archive.sources import find_sources
 from accelcal.cli.main import main
 from accelcal.errors import AccelcalError, InputError
@@ -290,6 +294,43 @@ def test_a_full_disk_is_told_whatever_it_refuses(archive, tmp_path, monkeypatch,
     monkeypatch.setattr(Journal, "_draft", full)
     with pytest.raises(InputError, match="No space left on device; make room, and go on with"):
         accelcal.write_batch(archive, tmp_path / f"r.{form}")
+
+
+@pytest.mark.parametrize("done", [0, 1])
+def test_a_disk_that_is_full_in_a_block_is_told_and_gone_on_with(
+    archive, tmp_path, monkeypatch, done
+):
+    monkeypatch.setattr(through, "LEAST_FILES", 1)
+    output = tmp_path / "r.csv"
+    room = iter([True] * done)
+    replacing = journal.replacing
+
+    @contextmanager
+    def full(target):
+        with replacing(target) as file:
+            yield file
+            if not next(room, False):
+                raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(journal, "replacing", full)
+        with pytest.raises(InputError, match="No space left on device; make room, and go on with"):
+            accelcal.write_batch(archive, output)
+    left = list(tmp_path.glob("r.csv.journal/*"))
+    assert [path.suffix for path in left if path.suffix] == [".block"] * done
+    assert accelcal.write_batch(archive, output, resume=True).fitted == 2
+    accelcal.write_batch(archive, tmp_path / "whole.csv")
+    assert output.read_bytes() == (tmp_path / "whole.csv").read_bytes()
+
+
+def test_rows_that_cannot_be_handed_over_are_told(archive, monkeypatch):
+    def full(**_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(handed_over, "NamedTemporaryFile", full)
+    block = Block(tuple(find_sources([str(archive)])))
+    with pytest.raises(InputError, match=r"^tmp: finished .* No space left on device"):
+        handed_over.fit_to_file(block, Settings(), "tmp")
 
 
 def test_results_on_another_file_system(archive, tmp_path, monkeypatch):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,7 +11,7 @@ from typing import IO
 
 from accelcal.errors import InputError
 
-__all__ = ["open_atomically", "write_atomically"]
+__all__ = ["open_atomically", "replacing", "write_atomically"]
 
 
 def write_atomically(path: str | os.PathLike[str], data: bytes) -> None:
@@ -84,14 +85,31 @@ def open_atomically(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
             with target.open("wb") as file:  # /dev/null or a pipe: nothing there to replace
                 yield file
         else:
-            with _replacing(target) as file:
+            with replacing(target) as file:
                 yield file
     except OSError as error:
         raise InputError(f"{path} cannot be written: {_reason(error)}") from error
 
 
 @contextmanager
-def _replacing(target: Path) -> Iterator[IO[bytes]]:
+def replacing(target: Path) -> Iterator[IO[bytes]]:
+    """Open a file as `open_atomically` does, and leave the words for what fails to the caller.
+
+    Parameters
+    ----------
+    target : Path
+        File to write, itself no link.
+
+    Yields
+    ------
+    file object
+        Where to write.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
     if target.exists() and not os.access(target, os.W_OK):
         raise PermissionError
     temporary = target.with_name(f".accelcal-{os.urandom(8).hex()}.tmp")
@@ -114,5 +132,7 @@ def _reason(error: OSError) -> str:
             return "its folder does not exist; create the folder or choose another"
         case PermissionError():
             return "the file or its folder is not writable; change that or choose another folder"
+        case OSError(errno=errno.ENOSPC | errno.EDQUOT):
+            return f"{error.strerror}; make room, or choose another place"
         case _:
             return f"{error.strerror or error}; choose another place"

@@ -13,6 +13,7 @@ from tempfile import NamedTemporaryFile
 from accelcal.archive.block import Block, fit_block
 from accelcal.archive.settings import Settings
 from accelcal.archive.through import InMemory
+from accelcal.errors import InputError
 
 __all__ = ["FromFiles", "fit_to_file"]
 
@@ -33,9 +34,21 @@ def fit_to_file(block: Block, settings: Settings, folder: str) -> str:
     -------
     str
         The file, for `FromFiles` of the same batch.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written, mostly for want of room.
     """
-    with NamedTemporaryFile(dir=folder, delete=False) as file:
-        pickle.dump(fit_block(block, settings), file)
+    fitted = fit_block(block, settings)
+    try:
+        with NamedTemporaryFile(dir=folder, delete=False) as file:
+            pickle.dump(fitted, file)
+    except OSError as error:
+        raise InputError(
+            f"{folder}: finished rows cannot be kept there: {error.strerror or error}; make room,"
+            " or set TMPDIR to another folder"
+        ) from None
     return file.name
 
 

@@ -21,7 +21,7 @@ from typing import IO, NamedTuple
 from accelcal.archive.block import Block, Outcome
 from accelcal.archive.formats import results
 from accelcal.archive.settings import Settings
-from accelcal.atomic import open_atomically, write_atomically
+from accelcal.atomic import open_atomically, replacing
 from accelcal.errors import InputError
 
 __all__ = ["Journal", "Summary", "open_journal"]
@@ -89,7 +89,8 @@ class Journal:
             "serials": outcome.serials,
         }
         head = json.dumps(summary).encode() + b"\n"
-        write_atomically(self.path(block), head + outcome.tables + outcome.laws)
+        with self.refusals_told(), replacing(self.path(block)) as file:
+            file.write(head + outcome.tables + outcome.laws)
 
     def has(self, block: Block) -> bool:
         """Tell whether a block is finished, and whole: a disk may lose what it had."""
