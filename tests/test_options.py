@@ -21,6 +21,7 @@ TABLE = EXAMPLES / "al15.csv"
 TRIAD = "x,y,z\n1,0,0\n0,1,0\n0,0,1\n"
 
 CALLS = {
+    "Accelerometer": accelcal.Accelerometer,
     "Apparatus": accelcal.Apparatus,
     "NoiseComponents": accelcal.NoiseComponents,
     "Pace": accelcal.Pace,
@@ -117,6 +118,7 @@ OF_DISCOVERY = {
 }
 
 WRONG = {
+    "Accelerometer": {"unit": [5, ["V"]], "serial": [15, ["AL-15"]], "k2": ["0", 10**400]},
     "Apparatus": {"resolution": [True, "5"], "head_uncertainty": ["1e-5", [1e-5]]},
     "NoiseComponents": {"reading": [-1.0, "5e-6", 10**400, None]},
     "Pace": {"reading": [0.0, "60", 10**400], "soak": [None, -1.0]},

@@ -654,6 +654,13 @@ def test_a_date_with_a_time_of_day_is_both(cells):
     assert (form.columns["time"], form.set_aside) == ("date", ())
 
 
+def test_a_date_with_a_time_of_day_has_the_day_as_written():
+    cells = ("2024-06-01T00:30:00+02:00", "2024-06-01T00:31:00+02:00")
+    record = read(clocked(*cells, headings="date"))
+    assert (record.date, record.time.tolist()) == ("2024-06-01", [0.0, 60.0])
+    assert record.metadata["start"] == "2024-05-31T22:30:00.000000"
+
+
 def test_dates_with_times_of_day_go_over_midnight():
     record = read(clocked(*DATED, headings="date", above="# date: 2024-05-31\n"))
     assert record.time.tolist() == SECONDS
@@ -672,6 +679,7 @@ def test_the_date_of_times_of_day_wins_over_the_header_line():
     "cells",
     [
         ("2024-05-31 00:00:00", "2024-06-01 00:00:00"),  # a mere date, as a DataFrame writes it
+        ("2024-05-31T00:00:00+02:00", "2024-06-01T00:00:00+02:00"),
         ("05/31/2024 14:20", "05/31/2024 14:21"),
         ("Friday 14:20", "Friday 14:21"),
     ],

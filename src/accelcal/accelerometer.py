@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arguments import check_number, expect
+from accelcal.choices import check_text
 from accelcal.errors import InputError
 
 __all__ = ["AL15", "Accelerometer", "BilinearLaw"]
@@ -99,6 +100,7 @@ class Accelerometer:
             expect(law, BilinearLaw)
         check_number(k2=self.k2, k3=self.k3, cross_coupling=self.cross_coupling)
         check_number(reference_temperature=self.reference_temperature)
+        check_text(unit=self.unit, serial=self.serial)
         if self.scale_factor.at_reference == 0.0:
             raise InputError("the scale factor is 0; it is the change of output for 1 g")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from datetime import UTC, datetime, time
+from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,7 @@ _CLOCKS = (
     re.compile(rf"(0?[1-9]|1[0-2]){_MINUTES} ?([ap])\.?m\.?", re.IGNORECASE),
 )
 _DAY_AND_CLOCK = re.compile(r"(\S+?)[Tt ] *(\d.*)")
+_MIDNIGHT = re.compile(r"[0:.,]+(?:Z|[+-].*)?")
 _DAY_FIRST = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})(?: +(\d{1,2})(:\d\d(?::\d\d(?:\.\d+)?)?))?")
 
 
@@ -103,8 +104,13 @@ def has_times_of_day(column: Column) -> bool:
         programs write behind a mere date.
     """
     found = {str(cell) for cell in column.cells}
-    moments = (date_of(text) for text in found if _DAY_AND_CLOCK.fullmatch(text))
-    return len(found) > 1 and any(moment and moment.time() != time() for moment in moments)
+    return len(found) > 1 and any(map(_is_moment, found))
+
+
+def _is_moment(text: str) -> bool:
+    match = _DAY_AND_CLOCK.fullmatch(text)
+    is_bare = match is None or _MIDNIGHT.fullmatch(match[2])
+    return not is_bare and date_of(text) is not None
 
 
 def one_date(column: Column, *, timed: bool = False) -> str | None:
