@@ -171,24 +171,14 @@ WRONG = {
 }
 
 NAMES = {
-    "coefficients": "coefficient",
-    "criterion": "criterion",
     "delta0": "delta0|fixture angle",
-    "effects": "effect",
     "head": "a head",
-    "hours": "hours",
     "local_gravity": "local.gravity",
     "model": "a discovery",
-    "noise": "noise",
     "overrides": "overrides|declared|serial|unit|positions|reference_temperature|resolution",
-    "path": "path",
     "plan": "a plan",
-    "positions": "positions",
-    "reading": "reading",
     "reference_temperature": "T0",
-    "soak": "soak",
     "specification": "data sheet",
-    "strokes": "strokes",
     "targets": "target|coefficient",
     "up": "up|direction|unit vector",
 }
