@@ -115,7 +115,7 @@ def read_and_parse(paths: Sequence[Path]) -> None:
 
 
 def blocks(folder: Path) -> Iterator[Block]:
-    sources = find_sources([str(folder)])
+    sources = list(find_sources([str(folder)]))
     for start in range(0, len(sources), BLOCK):
         yield Block(tuple(sources[start : start + BLOCK]))
 

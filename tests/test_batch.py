@@ -437,6 +437,50 @@ def test_a_pool_that_broke_while_it_took_a_task_is_told(monkeypatch):
         list(workers.completed(Broken(), abs, [1, 2], 1))
 
 
+def test_tasks_are_looked_for_while_others_are_done():
+    begun, found = [], []
+
+    class Slow(Executor):
+        def submit(self, function, task):
+            begun.append((task, len(found)))
+            future = Future()
+            if len(begun) > 1:  # the first ends when there is nothing more to be found
+                future.set_result(function(task))
+            else:
+                self.first = future
+            return future
+
+    executor = Slow()
+
+    def tasks():
+        for number in range(10):
+            found.append(number)
+            yield number
+        executor.first.set_result(0)
+
+    done = dict(workers.completed(executor, abs, tasks(), 1))
+    assert done == {number: number for number in range(10)}
+    assert begun[:3] == [(0, 1), (1, 2), (2, 3)]  # each is begun as soon as it is found
+    assert [task for task, _ in begun] == list(range(10))
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_progress_counts_files_and_parts_of_large_ones(archive, monkeypatch, jobs):
+    many_serials(archive / "large.csv", [f"S{n:02d}" for n in range(20)])
+    monkeypatch.setattr(parts, "LARGE", 6000)
+    monkeypatch.setattr(parts, "PART", 3000)
+    monkeypatch.setattr(through, "LEAST_FILES", 2)
+    told = []
+    accelcal.batch(archive, jobs=jobs, progress=lambda *counts: told.append(counts))
+    files = len(list(archive.rglob("*.csv")))
+    done, total = zip(*told, strict=True)
+    assert done[0] == 0
+    assert total[0] >= files
+    assert list(done) == sorted(done)
+    assert list(total) == sorted(total)
+    assert done[-1] == total[-1] > files + 1
+
+
 @pytest.mark.usefixtures("small_blocks")
 def test_rows_do_not_travel_between_processes(archive, tmp_path, monkeypatch):
     from accelcal.archive.growing_results import GrowingResults
@@ -572,7 +616,7 @@ def in_parts(monkeypatch, path, **options):
     with monkeypatch.context() as patched:
         patched.setattr(parts, "LARGE", 3000)
         patched.setattr(parts, "PART", 1500)
-        assert len(parts.divide(find_sources([str(path)])[0])) > 3
+        assert len(parts.divide(*find_sources([str(path)]))) > 3
         return accelcal.batch(path, **options)
 
 

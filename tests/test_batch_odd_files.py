@@ -349,18 +349,28 @@ def _elsewhere(replace):
     return refusing
 
 
-@pytest.mark.parametrize("length", [0, 20, -1])
-def test_a_damaged_block_is_fitted_anew(archive, tmp_path, monkeypatch, length):
+@pytest.mark.parametrize(
+    "damaged",
+    [
+        lambda _: b"",
+        lambda content: content[:20],
+        lambda content: content[:-1],
+        lambda content: content[:-1000] + bytes(1000),
+        lambda content: content.replace(b'"fitted": ', b'"fitted": 1', 1),
+    ],
+    ids=["lost", "begun", "cut", "zeros", "head"],
+)
+def test_a_damaged_block_is_fitted_anew(archive, tmp_path, monkeypatch, damaged):
     monkeypatch.setattr(through, "LEAST_FILES", 1)
 
     def stop(done, _):
         if done:
             raise KeyboardInterrupt
 
-    accelcal.write_batch(archive, tmp_path / "calm.csv")
+    calm = accelcal.write_batch(archive, tmp_path / "calm.csv")
     with pytest.raises(KeyboardInterrupt):
         accelcal.write_batch(archive, tmp_path / "r.csv", progress=stop)
     (block,) = (tmp_path / "r.csv.journal").glob("*.block")
-    block.write_bytes(block.read_bytes()[:length])
-    accelcal.write_batch(archive, tmp_path / "r.csv", resume=True)
+    block.write_bytes(damaged(block.read_bytes()))
+    assert accelcal.write_batch(archive, tmp_path / "r.csv", resume=True) == calm
     assert (tmp_path / "r.csv").read_bytes() == (tmp_path / "calm.csv").read_bytes()

@@ -49,7 +49,7 @@ def write_atomically(path: str | os.PathLike[str], data: bytes) -> None:
 
 
 @contextmanager
-def open_atomically(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
+def open_atomically(path: str | os.PathLike[str], *, to_disk: bool = True) -> Iterator[IO[bytes]]:
     """Open a file so that it gets its content at the end of the block, or not at all.
 
     Parameters
@@ -92,13 +92,15 @@ def open_atomically(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
 
 
 @contextmanager
-def replacing(target: Path) -> Iterator[IO[bytes]]:
+def replacing(target: Path, *, to_disk: bool = True) -> Iterator[IO[bytes]]:
     """Open a file as `open_atomically` does, and leave the words for what fails to the caller.
 
     Parameters
     ----------
     target : Path
         File to write, itself no link.
+    to_disk : bool, default True
+        Wait until the disk has it. Without, a power cut may spoil it; a kill never does.
 
     Yields
     ------
@@ -119,7 +121,8 @@ def replacing(target: Path) -> Iterator[IO[bytes]]:
                 temporary.chmod(target.stat().st_mode & 0o777)
             yield file
             file.flush()
-            os.fsync(file.fileno())
+            if to_disk:
+                os.fsync(file.fileno())
         temporary.replace(target)
     except BaseException:
         temporary.unlink(missing_ok=True)

@@ -17,8 +17,8 @@ from accelcal.archive.growing_results import growing_results, work_and_keep
 from accelcal.archive.handed_over import FromFiles, fit_to_file
 from accelcal.archive.journal import Summary, open_journal
 from accelcal.archive.settings import Settings
-from accelcal.archive.sources import SourceFile, find_sources, is_url
-from accelcal.archive.through import InMemory, Progress, blocks_of, work_through
+from accelcal.archive.sources import Sources, find_sources, is_url
+from accelcal.archive.through import InMemory, Progress, work_through
 from accelcal.arguments import check_whole, path_text, several
 from accelcal.calibrate.options import Options
 from accelcal.choices import check_flag, check_function, check_options, check_text
@@ -93,7 +93,8 @@ def batch(
     dask : str, optional
         Address of the scheduler of a Dask cluster, or ``"local"``.
     progress : callable, optional
-        Is told the number of files, or of parts of large ones, that are done, and that of all.
+        Is told the number of files, or of parts of large ones, that are done, and that of all,
+        which grows where a table proves to be a large one.
     **options
         Arguments of `accelcal.fit`, such as ``robust`` and ``head``; `specification`, a data sheet;
         and `overrides`, as of `accelcal.read_table`.
@@ -125,14 +126,14 @@ def batch(
     _check_workers(jobs, dask, progress)
     settings = _settings(batch, **options)
     sources = find_sources(_texts(paths))
-    kept, first = InMemory(), blocks_of(sources)
+    kept = InMemory()
     if jobs == 1 or dask:
         fit = partial(fit_block, settings=settings)
-        blocks = work_through(first, fit, kept, jobs=jobs, dask=dask, tell=progress)
+        blocks = work_through(sources, fit, kept, jobs=jobs, dask=dask, tell=progress)
     else:
         with TemporaryDirectory(prefix="accelcal-") as folder:
             to_file = partial(fit_to_file, settings=settings, folder=folder)
-            blocks = work_through(first, to_file, FromFiles(kept), jobs=jobs, tell=progress)
+            blocks = work_through(sources, to_file, FromFiles(kept), jobs=jobs, tell=progress)
     found = [kept.results[block] for block in blocks]
     return BatchFrames(
         _frame([part.tables for part in found], ROWS),
@@ -192,13 +193,13 @@ def write_batch(
             if dask
             else partial(work_and_keep, journal=journal, settings=settings, form=form)
         )
-        first = list(blocks_of(sources))
-        with growing_results(journal, first, form) as growing:
-            blocks = work_through(first, function, growing, jobs=jobs, dask=dask, tell=progress)
-        if blocks != first:  # parts of a table in which serials are scattered were done anew
-            with growing_results(journal, blocks, form):
-                pass
-        counts = _counted(sources, map(journal.summary, blocks))
+        with growing_results(journal, form) as growing:
+            blocks = work_through(sources, function, growing, jobs=jobs, dask=dask, tell=progress)
+        if blocks != growing.order:  # parts of a table with scattered serials were done anew
+            with growing_results(journal, form) as growing:
+                for block in blocks:
+                    growing.expect(block)
+        counts = _counted(len(sources), map(journal.summary, blocks))
         with journal.draft("errors") as file, journal.refusals_told():
             write_errors(counts.errors, file)
         journal.publish({name: names[name] for name in ("errors", "laws", "tables")})
@@ -235,21 +236,21 @@ def _texts(paths: str | PathLike[str] | Iterable[str | PathLike[str]]) -> list[s
     return texts
 
 
-def _sources(paths: Sequence[str], names: Mapping[str, str]) -> list[SourceFile]:
+def _sources(paths: Sequence[str], names: Mapping[str, str]) -> Sources:
     for path in paths:
         if realpath(path) in map(realpath, names.values()) and not is_url(path):
             raise InputError(f"-o {path} is a file to be read; name another file with -o")
     return find_sources(paths, aside=names.values())
 
 
-def _counted(sources: Sequence[SourceFile], summaries: Iterable[Summary]) -> BatchCounts:
+def _counted(files: int, summaries: Iterable[Summary]) -> BatchCounts:
     errors: list[tuple[str, str]] = []
     fitted = failed = 0
     for summary in summaries:
         errors += summary.errors
         fitted += summary.fitted
         failed += summary.failed
-    return BatchCounts(len(sources), fitted, tuple(errors), failed)
+    return BatchCounts(files, fitted, tuple(errors), failed)
 
 
 # -- frames ----------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ from accelcal.archive.block import Block, Outcome, work
 from accelcal.archive.columns import LAWS, ROWS
 from accelcal.archive.formats import open_frame
 from accelcal.archive.journal import Journal
+from accelcal.archive.memory import keep_freed_memory
 from accelcal.archive.settings import Settings
 
 __all__ = ["GrowingResults", "growing_results", "work_and_keep"]
@@ -41,30 +42,35 @@ class GrowingResults:
     ----------
     journal : Journal
         The journal.
-    blocks : sequence of Block
-        The blocks in the order of their rows.
     frames : sequence of callable
         Take the encoded rows of the tables, and those of the laws.
+
+    Attributes
+    ----------
+    order : list of Block
+        The blocks in the order of their rows, as far as they are known.
     """
 
-    def __init__(
-        self,
-        journal: Journal,
-        blocks: Sequence[Block],
-        frames: Sequence[Callable[[bytes], object]],
-    ) -> None:
+    def __init__(self, journal: Journal, frames: Sequence[Callable[[bytes], object]]) -> None:
+        self.order: list[Block] = []
         self._journal = journal
-        self._coming = list(reversed(blocks))
         self._frames = frames
+        self._finished: set[Block] = set()
+        self._grown = 0
 
-    def has(self, block: Block) -> bool:
-        """Tell whether a block is finished."""
-        return self._journal.has(block)
+    def expect(self, block: Block) -> bool:
+        """Take note of the next block; tell whether it is finished already."""
+        self.order.append(block)
+        finished = self._journal.has(block)
+        if finished:
+            self._finished.add(block)
+        return finished
 
     def keep(self, block: Block, outcome: Outcome | None) -> None:
         """Keep a finished block; None is one that its worker has put into the journal."""
         if outcome is not None:
             self._journal.keep(block, outcome)
+        self._finished.add(block)
         self.grow()
 
     def serials(self, block: Block) -> Sequence[str]:
@@ -73,33 +79,31 @@ class GrowingResults:
 
     def grow(self) -> None:
         """Take the rows of the next blocks, up to the first that is not finished."""
-        while self._coming and self._journal.has(self._coming[-1]):
-            rows = self._journal.rows(self._coming.pop())
+        while self._grown < len(self.order) and self.order[self._grown] in self._finished:
+            rows = self._journal.rows(self.order[self._grown])
             with self._journal.refusals_told():
                 for add, part in zip(self._frames, rows, strict=True):
                     add(part)
+            self._grown += 1
 
 
 @contextmanager
-def growing_results(
-    journal: Journal, blocks: Sequence[Block], form: str
-) -> Iterator[GrowingResults]:
+def growing_results(journal: Journal, form: str) -> Iterator[GrowingResults]:
     """Draft the frames of tables and laws in a journal.
 
     Parameters
     ----------
     journal : Journal
         The journal.
-    blocks : sequence of Block
-        The blocks in the order of their rows, all of which are finished when the context ends.
     form : str
         One of `accelcal.archive.formats.FORMS`.
 
     Yields
     ------
     GrowingResults
-        Who keeps the blocks.
+        Who keeps the blocks; all that it expects are finished when the context ends.
     """
+    keep_freed_memory()
     with ExitStack() as opened:
         files = [opened.enter_context(journal.draft(name)) for name in ("tables", "laws")]
         with journal.refusals_told():
@@ -107,7 +111,7 @@ def growing_results(
                 opened.enter_context(open_frame(kinds, form, file))
                 for kinds, file in zip((ROWS, LAWS), files, strict=True)
             ]
-        results = GrowingResults(journal, blocks, frames)
+        results = GrowingResults(journal, frames)
         yield results
         results.grow()
         with journal.refusals_told():

@@ -62,7 +62,7 @@ class FromFiles:
     """
 
     def __init__(self, kept: InMemory) -> None:
-        self.has, self.serials = kept.has, kept.serials
+        self.expect, self.serials = kept.expect, kept.serials
         self._keep = kept.keep
 
     def keep(self, block: Block, outcome: str) -> None:

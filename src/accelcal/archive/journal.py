@@ -2,7 +2,8 @@
 
 The journal is a folder beside the results. Each block is one file in it, named by a digest of all
 that decides its rows: paths, sizes and times of its files, the options, the version of accelcal.
-A file appears there whole or not at all. The results are drafted there too, from the blocks in
+A file appears there whole or not at all; nobody waits for the disk, and a checksum tells when a
+power cut has spoilt it. The results are drafted there too, from the blocks in
 their order, a block in memory at a time; in the end they take their names, and the journal goes.
 """
 
@@ -13,10 +14,12 @@ import hashlib
 import json
 import os
 import shutil
+import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import reduce
 from pathlib import Path
-from typing import IO, NamedTuple
+from typing import IO, Any, NamedTuple
 
 from accelcal.archive.block import Block, Outcome
 from accelcal.archive.formats import results
@@ -74,7 +77,8 @@ class Journal:
     def path(self, block: Block) -> Path:
         """File of a block."""
         if block not in self._names:
-            text = f"{self._common}\0{[*map(tuple, block.files)]!r}\0{block.part!r}"
+            files = [f"{file.path}\0{file.size}\0{file.stamp}" for file in block.files]
+            text = "\0".join([self._common, *files, repr(block.part)])
             digest = hashlib.sha256(text.encode("utf-8", "backslashreplace")).hexdigest()
             self._names[block] = f"{digest[:40]}{_SUFFIX}"
         return self.folder / self._names[block]
@@ -88,33 +92,37 @@ class Journal:
             "failed": outcome.failed,
             "serials": outcome.serials,
         }
-        head = json.dumps(summary).encode() + b"\n"
-        with self.refusals_told(), replacing(self.path(block)) as file:
-            file.write(head + outcome.tables + outcome.laws)
+        content = json.dumps(summary).encode() + b"\n", outcome.tables, outcome.laws
+        with self.refusals_told(), replacing(self.path(block), to_disk=False) as file:
+            file.write(_checksum(*content) + b"\n")
+            file.writelines(content)
 
     def has(self, block: Block) -> bool:
-        """Tell whether a block is finished, and whole: a disk may lose what it had."""
+        """Tell whether a block is finished, and as it was when it was kept."""
         try:
-            with self.path(block).open("rb") as file:
-                line = file.readline()
-                size = len(line) + int(sum(json.loads(line)["bytes"]))
-                return os.fstat(file.fileno()).st_size == size
-        except (OSError, ValueError):
+            checksum, _, content = self.path(block).read_bytes().partition(b"\n")
+        except OSError:
             return False
+        return checksum == _checksum(content)
 
     def summary(self, block: Block) -> Summary:
         """What a finished block tells besides its rows."""
-        with self.path(block).open("rb") as file:
-            head = json.loads(file.readline())
-        errors = tuple((source, message) for source, message in head["errors"])
-        return Summary(errors, head["fitted"], head["failed"], tuple(head["serials"]))
+        with self._opened(block) as (head, _):
+            errors = tuple((source, message) for source, message in head["errors"])
+            return Summary(errors, head["fitted"], head["failed"], tuple(head["serials"]))
 
     def rows(self, block: Block) -> tuple[bytes, bytes]:
         """Encoded rows of a finished block: of the tables, and of the laws."""
-        with self.path(block).open("rb") as file:
-            sizes = json.loads(file.readline())["bytes"]
-            tables, laws = map(file.read, sizes)
+        with self._opened(block) as (head, file):
+            tables, laws = map(file.read, head["bytes"])
         return tables, laws
+
+    @contextmanager
+    def _opened(self, block: Block) -> Iterator[tuple[dict[str, Any], IO[bytes]]]:
+        """What a finished block says of itself, and its file where the rows begin."""
+        with self.path(block).open("rb") as file:
+            file.readline()  # the checksum
+            yield json.loads(file.readline()), file
 
     @contextmanager
     def draft(self, name: str) -> Iterator[IO[bytes]]:
@@ -149,6 +157,10 @@ class Journal:
 
     def _draft(self, name: str) -> Path:
         return self.folder / f"draft-{name}"
+
+
+def _checksum(*content: bytes) -> bytes:
+    return b"%08x" % reduce(lambda checksum, part: zlib.crc32(part, checksum), content, 0)
 
 
 def _take_name(draft: Path, path: str) -> None:

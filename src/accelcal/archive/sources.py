@@ -4,19 +4,28 @@ from __future__ import annotations
 
 import io
 import os
-import stat
 from collections.abc import Collection, Iterator, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from accelcal.archive.own_results import may_be_replaced
 from accelcal.archive.parquet import as_csv, is_parquet, read_all
 from accelcal.errors import InputError
 
-__all__ = ["SUFFIXES", "SourceFile", "find_sources", "is_url", "named_bytes", "read_bytes"]
+__all__ = [
+    "SUFFIXES",
+    "SourceFile",
+    "Sources",
+    "find_sources",
+    "is_url",
+    "named_bytes",
+    "read_bytes",
+]
 
 SUFFIXES = (".csv", ".csv.gz", ".txt", ".tsv", ".parquet")
 """Ends of the names of the files that are taken from a folder."""
+
+Found = TypeVar("Found")
 
 _SUFFIXES_TOLD = ", ".join(f"*{suffix}" for suffix in SUFFIXES)
 _MAGIC = frozenset("*?[")
@@ -41,7 +50,28 @@ class SourceFile(NamedTuple):
     stamp: str
 
 
-def find_sources(paths: Sequence[str], aside: Collection[str] = ()) -> list[SourceFile]:
+class Sources:
+    """Files of a batch; each is measured when its turn comes, so that work need not wait for all.
+
+    Parameters
+    ----------
+    found : collection of str or SourceFile
+        Their paths, or what a store has told of them.
+    """
+
+    def __init__(self, found: Collection[str | SourceFile]) -> None:
+        self._found = found
+
+    def __len__(self) -> int:
+        """Number of the files."""
+        return len(self._found)
+
+    def __iter__(self) -> Iterator[SourceFile]:
+        """Measure them in their order."""
+        return (_measured(item) if isinstance(item, str) else item for item in self._found)
+
+
+def find_sources(paths: Sequence[str], aside: Collection[str] = ()) -> Sources:
     """Find the files of a batch.
 
     Parameters
@@ -54,7 +84,7 @@ def find_sources(paths: Sequence[str], aside: Collection[str] = ()) -> list[Sour
 
     Returns
     -------
-    list of SourceFile
+    Sources
         In the order of `paths`, those of a folder or glob by name; a file that is met again is
         there once.
 
@@ -70,13 +100,14 @@ def find_sources(paths: Sequence[str], aside: Collection[str] = ()) -> list[Sour
     ...
     accelcal.errors.InputError: nosuch: no such file or folder; give files, folders or globs
     """
-    found: dict[str, SourceFile] = {}
+    found: dict[str, str | SourceFile] = {}
     for path in paths:
-        inside = _of_url(path) if is_url(path) else _of_path(path, aside)
-        for source in inside:
-            name = source.path if is_url(path) else os.path.abspath(source.path)  # noqa: PTH100
-            found.setdefault(name, source)
-    return list(found.values())
+        if is_url(path):
+            found |= {source.path: source for source in _of_url(path) if source.path not in found}
+        else:
+            for name in _of_path(path, aside):
+                found.setdefault(os.path.abspath(name), name)  # noqa: PTH100
+    return Sources(found.values())
 
 
 def is_url(path: str) -> bool:
@@ -151,32 +182,40 @@ def named_bytes(content: bytes, name: str) -> io.BytesIO:
     return file
 
 
-def _of_path(path: str, aside: Collection[str]) -> list[SourceFile]:
+def _measured(path: str) -> SourceFile:
+    """The file of a path; one that is lost is told of when it is read."""
+    try:
+        status = os.stat(path)  # noqa: PTH116
+    except OSError:  # a link to nowhere or to itself, or gone meanwhile
+        return SourceFile(path, -1, "")
+    return SourceFile(path, status.st_size, str(status.st_mtime_ns))
+
+
+def _of_path(path: str, aside: Collection[str]) -> list[str]:
     if path == "-":
         raise InputError("- is standard input, which accelcal fit reads; batch takes files")
     if os.path.isdir(path):  # noqa: PTH112
         return _some(sorted(_without(aside, _in_folder(path))), path)
     if os.path.exists(path):  # noqa: PTH110
-        return [_source(path, os.stat(path))]  # noqa: PTH116
+        return [path]
     if _MAGIC.isdisjoint(path):
         raise InputError(f"{path}: no such file or folder; give files, folders or globs")
     return _some(list(_without(aside, _in_glob(path))), path)
 
 
-def _without(aside: Collection[str], found: Iterator[SourceFile]) -> Iterator[SourceFile]:
-    names = {os.path.basename(path) for path in aside}  # noqa: PTH119
+def _without(aside: Collection[str], found: Iterator[str]) -> Iterator[str]:
+    names = tuple(os.path.basename(path) for path in aside)  # noqa: PTH119
     real = {os.path.realpath(path) for path in aside}
-    for item in found:
-        known = os.path.basename(item.path) in names  # noqa: PTH119
-        if not known or os.path.realpath(item.path) not in real:
-            yield item
-        elif not may_be_replaced(item.path):
+    for path in found:
+        if not path.endswith(names) or os.path.realpath(path) not in real:
+            yield path
+        elif not may_be_replaced(path):
             raise InputError(
-                f"-o would overwrite {item.path}, a file of the archive; name another file with -o"
+                f"-o would overwrite {path}, a file of the archive; name another file with -o"
             )
 
 
-def _in_folder(folder: str) -> Iterator[SourceFile]:
+def _in_folder(folder: str) -> Iterator[str]:
     """Tables below a folder; what begins with a dot is hidden, and stays so."""
     folders = [folder]
     while folders:
@@ -188,8 +227,8 @@ def _in_folder(folder: str) -> Iterator[SourceFile]:
                         continue
                     if entry.is_dir(follow_symlinks=False):
                         folders.append(entry.path)
-                    elif entry.name.lower().endswith(SUFFIXES):
-                        yield from _regular(entry.path)
+                    elif entry.name.lower().endswith(SUFFIXES) and _is_file(entry):
+                        yield entry.path
         except OSError as error:
             raise InputError(
                 f"{inside}: the folder cannot be read ({error.strerror}); ask for the permission,"
@@ -197,32 +236,26 @@ def _in_folder(folder: str) -> Iterator[SourceFile]:
             ) from None
 
 
-def _in_glob(pattern: str) -> Iterator[SourceFile]:
+def _in_glob(pattern: str) -> Iterator[str]:
     import glob
 
     for path in sorted(glob.glob(pattern, recursive=True)):  # noqa: PTH207  (keeps ./ as given)
         if os.path.isdir(path):  # noqa: PTH112
             yield from sorted(_in_folder(path))
-        else:
-            yield from _regular(path)
+        elif _leads_to_file(path):
+            yield path
 
 
-def _regular(path: str) -> Iterator[SourceFile]:
-    """The file of a path, if it is one; one that is lost is taken, and told of when it is read."""
-    try:
-        status = os.stat(path)  # noqa: PTH116
-    except OSError:  # a link to nowhere or to itself, or gone meanwhile
-        yield SourceFile(path, -1, "")
-    else:
-        if stat.S_ISREG(status.st_mode):  # a pipe would wait for ever
-            yield _source(path, status)
+def _is_file(entry: os.DirEntry[str]) -> bool:
+    return _leads_to_file(entry.path) if entry.is_symlink() else entry.is_file()
 
 
-def _source(path: str, status: os.stat_result) -> SourceFile:
-    return SourceFile(path, status.st_size, str(status.st_mtime_ns))
+def _leads_to_file(path: str) -> bool:
+    """Tell a file from a pipe, which would wait for ever; a lost one is told of when it is read."""
+    return os.path.isfile(path) or not os.path.exists(path)  # noqa: PTH110, PTH113
 
 
-def _some(found: list[SourceFile], path: str) -> list[SourceFile]:
+def _some(found: list[Found], path: str) -> list[Found]:
     if not found:
         raise InputError(f"{path}: no table in it; batch takes {_SUFFIXES_TOLD}")
     return found

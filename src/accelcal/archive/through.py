@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import groupby
+from itertools import chain, groupby, islice
 from typing import Any, Protocol, TypeVar
 
 from accelcal.archive.block import Block, Fitted
 from accelcal.archive.parts import comes_back, divide
-from accelcal.archive.sources import SourceFile
+from accelcal.archive.sources import SourceFile, Sources
 from accelcal.archive.workers import completed, processors, workers
 from accelcal.arguments import check_whole
 
@@ -18,7 +18,8 @@ Result = TypeVar("Result")
 Kept = TypeVar("Kept", contravariant=True)
 
 Progress = Callable[[int, int], None]
-"""Is told the number of files, or of parts of large ones, that are done, and that of all."""
+"""Is told the number of files, or of parts of large ones, that are done, and that of all, which
+grows where a table proves to be a large one."""
 
 MOST_FILES = 1000
 """Files of a block, in a large archive."""
@@ -36,8 +37,8 @@ MOST_BYTES = 2**25
 class Keeper(Protocol[Kept]):
     """Who keeps the results of blocks."""
 
-    def has(self, block: Block) -> bool:
-        """Tell whether a block is finished."""
+    def expect(self, block: Block) -> bool:
+        """Take note of the next block; tell whether it is finished already."""
 
     def keep(self, block: Block, outcome: Kept) -> None:
         """Keep a finished block."""
@@ -52,8 +53,8 @@ class InMemory:
     def __init__(self) -> None:
         self.results: dict[Block, Fitted] = {}
 
-    def has(self, block: Block) -> bool:
-        """Tell whether a block is finished."""
+    def expect(self, block: Block) -> bool:
+        """Take note of the next block; tell whether it is finished already."""
         return block in self.results
 
     def keep(self, block: Block, outcome: Fitted) -> None:
@@ -65,20 +66,19 @@ class InMemory:
         return self.results[block].serials
 
 
-def blocks_of(sources: Iterable[SourceFile]) -> Iterator[Block]:
+def blocks_of(sources: Sources) -> Iterator[Block]:
     """Divide files into blocks, in the same way whoever works on them.
 
     Parameters
     ----------
-    sources : iterable of SourceFile
-        The files.
+    sources : Sources
+        The files, which are measured as their blocks are asked for.
 
     Yields
     ------
     Block
         Files that follow each other, or a part of a large table.
     """
-    sources = list(sources)
     most = min(max(-(-len(sources) // BLOCKS), LEAST_FILES), MOST_FILES)
     files: list[SourceFile] = []
     size = 0
@@ -97,7 +97,7 @@ def blocks_of(sources: Iterable[SourceFile]) -> Iterator[Block]:
 
 
 def work_through(
-    blocks: Iterable[Block],
+    sources: Sources,
     function: Callable[[Block], Result],
     keeper: Keeper[Result],
     *,
@@ -105,12 +105,12 @@ def work_through(
     dask: str | None = None,
     tell: Progress | None = None,
 ) -> list[Block]:
-    """Work through blocks until all of them are kept.
+    """Work through the blocks of some files until all of them are kept.
 
     Parameters
     ----------
-    blocks : iterable of Block
-        The blocks.
+    sources : Sources
+        The files.
     function : callable
         What to do with a block; it travels to the workers.
     keeper : Keeper
@@ -133,35 +133,68 @@ def work_through(
     """
     if jobs is not None:
         check_whole(1, jobs=jobs)
-    first = list(blocks)
-    _work(first, function, keeper, jobs, dask, tell)
+    first = _work(blocks_of(sources), function, keeper, jobs, dask, _Tally(len(sources), tell))
     final = _refusing(first, keeper)
     anew = [block for block, before in zip(final, first, strict=True) if block is not before]
-    _work(anew, function, keeper, jobs, dask, None)
+    _work(anew, function, keeper, jobs, dask, _Tally(len(anew), None))
     return final
 
 
+class _Tally:
+    """Counts what is done, and tells of it."""
+
+    def __init__(self, files: int, tell: Progress | None) -> None:
+        self._done, self._total, self._tell = 0, files, tell
+        self._parted = ""
+
+    def found(self, block: Block) -> None:
+        """Count the parts of a table, which was one file before."""
+        if block.part is not None:
+            path = block.files[0].path
+            self._total += path == self._parted
+            self._parted = path
+
+    def finished(self, block: Block) -> None:
+        """Count the files of a block."""
+        self._done += len(block.files)
+
+    def tell(self) -> None:
+        """Tell how far the work is."""
+        if self._tell:
+            self._tell(self._done, self._total)
+
+
 def _work(
-    blocks: Sequence[Block],
+    blocks: Iterable[Block],
     function: Callable[[Block], Result],
     keeper: Keeper[Result],
     jobs: int | None,
     dask: str | None,
-    tell: Progress | None,
-) -> None:
-    left = [block for block in blocks if not keeper.has(block)]
-    total = sum(len(block.files) for block in blocks)
-    done = total - sum(len(block.files) for block in left)
-    if tell:
-        tell(done, total)
-    if not left:
-        return
-    with workers(min(jobs or processors(), len(left)), dask) as (executor, ready):
-        for block, result in completed(executor, function, left, ready):
-            keeper.keep(block, result)
-            done += len(block.files)
-            if tell:
-                tell(done, total)
+    tally: _Tally,
+) -> list[Block]:
+    """Work on blocks while others are still looked for; return all of them."""
+    found: list[Block] = []
+
+    def unfinished() -> Iterator[Block]:
+        for block in blocks:
+            found.append(block)
+            tally.found(block)
+            if keeper.expect(block):
+                tally.finished(block)
+            else:
+                yield block
+
+    left = unfinished()
+    most = jobs or processors()
+    first = list(islice(left, most))
+    tally.tell()
+    if first:
+        with workers(min(most, len(first)), dask) as (executor, ready):
+            for block, result in completed(executor, function, chain(first, left), ready):
+                keeper.keep(block, result)
+                tally.finished(block)
+                tally.tell()
+    return found
 
 
 def _refusing(blocks: Sequence[Block], keeper: Keeper[Any]) -> list[Block]:

@@ -7,7 +7,8 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from itertools import islice
@@ -46,7 +47,7 @@ def processors() -> int:
 def completed(
     executor: Executor | None,
     function: Callable[[Task], Result],
-    tasks: Sequence[Task],
+    tasks: Iterable[Task],
     workers: int,
 ) -> Iterator[tuple[Task, Result]]:
     """Do tasks, a few more at a time than there are workers.
@@ -57,8 +58,8 @@ def completed(
         Who does them; None does them here.
     function : callable
         What to do with a task.
-    tasks : sequence
-        The tasks.
+    tasks : iterable
+        The tasks, which are looked for while the workers are busy.
     workers : int
         Number of workers.
 
@@ -73,9 +74,9 @@ def completed(
         If a worker was killed and nobody takes over.
     """
     if executor is None:
-        yield from ((task, function(task)) for task in tasks)
+        yield from ((task, function(task)) for task in list(tasks))
         return
-    todo = iter(tasks)
+    todo = _Ahead(tasks)
     running: dict[Future[Result], Task] = {}
     ended: list[tuple[Task, Future[Result]]] = []
     try:
@@ -86,10 +87,29 @@ def completed(
                 yield from ((task, future.result()) for task, future in ended)
                 if not running:
                     return
+                todo.look_ahead(lambda: any(future.done() for future in running))
                 ended = [(running.pop(future), future) for future in _done(executor, running)]
     finally:
         for future in running:
             future.cancel()
+
+
+class _Ahead(Iterator[Task]):
+    """Tasks, which can be looked for before they are wanted."""
+
+    def __init__(self, tasks: Iterable[Task]) -> None:
+        self._tasks = iter(tasks)
+        self._found: deque[Task] = deque()
+
+    def __next__(self) -> Task:
+        return self._found.popleft() if self._found else next(self._tasks)
+
+    def look_ahead(self, enough: Callable[[], bool]) -> None:
+        """Look for tasks until it is enough."""
+        for task in self._tasks:
+            self._found.append(task)
+            if enough():
+                return
 
 
 def _done(executor: Executor, running: Iterable[Future[Result]]) -> set[Future[Result]]:
