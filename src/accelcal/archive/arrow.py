@@ -21,7 +21,7 @@ __all__ = ["arrow_bytes", "parquet_frame"]
 
 Mask = NDArray[np.bool_]
 
-_ROW_GROUP = 5_000  # rows that are compressed together; what is left for the end is less
+_ROW_GROUP = 2_500  # rows that are compressed together; what is left for the end is less
 
 
 def arrow_bytes(columns: Columns, kinds: Mapping[str, FrameColumn]) -> bytes:

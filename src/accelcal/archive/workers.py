@@ -180,7 +180,6 @@ def _processes(jobs: int) -> Iterator[tuple[Executor, int]]:
     pool.shutdown(wait=False)
     for idle in set(active_children()) - others:
         idle.terminate()  # or it might wait for a lock of one that was killed
-        idle.join()
 
 
 def _hears_interrupts() -> bool:

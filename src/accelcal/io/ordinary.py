@@ -11,7 +11,7 @@ import gzip
 import re
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import lru_cache
+from functools import cache, lru_cache, partial
 from hashlib import sha256
 from typing import Any, NamedTuple
 
@@ -43,6 +43,7 @@ _NUMERIC = frozenset(KEYS).difference({"serial", "date"})
 _OF_RECORD = frozenset(KEYS).difference({"delta0"})
 _KEY = re.compile(r"# [A-Za-z][A-Za-z0-9_]*")
 _HEAD = re.compile(rb"(?:#[^\n]*+\n)*+[^#\n][^\n]*+\n")
+_SERIAL = "# serial: "
 _BOM = b"\xef\xbb\xbf"
 
 
@@ -163,7 +164,7 @@ def ordinary_head(data: bytes) -> tuple[bytes, tuple[str, ...]] | None:
     end = 0
     for _ in range(split[0].count("\n")):
         end = data.index(b"\n", end) + 1
-    return data[:end], understood[1].rules.roles
+    return data[:end], understood[0].rules.roles
 
 
 def _parsed(
@@ -186,20 +187,20 @@ def _parsed(
 
 
 class _Shared(NamedTuple):
-    """What tables with the same headings and the same numbers in their header lines share."""
+    """What tables share whose header lines and headings differ in the serial alone."""
 
     rules: Rules
     fields: Mapping[str, Any]  # of the record
-    metadata: Mapping[str, str]  # in other words than the header line
+    metadata: Mapping[str, str]
 
 
 class _Heads:
     """Header lines and headings; what comes again is read once."""
 
     def __init__(self, overrides: Mapping[str, Any]) -> None:
-        self._overrides = overrides
         self._serial = overrides.get("serial")
-        self._known: dict[Any, _Shared | None] = {}
+        self._numbers = cache(partial(_numbers, overrides=overrides))
+        self._shared = cache(self._read)
 
     def plain(self, content: Content) -> tuple[Rules, Plain] | None:
         """Take a table apart; None where it is out of the ordinary."""
@@ -207,16 +208,15 @@ class _Heads:
         understood = None if split is None else self.understood(split[0])
         if split is None or understood is None:
             return None
-        declared, shared = understood
-        serial = self._serial or declared.get("serial")
+        shared, declared = understood
+        serial = self._serial or declared
         if serial is not None and "serial" in shared.rules.roles:
             return None  # two may be declared
         name, data, skipped = content
         fields = {
             **shared.fields,
             "serial": serial,
-            "date": declared.get("date"),
-            "metadata": _metadata(declared, shared.metadata),
+            "metadata": {**shared.metadata},
             "source": name,
             # of many files: OpenSSL, which `sha256_of` may do without, is worth its loading
             "sha256": sha256(data).hexdigest() if skipped is None else None,
@@ -225,26 +225,40 @@ class _Heads:
         line = head.count("\n") + 1 + (skipped or 0)
         return shared.rules, Plain(body, body.count(b"\n"), line, fields)
 
-    def understood(self, head: str) -> tuple[dict[str, str], _Shared] | None:
-        """Header lines, and what the general reader makes of them and the headings."""
+    def understood(self, head: str) -> tuple[_Shared, str | None] | None:
+        """What the general reader makes of header lines and headings, and the serial in them."""
+        before, found, after = head.partition(_SERIAL)
+        serial, _, below = after.partition("\n")
+        if not found or not (before or "\n").endswith("\n") or not _is_plain(serial):
+            shared = self._shared(head)
+            return None if shared is None else (shared, shared.fields["serial"])
+        shared = self._shared(before + below)
+        return None if shared is None or shared.fields["serial"] is not None else (shared, serial)
+
+    def _read(self, head: str) -> _Shared | None:
+        """Read all of a head; None where it is out of the ordinary."""
         *lines, heading, _ = head.split("\n")
         declared = dict(map(_declaration, lines))
         if "" in declared or len(declared) != len(lines):
             return None
         numeric = tuple([item for item in declared.items() if item[0] in _NUMERIC])
-        key = heading, numeric
-        if key not in self._known:
-            self._known[key] = _shared(heading, dict(numeric), self._overrides)
-        shared = self._known[key]
-        return None if shared is None else (declared, shared)
+        numbers = self._numbers(heading, numeric)
+        if numbers is None:
+            return None
+        own = {"serial": declared.get("serial"), "date": declared.get("date")}
+        metadata = _metadata(declared, numbers.metadata)
+        return _Shared(numbers.rules, {**numbers.fields, **own}, metadata)
 
 
 @lru_cache(maxsize=1000)
 def _declaration(line: str) -> tuple[str, str]:
     """Key, in its canonical form where it has one, and value of a header line; odd: no key."""
     written, _, value = line.partition(": ")
-    is_plain = value and value.strip() == value == value.strip(",;")
-    return _key(written) if is_plain else "", value
+    return _key(written) if _is_plain(value) else "", value
+
+
+def _is_plain(value: str) -> bool:
+    return value != "" and value.strip() == value == value.strip(",;")
 
 
 @lru_cache(maxsize=1000)
@@ -273,11 +287,19 @@ def _split(content: bytes) -> tuple[str, bytes] | None:
         return None
 
 
-def _shared(
-    heading: str, numeric: Mapping[str, str], overrides: Mapping[str, Any]
-) -> _Shared | None:
+class _Numbers(NamedTuple):
+    """What headings and the numbers in header lines tell."""
+
+    rules: Rules
+    fields: Mapping[str, Any]  # of the record
+    metadata: Mapping[str, str]  # in other words than the header line
+
+
+def _numbers(
+    heading: str, numeric: Iterable[tuple[str, str]], overrides: Mapping[str, Any]
+) -> _Numbers | None:
     """Let the general reader read the headings and numbers of a head."""
-    text = "".join(f"# {key}: {value}\n" for key, value in numeric.items()) + heading + "\n1\n"
+    text = "".join(f"# {key}: {value}\n" for key, value in numeric) + heading + "\n1\n"
     try:
         layout = read_layout(SourceText("", text, "utf-8", compressed=False))
         roles = _roles(layout.headings) if layout.separator == "," else None
@@ -289,7 +311,7 @@ def _shared(
     time = next((h.unit for h in layout.headings if h.role == "time"), None)
     factor = TIME_UNITS.get((time or "s").casefold(), 1.0)
     rules = Rules(roles, declared.record["positions"], factor)
-    return _Shared(rules, {**declared.record, "notes": ()}, declared.metadata)
+    return _Numbers(rules, {**declared.record, "notes": ()}, declared.metadata)
 
 
 def _roles(headings: Sequence[Heading]) -> tuple[str, ...] | None:
