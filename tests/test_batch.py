@@ -465,20 +465,39 @@ def test_tasks_are_looked_for_while_others_are_done():
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_progress_counts_files_and_parts_of_large_ones(archive, monkeypatch, jobs):
-    many_serials(archive / "large.csv", [f"S{n:02d}" for n in range(20)])
+def test_progress_counts_files_and_parts_of_large_ones(archive, tmp_path, monkeypatch, jobs):
+    large = many_serials(tmp_path / "large.csv", [f"S{n:02d}" for n in range(20)])
     monkeypatch.setattr(parts, "LARGE", 6000)
     monkeypatch.setattr(parts, "PART", 3000)
     monkeypatch.setattr(through, "LEAST_FILES", 2)
     told = []
-    accelcal.batch(archive, jobs=jobs, progress=lambda *counts: told.append(counts))
-    files = len(list(archive.rglob("*.csv")))
+    accelcal.batch([archive, large], jobs=jobs, progress=lambda *counts: told.append(counts))
+    files = len(list(archive.rglob("*.csv"))) + 1
     done, total = zip(*told, strict=True)
     assert done[0] == 0
     assert total[0] >= files
     assert list(done) == sorted(done)
     assert list(total) == sorted(total)
     assert done[-1] == total[-1] > files + 1
+
+
+@pytest.mark.parametrize("least", [2, 25], ids=["several blocks", "one block"])
+def test_readers_of_results_get_plain_text_and_units(archive, tmp_path, monkeypatch, least):
+    monkeypatch.setattr(through, "LEAST_FILES", least)
+    pa, pq = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    accelcal.write_batch(archive, tmp_path / "r.parquet")
+    accelcal.write_batch(archive, tmp_path / "r.csv")
+    found = pq.read_table(tmp_path / "r.parquet")
+    types = {"text": pa.string(), "number": pa.float64(), "whole": pa.int64(), "flag": pa.bool_()}
+    assert found.schema.types == [types[column.kind] for column in ROWS.values()]
+    units = {
+        field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in found.schema
+    }
+    assert units == {column.name: column.unit for column in ROWS.values()}
+    as_text = pd.read_csv(tmp_path / "r.csv", dtype={"run": str, "date": str})
+    for name in ("source", "run", "date", "line", "K1", "verdict", "robust"):
+        cells = [None if cell != cell else cell for cell in as_text[name].tolist()]
+        assert found[name].to_pylist() == cells
 
 
 @pytest.mark.usefixtures("small_blocks")

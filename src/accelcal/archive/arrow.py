@@ -6,6 +6,7 @@ is installed, which takes longer than a worker has to do.
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import IO, Any
@@ -72,22 +73,26 @@ def parquet_frame(
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    schema = _schema(kinds)
     texts = [name for name, column in kinds.items() if column.kind == "text"]
     options = {
         "compression": "snappy",  # which every reader of Parquet knows
         "use_dictionary": texts,  # numbers hardly repeat
         "write_statistics": ["serial", "date"],  # by these rows are looked for
+        "store_schema": False,  # dictionaries are for writing alone: readers get text
     }
     waiting: list[Any] = []
-    with pq.ParquetWriter(file, schema, **options) as writer:
+    with pq.ParquetWriter(
+        file, _schema(kinds, pa.dictionary(pa.int32(), pa.string())), **options
+    ) as writer:
+        told = base64.b64encode(_schema(kinds, pa.string()).serialize())
+        writer.add_key_value_metadata({"ARROW:schema": told.decode()})
 
         def write() -> None:
-            writer.write_table(pa.concat_tables(waiting))
+            writer.write_table(pa.concat_tables(waiting).unify_dictionaries())
             waiting.clear()
 
         def add(part: bytes) -> None:
-            waiting.append(pa.ipc.open_stream(part).read_all().cast(schema))
+            waiting.append(pa.ipc.open_stream(part).read_all())
             if sum(table.num_rows for table in waiting) >= _ROW_GROUP:
                 write()
 
@@ -96,12 +101,16 @@ def parquet_frame(
             write()
 
 
-def _schema(kinds: Mapping[str, FrameColumn]) -> Any:
+def _schema(kinds: Mapping[str, FrameColumn], text: Any) -> Any:
     import pyarrow as pa
 
     fields = [
-        pa.field(c.name, _type(c.kind), metadata={"unit": c.unit} if c.unit else None)
-        for c in kinds.values()
+        pa.field(
+            column.name,
+            text if column.kind == "text" else _type(column.kind),
+            metadata={"unit": column.unit} if column.unit else None,
+        )
+        for column in kinds.values()
     ]
     return pa.schema(fields)
 
@@ -109,26 +118,24 @@ def _schema(kinds: Mapping[str, FrameColumn]) -> Any:
 def _type(kind: str) -> Any:
     import pyarrow as pa
 
-    types = {"text": pa.string(), "number": pa.float64(), "whole": pa.int64(), "flag": pa.bool_()}
-    return types[kind]
+    return {"number": pa.float64(), "whole": pa.int64(), "flag": pa.bool_()}[kind]
 
 
 def _array(cells: Cells, kind: str) -> Any:
     import pyarrow as pa
 
     if isinstance(cells, np.ndarray):
-        return _plain(cells, cells.size, pa.float64(), ~np.isnan(cells))
-    code = _plain(cells.code.astype(np.int32), cells.code.size, pa.int32())
-    return pa.DictionaryArray.from_arrays(code, _values(cells.values, kind))
-
-
-def _values(values: Sequence[Any], kind: str) -> Any:
-    known = np.array([value is not None for value in values]) if None in values else None
+        return _plain(cells, cells.size, _type(kind), ~np.isnan(cells))
+    known, values = None, cells.values
+    if None in values:
+        known = np.array([value is not None for value in values])[cells.code]
+        values = [("" if kind == "text" else 0) if value is None else value for value in values]
     if kind == "text":
-        return _texts(["" if value is None else value for value in values], known)
-    numbers = np.array([0 if value is None else value for value in values], dtype=np.int64)
+        code = _plain(cells.code.astype(np.int32), cells.code.size, pa.int32(), known)
+        return pa.DictionaryArray.from_arrays(code, _texts(values))
+    numbers = np.array(values, dtype=np.int64)[cells.code]
     stored = _bits(numbers != 0) if kind == "flag" else numbers
-    return _plain(stored, len(values), _type(kind), known)
+    return _plain(stored, numbers.size, _type(kind), known)
 
 
 def _plain(values: NDArray[Any], size: int, kind: Any, known: Mask | None = None) -> Any:
@@ -138,15 +145,16 @@ def _plain(values: NDArray[Any], size: int, kind: Any, known: Mask | None = None
     return pa.Array.from_buffers(kind, size, [_unless_all(known), stored])
 
 
-def _texts(texts: Sequence[str], known: Mask | None) -> Any:
+def _texts(texts: Sequence[str]) -> Any:
     import pyarrow as pa
 
     whole = "".join(texts)
     # a letter of ASCII is a byte
     sized = texts if whole.isascii() else list(map(_encoded, texts))
     ends = np.cumsum([0, *map(len, sized)], dtype=np.int32)
-    buffers = pa.py_buffer(ends), pa.py_buffer(_encoded(whole)), _unless_all(known)
-    return pa.StringArray.from_buffers(len(texts), *buffers)
+    return pa.StringArray.from_buffers(
+        len(texts), pa.py_buffer(ends), pa.py_buffer(_encoded(whole))
+    )
 
 
 def _encoded(text: str) -> bytes:
