@@ -10,12 +10,31 @@ import pytest
 
 import accelcal
 from accelcal.archive import parts
+from accelcal.archive.arrow import arrow_bytes, parquet_frame
+from accelcal.archive.cells import Labels
+from accelcal.archive.columns import FrameColumn
 from accelcal.archive.parquet import as_csv, read_rows, row_ranges
 from accelcal.archive.sources import find_sources
 from accelcal.io.ordinary import Content, read_arrow, read_ordinary
 
 pa = pytest.importorskip("pyarrow")
 pq = pytest.importorskip("pyarrow.parquet")
+
+
+def test_texts_that_come_again_are_stored_once(tmp_path):
+    kinds = {"name": FrameColumn("name", "text", "", "")}
+    parts_of = (["a", "\xe9", "a", None, "", "\udcff", "\\xff"], ["b", "a"])
+    encoded = [
+        arrow_bytes({"name": Labels(np.arange(len(texts)), list(texts))}, kinds)
+        for texts in parts_of
+    ]
+    for number in range(5):
+        with (tmp_path / f"{number}.parquet").open("wb") as file, parquet_frame(kinds, file) as add:
+            for part in encoded:
+                add(part)
+    expected = ["a", "\xe9", "a", None, "", "\\xff", "\\xff", "b", "a"]
+    assert pq.read_table(tmp_path / "0.parquet")["name"].to_pylist() == expected
+    assert len({path.read_bytes() for path in tmp_path.iterdir()}) == 1  # no stray bytes
 
 
 def frame(serials=("S1", "S2", "S3"), **columns):

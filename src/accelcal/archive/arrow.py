@@ -14,7 +14,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.archive.cells import Cells, Columns
+from accelcal.archive.cells import Cells, Columns, Labels
 from accelcal.archive.columns import FrameColumn
 from accelcal.escapes import ESCAPED
 
@@ -131,8 +131,9 @@ def _array(cells: Cells, kind: str) -> Any:
         known = np.array([value is not None for value in values])[cells.code]
         values = [("" if kind == "text" else 0) if value is None else value for value in values]
     if kind == "text":
-        code = _plain(cells.code.astype(np.int32), cells.code.size, pa.int32(), known)
-        return pa.DictionaryArray.from_arrays(code, _texts(values))
+        each = Labels.of(_as_utf8(values))  # a dictionary of Parquet holds a text once
+        code = _plain(each.code[cells.code].astype(np.int32), cells.code.size, pa.int32(), known)
+        return pa.DictionaryArray.from_arrays(code, _texts(each.values))
     numbers = np.array(values, dtype=np.int64)[cells.code]
     stored = _bits(numbers != 0) if kind == "flag" else numbers
     return _plain(stored, numbers.size, _type(kind), known)
@@ -150,15 +151,16 @@ def _texts(texts: Sequence[str]) -> Any:
 
     whole = "".join(texts)
     # a letter of ASCII is a byte
-    sized = texts if whole.isascii() else list(map(_encoded, texts))
+    sized = texts if whole.isascii() else [text.encode() for text in texts]
     ends = np.cumsum([0, *map(len, sized)], dtype=np.int32)
-    return pa.StringArray.from_buffers(
-        len(texts), pa.py_buffer(ends), pa.py_buffer(_encoded(whole))
-    )
+    return pa.StringArray.from_buffers(len(texts), pa.py_buffer(ends), pa.py_buffer(whole.encode()))
 
 
-def _encoded(text: str) -> bytes:
-    return text.encode("utf-8", errors=ESCAPED)
+def _as_utf8(texts: Sequence[str]) -> Sequence[str]:
+    """Texts with an escape for what is no UTF-8, as may be in the name of a file."""
+    if "".join(texts).isascii():
+        return texts
+    return [text.encode("utf-8", errors=ESCAPED).decode() for text in texts]
 
 
 def _unless_all(known: Mask | None) -> Any:

@@ -225,10 +225,10 @@ def _in_folder(folder: str) -> Iterator[str]:
                 for entry in entries:
                     if entry.name.startswith("."):
                         continue
-                    if entry.is_dir(follow_symlinks=False):
-                        folders.append(entry.path)
-                    elif entry.name.lower().endswith(SUFFIXES) and _is_file(entry):
+                    if entry.name.lower().endswith(SUFFIXES) and _is_file(entry):
                         yield entry.path
+                    elif entry.is_dir(follow_symlinks=False):
+                        folders.append(entry.path)
         except OSError as error:
             raise InputError(
                 f"{inside}: the folder cannot be read ({error.strerror}); ask for the permission,"
