@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from accelcal.archive.failures import attempt, caught
+from accelcal.archive.failures import attempt
 from accelcal.archive.own_results import is_result
 from accelcal.archive.parquet import is_parquet, read_rows
 from accelcal.archive.parts import Part, part_content, stretches
@@ -93,8 +93,10 @@ def _read_by_itself(file: SourceFile, overrides: Mapping[str, Any]) -> Records |
 
 def _content(file: SourceFile) -> Content:
     """Content of a file; nothing where it cannot be read, which the general reader tells."""
-    content = caught(file.path, read_bytes, file.path, file.size)
-    return Content(file.path, b"" if isinstance(content, str) else content)
+    try:
+        return Content(file.path, read_bytes(file.path, file.size))
+    except Exception:  # whatever it is
+        return Content(file.path, b"")
 
 
 def read_part(

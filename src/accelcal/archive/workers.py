@@ -9,9 +9,10 @@ import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from concurrent.futures import Executor, Future
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from itertools import islice
+from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from accelcal.errors import InputError
@@ -78,17 +79,21 @@ def completed(
         return
     todo = _Ahead(tasks)
     running: dict[Future[Result], Task] = {}
-    ended: list[tuple[Task, Future[Result]]] = []
+    ended: SimpleQueue[Future[Result]] = SimpleQueue()
+    come: list[Future[Result]] = []
     try:
         with _kills_told():
             while True:
+                done = [(running.pop(future), future) for future in come]
                 for task in islice(todo, _AHEAD * workers - len(running)):
-                    running[executor.submit(function, task)] = task
-                yield from ((task, future.result()) for task, future in ended)
+                    future = executor.submit(function, task)
+                    running[future] = task
+                    future.add_done_callback(ended.put)
+                yield from ((task, future.result()) for task, future in done)
                 if not running:
                     return
-                todo.look_ahead(lambda: any(future.done() for future in running))
-                ended = [(running.pop(future), future) for future in _done(executor, running)]
+                todo.look_ahead(lambda: not ended.empty())
+                come = _taken(executor, ended)
     finally:
         for future in running:
             future.cancel()
@@ -112,10 +117,19 @@ class _Ahead(Iterator[Task]):
                 return
 
 
-def _done(executor: Executor, running: Iterable[Future[Result]]) -> set[Future[Result]]:
-    """Wait for futures; that of a task which a pool took while it broke would never end."""
-    while not (found := wait(running, _SECONDS, return_when=FIRST_COMPLETED).done):
-        executor.submit(abs, 0).cancel()  # a broken pool refuses it
+def _taken(executor: Executor, ended: SimpleQueue[Future[Result]]) -> list[Future[Result]]:
+    """Wait for futures; that of a task which a pool took while it broke would never end.
+
+    They come through a queue, as Ctrl-C in `Future.done` may leave its lock taken for ever.
+    """
+    found: list[Future[Result]] = []
+    while not found:
+        try:
+            found.append(ended.get(timeout=_SECONDS))
+        except Empty:
+            executor.submit(abs, 0).cancel()  # a broken pool refuses it
+    while not ended.empty():
+        found.append(ended.get())
     return found
 
 

@@ -213,8 +213,7 @@ class _Heads:
         if serial is not None and "serial" in shared.rules.roles:
             return None  # two may be declared
         name, data, skipped = content
-        fields = {
-            **shared.fields,
+        own = {
             "serial": serial,
             "metadata": {**shared.metadata},
             "source": name,
@@ -223,7 +222,7 @@ class _Heads:
         }
         head, body = split
         line = head.count("\n") + 1 + (skipped or 0)
-        return shared.rules, Plain(body, body.count(b"\n"), line, fields)
+        return shared.rules, Plain(body, body.count(b"\n"), line, shared.fields, own)
 
     def understood(self, head: str) -> tuple[_Shared, str | None] | None:
         """What the general reader makes of header lines and headings, and the serial in them."""

@@ -7,6 +7,8 @@ have more to say than the plain reading, gets no record here.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import groupby, repeat
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -52,14 +54,16 @@ class Plain(NamedTuple):
         The rows.
     rows, line : int
         Their number, and the line of the first.
-    fields : mapping of str to object
-        Fields of the record that the rows do not hold.
+    declared, own : mapping of str to object
+        Fields of the record that the rows do not hold: those that most tables have in common, and
+        those of the table itself, which win.
     """
 
     body: bytes
     rows: int
     line: int
-    fields: Mapping[str, Any]
+    declared: Mapping[str, Any]
+    own: Mapping[str, Any]
 
 
 class Group(NamedTuple):
@@ -176,12 +180,22 @@ def _odd_turns(plans: Plans, leading: Leading, parts: Parts, group: Group) -> Ma
 
 def _of_tables(group: Group, parts: Parts, good: Ints) -> dict[str, list[Any]]:
     """Fields that are declared for a table, and the serials of its rows."""
-    fields = [group.tables[table].fields for table in parts.table[good].tolist()]
-    values = {name: [own[name] for own in fields] for name in group.tables[0].fields}
+    tables = [group.tables[table] for table in parts.table[good].tolist()]
+    values = {**_declared(tables), **{n: [t.own[n] for t in tables] for n in group.tables[0].own}}
     if "serial" in group.cells.labels:
         serials = group.cells.labels["serial"]
         values["serial"] = [serials[i] for i in parts.code[good].tolist()]
     return values
+
+
+def _declared(tables: Sequence[Plain]) -> dict[str, list[Any]]:
+    """Fields that most tables have in common."""
+    found: dict[str, list[Any]] = {}
+    for declared, run in groupby(tables, key=attrgetter("declared")):
+        count = sum(1 for _ in run)
+        for name, value in declared.items():
+            found.setdefault(name, []).extend(repeat(value, count))
+    return found
 
 
 def _lines(group: Group, tables: Stretches, parts: Parts, good: Ints) -> list[Ints]:
