@@ -464,6 +464,23 @@ def test_tasks_are_looked_for_while_others_are_done():
     assert [task for task, _ in begun] == list(range(10))
 
 
+def test_ctrl_c_never_comes_while_a_lock_may_be_held():
+    done = []
+
+    class Busy(Executor):
+        def submit(self, _, task):
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(0.001)  # here the handler has been called
+            done.append(task)
+            return Future()
+
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        list(workers.completed(Busy(), abs, [1, 2, 3], 1))
+    assert done == [1, 2]
+    assert signal.getsignal(signal.SIGINT) is before
+
+
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_progress_counts_files_and_parts_of_large_ones(archive, tmp_path, monkeypatch, jobs):
     large = many_serials(tmp_path / "large.csv", [f"S{n:02d}" for n in range(20)])

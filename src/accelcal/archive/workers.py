@@ -25,6 +25,9 @@ __all__ = ["completed", "processors", "workers"]
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
+Ended = SimpleQueue[Future[Result] | None]
+"""Futures as they end."""
+
 _AHEAD = 2  # tasks that wait for each worker, so that none is idle and memory stays bounded
 
 _SECONDS = 2.0  # until a pool from which nothing comes is asked whether it is broken
@@ -79,10 +82,10 @@ def completed(
         return
     todo = _Ahead(tasks)
     running: dict[Future[Result], Task] = {}
-    ended: SimpleQueue[Future[Result]] = SimpleQueue()
+    ended: Ended[Result] = SimpleQueue()
     come: list[Future[Result]] = []
     try:
-        with _kills_told():
+        with _kills_told(), _interrupts_through(ended):
             while True:
                 done = [(running.pop(future), future) for future in come]
                 for task in islice(todo, _AHEAD * workers - len(running)):
@@ -117,12 +120,27 @@ class _Ahead(Iterator[Task]):
                 return
 
 
-def _taken(executor: Executor, ended: SimpleQueue[Future[Result]]) -> list[Future[Result]]:
-    """Wait for futures; that of a task which a pool took while it broke would never end.
+@contextmanager
+def _interrupts_through(ended: Ended[Any]) -> Iterator[None]:
+    """Let Ctrl-C come as None; in the midst of a method of a future it may leave a lock taken."""
+    if signal.getsignal(signal.SIGINT) is not signal.default_int_handler or _is_beside():
+        yield
+        return
+    signal.signal(signal.SIGINT, lambda *_: ended.put(None))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
-    They come through a queue, as Ctrl-C in `Future.done` may leave its lock taken for ever.
-    """
-    found: list[Future[Result]] = []
+
+def _is_beside() -> bool:
+    """Whether this is a thread beside the main one, which alone hears signals."""
+    return threading.current_thread() is not threading.main_thread()
+
+
+def _taken(executor: Executor, ended: Ended[Result]) -> list[Future[Result]]:
+    """Wait for futures; that of a task which a pool took while it broke would never end."""
+    found: list[Future[Result] | None] = []
     while not found:
         try:
             found.append(ended.get(timeout=_SECONDS))
@@ -130,7 +148,9 @@ def _taken(executor: Executor, ended: SimpleQueue[Future[Result]]) -> list[Futur
             executor.submit(abs, 0).cancel()  # a broken pool refuses it
     while not ended.empty():
         found.append(ended.get())
-    return found
+    if None in found:
+        raise KeyboardInterrupt
+    return [future for future in found if future is not None]
 
 
 @contextmanager
