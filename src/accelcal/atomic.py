@@ -49,7 +49,7 @@ def write_atomically(path: str | os.PathLike[str], data: bytes) -> None:
 
 
 @contextmanager
-def open_atomically(path: str | os.PathLike[str], *, to_disk: bool = True) -> Iterator[IO[bytes]]:
+def open_atomically(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
     """Open a file so that it gets its content at the end of the block, or not at all.
 
     Parameters

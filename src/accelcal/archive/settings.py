@@ -7,6 +7,7 @@ import io
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from operator import is_
 from typing import Any
 
 from accelcal.arguments import expect
@@ -76,8 +77,8 @@ class Settings:
         AccelcalWarning
             If the method is misprinted.
         """
-        if self == Settings():
-            return  # what nobody has chosen is not wrong
+        if self._is_usual():
+            return
         record = read_table(io.StringIO(_GOOD_TABLE), overrides=self.overrides)
         self.options.check()
         check_names(self.options.coefficients)
@@ -87,6 +88,11 @@ class Settings:
             disturbances(self.options.model.effects)
         with suppress(DesignError):
             calibration_stack(OnePlan.of([record]), self._without_files()).one(0)
+
+    def _is_usual(self) -> bool:
+        """Whether nothing has been chosen that could be wrong."""
+        usual = all(map(is_, self.options, Options()))
+        return usual and not self.overrides and self.specification is None
 
     def _without_files(self) -> Options:
         return self.options._replace(model=None, head=None)
