@@ -306,8 +306,8 @@ def test_a_disk_that_is_full_in_a_block_is_told_and_gone_on_with(
     replacing = journal.replacing
 
     @contextmanager
-    def full(target):
-        with replacing(target) as file:
+    def full(target, **options):
+        with replacing(target, **options) as file:
             yield file
             if not next(room, False):
                 raise OSError(errno.ENOSPC, "No space left on device")
