@@ -35,6 +35,7 @@ from accelcal.io import ordinary
 
 JOBS = 2
 BLOCK = 500
+STEPS = 3  # of growth, each of ten times as much
 POSITION = np.tile(np.arange(1, 10), 18)
 STROKE = np.tile(np.repeat(np.arange(1, 7), 9), 3)
 TEMPERATURE = np.repeat([20.0, 60.0, -40.0], 54)
@@ -243,57 +244,61 @@ def moving(work: Path, count: int, repeats: int, lmfit: float) -> None:
 
 
 def growth(folder: Path, work: Path, repeats: int) -> None:
-    """Ten times the files, which are the same under ten names, and ten times the readings."""
-    many = ten_names(folder, work / "many")
-    few = sorted(folder.glob("*.csv"))[::10]
-    short, long = work / "short", work / "long"
-    for target, turns in ((short, 1), (long, 10)):
-        target.mkdir()
-        for path in few:
-            with_more_strokes(path, target / path.name, turns)
-    cases = {"files": (folder, many), "readings": (short, long)}
-    lines = [("ten times the", "s", "ten times as many, s", "ratio", "peaks in one process, MiB")]
-    for name, (small, large) in cases.items():
-        spent = timed(
-            {
-                "small": lambda small=small: to_parquet(small, work),
-                "large": lambda large=large: to_parquet(large, work),
-            },
-            repeats,
-        )
-        ratio = f"{spent['large'] / spent['small']:.1f}"
-        peaks = f"{peak(small, work):.0f}, {peak(large, work):.0f}"
-        lines.append((name, f"{spent['small']:.2f}", f"{spent['large']:.2f}", ratio, peaks))
+    """Ten times the files, which are the same under more names, and ten times the readings."""
+    names = [10**step for step in range(1, STEPS)]
+    files = [folder, *(with_names(folder, work / f"names{n}", n) for n in names)]
+    few = sorted(folder.glob("*.csv"))[::100]
+    readings = [with_more_strokes(few, work / f"strokes{n}", n) for n in (1, *names, 10**STEPS)]
     count = sum(1 for _ in folder.glob("*.csv"))
-    show(f"Growth: {count} files of 162 readings, {len(few)} of 162 readings", lines)
+    grown(f"Ten times the files, from {count} of 162 readings", files, work, repeats)
+    grown(f"Ten times the readings, from 162 in {len(few)} files", readings, work, repeats)
+
+
+def grown(title: str, folders: Sequence[Path], work: Path, repeats: int) -> None:
+    """What each folder costs, and the ratio to the one before."""
+    to_parquet(folders[0], work)  # loads what it needs
+    spent = timed(
+        {str(folder): lambda folder=folder: to_parquet(folder, work) for folder in folders}, repeats
+    )
+    lines = [("times", "s", "ratio to the row above", "peak in one process, MiB")]
+    before = float("nan")
+    for step, folder in enumerate(folders):
+        seconds = spent[str(folder)]
+        ratio = f"{seconds / before:.1f}" if step else ""
+        lines.append((f"{10**step}", f"{seconds:.2f}", ratio, f"{peak(folder, work):.0f}"))
+        before = seconds
+    show(title, lines)
 
 
 def to_parquet(folder: Path, work: Path) -> None:
     accelcal.write_batch(folder, work / "growth.parquet", jobs=JOBS)
 
 
-def ten_names(folder: Path, target: Path) -> Path:
-    """A folder in which each file has ten names."""
+def with_names(folder: Path, target: Path, names: int) -> Path:
+    """A folder in which each file has several names."""
     target.mkdir()
     for path in folder.glob("*.csv"):
-        for digit in range(10):
-            (target / f"{path.stem}{digit}.csv").hardlink_to(path)
+        for number in range(names):
+            os.link(path, target / f"{path.stem}-{number}.csv")
     return target
 
 
-def with_more_strokes(path: Path, target: Path, turns: int) -> None:
-    """Write the readings of each run several times, with strokes that go on counting."""
-    text = path.read_text()
-    end = text.index(HEADINGS) + len(HEADINGS) + 1
-    head, lines = text[:end], text[end:].splitlines()
-    per_run = len(lines) // 3
-    found = []
-    for run in range(0, len(lines), per_run):
-        for turn in range(turns):
-            for line in lines[run : run + per_run]:
-                temperature, position, stroke, output = line.split(",")
-                found.append(f"{temperature},{position},{int(stroke) + 6 * turn},{output}")
-    target.write_text(head + "\n".join(found) + "\n")
+def with_more_strokes(paths: Sequence[Path], target: Path, turns: int) -> Path:
+    """A folder of files with the readings of each run several times, whose strokes count on."""
+    target.mkdir()
+    for path in paths:
+        text = path.read_text()
+        end = text.index(HEADINGS) + len(HEADINGS) + 1
+        head, lines = text[:end], text[end:].splitlines()
+        per_run = len(lines) // 3
+        found = []
+        for run in range(0, len(lines), per_run):
+            for turn in range(turns):
+                for line in lines[run : run + per_run]:
+                    temperature, position, stroke, output = line.split(",")
+                    found.append(f"{temperature},{position},{int(stroke) + 6 * turn},{output}")
+        (target / path.name).write_text(head + "\n".join(found) + "\n")
+    return target
 
 
 def peak(path: Path, work: Path) -> float:

@@ -29,7 +29,7 @@ __all__ = ["LARGE", "Part", "Stretch", "comes_back", "divide", "part_content", "
 LARGE = 2**24
 """Bytes from which on a table of many serials is read in parts."""
 
-PART = 2**22
+PART = 2**23
 """Bytes of a part, and then to the end of its last serial."""
 
 _PACKED = 4  # times that Parquet is smaller than text, about

@@ -107,7 +107,7 @@ def find_sources(paths: Sequence[str], aside: Collection[str] = ()) -> Sources:
         else:
             for name in _of_path(path, aside):
                 found.setdefault(os.path.abspath(name), name)  # noqa: PTH100
-    return Sources(found.values())
+    return Sources(list(found.values()))
 
 
 def is_url(path: str) -> bool:

@@ -24,8 +24,8 @@ __all__ = ["OnePlan", "plans_of"]
 
 Array = NDArray[np.float64]
 
-_AT_A_TIME = 1000
-"""Records of a plan: with 3 tables of 54 readings each their calibrations take 25 MB together."""
+_AT_A_TIME = 2000
+"""Records of a plan: with 3 tables of 54 readings each their calibrations take 50 MB together."""
 
 _of_plan = attrgetter("angle", "clamping", "stroke", "run", "mounting", "std", "count")
 
@@ -142,7 +142,7 @@ def plans_of(
     -------
     list of tuple
         Places of the records of each plan, and their readings; those of many records in parts of
-        a thousand. A record is alone where its readings are none of an accelerometer, so that it
+        two thousand. A record is alone where its readings are none of an accelerometer, so that it
         harms no other.
 
     Notes
