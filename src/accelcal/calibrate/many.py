@@ -84,7 +84,7 @@ def calibrate_many(records: Sequence[TumbleRecord], options: Options | None = No
 
 def _parts(plan: OnePlan, options: Options) -> Iterator[tuple[Places, OnePlan]]:
     """Records that can be calibrated together, and each by itself that told of the head."""
-    apart = np.array([options.leaves_out(record) for record in plan.records])
+    apart = options.left_out(plan.records)
     if not apart.any():
         yield np.arange(apart.size), plan
         return

@@ -108,7 +108,7 @@ def _warnings(
             is_chosen=np.array([not is_given]),
             method=options.method,
             delta0=fixture_angle(record, options.delta0),
-            told_of_head=np.array([options.leaves_out(record)]),
+            told_of_head=options.left_out([record]),
             moved=[laws.said],
         )
     )

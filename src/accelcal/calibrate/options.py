@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from accelcal.arguments import check_number, expect
 from accelcal.choices import check_choice, check_flag
@@ -46,9 +50,11 @@ class Options(NamedTuple):
         """What others than this record tell of the head."""
         return None if self.head is None else self.head.without(record.sha256)
 
-    def leaves_out(self, record: TumbleRecord) -> bool:
-        """Whether the record itself told of the head."""
-        return self.head is not None and self.head_for(record) is not self.head
+    def left_out(self, records: Sequence[TumbleRecord]) -> NDArray[np.bool_]:
+        """Which records themselves told of the head, shape (R,)."""
+        if self.head is None:
+            return np.zeros(len(records), dtype=np.bool_)
+        return np.array([self.head_for(record) is not self.head for record in records])
 
     def check(self) -> None:
         """Refuse what no fit takes.

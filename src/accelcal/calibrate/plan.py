@@ -90,7 +90,7 @@ class OnePlan(NamedTuple):
         """Stack the readings of records of one plan, see `plans_of`."""
         masks = tuple(records[0].table_masks())
         output, temperature = (
-            np.array([getattr(record, name) for record in records])
+            np.concatenate([getattr(record, name) for record in records]).reshape(len(records), -1)
             for name in ("output", "temperature")
         )
         temperatures = tuple(temperature[:, mask] for mask in masks)

@@ -203,7 +203,7 @@ class CalibrationStack:
                 is_chosen=np.array([not has_reference_temperature(r, given) for r in records]),
                 method=options.method,
                 delta0=self.delta0,
-                told_of_head=np.array([options.leaves_out(r) for r in records]),
+                told_of_head=options.left_out(records),
                 moved=self.at_rest.said,
             )
         )
