@@ -126,7 +126,12 @@ def _interrupts_through(ended: Ended[Any]) -> Iterator[None]:
     if signal.getsignal(signal.SIGINT) is not signal.default_int_handler or _is_beside():
         yield
         return
-    signal.signal(signal.SIGINT, lambda *_: ended.put(None))
+
+    def hear(*_: object) -> None:
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # a second one comes at once
+        ended.put(None)
+
+    signal.signal(signal.SIGINT, hear)
     try:
         yield
     finally:
