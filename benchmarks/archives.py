@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from importlib.util import find_spec
+from itertools import count as count_from
 from pathlib import Path
 from statistics import median
 
@@ -186,8 +187,10 @@ def files(folder: Path, work: Path, count: int, few: int, repeats: int) -> None:
     """Many files of 162 readings."""
     paths = sorted(folder.glob("*.csv"))
 
-    def batch(name: str, jobs: int = JOBS) -> Callable[[], object]:
-        return lambda: accelcal.write_batch(folder, work / name, jobs=jobs)
+    number = count_from(1)
+
+    def batch(form: str, jobs: int = JOBS) -> Callable[[], object]:
+        return lambda: accelcal.write_batch(folder, work / f"r{next(number)}.{form}", jobs=jobs)
 
     spent = timed(
         {
@@ -195,11 +198,11 @@ def files(folder: Path, work: Path, count: int, few: int, repeats: int) -> None:
             "read and parse by pyarrow, one thread": lambda: read_and_parse(paths),
             "reader of batch, one process": lambda: reader_alone(folder),
             "reader and fit, one process": lambda: read_and_fit(folder),
-            "batch to Parquet, one process": batch("r1.parquet", 1),
-            "batch to Parquet": batch("r.parquet"),
-            "batch to CSV": batch("r.csv"),
+            "batch to Parquet, one process": batch("parquet", 1),
+            "batch to Parquet": batch("parquet"),
+            "batch to CSV": batch("csv"),
             "batch to Parquet without pyarrow in reading": lambda: without_pyarrow(
-                batch("n.parquet")
+                batch("parquet")
             ),
         },
         repeats,
