@@ -30,7 +30,7 @@ LEAST_FILES = 25
 BLOCKS = 8
 """Blocks that a small archive is divided into."""
 
-MOST_BYTES = 2**23
+MOST_BYTES = 2**24
 """Bytes of a block; a larger file is a block of its own."""
 
 
