@@ -152,7 +152,7 @@ def write_batch(
     progress: Progress | None = None,
     **options: Any,
 ) -> BatchCounts:
-    """Fit all tables of an archive and write the results, in memory that does not grow with it.
+    """Fit all tables of an archive and write the results, with a few blocks of files in memory.
 
     Parameters
     ----------
