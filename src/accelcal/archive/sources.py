@@ -25,7 +25,7 @@ __all__ = [
 SUFFIXES = (".csv", ".csv.gz", ".txt", ".tsv", ".parquet")
 """Ends of the names of the files that are taken from a folder."""
 
-Found = TypeVar("Found")
+Item = TypeVar("Item")
 
 _SUFFIXES_TOLD = ", ".join(f"*{suffix}" for suffix in SUFFIXES)
 _MAGIC = frozenset("*?[")
@@ -255,7 +255,7 @@ def _leads_to_file(path: str) -> bool:
     return os.path.isfile(path) or not os.path.exists(path)  # noqa: PTH110, PTH113
 
 
-def _some(found: list[Found], path: str) -> list[Found]:
+def _some(found: list[Item], path: str) -> list[Item]:
     if not found:
         raise InputError(f"{path}: no table in it; batch takes {_SUFFIXES_TOLD}")
     return found
