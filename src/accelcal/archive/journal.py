@@ -68,20 +68,13 @@ class Journal:
     def __init__(self, folder: Path, settings: Settings, form: str) -> None:
         self.folder = folder
         self._common = f"{settings.fingerprint()}\0{form}"
-        self._names: dict[Block, str] = {}
-
-    def __getstate__(self) -> dict[str, object]:
-        """Travel without the names: a worker finds those of its own blocks."""
-        return {**vars(self), "_names": {}}
 
     def path(self, block: Block) -> Path:
         """File of a block."""
-        if block not in self._names:
-            files = [f"{file.path}\0{file.size}\0{file.stamp}" for file in block.files]
-            text = "\0".join([self._common, *files, repr(block.part)])
-            digest = hashlib.sha256(text.encode("utf-8", "backslashreplace")).hexdigest()
-            self._names[block] = f"{digest[:40]}{_SUFFIX}"
-        return self.folder / self._names[block]
+        files = [f"{file.path}\0{file.size}\0{file.stamp}" for file in block.files]
+        text = "\0".join([self._common, *files, repr(block.part)])
+        digest = hashlib.sha256(text.encode("utf-8", "backslashreplace")).hexdigest()
+        return self.folder / f"{digest[:40]}{_SUFFIX}"
 
     def keep(self, block: Block, outcome: Outcome) -> None:
         """Put a finished block on disk, whole or not at all."""

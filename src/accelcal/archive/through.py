@@ -10,7 +10,6 @@ from accelcal.archive.block import Block, Fitted
 from accelcal.archive.parts import comes_back, divide
 from accelcal.archive.sources import SourceFile, Sources
 from accelcal.archive.workers import completed, processors, workers
-from accelcal.arguments import check_whole
 
 __all__ = ["InMemory", "Keeper", "Progress", "blocks_of", "work_through"]
 
@@ -125,14 +124,7 @@ def work_through(
     list of Block
         The blocks in their order, as they were finished: a part of a table in which serials are
         scattered refuses these.
-
-    Raises
-    ------
-    InputError
-        If `jobs` is no whole number from 1.
     """
-    if jobs is not None:
-        check_whole(1, jobs=jobs)
     first = _work(blocks_of(sources), function, keeper, jobs, dask, _Tally(len(sources), tell))
     final = _refusing(first, keeper)
     anew = [block for block, before in zip(final, first, strict=True) if block is not before]

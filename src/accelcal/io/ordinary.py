@@ -187,11 +187,11 @@ def _parsed(
 
 
 class _Shared(NamedTuple):
-    """What tables share whose header lines and headings differ in the serial alone."""
+    """What tables share: headings and numbers in header lines, or all of these but the serial."""
 
     rules: Rules
     fields: Mapping[str, Any]  # of the record
-    metadata: Mapping[str, str]
+    metadata: Mapping[str, str]  # of the numbers: those in other words than the header line
 
 
 class _Heads:
@@ -246,7 +246,7 @@ class _Heads:
             return None
         own = {"serial": declared.get("serial"), "date": declared.get("date")}
         metadata = _metadata(declared, numbers.metadata)
-        return _Shared(numbers.rules, {**numbers.fields, **own}, metadata)
+        return numbers._replace(fields={**numbers.fields, **own}, metadata=metadata)
 
 
 @lru_cache(maxsize=1000)
@@ -286,17 +286,9 @@ def _split(content: bytes) -> tuple[str, bytes] | None:
         return None
 
 
-class _Numbers(NamedTuple):
-    """What headings and the numbers in header lines tell."""
-
-    rules: Rules
-    fields: Mapping[str, Any]  # of the record
-    metadata: Mapping[str, str]  # in other words than the header line
-
-
 def _numbers(
     heading: str, numeric: Iterable[tuple[str, str]], overrides: Mapping[str, Any]
-) -> _Numbers | None:
+) -> _Shared | None:
     """Let the general reader read the headings and numbers of a head."""
     text = "".join(f"# {key}: {value}\n" for key, value in numeric) + heading + "\n1\n"
     try:
@@ -310,7 +302,7 @@ def _numbers(
     time = next((h.unit for h in layout.headings if h.role == "time"), None)
     factor = TIME_UNITS.get((time or "s").casefold(), 1.0)
     rules = Rules(roles, declared.record["positions"], factor)
-    return _Numbers(rules, {**declared.record, "notes": ()}, declared.metadata)
+    return _Shared(rules, {**declared.record, "notes": ()}, declared.metadata)
 
 
 def _roles(headings: Sequence[Heading]) -> tuple[str, ...] | None:
