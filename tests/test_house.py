@@ -51,7 +51,8 @@ FLOORS = (
     {"geometry"},
     {"choices"},
     {"units", "probability", "grouping", "atomic", "sentences", "arguments"},
-    {"error_free", "errors", "escapes", "version", "logs"},
+    {"error_free", "errors", "version", "logs"},
+    {"escapes"},
 )
 """The rooms, top floor first. Imports point downwards, and never to a room of the same floor."""
 

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Self, TypeVar
 
+from accelcal.escapes import visible
+
 __all__ = [
     "AccelcalError",
     "AccelcalWarning",
@@ -24,6 +26,10 @@ Result = TypeVar("Result")
 
 class AccelcalError(Exception):
     """Base class of all errors that accelcal raises on purpose."""
+
+    def __str__(self) -> str:
+        """One line that can be printed, whatever names stand in it."""
+        return visible(super().__str__())
 
 
 class InputError(AccelcalError, ValueError):

@@ -1,10 +1,10 @@
-r"""What an encoding lacks, written as an escape: ``\xff`` for a byte of a file name, ``\u03a9``."""
+r"""What cannot be written or shown, as its escape: ``\xff`` for a byte of a file name."""
 
 from __future__ import annotations
 
 import codecs
 
-__all__ = ["ESCAPED"]
+__all__ = ["ESCAPED", "encodable", "visible"]
 
 ESCAPED = "accelcal.escaped"
 r"""Name of the error handler, for `str.encode`.
@@ -15,6 +15,51 @@ can: it is written as the byte that it is.
 >>> "M\udcfcller Ω".encode("ascii", ESCAPED)
 b'M\\xfcller \\u03a9'
 """
+
+
+def encodable(text: str) -> str:
+    r"""Replace each foreign byte of a file name by its escape, so that any text can be UTF-8.
+
+    Parameters
+    ----------
+    text : str
+        Any text.
+
+    Returns
+    -------
+    str
+        The text without lone surrogates.
+
+    Examples
+    --------
+    >>> encodable("M\udcfcller Ω")
+    'M\\xfcller Ω'
+    """
+    return text.encode("utf-8", ESCAPED).decode()
+
+
+def visible(text: str) -> str:
+    r"""Replace what is not printable by its escape, so that no name can move the cursor.
+
+    Letters of any script stay as they were typed. Where an encoding lacks one, who writes the text
+    escapes it.
+
+    Parameters
+    ----------
+    text : str
+        Any text.
+
+    Returns
+    -------
+    str
+        The text with escapes.
+
+    Examples
+    --------
+    >>> visible("AL-15\x1b[2J µ")
+    'AL-15\\x1b[2J µ'
+    """
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in encodable(text))
 
 
 def _escaped(error: UnicodeError) -> tuple[str, int]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from xml.etree.ElementTree import Element, indent, register_namespace, tostring
 
+from accelcal.report.names import visible_lines
+
 __all__ = ["DCC", "SI", "dcc", "named", "rich", "si", "written"]
 
 DCC = "https://ptb.de/dcc"
@@ -60,7 +62,7 @@ def _element(tag: str, children: Iterable[Child | str], attributes: dict[str, st
     element = Element(tag, attributes)
     for child in children:
         if isinstance(child, str):
-            element.text = child
+            element.text = visible_lines(child.split("\n"))
         elif child is not None:
             element.append(child)
     return element

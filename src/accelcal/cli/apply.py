@@ -10,7 +10,7 @@ from typing import IO, TYPE_CHECKING, Any, cast
 
 import click
 
-from accelcal.cli.deliver import refuse_to_overwrite
+from accelcal.cli.deliver import refuse_to_overwrite, remark
 from accelcal.cli.options import data_argument, mounting_option, number, output_option
 from accelcal.errors import AccelcalWarning, InputError
 
@@ -100,7 +100,7 @@ def apply(
         about = f"{file.name}, SHA-256 {file.sha256}"
         stream = AccelerationStream(found, samples, StreamOptions(**options), about)
         for note in stream.notes:
-            click.echo(f"note: {note}", err=True)
+            remark(f"note: {note}")
         _warn(found.assumptions)
         with _destination(path) as target, _progress(samples) as show:
             for rows in stream.rows():

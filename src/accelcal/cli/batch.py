@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from accelcal.cli.deliver import remark
 from accelcal.cli.fit_arguments import fit_arguments, specification_in
 from accelcal.cli.options import calibration_options, effects_option, output_option
 from accelcal.errors import InputError
@@ -93,7 +94,7 @@ def _tell(counts: BatchCounts, path: str) -> None:
         said += f"; {_counted(len(counts.errors), 'error')}, see {where}"
     if counts.failed:
         said += f"; {counts.failed} fail the data sheet"
-    click.echo(said, err=True)
+    remark(said)
     if counts.errors or counts.failed:
         click.get_current_context().exit(1)
 
@@ -109,7 +110,7 @@ def _interruptible(path: str) -> Iterator[None]:
     except KeyboardInterrupt:
         click.echo(
             f"\ninterrupted; what is finished is kept beside {path}: go on with --resume",
-            err=True,
+            file=sys.stderr,
             nl=False,
         )
         raise

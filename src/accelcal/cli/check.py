@@ -28,9 +28,9 @@ def check(data: str, form: str) -> None:
 
     written, records = survey(data)
     if form == "json":
-        import json
+        from accelcal.results.json_text import json_text
 
-        deliver(json.dumps(summary(records, written), indent=2, ensure_ascii=False))
+        deliver(json_text(summary(records, written)))
     else:
         told = "\n\n".join(describe(record, written) for record in records)
         deliver(visible_lines(told.split("\n")), words=True)

@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 from accelcal.errors import InputError
-from accelcal.escapes import ESCAPED
+from accelcal.escapes import ESCAPED, visible
 
 __all__ = [
     "deliver",
@@ -19,6 +19,7 @@ __all__ = [
     "refuse_report",
     "refuse_stdin_twice",
     "refuse_to_overwrite",
+    "remark",
 ]
 
 
@@ -72,6 +73,17 @@ def deliver_picture(draw: Callable[[], Any], path: str) -> None:
 
     form = form_of(path)
     write_atomically(path, picture(draw(), form))
+
+
+def remark(text: str) -> None:
+    """Write a line to standard error, whatever names stand in it.
+
+    Parameters
+    ----------
+    text : str
+        The line.
+    """
+    click.echo(visible(text), file=sys.stderr)
 
 
 def refuse_to_overwrite(sources: Sequence[str], path: str | None) -> None:
@@ -146,7 +158,7 @@ def _print(text: str) -> None:
     if sys.stdout is None:
         raise InputError("standard output is closed; open it, or name a file with -o")
     try:
-        click.echo(text, nl=False)
+        click.echo(text, file=sys.stdout, nl=False)  # else click takes ASCII for UTF-8
     except BrokenPipeError:
         raise
     except OSError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from accelcal.cli.deliver import (
     refuse_report,
     refuse_stdin_twice,
     refuse_to_overwrite,
+    remark,
 )
 from accelcal.cli.fit_arguments import fit_arguments, specification_in
 from accelcal.cli.options import (
@@ -88,7 +90,7 @@ def _noted(records: Iterable[TumbleRecord]) -> Iterator[TumbleRecord]:
     """Tell what the reader set aside or assumed."""
     for record in records:
         for note in record.notes:
-            click.echo(f"note: {record.source}: {note}", err=True)
+            remark(f"note: {record.source}: {note}")
         yield record
 
 
@@ -111,7 +113,7 @@ def _shown(calibrations: Sequence[Calibration], form: str) -> str:
         return _json(calibrations)
     if form == "csv":
         verdicts = [str(found.verdict) for found in calibrations if found.verdict]
-        click.echo("\n\n".join(verdicts), err=True, nl=bool(verdicts))
+        click.echo("\n\n".join(verdicts), file=sys.stderr, nl=bool(verdicts))
         return _csv(calibrations)
     return ("\n\n" + "=" * 100 + "\n\n").join(map(str, calibrations))
 

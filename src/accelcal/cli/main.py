@@ -110,11 +110,11 @@ def _discard_stdout() -> None:
 
 def _tell(kind: str, message: object, *, prefix: bool = True) -> None:
     """Write one line to standard error; FILE:LINE of a table stays in front, where editors look."""
-    from accelcal.report.names import visible
+    from accelcal.escapes import visible
 
     label = click.style(f"{kind}: ", fg={"error": "red", "warning": "yellow"}[kind], bold=True)
     line = visible(" ".join(str(message).splitlines()))
-    click.echo(f"{label}{line}" if prefix else line, err=True, color=_colour())
+    click.echo(f"{label}{line}" if prefix else line, file=sys.stderr, color=_colour())
 
 
 def _in_a_line(error: click.ClickException) -> str:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
+from accelcal.escapes import visible
 
 __all__ = ["ActsOn", "Disturbance", "Effect", "Parameter"]
 
@@ -147,7 +148,7 @@ class Effect:
         return partial(Effect, **{name: getattr(self, name) for name in self.__slots__}), ()
 
     def __repr__(self) -> str:
-        return f"<Effect {self.id}: {self.name}>"
+        return visible(f"<Effect {self.id}: {self.name}>")
 
     def _repr_html_(self) -> str:
         from accelcal.report.notebook_results import effect_html

@@ -8,8 +8,8 @@ from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
 from accelcal.errors import InputError
+from accelcal.escapes import visible
 from accelcal.page.blocks import Page
-from accelcal.report.names import visible
 
 if TYPE_CHECKING:
     from jinja2 import Environment

@@ -5,8 +5,9 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator
 
+from accelcal.escapes import visible
 from accelcal.report.columns import aligned
-from accelcal.report.names import counted, visible, visible_lines
+from accelcal.report.names import counted, visible_lines
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.quantity import Quantity
 from accelcal.results.unit_history import History, Trend

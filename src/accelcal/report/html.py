@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from html import escape
 
-from accelcal.report.names import visible
+from accelcal.escapes import visible
 
 __all__ = ["heading", "items", "safe", "table"]
 

@@ -4,34 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from accelcal.escapes import ESCAPED
+from accelcal.escapes import visible
 
-__all__ = ["counted", "visible", "visible_lines"]
-
-
-def visible(text: str) -> str:
-    r"""Replace what is not printable by its escape, so that no name can move the cursor.
-
-    Letters of any script stay as they were typed. Where an encoding lacks one, who writes the text
-    escapes it.
-
-    Parameters
-    ----------
-    text : str
-        Any text.
-
-    Returns
-    -------
-    str
-        The text with escapes.
-
-    Examples
-    --------
-    >>> visible("AL-15\x1b[2J µ")
-    'AL-15\\x1b[2J µ'
-    """
-    whole = text.encode("utf-8", ESCAPED).decode()
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in whole)
+__all__ = ["counted", "visible_lines"]
 
 
 def visible_lines(lines: Iterable[str]) -> str:

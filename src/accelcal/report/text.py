@@ -6,8 +6,9 @@ import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+from accelcal.escapes import visible
 from accelcal.report.columns import aligned
-from accelcal.report.names import counted, visible, visible_lines
+from accelcal.report.names import counted, visible_lines
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.report.residuals import residual_lines
 from accelcal.report.rows import (

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.errors import InputError
+from accelcal.escapes import visible
 from accelcal.results import calibration_parts as parts
 from accelcal.results.checked import (
     checked,
@@ -129,9 +130,8 @@ class Calibration(StoredResult, TabularResult):
 
     def __repr__(self) -> str:
         name = f"serial {self.serial}" if self.serial else self.source
-        name = name if name.isprintable() else ascii(name)
         count = f"{len(self.tables)} table{'' if len(self.tables) == 1 else 's'}"
-        return f"<Calibration {name}: {self.method}, {count}>"
+        return visible(f"<Calibration {name}: {self.method}, {count}>")
 
     def _repr_html_(self) -> str:
         from accelcal.report.notebook import calibration_html

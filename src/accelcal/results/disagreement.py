@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from accelcal.escapes import visible
 from accelcal.results.findings import Share, plain
 from accelcal.results.quantity import ErrorSource, Quantity, fields_document
 from accelcal.results.result import JsonResult, TabularResult
@@ -101,7 +102,8 @@ class Disagreement(JsonResult, TabularResult):
     def __repr__(self) -> str:
         worst = max(self.where, key=lambda share: share.share, default=None)
         told = "" if worst is None or self.p_value > 0.01 else f", mostly by {worst.factor}"
-        return f"<Disagreement {self.serial or self.source}: p = {self.p_value:.2g}{told}>"
+        name = self.serial or self.source
+        return visible(f"<Disagreement {name}: p = {self.p_value:.2g}{told}>")
 
     def _repr_html_(self) -> str:
         from accelcal.report.notebook_results import disagreement_html

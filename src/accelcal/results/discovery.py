@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from accelcal.escapes import visible
 from accelcal.results.checked import (
     checked,
     list_of,
@@ -125,7 +126,7 @@ class Discovery(StoredResult, TabularResult):
         name = f"serial {self.serial}" if self.serial else self.source
         found = ", ".join(effect.id for effect in self.effects)
         open_end = "an effect that nothing explains" if self.unexplained else "nothing"
-        return f"<Discovery {name}: {found or open_end}>"
+        return visible(f"<Discovery {name}: {found or open_end}>")
 
     def _repr_html_(self) -> str:
         from accelcal.report.notebook_results import discovery_html

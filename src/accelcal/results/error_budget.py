@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from accelcal.escapes import visible
 from accelcal.results.result import JsonResult, TabularResult
 
 if TYPE_CHECKING:
@@ -111,7 +112,7 @@ class ErrorBudget(JsonResult, TabularResult):
         return budget_text(self.to_document())
 
     def __repr__(self) -> str:
-        return f"<ErrorBudget {self.serial or self.source}: {self.a_i.size} points>"
+        return visible(f"<ErrorBudget {self.serial or self.source}: {self.a_i.size} points>")
 
     def _repr_html_(self) -> str:
         from accelcal.report.notebook_results import budget_html

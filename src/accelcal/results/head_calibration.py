@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import InputError
+from accelcal.escapes import visible
 from accelcal.results.checked import (
     checked,
     list_of,
@@ -211,7 +212,8 @@ class HeadCalibration(StoredResult):
         return head_text(self)
 
     def __repr__(self) -> str:
-        return f"<HeadCalibration {self.source}: {len(self.errors)} positions, {self.origin}>"
+        what = f"{len(self.errors)} positions, {self.origin}"
+        return visible(f"<HeadCalibration {self.source}: {what}>")
 
     @property
     def uncertainty(self) -> float:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from accelcal.arguments import path_text
 from accelcal.errors import DocumentError
+from accelcal.escapes import encodable
 from accelcal.results.damage import DamageError
 
 if TYPE_CHECKING:
@@ -17,9 +18,15 @@ __all__ = ["json_text", "parse_json", "read_json"]
 
 Result = TypeVar("Result")
 
+_SURROGATE = "\\ud"
+"""How the escape of a surrogate begins in JSON; a pair of them is a letter."""
+
 
 def json_text(document: Mapping[str, Any], path: str | PathLike[str] | None = None) -> str:
     r"""Write a document as JSON.
+
+    A byte of a file name that is not UTF-8 is written as its escape, such as ``\xff``: the lone
+    surrogate by which Python has it is no JSON for strict readers (RFC 8259, section 8.2).
 
     Parameters
     ----------
@@ -46,6 +53,8 @@ def json_text(document: Mapping[str, Any], path: str | PathLike[str] | None = No
     import json  # here, as a report on the terminal does without
 
     text = json.dumps(document, indent=1, allow_nan=False, default=_plain) + "\n"
+    if _SURROGATE in text:
+        text = json.dumps(_encodable(document), indent=1, default=_plain) + "\n"
     if path is not None:
         from accelcal.atomic import write_atomically
 
@@ -56,6 +65,17 @@ def json_text(document: Mapping[str, Any], path: str | PathLike[str] | None = No
 def _plain(value: Any) -> Any:
     """A number of NumPy, which an argument may be, as one of Python."""
     return value.item()
+
+
+def _encodable(part: Any) -> Any:
+    """A part of a document, each text without lone surrogates."""
+    if isinstance(part, str):
+        return encodable(part)
+    if isinstance(part, Mapping):
+        return {_encodable(key): _encodable(item) for key, item in part.items()}
+    if isinstance(part, list | tuple):
+        return [_encodable(item) for item in part]
+    return part
 
 
 def read_json(
@@ -131,6 +151,7 @@ def parse_json(text: str, *, writer: str = "accelcal fit") -> Any:
     import json
 
     try:
-        return json.loads(text)  # NaN is refused by the key that it stands under
+        document = json.loads(text)  # NaN is refused by the key that it stands under
     except (ValueError, RecursionError) as error:
         raise DamageError(f"not JSON ({error})").told(writer) from None
+    return _encodable(document) if _SURROGATE in text.lower() else document

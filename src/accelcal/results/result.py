@@ -134,7 +134,8 @@ class StoredResult(JsonResult):
         Returns
         -------
         StoredResult
-            Equal to the one that was written.
+            Equal to the one that was written, but for bytes of names that are not UTF-8: they stay
+            the escapes that `to_json` wrote.
 
         Raises
         ------

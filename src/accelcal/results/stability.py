@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
+from accelcal.escapes import visible
 from accelcal.results.quantity import Gate, fields_document
 from accelcal.results.result import JsonResult, TabularResult
 
@@ -227,7 +228,7 @@ class Stability(JsonResult, TabularResult):
 
     def __repr__(self) -> str:
         name = f"serial {self.serial}" if self.serial else self.source
-        return f"<Stability {name}: {len(self.launches)} launches, in {self.unit}>"
+        return visible(f"<Stability {name}: {len(self.launches)} launches, in {self.unit}>")
 
     def _repr_html_(self) -> str:
         from accelcal.report.notebook_results import stability_html

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from accelcal.escapes import visible
 from accelcal.results.checked import checked, list_of, mapping_of, number, one_of, text
 from accelcal.results.discovery import SCHEMA, Discovery
 from accelcal.results.findings import Change, plain
@@ -154,7 +155,7 @@ class StandDiscovery(StoredResult):
 
     def __repr__(self) -> str:
         found = ", ".join(f"{item.id} ({item.verdict})" for item in self.effects)
-        return f"<StandDiscovery of {len(self.units)} units: {found or 'nothing'}>"
+        return visible(f"<StandDiscovery of {len(self.units)} units: {found or 'nothing'}>")
 
     def _repr_html_(self) -> str:
         from accelcal.report.notebook_results import stand_html

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.escapes import visible
 from accelcal.results.result import JsonResult, TabularResult
 from accelcal.results.stand_requirements import Requirements, Sufficiency
 
@@ -194,7 +195,7 @@ class StandBudget(JsonResult, TabularResult):
         return stand_budget_text(self.to_document())
 
     def __repr__(self) -> str:
-        return (
+        return visible(
             f"<StandBudget {self.stand}: {len(self.components)} components,"
             f" {len(self.coefficients)} coefficients>"
         )

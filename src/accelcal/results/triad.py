@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from accelcal.errors import InputError
+from accelcal.escapes import visible
 from accelcal.results.checked import (
     Covariance,
     checked,
@@ -136,7 +137,7 @@ class TriadCalibration(StoredResult, TabularResult):
 
     def __repr__(self) -> str:
         rms = f"{1e3 * self.residual_rms:.3g} mg rms"
-        return f"<TriadCalibration {self.source}: {self.attitudes} attitudes, {rms}>"
+        return visible(f"<TriadCalibration {self.source}: {self.attitudes} attitudes, {rms}>")
 
     def rows(self) -> list[dict[str, Any]]:
         """List all quantities, a flat dictionary each."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from accelcal.escapes import visible
 from accelcal.results.quantity import Quantity
 from accelcal.results.result import JsonResult, TabularResult
 
@@ -164,7 +165,7 @@ class History(JsonResult, TabularResult):
     def __repr__(self) -> str:
         jumps = sum(len(trend.jumps) for trend in self.trends)
         count = len(self.trends[0].points)
-        return f"<History serial {self.serial}: {count} calibrations, {jumps} jumps>"
+        return visible(f"<History serial {self.serial}: {count} calibrations, {jumps} jumps>")
 
     def _repr_html_(self) -> str:
         from accelcal.report.notebook_results import history_html

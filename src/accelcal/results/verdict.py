@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from accelcal.escapes import visible
 from accelcal.results.checked import Kind, checked, list_of, number_or_none, one_of, text
 from accelcal.results.quantity import Document
 
@@ -93,7 +94,8 @@ class Verdict:
         return min((j.outcome for j in self.judgements), key=OUTCOMES.index)
 
     def __repr__(self) -> str:
-        return f"<Verdict {self.specification}: {self.outcome}, {len(self.judgements)} limits>"
+        limits = f"{len(self.judgements)} limits"
+        return visible(f"<Verdict {self.specification}: {self.outcome}, {limits}>")
 
     def _repr_html_(self) -> str:
         from accelcal.report.notebook_results import verdict_html

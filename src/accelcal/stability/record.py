@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import InputError
+from accelcal.escapes import visible
 
 __all__ = ["Launch", "StabilityRecord", "averaged", "split_at_gaps"]
 
@@ -137,7 +138,8 @@ class StabilityRecord:
 
     def __repr__(self) -> str:
         samples = sum(launch.output.size for launch in self.launches)
-        return f"<StabilityRecord {self.source}: {len(self.launches)} launches, {samples} samples>"
+        count = f"{len(self.launches)} launches, {samples} samples"
+        return visible(f"<StabilityRecord {self.source}: {count}>")
 
 
 def split_at_gaps(record: StabilityRecord, gap: float) -> StabilityRecord:
