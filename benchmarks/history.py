@@ -21,7 +21,7 @@ import numpy as np
 import pandas as pd
 
 import accelcal
-from accelcal.probability import student_quantile
+from accelcal.probability import LEVEL, student_quantile
 from accelcal.recalibrations.regression import fit_line, scatter_beyond
 
 UG = 1e-6
@@ -92,7 +92,7 @@ def without_scatter(frame: pd.DataFrame) -> bool:
     weights = frame["k0_standard_uncertainty"].to_numpy() ** -2.0
     inverse = np.linalg.inv(columns.T @ (weights[:, None] * columns))
     slope = (inverse @ (columns.T @ (weights * frame["k0"].to_numpy())))[1]
-    return bool(abs(slope - UG * DRIFT) <= student_quantile(0.975, math.inf) * inverse[1, 1] ** 0.5)
+    return bool(abs(slope - UG * DRIFT) <= student_quantile(LEVEL, math.inf) * inverse[1, 1] ** 0.5)
 
 
 def line_without_search(frame: pd.DataFrame) -> bool:
@@ -100,7 +100,7 @@ def line_without_search(frame: pd.DataFrame) -> bool:
     time = pd.to_datetime(frame["date"]).to_numpy("datetime64[D]").astype(float) / 365.25
     columns = np.stack([np.ones(time.size), time - time.mean()], axis=1)
     fit = fit_line(columns, frame["k0"].to_numpy(), frame["k0_standard_uncertainty"].to_numpy())
-    half = student_quantile(0.975, fit.dof) * fit.covariance[1, 1] ** 0.5
+    half = student_quantile(LEVEL, fit.dof) * fit.covariance[1, 1] ** 0.5
     return bool(abs(fit.coefficients[1] - UG * DRIFT) <= half)
 
 
@@ -154,9 +154,9 @@ def choices(kind: Kind, rng: np.random.Generator) -> list[bool]:
         coefficients = inverse @ (columns.T @ (weights * values))
         factor = float(weights @ (values - columns @ coefficients) ** 2) / dof
         off, size = abs(coefficients[1] - UG * DRIFT), inverse[1, 1] ** 0.5
-        student = student_quantile(0.975, dof)
+        student = student_quantile(LEVEL, dof)
         found += [off <= student * size * q**0.5 for q in (factor, max(factor, 1.0))]
-    return [*found, off <= student_quantile(0.975, math.inf) * size]
+    return [*found, off <= student_quantile(LEVEL, math.inf) * size]
 
 
 def print_choices(units: int) -> None:

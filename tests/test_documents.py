@@ -15,6 +15,7 @@ import pytest
 from hidden.clampings import units_on_one_head
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.stats import t
 
 import accelcal
 from accelcal import Calibration, Discovery, HeadCalibration, TriadCalibration
@@ -152,6 +153,48 @@ def told(name, text, folder, capsys):
     out, err = capsys.readouterr()
     assert (out, err[-1]) == ("", "\n")
     return err[:-1]
+
+
+# -- intervals -------------------------------------------------------------------------------------
+
+
+def warming_up():
+    return accelcal.simulate(effects=[accelcal.effect("warm-up").of(1e-4)], seed=3)
+
+
+def recalibrated(year):
+    calibration = accelcal.fit(accelcal.simulate(seed=year))
+    return dataclasses.replace(calibration, date=f"{year}-01-01")
+
+
+WITH_INTERVALS = {
+    **{name: KINDS[name].make for name in ("calibration", "head", "triad")},
+    "discovery": lambda: accelcal.discover(warming_up()).to_json(),
+    "stand": stand,
+    "comparison": lambda: accelcal.compare(recalibrated(2001), accelcal.simulate(seed=1)).to_json(),
+    "history": lambda: accelcal.history(map(recalibrated, range(2001, 2008))).to_json(),
+}
+
+
+def intervals(part):
+    """Every quantity of a document that tells an interval and its degrees of freedom."""
+    if isinstance(part, dict) and "dof" in part and part.get("expanded_uncertainty"):
+        yield part
+    inner = part.values() if isinstance(part, dict) else part if isinstance(part, list) else ()
+    for one in inner:
+        yield from intervals(one)
+
+
+@pytest.mark.parametrize("name", WITH_INTERVALS)
+def test_every_interval_is_one_of_95_percent(name):
+    found = list(intervals(json.loads(WITH_INTERVALS[name]())))
+    assert len(found) > 4
+    for told in found:
+        dof = math.inf if told["dof"] is None else told["dof"]
+        factor = t.ppf(0.975, dof)
+        assert told["expanded_uncertainty"] == pytest.approx(
+            factor * told["standard_uncertainty"], rel=1e-4
+        )
 
 
 # -- damages ---------------------------------------------------------------------------------------

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from accelcal.errors import InputError
 
 __all__ = [
+    "LEVEL",
     "dof_of_student_quantile",
     "f_exceeds",
     "f_quantile",
@@ -28,6 +29,9 @@ __all__ = [
 
 Array = NDArray[Any]
 Number = Any  # a float, or an array of them: what both can do is written once
+
+LEVEL = 0.95
+"""Probability of all intervals that are told, and so of every expanded uncertainty."""
 
 _TINY = 1e-300
 _SETTLED = 1e-15

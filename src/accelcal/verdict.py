@@ -22,7 +22,7 @@ from accelcal.conformity import (
     in_unit,
 )
 from accelcal.model import ERROR_TERMS
-from accelcal.probability import dof_of_student_quantile, student_survival
+from accelcal.probability import LEVEL, dof_of_student_quantile, student_survival
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
@@ -31,7 +31,6 @@ from accelcal.specification import RULES, Limit, Specification, conversion_facto
 
 __all__ = ["judge"]
 
-_LEVEL = 0.95  # of the expanded uncertainty
 
 _COEFFICIENTS = {error: name for name, error in ERROR_TERMS.items()} | {"K1": "K1"}
 
@@ -238,7 +237,7 @@ def _probability(
     """Probability that the true value keeps the limit, JCGM 106:2012, 7.2 to 7.4."""
     if not standard or expanded is None:
         return None
-    dof = known_dof or dof_of_student_quantile(_LEVEL, expanded / standard)
+    dof = known_dof or dof_of_student_quantile(LEVEL, expanded / standard)
     return sum(
         _above((low - value) / standard, dof) - _above((high - value) / standard, dof)
         for low, high in limit.intervals

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from accelcal.arguments import expect
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation, Law
+from accelcal.discovery.errors_counted import counted, notes, sources
 from accelcal.discovery.factors import blocks
 from accelcal.discovery.known import contribution, disturbances
 from accelcal.discovery.noise import (
-    FEWEST_REPLICATES,
     ReadingNoise,
     covariance,
     reading_noise,
@@ -31,32 +31,35 @@ from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.estimate.tables import head_positions
 from accelcal.grouping import decimal_step
-from accelcal.probability import student_quantile
+from accelcal.probability import LEVEL, student_quantile
 from accelcal.record import Apparatus, TumbleRecord, naming
 from accelcal.reference import fixture_angle
 from accelcal.results.calibration import Calibration
 from accelcal.results.disagreement import Disagreement, RunChange
 from accelcal.results.findings import FoundEffect
-from accelcal.results.quantity import ErrorSource, Quantity
+from accelcal.results.quantity import Quantity
 from accelcal.version import __version__
 
 __all__ = ["compare", "residuals_of"]
 
 Array = NDArray[np.float64]
 
-_LEVEL = 0.975
 _SIGNIFICANT = 0.01
 _LARGEST = 1e6
 """Reading of a tumble test above which it is none [g]."""
 
 
 class _Simulated(NamedTuple):
-    """What a calibration says about a record: conditions, reading and simulation over K1 [g]."""
+    """What a calibration says about a record: conditions, reading and simulation over K1 [g].
+
+    Beside them the change by each coefficient, and by the standard uncertainty of a fixture angle.
+    """
 
     conditions: Conditions
     reading: Array
     simulated: Array
     by_coefficient: Array
+    by_fixture: Array
 
     @property
     def residual(self) -> Array:
@@ -109,7 +112,7 @@ def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
     with naming(record):
         refuse_too_many(record)
     simulated = _simulated(calibration, found, record)
-    declared = _declared(calibration, record)
+    declared = counted(calibration, record)
     noise = _noise(calibration, found, record, simulated)
     worse = worse_than_known(noise, known_noise(calibration, found.K1.at_T0))
     if worse:
@@ -131,9 +134,9 @@ def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
             else ""
         ),
         runs=tuple(_runs(record, simulated, space)),
-        noise=_sources(noise, declared, record),
+        noise=sources(noise, declared, record),
         effects=tuple(str(effect["id"]) for effect in calibration.effects),
-        notes=(*filter(None, [worse]), *_notes(calibration, record, declared)),
+        notes=(*filter(None, [worse]), *notes(calibration, record, declared)),
         serial=record.serial,
         readings=len(record),
         source=record.source,
@@ -195,9 +198,8 @@ def _check(calibration: Calibration, found: Compensation, record: TumbleRecord) 
 
 
 def _simulated(calibration: Calibration, found: Compensation, record: TumbleRecord) -> _Simulated:
-    axes = {str(mounting)[0] for mounting in record.mounting}
-    freed = [f.angle.value for f in calibration.fixture_angle if f.axis in axes]
-    delta0 = fixture_angle(record, next(iter(freed), calibration.delta0_rad) or None)
+    freed = _freed(calibration, record)
+    delta0 = fixture_angle(record, freed.value or None)
     reference = 0.0 if found.T0 is None else found.T0
     c = conditions_of(record, reference, delta0)
     rise, a_i, a_p = c.excess, c.input, c.cross
@@ -223,7 +225,15 @@ def _simulated(calibration: Calibration, found: Compensation, record: TumbleReco
         reading=record.output / found.K1.at_T0,
         simulated=np.sum([gain * inside, *added], axis=0),
         by_coefficient=gain[:, None] * np.stack(terms, axis=1),
+        by_fixture=gain * c.per_radian * (freed.standard_uncertainty or 0.0),
     )
+
+
+def _freed(calibration: Calibration, record: TumbleRecord) -> Quantity:
+    """Fixture angle that both sides of an axis told apart, else the one taken as given."""
+    axes = {str(mounting)[0] for mounting in record.mounting}
+    taken = Quantity(calibration.delta0_rad, 0.0, "rad")
+    return next((f.angle for f in calibration.fixture_angle if f.axis in axes), taken)
 
 
 def _cross(found: Compensation, record: TumbleRecord) -> tuple[dict[str, Law], Array]:
@@ -248,20 +258,6 @@ def _at(laws: dict[str, Law], record: TumbleRecord, rise: Array) -> Array:
         here = np.char.startswith(record.mounting, axis)
         value = np.where(here, law.at_T0 + law.change(rise), value)
     return value
-
-
-def _declared(calibration: Calibration, record: TumbleRecord) -> Apparatus:
-    """What the record declares, and where it does not, what the calibration knew."""
-    known = {source.name: source.value for source in calibration.error_sources}
-    own = record.apparatus
-    return replace(
-        own,
-        **{
-            f"{name}_uncertainty": known[name]
-            for name in ("head", "launch", "launch_sf")
-            if getattr(own, f"{name}_uncertainty") is None and known.get(name) is not None
-        },
-    )
 
 
 def _noise(
@@ -311,7 +307,8 @@ def _of_calibration(found: Compensation, simulated: _Simulated) -> Array:
     acting = np.hstack([at_T0, *(of_slopes * side[:, None] for side in sides)])
     known = np.nan_to_num(np.array(found.covariance))
     known[0, 0] += found.hysteresis**2  # the bias is on either side of its law
-    return np.asarray(acting @ known @ acting.T)
+    of_fixture = np.outer(simulated.by_fixture, simulated.by_fixture)
+    return np.asarray(acting @ known @ acting.T + of_fixture)
 
 
 def _runs(record: TumbleRecord, simulated: _Simulated, space: Space) -> Iterator[RunChange]:
@@ -339,46 +336,5 @@ def _runs(record: TumbleRecord, simulated: _Simulated, space: Space) -> Iterator
 
 
 def _quantity(value: float, uncertainty: float, unit: str) -> Quantity:
-    factor = student_quantile(_LEVEL, np.inf)
+    factor = student_quantile(LEVEL, np.inf)
     return Quantity(float(value), float(uncertainty), unit, factor * float(uncertainty))
-
-
-def _sources(
-    noise: ReadingNoise, declared: Apparatus, record: TumbleRecord
-) -> tuple[ErrorSource, ...]:
-    own = record.apparatus
-    repeated = noise.dof >= FEWEST_REPLICATES
-    reading = ErrorSource(
-        "reading",
-        noise.sigma,
-        "g",
-        float(noise.dof) if repeated else None,
-        "replicates" if repeated else "calibration",
-    )
-    others = (("head", "rad"), ("launch", "g"), ("launch_sf", "1"), ("temperature", "degC"))
-    return (
-        reading,
-        *(
-            ErrorSource(name, getattr(declared, field), unit, None, _origin(own, declared, field))
-            for name, unit in others
-            for field in (f"{name}_uncertainty",)
-        ),
-    )
-
-
-def _origin(own: Apparatus, declared: Apparatus, field: str) -> str:
-    if getattr(own, field) is not None:
-        return "declared"
-    return "none" if getattr(declared, field) is None else "calibration"
-
-
-def _notes(calibration: Calibration, record: TumbleRecord, declared: Apparatus) -> Iterator[str]:
-    if None not in (calibration.serial, record.serial) and calibration.serial != record.serial:
-        yield f"the calibration is that of {calibration.serial}, the record that of {record.serial}"
-    if declared.launch_uncertainty is None:
-        yield (
-            "launch_uncertainty is not declared: a shift of the bias from launch to launch counts"
-            " as a disagreement"
-        )
-    if declared.head_uncertainty is None:
-        yield "head_uncertainty is not declared: errors of the head count as a disagreement"

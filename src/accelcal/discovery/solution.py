@@ -13,7 +13,7 @@ from accelcal.discovery.candidates import Instance, amplitude_columns, column_of
 from accelcal.discovery.comparison import Comparison
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Parameter
-from accelcal.probability import student_quantile
+from accelcal.probability import LEVEL, student_quantile
 from accelcal.results.findings import Change
 from accelcal.results.quantity import Quantity
 
@@ -21,7 +21,6 @@ __all__ = ["Solution", "changes", "parameters_of", "solution"]
 
 Array = NDArray[np.float64]
 
-_LEVEL = 0.975
 _STEP = 1e-4
 _DETERMINED = 1e-6
 _SMALL = 1e-4
@@ -122,7 +121,7 @@ def parameters_of(
     ]
     derivatives = np.hstack([linear, *(space.see(s) for s in slopes if s.shape[1])])
     uncertainty = standard_uncertainties(derivatives)
-    factor = student_quantile(_LEVEL, space.dof)
+    factor = student_quantile(LEVEL, space.dof)
     of_sizes = iter(uncertainty[: sizes.size])
     of_shapes = iter(uncertainty[sizes.size :])
     return tuple(
@@ -209,7 +208,7 @@ def _coefficients(comparison: Comparison, fit: Solution) -> dict[str, Quantity]:
     norms = np.sqrt((jacobian**2).sum(axis=0))
     inverse = np.linalg.pinv(jacobian / norms, rcond=1e-9)
     smallest = _with_small_shifts(comparison.model, jacobian, fit.parameters)
-    factor, dof = student_quantile(_LEVEL, comparison.space.dof), float(comparison.space.dof)
+    factor, dof = student_quantile(LEVEL, comparison.space.dof), float(comparison.space.dof)
     found = {}
     for name, weights in _functionals(comparison.model).items():
         functional = np.concatenate([weights, np.zeros(fit.parameters.size - weights.size)])

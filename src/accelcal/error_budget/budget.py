@@ -14,7 +14,7 @@ from accelcal.error_budget.correlation import correlated_symbols, covariance
 from accelcal.error_budget.random_part import RandomPart, random_part
 from accelcal.error_budget.weaknesses import weaknesses
 from accelcal.errors import InputError
-from accelcal.probability import student_quantile
+from accelcal.probability import LEVEL, student_quantile
 from accelcal.results.calibration import Calibration
 from accelcal.results.error_budget import ErrorBudget, ErrorComponent
 from accelcal.results.usable import refuse_misprinted, refuse_undetermined_laws
@@ -23,7 +23,6 @@ __all__ = ["budget"]
 
 Array = NDArray[np.float64]
 
-_LEVEL = 0.95
 _DECIMALS = 4  # of 1/dof: many points share a factor, which it changes by less than 0.1 %
 
 
@@ -147,5 +146,5 @@ def _coverage_factor(variances: Array, dof: Array) -> Array:
     shares = np.divide(variances, total, out=np.zeros_like(variances), where=total > 0.0)
     inverse = (shares / dof).sum(axis=0).round(_DECIMALS)
     found, place = np.unique(inverse, return_inverse=True)
-    factors = [student_quantile(_LEVEL, 1.0 / x if x > 0.0 else np.inf) for x in found.tolist()]
+    factors = [student_quantile(LEVEL, 1.0 / x if x > 0.0 else np.inf) for x in found.tolist()]
     return np.array(factors)[place]

@@ -23,10 +23,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.probability import student_quantile
+from accelcal.probability import LEVEL, student_quantile
 
 __all__ = [
-    "LEVEL",
     "Component",
     "Interval",
     "Intervals",
@@ -37,9 +36,6 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-
-LEVEL = 0.95
-"""Probability of the intervals that accelcal prints."""
 
 _TERMS = 25  # of the polynomial for Student's factor
 _ENDLESS = 1e6  # from here on Student's factor is the normal one to 1e-6

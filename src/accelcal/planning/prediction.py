@@ -18,7 +18,7 @@ from accelcal.estimate.estimability import estimability
 from accelcal.geometry import accelerations
 from accelcal.model import ERROR_TERMS, POWERS, design_matrix
 from accelcal.planning.pace import stops_of
-from accelcal.probability import student_quantile
+from accelcal.probability import LEVEL, student_quantile
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.designs import Forecast
@@ -46,7 +46,6 @@ _NO_NOISE = 1e-12  # g: stands for none, as a reading without any cannot be decl
 _STEP = 1e-3
 _QUIET = 0.1  # of the noise is left of a hundred times the strokes
 _SOURCES = ("reading", "head", "launch", "launch_sf", "temperature")
-_LEVEL = 0.95
 
 
 class Figure(NamedTuple):
@@ -192,7 +191,7 @@ def _forecast(
     effective = _effective(parts, dof)
     expanded = None
     if effective is not None:
-        expanded = student_quantile(_LEVEL, effective) * found.variance**0.5
+        expanded = student_quantile(LEVEL, effective) * found.variance**0.5
     return Forecast(
         name=key[0],
         mounting=key[1],

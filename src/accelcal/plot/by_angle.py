@@ -8,13 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.probability import student_quantile
+from accelcal.probability import LEVEL, student_quantile
 
 __all__ = ["Readings", "mean_and_half_width"]
 
 Array = NDArray[np.float64]
-
-_LEVEL = 0.975
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,4 +68,4 @@ def mean_and_half_width(values: Array) -> tuple[float, float]:
     if values.size < 2:
         return float(values.mean()), float("nan")
     spread = float(values.std(ddof=1)) / values.size**0.5
-    return float(values.mean()), student_quantile(_LEVEL, values.size - 1) * spread
+    return float(values.mean()), student_quantile(LEVEL, values.size - 1) * spread

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from accelcal.arguments import check_number
 from accelcal.choices import check_text
 from accelcal.errors import InputError
-from accelcal.probability import student_quantile
+from accelcal.probability import LEVEL, student_quantile
 from accelcal.recalibrations.comparable import Comparable, comparable
 from accelcal.recalibrations.entries import Entry, entries_of
 from accelcal.recalibrations.jumps import (
@@ -35,7 +35,6 @@ __all__ = ["history", "history_of"]
 
 Array = NDArray[np.float64]
 
-_LEVEL = 0.975
 _SECONDS_OF_A_YEAR = 365.25 * 86400.0
 _QUANTITIES = 2
 
@@ -201,13 +200,13 @@ def _jumps(search: Search, fit: Fit, chosen: Comparable, unit: str) -> tuple[Jum
 def _told(fit: Fit, place: int, unit: str) -> Quantity:
     """A coefficient of the fit with its 95 % interval."""
     uncertainty = float(fit.covariance[place, place]) ** 0.5
-    factor = student_quantile(_LEVEL, fit.dof)
+    factor = student_quantile(LEVEL, fit.dof)
     value = float(fit.coefficients[place])
     return Quantity(value, uncertainty, unit, factor * uncertainty, float(fit.dof))
 
 
 def _normal() -> float:
-    return student_quantile(_LEVEL, float("inf"))
+    return student_quantile(LEVEL, float("inf"))
 
 
 def _date(years: float) -> str:

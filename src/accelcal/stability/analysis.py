@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.errors import InputError
-from accelcal.probability import student_quantile
+from accelcal.probability import LEVEL, student_quantile
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Gate
 from accelcal.results.stability import AllanDeviation, Estimate, LaunchTrend, Stability
@@ -21,7 +21,7 @@ from accelcal.stability.record import Launch, StabilityRecord
 from accelcal.stability.sampling import even_series
 from accelcal.stability.spread import deviation, lag1_correlation
 from accelcal.stability.threshold import hysteresis, threshold
-from accelcal.stability.trend import LEVEL, Trend, fit_trend
+from accelcal.stability.trend import Trend, fit_trend
 from accelcal.version import __version__
 
 __all__ = ["analyse", "scale_factor_from"]

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from accelcal.probability import LEVEL
 from accelcal.results.stability import Estimate
-from accelcal.stability.trend import LEVEL
 
 __all__ = ["LagCorrelation", "deviation", "lag1_correlation"]
 

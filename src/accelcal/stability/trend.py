@@ -16,14 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import InputError
+from accelcal.probability import LEVEL
 from accelcal.stability.record import Launch
 
-__all__ = ["LEVEL", "Trend", "fit_trend"]
+__all__ = ["Trend", "fit_trend"]
 
 Array = NDArray[np.float64]
-
-LEVEL = 0.95
-"""Probability of all intervals of a stability test."""
 
 BLOCKS = 60
 """Means of equal spans that the noise is told from; more of them hardly add anything."""

@@ -11,7 +11,7 @@ from accelcal.accelerometer import AL15, Accelerometer
 from accelcal.arguments import check_whole, expect
 from accelcal.estimate.linear import METHODS
 from accelcal.model import COEFFICIENTS
-from accelcal.probability import student_quantile
+from accelcal.probability import LEVEL, student_quantile
 from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle
 from accelcal.results.calibration import Calibration
@@ -34,8 +34,6 @@ from accelcal.stand_uncertainty.stand import Stand, StandComponent
 from accelcal.stand_uncertainty.sufficiency import sufficiency
 
 __all__ = ["stand_budget"]
-
-_LEVEL = 0.95
 
 
 def stand_budget(
@@ -160,7 +158,7 @@ def _linear(stand: Stand, readings: Readings, estimator: Estimator) -> StandBudg
     covariance = np.sum([effect.through @ effect.through.T for effect in found], axis=0)
     standard = np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
     dof = effective_dof([part.contributions for part in shares], [part.dof for part in shares])
-    factor = np.array([student_quantile(_LEVEL, float(own)) for own in dof])
+    factor = np.array([student_quantile(LEVEL, float(own)) for own in dof])
     return StandBudget(
         stand=stand.name,
         source=stand.source,

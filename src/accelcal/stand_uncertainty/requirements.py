@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from accelcal.arguments import as_given
 from accelcal.choices import mapping_of
 from accelcal.errors import InputError
-from accelcal.probability import student_quantile
+from accelcal.probability import LEVEL, student_quantile
 from accelcal.results.stand_budget import StandBudget
 from accelcal.results.stand_requirements import (
     InstrumentRequirement,
@@ -31,7 +31,6 @@ _FARTHEST = 100.0
 """Times the present size to which a linear budget is extrapolated."""
 _COUNTS = 0.01
 """Share of a standard uncertainty from which on a component has a part in an allocation."""
-_LEVEL = 0.95
 _KINDS = {
     "k0": "acceleration",
     "k2": "acceleration",
@@ -64,7 +63,7 @@ class _Problem:
         """Expanded uncertainties with the components changed by factors, shape (t,)."""
         own = self.contributions * factors[:, None]
         dof = effective_dof(list(own), self.dof.tolist())
-        k = np.array([student_quantile(_LEVEL, float(value)) for value in dof])
+        k = np.array([student_quantile(LEVEL, float(value)) for value in dof])
         return np.asarray(k * np.linalg.norm(own, axis=0))
 
     def largest(self, factors: Callable[[float], Array], among: NDArray[np.bool_]) -> float:
@@ -240,7 +239,7 @@ def _equal_shares(problem: _Problem, felt: NDArray[np.bool_], among: NDArray[np.
     sizes = np.abs(problem.contributions)
     fixed = (sizes[~problem.adjustable] ** 2).sum(axis=0)
     sharing = felt & problem.adjustable[:, None]
-    left = np.maximum((problem.targets / student_quantile(_LEVEL, np.inf)) ** 2 - fixed, 0.0)
+    left = np.maximum((problem.targets / student_quantile(LEVEL, np.inf)) ** 2 - fixed, 0.0)
     share = np.sqrt(left / np.maximum(sharing.sum(axis=0), 1))
     factors = np.divide(share, sizes, out=np.full(sizes.shape, np.inf), where=sharing)
     found = factors[:, among].min(axis=1, initial=np.inf)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from accelcal.arguments import expect, number_array
 from accelcal.errors import InputError
-from accelcal.probability import student_quantile
+from accelcal.probability import LEVEL, student_quantile
 from accelcal.results.quantity import Quantity
 from accelcal.results.triad import TriadCalibration
 from accelcal.triad.gates import gates_of
@@ -23,7 +23,6 @@ __all__ = ["calibrate_triad"]
 
 Array = NDArray[np.float64]
 
-_LEVEL = 0.95
 _PAIRS = ((0, 1), (0, 2), (1, 2))
 _CROSS = tuple((i, j) for i in range(3) for j in range(3) if i != j)
 
@@ -145,7 +144,7 @@ def _quantities(
     theta = np.concatenate([found.bias, found.sensitivity.ravel()])
     values = function(theta)
     standard = _standard(found, function, theta)
-    factor = student_quantile(_LEVEL, found.dof) if found.dof else None
+    factor = student_quantile(LEVEL, found.dof) if found.dof else None
     return {
         name: Quantity(
             float(value),

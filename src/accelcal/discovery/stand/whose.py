@@ -14,14 +14,12 @@ from accelcal.discovery.stand.mean_unit import Unit, amplitudes
 from accelcal.discovery.stand.one_value import OneValue, one_value
 from accelcal.estimate.tables import head_positions
 from accelcal.grouping import distinct
-from accelcal.probability import student_quantile
+from accelcal.probability import LEVEL, student_quantile
 from accelcal.results.discovery import Discovery
 from accelcal.results.quantity import Quantity
 from accelcal.results.stand import HeadPosition, StandEffect
 
 __all__ = ["Own", "common_effects", "head_of", "instances_in", "own_effects"]
-
-_LEVEL = 0.975
 
 
 class Own(NamedTuple):
@@ -109,7 +107,7 @@ def _quantities(
     dofs = [unit.comparison.space.dof for unit in units]
     values = zip(names, sizes.sizes.tolist(), sizes.uncertainties.tolist(), dofs, strict=True)
     return {
-        name: Quantity(value, u, unit_of_size, u * student_quantile(_LEVEL, dof), float(dof))
+        name: Quantity(value, u, unit_of_size, u * student_quantile(LEVEL, dof), float(dof))
         for name, value, u, dof in values
     }
 
@@ -140,7 +138,7 @@ def head_of(
     told = known(units, shared, head, size)
     angles = distinct(head_positions(units[0].comparison.record.angle))
     errors = np.sqrt(np.diagonal(told.covariance))
-    factor = student_quantile(_LEVEL, float("inf"))
+    factor = student_quantile(LEVEL, float("inf"))
     return tuple(
         HeadPosition(angle, Quantity(value, u, "rad", factor * u))
         for angle, value, u in zip(

@@ -1,0 +1,142 @@
+"""The errors that a comparison counts with: as declared, else as the calibration knew them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from accelcal.discovery.noise import FEWEST_REPLICATES, ReadingNoise
+from accelcal.probability import LEVEL, student_quantile
+from accelcal.record import Apparatus, TumbleRecord
+from accelcal.results.calibration import Calibration
+from accelcal.results.quantity import ErrorSource
+
+__all__ = ["counted", "notes", "sources"]
+
+_FROM_CALIBRATION = ("head", "launch", "launch_sf")
+_FEW = 10.0
+"""Degrees of freedom below which an estimated size may be wrong by half and more."""
+
+
+def counted(calibration: Calibration, record: TumbleRecord) -> Apparatus:
+    """Take what the record declares, and where it does not, what the calibration knew.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    record : TumbleRecord
+        The record that it is compared with.
+
+    Returns
+    -------
+    Apparatus
+        The errors. One that the calibration estimated from few degrees of freedom is larger than
+        the estimate by Student's factor over the normal one.
+    """
+    known = {source.name: _size(source) for source in calibration.error_sources}
+    own = record.apparatus
+    return replace(
+        own,
+        **{
+            f"{name}_uncertainty": known[name]
+            for name in _FROM_CALIBRATION
+            if getattr(own, f"{name}_uncertainty") is None and known.get(name) is not None
+        },
+    )
+
+
+def _size(source: ErrorSource) -> float | None:
+    """Size that an error counts with: an estimate of few degrees of freedom may be too small."""
+    if source.value is None or source.dof is None:
+        return source.value
+    return source.value * student_quantile(LEVEL, source.dof) / student_quantile(LEVEL, np.inf)
+
+
+def sources(
+    noise: ReadingNoise, declared: Apparatus, record: TumbleRecord
+) -> tuple[ErrorSource, ...]:
+    """Tell the errors with where they come from.
+
+    Parameters
+    ----------
+    noise : ReadingNoise
+        Noise of the readings.
+    declared : Apparatus
+        The errors, from `counted`.
+    record : TumbleRecord
+        The record.
+
+    Returns
+    -------
+    tuple of ErrorSource
+        Reading, head, launch, scale factor from launch to launch, temperature.
+    """
+    own = record.apparatus
+    repeated = noise.dof >= FEWEST_REPLICATES
+    reading = ErrorSource(
+        "reading",
+        noise.sigma,
+        "g",
+        float(noise.dof) if repeated else None,
+        "replicates" if repeated else "calibration",
+    )
+    others = (("head", "rad"), ("launch", "g"), ("launch_sf", "1"), ("temperature", "degC"))
+    return (
+        reading,
+        *(
+            ErrorSource(name, getattr(declared, field), unit, None, _origin(own, declared, field))
+            for name, unit in others
+            for field in (f"{name}_uncertainty",)
+        ),
+    )
+
+
+def _origin(own: Apparatus, declared: Apparatus, field: str) -> str:
+    if getattr(own, field) is not None:
+        return "declared"
+    return "none" if getattr(declared, field) is None else "calibration"
+
+
+def notes(calibration: Calibration, record: TumbleRecord, declared: Apparatus) -> Iterator[str]:
+    """Say what makes a comparison less than it seems.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    record : TumbleRecord
+        The record.
+    declared : Apparatus
+        The errors, from `counted`.
+
+    Yields
+    ------
+    str
+        A sentence for each.
+    """
+    if None not in (calibration.serial, record.serial) and calibration.serial != record.serial:
+        yield f"the calibration is that of {calibration.serial}, the record that of {record.serial}"
+    if declared.launch_uncertainty is None:
+        yield (
+            "launch_uncertainty is not declared: a shift of the bias from launch to launch counts"
+            " as a disagreement"
+        )
+    if declared.head_uncertainty is None:
+        yield "head_uncertainty is not declared: errors of the head count as a disagreement"
+    yield from _few_degrees(calibration, record)
+
+
+def _few_degrees(calibration: Calibration, record: TumbleRecord) -> Iterator[str]:
+    """Errors that nobody declared and the calibration told from little."""
+    for source in calibration.error_sources:
+        field = f"{source.name}_uncertainty"
+        is_used = source.name in _FROM_CALIBRATION and getattr(record.apparatus, field) is None
+        if is_used and source.dof is not None and source.dof < _FEW:
+            degrees = "1 degree" if source.dof == 1.0 else f"{source.dof:.3g} degrees"
+            yield (
+                f"{field} is not declared, and the calibration estimated it from {degrees} of"
+                " freedom: it counts as larger than estimated, and may be larger still"
+            )
