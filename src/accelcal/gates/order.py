@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
-from accelcal.gates.cells import Cells
+from accelcal.gates.cells import Alike, Cells, few_at_a_time
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
 from accelcal.gates.swaps import SwapBlock, best_swap, swap_blocks
@@ -95,25 +95,6 @@ class _Fit(NamedTuple):
         return _Fit(self.basis, *arrays)
 
 
-class _LeftOut(NamedTuple):
-    """What a fit without some readings needs."""
-
-    readings: Places
-    basis: Array  # their rows of the basis B, shape (readings, p)
-    inverse: Array  # (1 - B' B)^-1, shape (p, p)
-
-    def squares(self, fit: _Fit) -> Array:
-        """Squared residuals without these readings, shape (T,).
-
-        Where r are theirs in the whole fit, it is less by r (1 - B B')^-1 r, which is
-        r r + r B (1 - B' B)^-1 B' r.
-        """
-        residual = fit.residual[self.readings]
-        pull = self.basis.T @ residual
-        taken = (residual**2).sum(axis=0) + (pull * (self.inverse @ pull)).sum(axis=0)
-        return np.asarray(fit.squares - taken)
-
-
 class _Groups(NamedTuple):
     """Groups of strokes that may be wrong against the others: single ones, and those back."""
 
@@ -121,20 +102,21 @@ class _Groups(NamedTuple):
     single: slice  # strokes
     back: Places  # strokes of one more group, none where there is no such group
     strokes: Cells
+    alike: list[Alike]  # strokes
 
     @classmethod
     def of(cls, stroke: NDArray[np.int64]) -> _Groups:
         strokes = Cells.of(stroke)
-        numbers = strokes.key
+        numbers, alike = strokes.key, strokes.alike
         if numbers.size < 2:
-            return cls([], slice(0), np.zeros(0, dtype=np.intp), strokes)
-        names, single = [f"stroke {number}" for number in numbers], slice(None)
+            return cls([], slice(0, 0), np.zeros(0, dtype=np.intp), strokes, alike)
+        names, single = [f"stroke {number}" for number in numbers.tolist()], slice(0, numbers.size)
         if numbers.size == 2:
-            names, single = [f"stroke {numbers[0]} or {numbers[1]}"], slice(1, None)
+            names, single = [f"stroke {numbers[0]} or {numbers[1]}"], slice(1, 2)
         back = np.flatnonzero(numbers % 2 == 0)
         if back.size < 2:
-            return cls(names, single, back[:0], strokes)
-        return cls([*names, "the forward or the back strokes"], single, back, strokes)
+            return cls(names, single, back[:0], strokes, alike)
+        return cls([*names, "the forward or the back strokes"], single, back, strokes, alike)
 
     def sums(self, values: Array) -> Array:
         """Sum over the readings of each group, from shape (n, T) to shape (groups, T)."""
@@ -142,8 +124,22 @@ class _Groups(NamedTuple):
 
     def products(self, values: Array, columns: Array) -> Array:
         """Sum values times columns over the readings of each group, shape (groups, T, k)."""
-        each = [values[own].T @ columns[own] for own in self.strokes.parts]
-        return self._of_groups(np.stack(each))
+        found = np.empty((self.strokes.key.size, values.shape[1], columns.shape[1]))
+        for stroke, readings in self.alike:
+            for few in few_at_a_time(readings, values.shape[1]):
+                own = readings[few]
+                found[stroke[few]] = values[own].transpose(0, 2, 1) @ columns[own]
+        return self._of_groups(found)
+
+    @property
+    def stacks(self) -> Iterator[Alike]:
+        """Groups of equally many readings."""
+        for stroke, readings in self.alike:
+            alone = (stroke >= self.single.start) & (stroke < self.single.stop)
+            yield Alike(stroke[alone] - self.single.start, readings[alone])
+        if self.back.size:
+            last = len(self.names) - 1
+            yield Alike(np.array([last]), np.flatnonzero(self.readings(last))[None])
 
     def _of_groups(self, of_strokes: Array) -> Array:
         single = of_strokes[self.single]
@@ -151,25 +147,33 @@ class _Groups(NamedTuple):
             return single
         return np.concatenate([single, of_strokes[self.back].sum(axis=0, keepdims=True)])
 
-    @property
-    def places(self) -> list[Places]:
-        """Readings of each group."""
-        parts = self.strokes.parts
-        back = [np.sort(np.concatenate([parts[k] for k in self.back]))] if self.back.size else []
-        return parts[self.single] + back
-
     def readings(self, group: int) -> Mask:
         """Tell the readings of a group, shape (n,)."""
-        chosen = np.zeros(self.strokes.cell.size, dtype=np.bool_)
-        chosen[self.places[group]] = True
-        return chosen
+        place = self.single.start + group
+        chosen = np.zeros(self.strokes.key.size, dtype=np.bool_)
+        chosen[place if place < self.single.stop else self.back] = True
+        return np.asarray(chosen[self.strokes.cell])
 
 
-def _left_out(basis: Array, groups: _Groups) -> list[_LeftOut]:
-    """What a fit without each group needs."""
-    inverses = _inverse(np.eye(basis.shape[1]) - groups.products(basis, basis))
-    own = zip(groups.places, inverses, strict=True)
-    return [_LeftOut(i, basis[i], inverse) for i, inverse in own]
+def _left_out(basis: Array, groups: _Groups) -> Array:
+    """(1 - B' B)^-1 of the rows B of a basis of each group, shape (groups, p, p)."""
+    return _inverse(np.eye(basis.shape[1]) - groups.products(basis, basis))
+
+
+def _squares_without(fit: _Fit, groups: _Groups, left_out: Array) -> Array:
+    """Least squared residuals of the fits without one of the groups, shape (T,).
+
+    Where r are those of a group in the whole fit, they are less by r (1 - B B')^-1 r, which is
+    r r + r B (1 - B' B)^-1 B' r.
+    """
+    most = np.zeros(fit.squares.size)
+    for group, readings in groups.stacks:
+        for few in few_at_a_time(readings, most.size):
+            residual, basis = fit.residual[readings[few]], fit.basis.columns[readings[few]]
+            pull = basis.transpose(0, 2, 1) @ residual
+            taken = (residual**2).sum(axis=1) + (pull * (left_out[group[few]] @ pull)).sum(axis=1)
+            np.maximum(most, taken.max(axis=0), out=most)
+    return np.asarray(fit.squares - most)
 
 
 class _OrderPlan(NamedTuple):
@@ -178,7 +182,7 @@ class _OrderPlan(NamedTuple):
     basis: _Basis
     groups: _Groups
     orders: list[_Order]
-    without: list[_LeftOut]  # each group
+    left_out: Array  # see `_left_out`
     swaps: list[SwapBlock]
 
 
@@ -186,8 +190,8 @@ class _OrderPlan(NamedTuple):
 def _order_plan(plan: TablePlan) -> _OrderPlan:
     basis, groups = _Basis.of(plan.design), _Groups.of(plan.stroke)
     orders = list(_other_orders(plan.angle, plan.head))
-    without = _left_out(basis.columns, groups)
-    return _OrderPlan(basis, groups, orders, without, swap_blocks(basis.columns, groups.strokes))
+    left_out = _left_out(basis.columns, groups)
+    return _OrderPlan(basis, groups, orders, left_out, swap_blocks(basis.columns, groups.alike))
 
 
 class _Found(NamedTuple):
@@ -285,7 +289,7 @@ def _best_order(stack: TableStack, fit: _Fit) -> _Found:
     if not groups.names:
         return found
     # no order of a group fits better than leaving the group out
-    without = np.min([group.squares(fit) for group in plan.without], axis=0)
+    without = _squares_without(fit, groups, plan.left_out)
     rows = np.flatnonzero(without <= fit.squares / _MUCH_BETTER)
     if rows.size == 0:
         return found

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from functools import cache, lru_cache
-from itertools import compress
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.gates.cells import Cells
+from accelcal.gates.cells import Alike, Cells, few_at_a_time
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack, times
@@ -151,32 +150,39 @@ class _Groups(NamedTuple):
     strokes : Cells
         Readings of each stroke.
     sines : list of tuple
-        Readings of each stroke of which enough angles are read, and the weights, (2, n), of the
-        cosine and the sine of a sine through them.
+        Strokes of which enough angles are read, c of k readings each, and the weights, (c, 2, k),
+        of the cosine and the sine of a sine through them.
     known : ndarray of bool, shape (S,)
         These strokes.
     """
 
     axes: list[NDArray[np.intp]]
     strokes: Cells
-    sines: list[tuple[NDArray[np.intp], Array]]
+    sines: list[tuple[Alike, Array]]
     known: Mask
 
     def amplitudes(self, output: Array) -> Array:
         """Amplitudes of a sine through the readings of each known stroke, (known, T)."""
-        sizes = [np.hypot(*(weights @ output[own])) for own, weights in self.sines]
-        return np.maximum(np.reshape(sizes, (len(sizes), output.shape[1])), _SMALLEST)
+        size = np.empty((self.known.size, output.shape[1]))
+        for (stroke, readings), weights in self.sines:
+            for few in few_at_a_time(readings, output.shape[1]):
+                part = weights[few] @ output[readings[few]]
+                size[stroke[few]] = np.hypot(part[:, 0], part[:, 1])
+        return np.maximum(size[self.known], _SMALLEST)
 
 
 @once_a_plan
 def _groups(plan: TablePlan) -> _Groups:
     axis = np.mod(np.round(np.mod(plan.head, 180.0), 6), 180.0)  # as `head_positions` rounds
     axes, strokes = Cells(*grouped(axis)).parts, Cells.of(plan.stroke)
-    sine = lru_cache(maxsize=8)(_sine)  # strokes back are at the same angles as each other
-    angles = [(own, tuple(plan.head[own].tolist())) for own in strokes.parts]
-    known = [len(set(at)) >= 3 for _, at in angles]
-    sines = [(own, sine(at)) for own, at in compress(angles, known)]
-    return _Groups(axes, strokes, sines, np.array(known))
+    known, sines = np.zeros(strokes.key.size, dtype=np.bool_), []
+    for stroke, readings in strokes.alike:
+        angles = np.diff(np.sort(plan.head[readings], axis=1), axis=1) > 0.0
+        enough = known[stroke] = angles.sum(axis=1) >= 2
+        if enough.any():
+            own = Alike(stroke[enough], readings[enough])
+            sines.append((own, _sines(plan.head[own.readings])))
+    return _Groups(axes, strokes, sines, known)
 
 
 class _Sizes(NamedTuple):
@@ -200,7 +206,7 @@ class _Sizes(NamedTuple):
         whole = ((share == 0.0) | (share > 0.5)).all(axis=0)
         small = np.take_along_axis(power, first[None], axis=0)[0] < 0.0
         ratio = np.ones((groups.known.size, output.shape[1]))
-        if groups.sines:
+        if groups.known.any():
             ratio[groups.known] = amplitude / _middle(amplitude)
         return cls(power, ratio, (count == 0) | whole | ((count == 1) & small))
 
@@ -246,11 +252,13 @@ def _of_other_size(ratio: Array) -> Mask:
     return np.asarray(np.abs(np.log(ratio)) > np.log(_OTHER_SIZE))
 
 
-def _sine(angle: tuple[float, ...]) -> Array:
-    """Weights of readings in cosine and sine of a sine through them, shape (2, n)."""
-    th = np.radians(angle)
-    matrix = np.column_stack([np.ones_like(th), np.cos(th), np.sin(th)])
-    return np.asarray(np.linalg.pinv(matrix)[1:])
+def _sines(angle: Array) -> Array:
+    """Weights of the readings of strokes in cosine and sine of sines through them, (c, 2, k)."""
+    places: dict[bytes, int] = {}  # strokes back are at the same angles as each other
+    of_stroke = [places.setdefault(at.tobytes(), len(places)) for at in angle]
+    th = np.radians(np.frombuffer(b"".join(places)).reshape(-1, angle.shape[1]))
+    matrix = np.stack([np.ones_like(th), np.cos(th), np.sin(th)], axis=-1)
+    return np.asarray(np.linalg.pinv(matrix)[of_stroke, 1:])
 
 
 def _size_of_strokes(strokes: NDArray[np.int64], ratio: Array) -> str:

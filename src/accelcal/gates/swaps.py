@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.gates.cells import Cells
+from accelcal.gates.cells import Alike, few_at_a_time
 
 __all__ = ["SwapBlock", "Swaps", "best_swap", "swap_blocks"]
 
@@ -36,26 +36,36 @@ class Swaps(NamedTuple):
 
 
 class SwapBlock(NamedTuple):
-    """Some readings of a stroke and all of it, and the least share of any pair of them.
+    """Strokes of equally many readings: some of them, all, and the least share of any pair.
 
     The share of a pair is that of the square of the difference of their errors which is left in the
     residuals, P_ii + P_jj - 2 P_ij, where P is the projector on the residuals.
     """
 
+    stroke: Places  # shape (c,)
+    some: Places  # shape (c, s)
+    own: Places  # shape (c, k)
+    least: Array  # shape (c,)
+
+
+class _Hope(NamedTuple):
+    """Some readings of a stroke and all of it, and the tables in which a swap may be so good."""
+
+    stroke: int
     some: Places
     own: Places
-    least: float
+    tables: Places
 
 
-def swap_blocks(basis: Array, strokes: Cells) -> list[SwapBlock]:
+def swap_blocks(basis: Array, strokes: Sequence[Alike]) -> list[SwapBlock]:
     """Make ready for `best_swap` what depends on the plan alone.
 
     Parameters
     ----------
     basis : ndarray, shape (n, p)
         Orthonormal basis of the design.
-    strokes : Cells
-        Readings of each stroke.
+    strokes : sequence of Alike
+        Readings of each stroke, see `accelcal.gates.cells.Cells.alike`.
 
     Returns
     -------
@@ -63,12 +73,21 @@ def swap_blocks(basis: Array, strokes: Cells) -> list[SwapBlock]:
         Blocks of pairs of readings of one stroke.
     """
     found = []
-    for own in strokes.parts:
-        for start in range(0, own.size if own.size > 1 else 0, _BLOCK):
-            some = own[start : start + _BLOCK]
-            share = np.where(some[:, None] == own, np.inf, _shares(basis, some, own))
-            found.append(SwapBlock(some, own, max(float(share.min()), 0.0)))
+    for stroke, own in strokes:
+        size = own.shape[1]
+        for start in range(0, size if size > 1 else 0, _BLOCK):
+            some = own[:, start : start + _BLOCK]
+            parts = few_at_a_time(own, some.shape[1])
+            least = [_least_shares(basis, some[few], own[few]) for few in parts]
+            found.append(SwapBlock(stroke, some, own, np.concatenate(least)))
     return found
+
+
+def _least_shares(basis: Array, some: Places, own: Places) -> Array:
+    """Least share of two different readings of each stroke, shape (c,)."""
+    same = some[:, :, None] == own[:, None]
+    share = np.where(same, np.inf, _shares(basis, some, own))
+    return np.asarray(np.maximum(share.reshape(len(own), -1).min(axis=1), 0.0))
 
 
 def best_swap(
@@ -100,13 +119,10 @@ def best_swap(
     """
     squares = (residual**2).sum(axis=0)
     found = Swaps(np.full(squares.size, np.inf), np.zeros((squares.size, 2), dtype=np.intp))
-    for some, own, least in blocks:
-        span = np.ptp(residual[own], axis=0) ** 2
-        rows = np.flatnonzero(span >= (1.0 - 1.0 / better - _ROUNDING) * squares * least)
-        if not rows.size:
-            continue
+    least = (1.0 - 1.0 / better - _ROUNDING) * squares
+    for _, some, own, tables in sorted(_hopes(residual, blocks, least), key=lambda hope: hope[0]):
         share = _shares(basis, some, own)
-        for part in np.array_split(rows, 1 + rows.size * share.size // _NUMBERS):
+        for part in np.array_split(tables, 1 + tables.size * share.size // _NUMBERS):
             y, r = output.T[part], residual.T[part]
             d = y[:, None, own] - y[:, some, None]
             pull = r[:, some, None] - r[:, None, own]
@@ -120,7 +136,21 @@ def best_swap(
     return found
 
 
+def _hopes(residual: Array, blocks: Sequence[SwapBlock], least: Array) -> Iterator[_Hope]:
+    """Find where a swap may take so much off the squares; that is in few strokes of a table."""
+    for stroke, some, own, share in blocks:
+        for few in few_at_a_time(own, least.size):
+            span = np.ptp(residual[own[few]], axis=1) ** 2
+            enough = span >= least * share[few, None]
+            for at in np.flatnonzero(enough.any(axis=1)).tolist():
+                place = few.start + at
+                tables = np.flatnonzero(enough[at])
+                yield _Hope(int(stroke[place]), some[place], own[place], tables)
+
+
 def _shares(basis: Array, some: Places, own: Places) -> Array:
-    """P_ii + P_jj - 2 P_ij of pairs of readings, shape (some, own)."""
-    free_some, free_own = (1.0 - (basis[at] ** 2).sum(axis=1) for at in (some, own))
-    return np.asarray(free_some[:, None] + free_own + 2.0 * basis[some] @ basis[own].T)
+    """P_ii + P_jj - 2 P_ij of pairs of readings, shape (..., s, k)."""
+    rows, columns = basis[some], basis[own]
+    free_rows, free_columns = (1.0 - (each**2).sum(axis=-1) for each in (rows, columns))
+    common = 2.0 * rows @ columns.swapaxes(-1, -2)
+    return np.asarray(free_rows[..., :, None] + free_columns[..., None, :] + common)
