@@ -16,7 +16,8 @@ import accelcal
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import reading_noise
 from accelcal.estimate.tables import prepare
-from accelcal.gates import order
+from accelcal.gates import cells, order, plan
+from accelcal.gates.cells import Cells
 from accelcal.gates.stack import TableStack
 from accelcal.gates.swaps import best_swap, swap_blocks
 from accelcal.gates.table import gates_of_stack
@@ -246,6 +247,31 @@ def test_swaps_are_judged_as_by_refitting_each(fault, better):
         assert found.squares[0] == pytest.approx(left[best], rel=1e-6)
     else:
         assert found.squares[0] >= fit.squares[0] / better
+
+
+def test_of_swaps_that_are_as_good_the_one_of_the_first_stroke_is_found():
+    """Though strokes of fewer readings are gone through first."""
+    strokes = Cells.of(np.array([1, 1, 1, 2, 2, 3, 3]))
+    output = np.array([0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0])[:, None]
+    basis = np.zeros((7, 1))
+    found = best_swap(output, 2.0 * output, basis, swap_blocks(basis, strokes.alike), 1.1)
+    assert found.pair.tolist() == [[0, 1]]
+    assert found.squares.tolist() == [12.0 - 2.0]
+
+
+def test_strokes_of_equally_many_readings_are_together():
+    strokes = Cells.of(np.array([4, 2, 4, 2, 3, 7, 7, 7]))
+    found = [(cell.tolist(), readings.tolist()) for cell, readings in strokes.alike]
+    assert found == [([1], [[4]]), ([0, 2], [[1, 3], [0, 2]]), ([3], [[5, 6, 7]])]
+
+
+@pytest.mark.parametrize("cached", [1, 100, 10**9])
+def test_gates_do_not_depend_on_how_many_strokes_are_looked_at_together(monkeypatch, cached):
+    faults = swapped(3, 2, 3), mirrored(3), times(10.0, 4)
+    usual = [fitted(fault, missing=0.1, seed=3).tables[0].gates for fault in faults]
+    plan._plan.cache_clear()
+    monkeypatch.setattr(cells, "_CACHED", cached)
+    assert [fitted(fault, missing=0.1, seed=3).tables[0].gates for fault in faults] == usual
 
 
 def squares_of_swaps(table):
