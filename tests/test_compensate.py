@@ -278,6 +278,25 @@ def test_one_level_needs_no_temperature(one_level):
     assert accelcal.apply(one_level, 1.0).inside
 
 
+@pytest.mark.parametrize(
+    ("effects", "left"),
+    [
+        ({"scale-factor-asymmetry": 3e-4}, "scale-factor-asymmetry: the fit took it out"),
+        ({"backlash": 3e-5}, None),
+        ({"backlash": 3e-5, "warm-up": 2e-4}, "warm-up: the fit took it out"),
+    ],
+)
+def test_effects_of_the_accelerometer_that_the_fit_took_out_are_told(effects, left):
+    hidden = [accelcal.effect(name).of(size) for name, size in effects.items()]
+    record = accelcal.simulate(effects=hidden, seed=3)
+    fit = accelcal.fit(record, model=accelcal.discover(record))
+    assert {str(effect["id"]) for effect in fit.effects} == set(effects)
+    said = [text for text in compensation(fit).assumptions if "took" in text]
+    assert [text.startswith(left) for text in said] == [True] * (left is not None)
+    assert [text for text in budget(fit, 1.0).warnings if "took" in text] == said
+    assert compensation(accelcal.fit(record)).assumptions == ()
+
+
 def test_a_missing_side_borrows_the_other_and_says_so():
     plan = accelcal.TumblePlan(temperatures=(20.0, 80.0))
     fit = accelcal.fit(accelcal.simulate(plan=plan, seed=2))

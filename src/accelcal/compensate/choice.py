@@ -22,6 +22,7 @@ from accelcal.compensate.covariance import (
     rows,
     standard_uncertainty,
 )
+from accelcal.effects.left_in_use import left_in_use
 from accelcal.errors import InputError
 from accelcal.geometry import accelerations
 from accelcal.model import ERROR_TERMS
@@ -138,6 +139,7 @@ def _from_tables(
             *_unknown_level(level),
             *_undetermined([[table] for table in tables]),
             *_uncertain(main),
+            *left_in_use(calibration),
         ),
     )
 
@@ -184,6 +186,7 @@ def _from_laws(
             *_undetermined(groups),
             *(_same_at_all_temperatures(other[0], others, T0) if other else []),
             *_uncertain(main),
+            *left_in_use(calibration),
         ),
     )
 

@@ -121,7 +121,7 @@ def budget(
         standard_uncertainty=standard,
         coverage_factor=factor,
         expanded_uncertainty=factor * standard,
-        warnings=tuple(weaknesses(coefficients, random, points, factor * standard, exact=exact)),
+        warnings=tuple(weaknesses(calibration, random, points, factor * standard, exact=exact)),
         serial=calibration.serial,
         source=calibration.source,
     )

@@ -7,9 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.error_budget.coefficients import Coefficients
+from accelcal.effects.left_in_use import left_in_use
+from accelcal.error_budget.coefficients import Coefficients, coefficients_of
 from accelcal.error_budget.conditions import Conditions
 from accelcal.error_budget.random_part import RandomPart
+from accelcal.results.calibration import Calibration
 
 __all__ = ["weaknesses"]
 
@@ -27,7 +29,7 @@ _RANDOM_NAMES = {
 
 
 def weaknesses(
-    coefficients: Coefficients,
+    calibration: Calibration,
     random: RandomPart,
     points: Conditions,
     expanded: Array,
@@ -38,7 +40,7 @@ def weaknesses(
 
     Parameters
     ----------
-    coefficients : Coefficients
+    calibration : Calibration
         What was calibrated.
     random : RandomPart
         The bounds.
@@ -54,6 +56,8 @@ def weaknesses(
     str
         A sentence for each weakness.
     """
+    coefficients = coefficients_of(calibration)
+    yield from left_in_use(calibration)
     if points.extrapolated.any():
         yield "temperatures marked * lie outside the calibrated ones; (4) is extrapolated there"
     largest = float(np.abs(points.acceleration).max())

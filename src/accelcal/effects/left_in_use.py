@@ -1,0 +1,45 @@
+"""Effects that a calibration was freed of, and that the accelerometer has in use all the same."""
+
+from __future__ import annotations
+
+from accelcal.results.calibration import Calibration
+
+__all__ = ["left_in_use"]
+
+_NOT_IN_USE = ("angle", "temperature", "readings")
+"""What effects of the stand, the chamber and the voltmeter act on."""
+
+
+def left_in_use(calibration: Calibration) -> list[str]:
+    """Say which effects are in the outputs that a calibration is used for.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+
+    Returns
+    -------
+    list of str
+        One sentence, or none where the calibration has no effects but those of the test.
+
+    Notes
+    -----
+    A fit with the model of a discovery takes effects out of the readings, so that the coefficients
+    are free of them. (1) and (4) know the coefficients only.
+    """
+    if not calibration.effects:
+        return []
+    from accelcal.effects.catalogue import catalogue  # here, as few calibrations need it
+
+    acts_on = {entry.id: entry.acts_on for entry in catalogue()}
+    names = [str(item["id"]) for item in calibration.effects]
+    left = [name for name in names if acts_on.get(name) not in _NOT_IN_USE]
+    if not left:
+        return []
+    return [
+        f"{', '.join(left)}: the fit took {'it' if len(left) == 1 else 'them'} out of the readings"
+        " by its model, so the coefficients are free of them; in use the accelerometer has them,"
+        " and neither the accelerations nor their uncertainty count them; a fit without --model"
+        " leaves in the coefficients what they can take up"
+    ]
