@@ -9,12 +9,12 @@ from calibration_columns import columns_of, columns_of_one
 from numpy.testing import assert_allclose
 
 import accelcal
+from accelcal.apparatus import Apparatus
 from accelcal.calibrate import plan
 from accelcal.calibrate.many import calibrate_many
 from accelcal.calibrate.options import Options
 from accelcal.errors import InputError
 from accelcal.estimate.reversal import misalignment_stack
-from accelcal.record import Apparatus
 
 PLANS = {
     "three temperatures": {},

@@ -8,6 +8,7 @@ import pytest
 from scipy import stats
 
 import accelcal
+from accelcal.apparatus import Apparatus
 from accelcal.discovery.base import base_model, solve
 from accelcal.discovery.candidates import candidates, column_of, direction, instances_of
 from accelcal.discovery.comparison import compared
@@ -29,7 +30,6 @@ from accelcal.discovery.space import whitener_of
 from accelcal.effects.catalogue import catalogue, effect
 from accelcal.errors import InputError
 from accelcal.estimate.tables import head_positions
-from accelcal.record import Apparatus
 from accelcal.simulation import NOISE_FREE, NoiseComponents, TumblePlan, simulate
 
 T0 = 20.0

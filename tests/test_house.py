@@ -48,7 +48,7 @@ FLOORS = (
     {"reference"},
     {"record", "results", "specification", "accelerometer"},
     {"model"},
-    {"geometry"},
+    {"geometry", "apparatus"},
     {"choices"},
     {"units", "probability", "grouping", "atomic", "sentences", "arguments"},
     {"error_free", "errors", "version", "logs"},

@@ -1,5 +1,6 @@
 """Options of the public functions: each that is wrong is refused in a line that names it."""
 
+import dataclasses
 import io
 import json
 import re
@@ -10,7 +11,14 @@ import pandas as pd
 import pytest
 
 import accelcal
-from accelcal import InputError, TumblePlan
+from accelcal import Effect, InputError, Parameter, TumblePlan
+from accelcal.certificate.dcc import certificate
+from accelcal.error_budget.budget import budget
+from accelcal.error_budget.random_part import RandomBound, RandomPart, random_part
+from accelcal.page.write import report_page
+from accelcal.plot.style import theme
+from accelcal.stability.analysis import analyse
+from accelcal.stability.record import Launch, StabilityRecord, averaged, split_at_gaps
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 ANGLES = 45.0 * np.arange(9)
@@ -18,9 +26,46 @@ RECORD = accelcal.simulate(plan=TumblePlan(temperatures=20.0, strokes=2), seed=1
 CALIBRATION = accelcal.fit(RECORD)
 STAND = accelcal.read_stand(EXAMPLES / "paper-stand.toml")
 TABLE = EXAMPLES / "al15.csv"
+LAUNCH = Launch("1", [0.0, 1.0, 2.0, 3.0], [0.1, 0.2, 0.1, 0.3])
+STABILITY = StabilityRecord((LAUNCH,))
+SINE = {"name": "sine", "unit": "rad", "meaning": "of the head"}
+WAVE = {
+    "id": "x-wave",
+    "name": "wave",
+    "physics": "It waves.",
+    "formula": "s sin th",
+    "parameters": (Parameter(**SINE),),
+    "term": lambda c, sine: sine * np.sin(np.radians(c.angle)),
+}
 TRIAD = "x,y,z\n1,0,0\n0,1,0\n0,0,1\n"
 
+
+def same(value):
+    """Make the same again, with some of its attributes changed."""
+    return lambda **asked: dataclasses.replace(value, **asked)
+
+
 CALLS = {
+    "Effect": lambda **asked: Effect(**WAVE | asked),
+    "Launch": same(LAUNCH),
+    "Parameter": lambda **asked: Parameter(**SINE | asked),
+    "RandomBound": RandomBound,
+    "RandomPart": RandomPart,
+    "StabilityRecord": same(STABILITY),
+    "Stand": same(STAND),
+    "StandComponent": same(STAND.components[0]),
+    "TriadRecord": lambda **asked: accelcal.TriadRecord(**{"output": np.eye(3)} | asked),
+    "TumbleRecord": same(RECORD),
+    "analyse": lambda **asked: analyse(**{"record": STABILITY} | asked),
+    "averaged": lambda **asked: averaged(**{"record": STABILITY, "seconds": 1.0} | asked),
+    "budget": lambda **asked: budget(**{"calibration": CALIBRATION, "a_i": 1.0} | asked),
+    "certificate": lambda **asked: certificate(**{"calibration": CALIBRATION} | asked),
+    "of_mounting": lambda **asked: CALIBRATION.of_mounting(**asked),
+    "random_part": lambda **asked: random_part(**{"calibration": CALIBRATION} | asked),
+    "report_page": lambda **asked: report_page(**{"results": [CALIBRATION]} | asked),
+    "residuals": lambda **asked: CALIBRATION.plot.residuals(**asked),
+    "split_at_gaps": lambda **asked: split_at_gaps(**{"record": STABILITY, "gap": 9.0} | asked),
+    "theme": lambda **asked: theme(**{"name": "dark"} | asked).__enter__(),
     "Accelerometer": accelcal.Accelerometer,
     "Apparatus": accelcal.Apparatus,
     "NoiseComponents": accelcal.NoiseComponents,
@@ -50,6 +95,10 @@ CALLS = {
 }
 
 FLAGS = {
+    "Parameter": ("linear", "discrete"),
+    "StandComponent": ("fixed",),
+    "budget": ("exact", "extrapolate"),
+    "theme": ("transparent",),
     "TumblePlan": ("timed",),
     "apply": ("extrapolate", "same_launch"),
     "batch": ("robust", "strict"),
@@ -110,14 +159,112 @@ OF_DESIGN = {
     "resolution": ["0", -1, None],
 }
 OF_DISCOVERY = {
-    "effects": ["backlash", 5, ["backlash"], np.array([1.0, 2.0]), pd.NA],
+    "effects": [
+        *("backlash", 5, ["backlash"], np.array([1.0, 2.0]), pd.NA),
+        *([], [accelcal.effect("outlier")]),
+    ],
+    "seed": ["1", -1, 1.5, None, [1], pd.NA],
     "alpha": ["0.01", 2.0, 10**400],
     "max_effects": [0, 2.5, "3"],
     "reference_temperature": ["20", [20.0]],
     "delta0": ["0", 3.0],
 }
 
+NO_TEXTS = [5, ["a"], np.array(["a", "b"]), pd.NA]
+NO_NUMBERS = ["1", np.nan, 10**400, [1.0], True, pd.NA]
+NO_ARRAYS = ["1", "x", {}, True, [True], [1j], object()]
+NO_OBJECTS = ["a.csv", 5, [1], pd.NA]
+
 WRONG = {
+    "Effect": {
+        **{key: [None, *NO_TEXTS] for key in ("id", "name", "physics", "formula", "signature")},
+        "parameters": ["sine", None, ["sine"], 5],
+        "term": [None, "sine", 5],
+        "bend": ["sine", 5],
+    },
+    "Launch": {
+        "label": [None, *NO_TEXTS],
+        "time": [None, *NO_ARRAYS, [0.0, 1.0], [0.0, 2.0, 1.0, 3.0]],
+        "output": [None, *NO_ARRAYS, [0.1, 0.2], [np.nan] * 4],
+        "temperature": [*NO_ARRAYS, 20.0, [20.0]],
+        "input": [*NO_ARRAYS, [0.0], [np.nan] * 4],
+    },
+    "Parameter": {
+        **{key: [None, *NO_TEXTS] for key in ("name", "unit", "meaning")},
+        "default": [*NO_NUMBERS, np.inf],
+        "minimum": [None, *NO_NUMBERS],
+        "small": [None, 0.0, -1.0, *NO_NUMBERS],
+        "search": ["rising", [1.0]],
+    },
+    "RandomBound": {
+        "bound": [None, -1.0, *NO_NUMBERS],
+        "divisor": [None, 0.0, -1.0, *NO_NUMBERS],
+        "origin": [None, *NO_TEXTS],
+    },
+    "RandomPart": {"drift": [None, 1e-6, *NO_OBJECTS]},
+    "StabilityRecord": {
+        "launches": [(), *NO_OBJECTS],
+        "unit": NO_TEXTS,
+        "serial": NO_TEXTS,
+        "source": [None, *NO_TEXTS],
+    },
+    "Stand": {"name": [None, *NO_TEXTS], "components": [(), *NO_OBJECTS], "conditions": NO_OBJECTS},
+    "StandComponent": {
+        "name": [None, *NO_TEXTS],
+        "kind": ["nosuch", None, ["shaft-tilt"], pd.NA],
+        "distribution": [1e-5, *NO_OBJECTS],
+        "varies": ["nosuch", None, 5, pd.NA],
+        "order": [0, 361, 1.5, "1", None],
+    },
+    "TriadRecord": {
+        "output": [None, *NO_ARRAYS, [1.0, 2.0]],
+        "unit": NO_TEXTS,
+        "serial": NO_TEXTS,
+        "source": [None, *NO_TEXTS],
+    },
+    "TumbleRecord": {
+        **dict.fromkeys(("serial", "unit", "date"), NO_TEXTS),
+        "source": [None, *NO_TEXTS],
+        "output": [None, "1", [1.0], np.array(["1"] * len(RECORD))],
+        "temperature": [None, 20.0, np.array(["20"] * len(RECORD))],
+        "stroke": [None, 1, np.ones(len(RECORD))],
+        "mounting": [None, "o+", np.zeros(len(RECORD))],
+        "time": ["1", [1.0], 5.0],
+        "run_labels": [None, "20", ["20"], (20,)],
+        "notes": [None, "note", [5], (5,)],
+        "positions": [None, "8", 7.5, 1, [8]],
+        "reference_temperature": ["20", np.nan, np.inf, [20.0]],
+        "apparatus": [None, {}, 1e-5],
+        "metadata": [None, "operator", 5, ["a"]],
+    },
+    "analyse": {
+        "record": NO_OBJECTS,
+        "scale_factor": [0.0, *NO_NUMBERS],
+        "probability": [0.0, 1.0, *NO_NUMBERS],
+        "window": [None, 0.0, *NO_NUMBERS],
+        "times": [None, "600", [-1.0], ["600"], [np.nan]],
+    },
+    "averaged": {"record": NO_OBJECTS, "seconds": [None, 0.0, *NO_NUMBERS]},
+    "budget": {
+        "calibration": NO_OBJECTS,
+        "a_i": [None, [], *NO_ARRAYS, np.nan],
+        "a_p": [None, *NO_ARRAYS, np.inf],
+        "temperature": [*NO_ARRAYS, np.nan, [20.0, 20.0, np.nan]],
+        "time": [None, *NO_ARRAYS, -1.0],
+        "random": NO_OBJECTS,
+        "temperature_uncertainty": [None, -1.0, *NO_NUMBERS],
+    },
+    "certificate": {"calibration": NO_OBJECTS, "known": NO_OBJECTS},
+    "of_mounting": {"mounting": [None, "q", *NO_TEXTS]},
+    "random_part": {
+        "calibration": NO_OBJECTS,
+        "factor": [None, -1.0, *NO_NUMBERS],
+        "launch": [-1.0, *NO_NUMBERS],
+    },
+    "report_page": {"results": [(), None, *NO_OBJECTS], "records": [*NO_OBJECTS, [RECORD] * 2]},
+    "residuals": {"ax": NO_OBJECTS},
+    "split_at_gaps": {"record": NO_OBJECTS, "gap": [None, 0.0, *NO_NUMBERS]},
+    "theme": {"name": ["blue", None, ["dark"]]},
     "Accelerometer": {"unit": [5, ["V"]], "serial": [15, ["AL-15"]], "k2": ["0", 10**400]},
     "Apparatus": {"resolution": [True, "5"], "head_uncertainty": ["1e-5", [1e-5]]},
     "NoiseComponents": {"reading": [-1.0, "5e-6", 10**400, None]},
@@ -128,6 +275,7 @@ WRONG = {
         "temperatures": [None, [None], "20"],
         "mountings": ["q", [["o+", ["p+"]]], pd.NA, None],
         "delta0": ["0", 10**400],
+        "local_gravity": ["9.81", 5.0, np.nan, [9.81], True],
     },
     "accelerations": {"mounting": ["q", ["o+"] * 3, [["o+", ["p+"]]], pd.NA], "delta0": ["0"]},
     "apply": {
@@ -137,7 +285,7 @@ WRONG = {
     },
     "batch": OF_BATCH,
     "calibrate_triad": {"frame": ["y", 5, ["x"], None], "up": ["z", 10**400]},
-    "design": {**OF_DESIGN, "positions": ["8", [1]], "strokes": [[0], ["6"]]},
+    "design": {**OF_DESIGN, "positions": ["8", [1], b"8"], "strokes": [[0], ["6"]]},
     "discover": OF_DISCOVERY,
     "discover_stand": OF_DISCOVERY,
     "estimate_tables": {
@@ -147,7 +295,12 @@ WRONG = {
         "delta0": ["0"],
     },
     "fit": OF_FIT,
-    "history": {"serial": [5, np.array(["a", "b"]), pd.NA], "mounting": [5], "alpha": ["1", 2]},
+    "history": {
+        "serial": [5, np.array(["a", "b"]), pd.NA],
+        "mounting": [5, ""],
+        "temperature": ["20", np.nan, [20.0]],
+        "alpha": ["1", 2],
+    },
     "optimal_design": {**OF_DESIGN, "criterion": ["E", 5, None, pd.NA], "spacing": ["15", 0.5]},
     "read_arrays": OF_TABLES,
     "read_table": OF_TABLES,
@@ -171,13 +324,37 @@ WRONG = {
 }
 
 NAMES = {
+    "a_i": "a_i|point",
+    "ax": "axes",
+    "calibration": "a calibration",
+    "components": "component",
+    "conditions": "conditions of a stand",
     "delta0": "delta0|fixture angle",
+    "distribution": "a distribution",
+    "divisor": "factor of a bound|factor .* of a bound",
+    "drift": "a bound of a random error",
+    "factor": "factor",
+    "gap": "gap",
     "head": "a head",
+    "name": "name|theme",
+    "input": "input",
+    "known": "a laboratory",
+    "launch": "bound of a random error",
+    "launches": "a launch|without launches",
     "local_gravity": "local.gravity",
     "model": "a discovery",
+    "output": "output",
     "overrides": "overrides|declared|serial|unit|positions|reference_temperature|resolution",
+    "parameters": "a parameter",
     "plan": "a plan",
-    "reference_temperature": "T0",
+    "probability": "probability",
+    "random": "the random errors",
+    "record": "a stability record",
+    "records": "a record|records",
+    "reference_temperature": "T0|reference_temperature",
+    "results": "to report",
+    "scale_factor": "scale.factor",
+    "seconds": "seconds|averaging",
     "specification": "data sheet",
     "targets": "target|coefficient",
     "up": "up|direction|unit vector",

@@ -14,7 +14,8 @@ pytest.importorskip("matplotlib")
 
 from accelcal.error_budget.budget import budget as budget_of
 from accelcal.io.stability_record import read_stability
-from accelcal.plot.style import DARK, LIGHT, SMALL, canvas, picture, theme
+from accelcal.plot.colours import DARK, LIGHT
+from accelcal.plot.style import SMALL, canvas, picture, theme
 from accelcal.report.scale import readable
 from accelcal.results.findings import Change, Share
 from accelcal.results.quantity import Quantity
@@ -358,7 +359,10 @@ def test_unknown_runs_effects_axes_and_themes_are_told(several, found):
         several.plot.tumble(canvas(None))
     with pytest.raises(InputError, match="1 axes given; this picture fills 6"):
         several.plot.coefficients([canvas(None)])
-    with pytest.raises(InputError, match="'blue'; it is light or dark"), theme("blue"):
+    with (
+        pytest.raises(InputError, match="'blue' is unknown; choose from light, dark"),
+        theme("blue"),
+    ):
         pass
 
 

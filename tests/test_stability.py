@@ -384,7 +384,7 @@ def test_a_launch_is_frozen():
         ({"scale_factor": 0.0}, "other than 0"),
         ({"probability": 1.0}, "between 0 and 1"),
         ({"window": 0.0}, "longer than 0 s"),
-        ({"times": [-1.0]}, "below 0"),
+        ({"times": [-1.0]}, "time of .* is -1.0; it is 0 or more"),
     ],
 )
 def test_settings_are_checked(setting, message):

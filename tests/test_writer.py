@@ -11,10 +11,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from accelcal.apparatus import Apparatus
 from accelcal.errors import InputError
 from accelcal.io.tables import read_table, read_tables
 from accelcal.io.writer import write_table
-from accelcal.record import Apparatus, TumbleRecord
+from accelcal.record import TumbleRecord
 
 
 def record_of(outputs, **changes):

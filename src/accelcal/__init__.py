@@ -65,6 +65,7 @@ from typing import TYPE_CHECKING
 from accelcal.version import __version__
 
 if TYPE_CHECKING:
+    from accelcal.apparatus import Apparatus as Apparatus
     from accelcal.archive.batch import BatchCounts as BatchCounts
     from accelcal.archive.batch import BatchFrames as BatchFrames
     from accelcal.archive.batch import batch as batch
@@ -108,7 +109,6 @@ if TYPE_CHECKING:
     from accelcal.planning.optimum import optimal_design as optimal_design
     from accelcal.planning.pace import Pace as Pace
     from accelcal.recalibrations.history import history as history
-    from accelcal.record import Apparatus as Apparatus
     from accelcal.record import TumbleRecord as TumbleRecord
     from accelcal.results.calibration import Calibration as Calibration
     from accelcal.results.designs import DesignComparison as DesignComparison
@@ -213,7 +213,7 @@ _HOME = {
     "AccelcalError": "accelcal.errors",
     "AccelcalWarning": "accelcal.errors",
     "Accelerometer": "accelcal.simulation",
-    "Apparatus": "accelcal.record",
+    "Apparatus": "accelcal.apparatus",
     "BatchCounts": "accelcal.archive.batch",
     "BatchFrames": "accelcal.archive.batch",
     "Calibration": "accelcal.results.calibration",

@@ -36,6 +36,10 @@ _KINDS = {
         "a calibration",
         "make one by accelcal.fit, or by accelcal.Calibration.from_json('file.json')",
     ),
+    "Distribution": (
+        "a distribution",
+        "make one by accelcal.stand_uncertainty.distribution.distribution('normal', standard=1e-5)",
+    ),
     "Discovery": (
         "a discovery",
         "make one by accelcal.discover(record), or by accelcal.read_discovery('model.json')",
@@ -50,12 +54,41 @@ _KINDS = {
         "make one by accelcal.calibrate_head(records), or by accelcal.read_head('head.csv')",
     ),
     "NoiseComponents": ("noise", "make it by accelcal.NoiseComponents(reading=5e-6)"),
+    "Launch": (
+        "a launch",
+        "make one by accelcal.stability.record.Launch(label, time, output)",
+    ),
+    "Laboratory": (
+        "a laboratory",
+        "make one by accelcal.io.laboratory.Laboratory(...), or read one from a TOML file",
+    ),
     "Pace": ("a pace", "make one by accelcal.Pace(reading=60)"),
+    "Parameter": ("a parameter", "make one by accelcal.Parameter('sine', 'rad', 'meaning')"),
+    "RandomBound": (
+        "a bound of a random error",
+        "make one by accelcal.error_budget.random_part.RandomBound(bound, divisor)",
+    ),
+    "RandomPart": (
+        "the random errors",
+        "make them by accelcal.error_budget.random_part.random_part(calibration)",
+    ),
     "Specification": (
         "a data sheet",
         "read one by accelcal.io.specification.read_specification('sheet.toml')",
     ),
+    "StabilityRecord": (
+        "a stability record",
+        "make one by accelcal.io.stability_record.read_stability('record.csv')",
+    ),
     "Stand": ("a stand", "make one by accelcal.read_stand('stand.toml')"),
+    "StandConditions": (
+        "conditions of a stand",
+        "make them by accelcal.stand_uncertainty.readings.StandConditions(gravity=9.81)",
+    ),
+    "StandComponent": (
+        "a component of a stand",
+        "make one by accelcal.StandComponent(name, kind, distribution)",
+    ),
     "TriadRecord": (
         "a record of a triad",
         "make one by accelcal.read_triad('file.csv'), or give an array",
@@ -142,7 +175,8 @@ def several(values: Any) -> tuple[Any, ...]:
     >>> several([20.0, 80.0]), several(20.0), several("o+")
     ((20.0, 80.0), (20.0,), ('o+',))
     """
-    if not isinstance(values, Iterable) or isinstance(values, str) or hasattr(values, "keys"):
+    one = not isinstance(values, Iterable) or isinstance(values, str | bytes)
+    if one or hasattr(values, "keys"):
         return (values,)
     return tuple(values.tolist() if isinstance(values, np.ndarray) else values)
 
@@ -233,7 +267,7 @@ def number_array(value: ArrayLike, name: str) -> NDArray[np.float64]:
     """
     try:
         array: Any = np.asanyarray(value)
-        if array.dtype.kind == "c":
+        if value is None or array.dtype.kind not in "iufO":
             raise TypeError
         if hasattr(array, "filled"):  # of numpy.ma, which is not loaded for this
             array = array.astype(np.float64).filled(np.nan)

@@ -16,6 +16,7 @@ __all__ = [
     "check_function",
     "check_options",
     "check_text",
+    "check_written",
     "mapping_of",
 ]
 
@@ -94,8 +95,24 @@ def check_text(**values: str | None) -> None:
     ...
     accelcal.errors.InputError: serial is 15; it is a text, in quotes
     """
+    check_written(**{name: value for name, value in values.items() if value is not None})
+
+
+def check_written(**values: str) -> None:
+    """Refuse what is no text.
+
+    Parameters
+    ----------
+    **values : str
+        The texts, by the name that the message gives.
+
+    Raises
+    ------
+    InputError
+        If one is something else.
+    """
     for name, value in values.items():
-        if value is not None and not isinstance(value, str):
+        if not isinstance(value, str):
             raise InputError(f"{name} is {as_given(value)}; it is a text, in quotes")
 
 

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments import check_number
+from accelcal.apparatus import Apparatus
+from accelcal.arguments import as_given
 from accelcal.errors import InputError
 from accelcal.geometry import MOUNTINGS, is_mounting
 from accelcal.grouping import distinct
@@ -24,67 +25,31 @@ from accelcal.grouping import distinct
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Apparatus", "TumbleRecord", "naming"]
+__all__ = ["TumbleRecord", "naming"]
 
-
-_LARGEST = {
-    "head_uncertainty": (0.1, "rad"),
-    "launch_uncertainty": (1.0, "g"),
-    "launch_sf_uncertainty": (0.1, "as a part of one"),
-    "temperature_uncertainty": (100.0, "degC"),
-    "resolution": (1e20, "in the output unit"),
+_DTYPES = {
+    **dict.fromkeys(("output", "angle", "temperature"), "fiu"),
+    **dict.fromkeys(("stroke", "run"), "iu"),
+    "mounting": "U",
+    "position": "iu",
+    **dict.fromkeys(("time", "std", "count"), "fiu"),
+    "line": "iu",
+    "clamping": "fiu",
 }
+"""Array of a record, in order -> kinds of its numbers or texts, as NumPy names them."""
 
+_IN_WORDS = {"fiu": "numbers", "iu": "whole numbers", "U": "texts"}
 
-@dataclass(frozen=True, slots=True)
-class Apparatus:
-    """What is declared of the stand and the place; None means not declared.
-
-    Attributes
-    ----------
-    local_gravity : float or None
-        Local gravity [m/s^2].
-    head_uncertainty : float or None
-        Standard uncertainty of one head position, as an angle [rad], which is the acceleration in
-        g at the position where it acts most.
-    launch_uncertainty : float or None
-        Standard uncertainty of the bias from run to run [g].
-    launch_sf_uncertainty : float or None
-        Relative standard uncertainty of the scale factor from run to run [1].
-    temperature_uncertainty : float or None
-        Standard uncertainty of a temperature [degC].
-    resolution : float or None
-        Step of the output [output unit].
-
-    Raises
-    ------
-    InputError
-        If a value is negative or not finite, or the gravity is not that of a place on Earth.
-    """
-
-    local_gravity: float | None = None
-    head_uncertainty: float | None = None
-    launch_uncertainty: float | None = None
-    launch_sf_uncertainty: float | None = None
-    temperature_uncertainty: float | None = None
-    resolution: float | None = None
-
-    def __post_init__(self) -> None:
-        for item in fields(self):
-            given = getattr(self, item.name)
-            if given is not None and (not isinstance(given, Real) or isinstance(given, bool)):
-                check_number(**{item.name: given})
-            value = None if item.name == "local_gravity" else given
-            if value is not None and not 0 <= value < np.inf:
-                raise InputError(f"{item.name} is {value}; it is a finite number, zero or more")
-            largest, unit = _LARGEST.get(item.name, (np.inf, ""))
-            if value is not None and value >= largest:
-                raise InputError(f"{item.name} is {value}; it is below {largest:g} {unit}")
-        if self.local_gravity is not None and not 9.7 < self.local_gravity < 9.9:
-            raise InputError(
-                f"local gravity {self.local_gravity} m/s^2 is found nowhere on Earth; it lies"
-                " between 9.76 and 9.84, in m/s^2"
-            )
+_KINDS: dict[str, tuple[type | tuple[type, ...], str]] = {
+    **dict.fromkeys(_DTYPES, (np.ndarray, "an array, as accelcal.read_arrays makes it")),
+    **dict.fromkeys(("run_labels", "notes"), (tuple, "a tuple of texts")),
+    **dict.fromkeys(("serial", "unit", "date", "source", "sha256"), (str, "a text, in quotes")),
+    "positions": ((int, np.integer), "a whole number, 2 or more"),
+    "reference_temperature": ((float, Real), "a finite number of degC"),
+    "apparatus": (Apparatus, "an accelcal.Apparatus(...)"),
+    "metadata": ((dict, Mapping), "a mapping such as {'operator': 'A. N.'}"),
+}
+"""Attribute of a record -> its kind, and that in words; the commonest kind first."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -174,14 +139,26 @@ class TumbleRecord:
     sha256: str | None = None
 
     def __post_init__(self) -> None:
+        self._check_kinds()
         self._check_lengths()
         self._check_values()
         for array in self._arrays().values():
             array.setflags(write=False)  # a record is evidence: nobody edits it in place
 
     def _arrays(self) -> dict[str, NDArray[Any]]:
-        values = {item.name: getattr(self, item.name) for item in fields(self)}
-        return {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
+        values = {name: getattr(self, name) for name in _DTYPES}
+        return {name: value for name, value in values.items() if value is not None}
+
+    def _check_kinds(self) -> None:
+        for name, (kinds, rule) in _KINDS.items():
+            value = getattr(self, name)
+            if not isinstance(value, kinds) and (value is not None or name not in _OPTIONAL):
+                raise InputError(f"{name} of a record is {as_given(value)}; it is {rule}")
+        for name in ("run_labels", "notes"):
+            try:
+                "".join(getattr(self, name))  # the quickest look at all of them
+            except TypeError as error:
+                raise InputError(f"{name} of a record: {error}; it is a tuple of texts") from None
 
     def _check_lengths(self) -> None:
         n = self.output.size
@@ -190,8 +167,16 @@ class TumbleRecord:
         for name, array in self._arrays().items():
             if array.shape != (n,):
                 raise InputError(f"{name} has shape {array.shape}; with {n} outputs it is ({n},)")
+            if array.dtype.kind not in _DTYPES[name]:
+                rule = _IN_WORDS[_DTYPES[name]]
+                raise InputError(f"{name} of a record is of {array.dtype}; it is of {rule}")
 
     def _check_values(self) -> None:
+        if self.positions < 2:
+            raise InputError(f"positions of a record is {self.positions}; it is 2 or more")
+        reference = self.reference_temperature
+        if reference is not None and not -np.inf < reference < np.inf:
+            raise InputError(f"reference_temperature is {reference}; it is a finite number of degC")
         rules = [
             ("output", np.isfinite(self.output), "a finite number"),
             ("angle", np.isfinite(self.angle), "a finite number of degrees"),
@@ -339,6 +324,9 @@ class TumbleRecord:
             A new record.
         """
         return replace(self, apparatus=replace(self.apparatus, **declared))
+
+
+_OPTIONAL = {item.name for item in fields(TumbleRecord) if item.default is None}
 
 
 @contextmanager

@@ -19,13 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.accelerometer import AL15, Accelerometer, BilinearLaw
+from accelcal.apparatus import Apparatus
 from accelcal.arguments import check_number, check_whole, each_of, expect, several
 from accelcal.choices import check_flag
 from accelcal.effects.conditions import SECONDS_PER_READING, Conditions, conditions_of
 from accelcal.effects.effect import ActsOn, Disturbance
 from accelcal.errors import InputError
 from accelcal.geometry import accelerations, checked_fixture_angle, turn_angles
-from accelcal.record import Apparatus, TumbleRecord
+from accelcal.record import TumbleRecord
 
 __all__ = ["AL15", "NOISE_FREE", "Accelerometer", "BilinearLaw", "NoiseComponents"]
 __all__ += ["TumblePlan", "simulate"]
@@ -140,6 +141,7 @@ class TumblePlan:
         check_number(0.0, _LARGEST, seconds_between_runs=self.seconds_between_runs)
         check_number(1e-9, _LARGEST, seconds_per_reading=self.seconds_per_reading)
         check_flag(timed=self.timed)
+        Apparatus(local_gravity=self.local_gravity)  # refuses what is found nowhere on Earth
         accelerations(0.0, mounting=self.mountings)  # refuses an unknown mounting
         if self.readings > _MOST_READINGS:
             raise InputError(

@@ -7,7 +7,8 @@ import math
 
 import numpy as np
 
-from accelcal.record import Apparatus, TumbleRecord
+from accelcal.apparatus import Apparatus
+from accelcal.record import TumbleRecord
 
 NAMES = ("K0", "K1", "K2", "K3", "M", "M_ip")
 AL15 = (4.4874e-3, 1.35, 1.4175e-4, 1.17e-4, 1.5525e-3, 2.7e-5)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from accelcal.arguments import expect
 from accelcal.certificate.administrative import administrative_data
 from accelcal.certificate.results import measurement_results
 from accelcal.certificate.xml import dcc, written
@@ -46,9 +47,12 @@ def certificate(calibration: Calibration, known: Laboratory | None = None) -> st
     >>> certificate(calibration, Laboratory(performed_from="2026-11-21"))[:38]
     '<?xml version="1.0" encoding="UTF-8"?>'
     """
+    expect(calibration, Calibration)
+    known = Laboratory() if known is None else known
+    expect(known, Laboratory)
     root = dcc(
         "digitalCalibrationCertificate",
-        administrative_data(calibration, known or Laboratory()),
+        administrative_data(calibration, known),
         measurement_results(calibration),
         schemaVersion=VERSION,
     )

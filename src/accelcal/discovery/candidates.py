@@ -15,6 +15,7 @@ from accelcal.discovery.space import Space
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Effect, Parameter
+from accelcal.errors import InputError
 
 __all__ = [
     "Candidates",
@@ -98,8 +99,15 @@ class Candidates(NamedTuple):
 
 def searched_among(effects: Iterable[Effect] | None = None) -> tuple[Effect, ...]:
     """Effects that add to the readings in proportion to their size, by default the catalogue's."""
-    asked = () if effects is None else each_of(effects, Effect)
-    return tuple(e for e in asked or catalogue() if e.acts_on != "readings" and e.amplitudes)
+    asked = catalogue() if effects is None else each_of(effects, Effect)
+    found = tuple(e for e in asked if e.acts_on != "readings" and e.amplitudes)
+    if not found:
+        ids = ", ".join(entry.id for entry in asked) or "none"
+        raise InputError(
+            f"effects are {ids}, of which none can be searched for; give one with an amplitude that"
+            " does not act on the readings, or leave effects out to search the catalogue"
+        )
+    return found
 
 
 def candidates(effects: Sequence[Effect], space: Space, c: Conditions) -> Candidates:

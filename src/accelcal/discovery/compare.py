@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.apparatus import Apparatus
 from accelcal.arguments import expect
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation, Law
@@ -32,7 +33,7 @@ from accelcal.errors import AccelcalWarning, InputError
 from accelcal.estimate.tables import head_positions
 from accelcal.grouping import decimal_step
 from accelcal.probability import LEVEL, student_quantile
-from accelcal.record import Apparatus, TumbleRecord, naming
+from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle
 from accelcal.results.calibration import Calibration
 from accelcal.results.disagreement import Disagreement, RunChange

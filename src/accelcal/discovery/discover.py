@@ -125,7 +125,7 @@ def discover(
     <Discovery serial AL-15: backlash>
     """
     expect(record, TumbleRecord)
-    check_search(alpha, max_effects)
+    check_search(alpha, max_effects, seed)
     check_flag(empirical=empirical)
     refuse_several_clampings(record)
     t0 = reference_temperature_of(record, reference_temperature)
@@ -145,9 +145,10 @@ def discover(
         return _discovery(_searched(mended, question), record, found, question)
 
 
-def check_search(alpha: float, max_effects: int) -> None:
-    """Refuse a false-alarm rate and a number of effects that no search has."""
+def check_search(alpha: float, max_effects: int, seed: int) -> None:
+    """Refuse a false-alarm rate, a number of effects and a seed that no search has."""
     check_number(alpha=alpha)
+    check_whole(0, seed=seed)
     check_whole(1, max_effects=max_effects)
     if not 1e-6 <= alpha <= 0.5:
         raise InputError(f"alpha is {alpha:g}; it is a false-alarm rate from 1e-6 to 0.5")

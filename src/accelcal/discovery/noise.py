@@ -12,10 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.apparatus import Apparatus
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
 from accelcal.grouping import grouped
-from accelcal.record import Apparatus, TumbleRecord
+from accelcal.record import TumbleRecord
 
 __all__ = [
     "ReadingNoise",

@@ -11,6 +11,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arguments import check_number, each_of
+from accelcal.choices import check_flag, check_function, check_written
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
 from accelcal.escapes import visible
@@ -54,6 +56,18 @@ class Parameter:
     search: Callable[[Conditions], Array] | None = None
     discrete: bool = False
 
+    def __post_init__(self) -> None:
+        check_written(name=self.name, unit=self.unit, meaning=self.meaning)
+        check_flag(linear=self.linear, discrete=self.discrete)
+        check_function(search=self.search)
+        if not isinstance(self.minimum, float) or self.minimum != -math.inf:
+            check_number(minimum=self.minimum)
+        check_number(small=self.small)
+        if not self.small > 0.0:
+            raise InputError(f"small is {self.small}; it is above 0 [{self.unit}]")
+        if self.default is not None:
+            check_number(self.minimum, default=self.default)
+
     def checked(self, value: float) -> float:
         """Give the value back if it obeys the rules of the parameter.
 
@@ -72,12 +86,10 @@ class Parameter:
         InputError
             If it is not finite or below the minimum.
         """
-        if not math.isfinite(value):
-            raise InputError(f"{self.name} is {value}; it is a finite number [{self.unit}]")
-        if value < self.minimum:
-            raise InputError(
-                f"{self.name} is {value}; it is {self.minimum:g} or more [{self.unit}]"
-            )
+        try:
+            check_number(self.minimum, **{self.name: value})
+        except InputError as error:
+            raise InputError(f"{error} [{self.unit}]") from None
         return float(value)
 
 
@@ -138,6 +150,14 @@ class Effect:
     signature: str = "Residuals that follow the formula."
     to_tell_apart: str = "readings where their formulas differ"
     bend: Callable[[Conditions], Array] | None = None
+
+    def __post_init__(self) -> None:
+        check_written(id=self.id, name=self.name, physics=self.physics, formula=self.formula)
+        check_written(signature=self.signature, to_tell_apart=self.to_tell_apart)
+        object.__setattr__(self, "parameters", each_of(self.parameters, Parameter))
+        check_function(term=self.term, bend=self.bend)
+        if self.term is None:
+            raise InputError("term is None; give a function of the conditions and the parameters")
 
     def __reduce__(self) -> tuple[Callable[..., Effect], tuple[object, ...]]:
         """Pickle an entry that every process has by its id, as its term may be a lambda."""

@@ -7,13 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from accelcal.arguments import check_number, expect
+from accelcal.choices import check_flag
 from accelcal.error_budget.coefficients import coefficients_of
 from accelcal.error_budget.components import random_components, systematic_components
 from accelcal.error_budget.conditions import conditions
 from accelcal.error_budget.correlation import correlated_symbols, covariance
 from accelcal.error_budget.random_part import RandomPart, random_part
 from accelcal.error_budget.weaknesses import weaknesses
-from accelcal.errors import InputError
 from accelcal.probability import LEVEL, student_quantile
 from accelcal.results.calibration import Calibration
 from accelcal.results.error_budget import ErrorBudget, ErrorComponent
@@ -87,15 +88,14 @@ def budget(
     >>> found.systematic.round(4).tolist()
     [0.001, 0.0324]
     """
-    if not 0.0 <= temperature_uncertainty < np.inf:
-        raise InputError(
-            f"temperature uncertainty {temperature_uncertainty}; it is a finite number of degC,"
-            " zero or more"
-        )
+    expect(calibration, Calibration)
+    check_number(0.0, temperature_uncertainty=temperature_uncertainty)
+    check_flag(exact=exact, extrapolate=extrapolate)
     refuse_misprinted(calibration)
     refuse_undetermined_laws(calibration)
     coefficients = coefficients_of(calibration)
     random = random_part(calibration) if random is None else random
+    expect(random, RandomPart)
     points = conditions(coefficients, (a_i, a_p, a_o), temperature, time, extrapolate=extrapolate)
     parts = (
         *systematic_components(

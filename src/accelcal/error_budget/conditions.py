@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from accelcal.arguments import number_array
 from accelcal.error_budget.coefficients import Coefficients
 from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL
@@ -76,10 +77,10 @@ def conditions(
         As `accelcal.error_budget.budget.budget` tells.
     """
     reference = np.nan if coefficients.reference is None else coefficients.reference
-    asked = (*acceleration, reference if temperature is None else temperature, time)
-    a_i, a_p, a_o, at, clock = (
-        array.ravel()
-        for array in np.broadcast_arrays(*(np.asarray(x, dtype=np.float64) for x in asked))
+    a_i, a_p, a_o, at, clock = _together(
+        **dict(zip(("a_i", "a_p", "a_o"), acceleration, strict=True)),
+        temperature=reference if temperature is None else temperature,
+        time=time,
     )
     rise = np.zeros(at.size) if temperature is None else at - reference
     _check_finite(a_i=a_i, a_p=a_p, a_o=a_o, time=clock)
@@ -91,6 +92,19 @@ def conditions(
         _check_temperature(coefficients, at, rise)
     outside = _outside(coefficients, at, extrapolate)
     return Conditions(Acceleration(a_i, a_p, a_o), at, rise, clock, outside)
+
+
+def _together(**asked: ArrayLike) -> list[Array]:
+    """Numbers of all kinds for each point."""
+    given = {name: number_array(value, name) for name, value in asked.items()}
+    try:
+        points = np.broadcast_arrays(*given.values())
+    except ValueError:
+        sizes = ", ".join(f"{name} {array.shape}" for name, array in given.items() if array.ndim)
+        raise InputError(f"shapes of {sizes} do not fit; give arrays that broadcast") from None
+    if not points[0].size:
+        raise InputError("no point is asked for; give one acceleration or more")
+    return [array.ravel() for array in points]
 
 
 def _check_finite(**arrays: Array) -> None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
+from accelcal.arguments import check_number, expect
+from accelcal.choices import check_written
 from accelcal.errors import InputError
 from accelcal.results.calibration import Calibration
 from accelcal.results.checked import checked, mapping_of, number_or_none, one_of, schema_of
@@ -49,10 +51,11 @@ class RandomBound:
     origin: str = ""
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.bound < math.inf:
-            raise InputError(f"bound {self.bound} of a random error; it is finite, zero or more")
-        if not 0.0 < self.divisor < math.inf:
+        check_number(0.0, **{"bound of a random error": self.bound})
+        check_number(**{"factor of a bound": self.divisor})
+        if not self.divisor > 0.0:
             raise InputError(f"factor {self.divisor} of a bound; it is above zero, usually 3")
+        check_written(origin=self.origin)
 
     @property
     def standard_uncertainty(self) -> float:
@@ -86,6 +89,10 @@ class RandomPart:
     hysteresis: RandomBound = RandomBound()
     threshold: RandomBound = RandomBound(divisor=_RECTANGULAR)
     scale_factor: RandomBound = RandomBound()
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            expect(getattr(self, item.name), RandomBound)
 
 
 def random_part(
@@ -142,6 +149,8 @@ def random_part(
     >>> found.launch.origin, found.fluctuation.origin, found.drift.origin
     ('calibration, declared', 'given', '')
     """
+    expect(calibration, Calibration)
+    check_number(0.0, factor=factor)
     given = {
         "launch": _given(launch, factor),
         "drift": _given(drift_rate, _RECTANGULAR),

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.apparatus import Apparatus
 from accelcal.estimate.contrasts import LackOfFit
 from accelcal.estimate.error_components import Errors, ErrorsOfReadings
 from accelcal.estimate.head import HeadError, head_error, lack_of_fit
@@ -25,7 +26,6 @@ from accelcal.estimate.uncertainty import Component
 from accelcal.estimate.unrepeated import told_apart
 from accelcal.grouping import distinct
 from accelcal.model import COEFFICIENTS
-from accelcal.record import Apparatus
 from accelcal.results.head_calibration import HeadCalibration
 
 __all__ = ["JointEstimate", "JointStack", "estimate_jointly", "estimate_stack"]

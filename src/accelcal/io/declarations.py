@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from accelcal.apparatus import Apparatus
 from accelcal.arguments import check_number
 from accelcal.choices import check_text, mapping_of
 from accelcal.errors import InputError, TableError, located
@@ -17,7 +18,6 @@ from accelcal.geometry import checked_fixture_angle, checked_positions
 from accelcal.io.layout import Declared, Layout, shown, split_line
 from accelcal.io.readings import MAXIMUM_TEMPERATURE
 from accelcal.io.vocabulary import KEYS, UNITS_OF, has_unit
-from accelcal.record import Apparatus
 from accelcal.units import canonical_unit, output_unit
 
 __all__ = ["OVERRIDES", "Declarations", "declarations", "declared_by_caller", "unit_and_serial"]

@@ -11,11 +11,12 @@ from typing import IO, Any
 
 import numpy as np
 
+from accelcal.apparatus import Apparatus
 from accelcal.arguments import each_of, path_text
 from accelcal.errors import InputError
 from accelcal.escapes import ESCAPED
 from accelcal.io.vocabulary import canonical_key
-from accelcal.record import Apparatus, TumbleRecord
+from accelcal.record import TumbleRecord
 
 __all__ = ["write_table"]
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from os import PathLike, fspath
+from os import PathLike
 
+from accelcal.arguments import each_of, kind_of, path_text, several
 from accelcal.atomic import write_atomically
 from accelcal.errors import InputError
 from accelcal.page.blocks import Chapter, Page
@@ -87,9 +88,10 @@ def form_of(path: str | PathLike[str]) -> str:
     InputError
         If it is none of them.
     """
-    form = fspath(path).rpartition(".")[2].casefold()
+    name = path_text(path, f"name a file that ends in .{', .'.join(FORMS)}")
+    form = name.rpartition(".")[2].casefold()
     if form not in FORMS:
-        raise InputError(f"report {fspath(path)!r}; name a file that ends in .{', .'.join(FORMS)}")
+        raise InputError(f"report {name!r}; name a file that ends in .{', .'.join(FORMS)}")
     return form
 
 
@@ -108,12 +110,26 @@ def report_page(results: Sequence[Result], records: Sequence[TumbleRecord | None
     Page
         The page; the same results make the same page.
     """
+    results, records = _reported(results), several(records)
+    each_of([record for record in records if record is not None], TumbleRecord)
+    if len(records) > len(results):
+        raise InputError(f"{len(records)} records of {len(results)} results; give one for each")
     known = [*records, *[None] * (len(results) - len(records))]
     chapters = [
         _chapter(result, record, f"r{i}-" if len(results) > 1 else "")
         for i, (result, record) in enumerate(zip(results, known, strict=True))
     ]
     return Page(_title(chapters), chapters, f"accelcal {__version__}")
+
+
+def _reported(results: Sequence[Result]) -> tuple[Result, ...]:
+    """One result or several that have a chapter."""
+    found = (results,) if isinstance(results, Result) else several(results)
+    wrong = [kind_of(each) for each in found if not isinstance(each, Result)]
+    if wrong or not found:
+        what = wrong[0] if wrong else "nothing"
+        raise InputError(f"{what} to report; give what accelcal.fit or accelcal.discover found")
+    return found
 
 
 def _title(chapters: Sequence[Chapter]) -> str:

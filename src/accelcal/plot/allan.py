@@ -7,15 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from accelcal.arguments import expect
+from accelcal.errors import InputError
 from accelcal.plot.style import canvas, canvases, palette, styled
 from accelcal.report.scale import readable
 from accelcal.stability.noise_terms import TERMS
+from accelcal.stability.record import StabilityRecord
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from accelcal.results.stability import Stability
-    from accelcal.stability.record import StabilityRecord
 
 __all__ = ["allan", "bias_in_time", "both"]
 
@@ -90,12 +92,18 @@ def _plain_numbers(ax: Axes) -> None:
 @styled
 def bias_in_time(stability: Stability, record: StabilityRecord, ax: Axes | None) -> Axes:
     """Draw `StabilityPlot.record`."""
+    expect(record, StabilityRecord)
     ax, launches = canvas(ax, (5.6, 4.2)), stability.launches
     longest = max((launch.duration_s for launch in launches), default=1.0)
     size, name = (3600.0, "h") if longest > 7200 else (60.0, "min") if longest > 120 else (1.0, "s")
     centre = math.fsum(launch.level for launch in launches) / max(len(launches), 1)
     factor, unit = readable(stability.unit, [e.fluctuation.value or 0.0 for e in launches])
     resting = [launch for launch in record.launches if launch.is_at_rest]
+    if len(resting) != len(launches):
+        raise InputError(
+            f"{len(resting)} launches at rest in the record, and {len(launches)} in the analysis;"
+            " give the record that was analysed"
+        )
     series = palette().series
     for number, (shown, launch) in enumerate(zip(launches, resting, strict=True)):
         colour = series[number % len(series)]

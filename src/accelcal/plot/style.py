@@ -1,7 +1,4 @@
-"""One style for all pictures: colours that the colour-blind tell apart, fonts, light and dark.
-
-Colours are those of Okabe and Ito (2008), "Color Universal Design", made lighter for dark paper.
-"""
+"""One style for all pictures: fonts, axes, light and dark, and how a picture is written."""
 
 from __future__ import annotations
 
@@ -9,24 +6,23 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
 from functools import wraps
 from io import BytesIO
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
 
+from accelcal.arguments import kind_of
+from accelcal.choices import check_choice, check_flag
 from accelcal.errors import InputError
+from accelcal.plot.colours import DARK, LIGHT, Palette
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 __all__ = [
-    "DARK",
     "FORMS",
-    "LIGHT",
-    "Palette",
     "canvas",
     "canvases",
     "dressed",
@@ -50,63 +46,6 @@ SMALL = 8.0
 _UNDATED: dict[str, dict[str, None]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
 _DOTS_PER_INCH = 150
 
-
-@dataclass(frozen=True, slots=True)
-class Palette:
-    """Colours of a theme by what they are for.
-
-    Attributes
-    ----------
-    name : str
-        ``"light"`` or ``"dark"``.
-    ink, muted, grid, paper : str
-        Text and axes, what stands back, grid lines, and the ground.
-    series : tuple of str
-        Eight colours of data, the same hues in the same order in all themes.
-    low, middle, high : str
-        Ends and middle of the scale of heat maps.
-    """
-
-    name: str
-    ink: str
-    muted: str
-    grid: str
-    paper: str
-    series: tuple[str, ...]
-    low: str
-    middle: str
-    high: str
-
-
-LIGHT = Palette(
-    name="light",
-    ink="#1b1f24",
-    muted="#6b7178",
-    grid="#e4e6e9",
-    paper="#ffffff",
-    series=(
-        *("#0072b2", "#d55e00", "#009e73", "#cc79a7"),
-        *("#e69f00", "#56b4e9", "#8c6d1f", "#5b4b9a"),
-    ),
-    low="#0072b2",
-    middle="#f7f7f7",
-    high="#d55e00",
-)
-
-DARK = Palette(
-    name="dark",
-    ink="#e8eaed",
-    muted="#9aa0a6",
-    grid="#3a3f45",
-    paper="#15181c",
-    series=(
-        *("#56b4e9", "#ff8a4c", "#2ec4a0", "#e39bc4"),
-        *("#f0c24b", "#a8d8f7", "#c9a85a", "#a99be0"),
-    ),
-    low="#56b4e9",
-    middle="#262b31",
-    high="#ff8a4c",
-)
 
 _THEMES = {"light": LIGHT, "dark": DARK}
 _current: ContextVar[Palette | None] = ContextVar("palette", default=None)
@@ -147,8 +86,8 @@ def theme(name: str = "light", *, transparent: bool = False) -> Iterator[Palette
     >>> data[:5]
     b'<?xml'
     """
-    if name not in _THEMES:
-        raise InputError(f"theme {name!r}; it is {' or '.join(_THEMES)}")
+    check_choice(_THEMES, theme=name)
+    check_flag(transparent=transparent)
     chosen = _THEMES[name]
     with _matplotlib().rc_context(_settings(chosen, transparent)):
         token = _current.set(chosen)
@@ -206,6 +145,7 @@ def canvas(ax: Axes | None, size: tuple[float, float] = (6.4, 3.8), *, polar: bo
     """
     if ax is None:
         ax = _figure(size).add_subplot(polar=polar)
+    _refuse_no_axes(ax)
     if polar and ax.name != "polar":
         raise InputError("this picture goes round; give it axes of projection='polar'")
     return dressed(ax)
@@ -239,8 +179,14 @@ def canvases(axes: Any, rows: int, columns: int, size: tuple[float, float]) -> A
     if flat.size != rows * columns:
         raise InputError(f"{flat.size} axes given; this picture fills {rows * columns}")
     for ax in flat:
+        _refuse_no_axes(ax)
         dressed(ax)
     return flat
+
+
+def _refuse_no_axes(ax: object) -> None:
+    if not hasattr(ax, "tick_params"):
+        raise InputError(f"{kind_of(ax)} in place of axes; give those of matplotlib, or none")
 
 
 def dressed(ax: Axes) -> Axes:

@@ -103,7 +103,7 @@ def _name(entry: Entry) -> str:
 
 def _of_mounting(own: list[Entry], mounting: str | None, notes: list[str]) -> list[Entry]:
     have = Counter(entry.mounting for entry in own)
-    chosen = mounting or have.most_common(1)[0][0]
+    chosen = have.most_common(1)[0][0] if mounting is None else mounting
     kept = [entry for entry in own if entry.mounting == chosen]
     if not kept:
         raise InputError(f"no mounting {chosen!r} in the results; there is {', '.join(have)}")

@@ -117,6 +117,8 @@ def history_of(
     """
     check_number(alpha=alpha)
     check_text(serial=serial, mounting=mounting)
+    if temperature is not None:
+        check_number(temperature=temperature)
     if not SMALLEST_CHANCE <= alpha < 1.0:
         raise InputError(
             f"alpha is {alpha:g}; it is a chance from {SMALLEST_CHANCE:g} to 1, such as 0.01"

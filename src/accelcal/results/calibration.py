@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from accelcal.choices import check_written
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.results import calibration_parts as parts
@@ -245,6 +246,7 @@ class Calibration(StoredResult, TabularResult):
         InputError
             If there is no such table.
         """
+        check_written(mounting=mounting)
         tables = tuple(table for table in self.tables if table.mounting == mounting)
         have = [table.mounting for table in self.tables]
         if not tables:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from accelcal.arguments import check_number, expect, several
 from accelcal.errors import InputError
 from accelcal.probability import LEVEL, student_quantile
 from accelcal.results.calibration import Calibration
@@ -90,6 +91,8 @@ def analyse(
     >>> round(result.components["sigma_F"].value, 1), result.components["sigma_L"].finding
     (1.0, 'not determined: 1 launch; repeat the launch')
     """
+    expect(record, StabilityRecord)
+    times = several(times)
     _check(scale_factor, probability, window, times)
     unit = "g" if scale_factor else (record.unit or "output units")
     setting = _Setting(unit, window, probability)
@@ -169,14 +172,17 @@ def scale_factor_from(calibration: Calibration, record: StabilityRecord) -> floa
 def _check(
     scale_factor: float | None, probability: float | None, window: float, times: Sequence[float]
 ) -> None:
-    if scale_factor is not None and not (math.isfinite(scale_factor) and scale_factor):
+    numbers = {"scale_factor": scale_factor, "probability": probability}
+    check_number(**{name: value for name, value in numbers.items() if value is not None})
+    check_number(window=window)
+    if scale_factor == 0.0:
         raise InputError(f"scale factor {scale_factor}; it is a finite number other than 0")
     if probability is not None and not 0.0 < probability < 1.0:
         raise InputError(f"probability {probability:g}; it lies between 0 and 1, such as 0.9973")
     if not window > 0.0:
         raise InputError(f"window {window:g} s; the initial window is longer than 0 s")
-    if not all(math.isfinite(time) and time >= 0.0 for time in times):
-        raise InputError("a time of (3) is below 0 or not finite; times count from the launch")
+    for time in times:
+        check_number(0.0, **{"time of (3)": time})
 
 
 def _scaled(launch: Launch, scale_factor: float) -> Launch:

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arguments import check_number, each_of, expect, number_array
+from accelcal.choices import check_text, check_written
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 
@@ -43,10 +45,11 @@ class Launch:
     input: Array | None = None
 
     def __post_init__(self) -> None:
+        check_written(label=self.label)
         for item in fields(self):
             values = getattr(self, item.name)
-            if item.name != "label" and values is not None:
-                frozen = np.array(values, dtype=np.float64)
+            if item.name in ("time", "output") or (item.name != "label" and values is not None):
+                frozen = number_array(values, item.name).copy()
                 frozen.setflags(write=False)
                 object.__setattr__(self, item.name, frozen)
         _check(self)
@@ -88,13 +91,21 @@ def _check(launch: Launch) -> None:
             f"launch {launch.label}: {launch.time.size} times and {launch.output.size} outputs; "
             "give one time for each output"
         )
+    for name in ("temperature", "input"):
+        values = getattr(launch, name)
+        if values is not None and values.shape != launch.time.shape:
+            raise InputError(
+                f"launch {launch.label}: {values.size} values of {name} for {launch.time.size}"
+                " times; give one for each, or none"
+            )
     if launch.time.size < 3:
         raise InputError(
             f"launch {launch.label}: {launch.time.size} samples; a launch has at least 3"
         )
-    if not (np.isfinite(launch.time).all() and np.isfinite(launch.output).all()):
+    known = (launch.time, launch.output, *([] if launch.input is None else [launch.input]))
+    if not all(np.isfinite(values).all() for values in known):
         raise InputError(
-            f"launch {launch.label}: a time or output is not finite; leave such samples out"
+            f"launch {launch.label}: a time, output or input is not finite; leave such samples out"
         )
     if not (np.diff(launch.time) > 0.0).all():
         raise InputError(
@@ -133,6 +144,9 @@ class StabilityRecord:
     notes: tuple[str, ...] = field(default=())
 
     def __post_init__(self) -> None:
+        check_text(unit=self.unit, serial=self.serial)
+        check_written(source=self.source)
+        object.__setattr__(self, "launches", each_of(self.launches, Launch))
         if not self.launches:
             raise InputError("a stability record without launches; give at least one")
 
@@ -168,6 +182,8 @@ def split_at_gaps(record: StabilityRecord, gap: float) -> StabilityRecord:
     >>> [piece.label for piece in split_at_gaps(StabilityRecord((launch,)), 60.0).launches]
     ['1.1', '1.2']
     """
+    expect(record, StabilityRecord)
+    check_number(gap=gap)
     if not gap > 0.0:
         raise InputError(f"launch gap {gap:g} s; a pause between launches is above 0")
     pieces: list[Launch] = []
@@ -206,6 +222,8 @@ def averaged(record: StabilityRecord, seconds: float) -> StabilityRecord:
     >>> averaged(StabilityRecord((launch,)), 3.0).launches[0].output.tolist()
     [1.0, 4.0, 7.0]
     """
+    expect(record, StabilityRecord)
+    check_number(seconds=seconds)
     if not seconds > 0.0:
         raise InputError(f"averaging over {seconds:g} s; the time is above 0")
     return replace(record, launches=tuple(_averaged(item, seconds) for item in record.launches))

@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
+from accelcal.arguments import check_whole, each_of, expect, several
+from accelcal.choices import check_choice, check_flag, check_written
 from accelcal.errors import InputError
 from accelcal.stand_uncertainty.distribution import Distribution
 from accelcal.stand_uncertainty.kinds import KINDS
@@ -59,10 +61,14 @@ class StandComponent:
     origin: str = ""
 
     def __post_init__(self) -> None:
-        if self.kind not in KINDS:
-            raise InputError(f"kind {self.kind!r} is unknown; there are {', '.join(KINDS)}")
+        check_written(name=self.name, origin=self.origin)
+        check_choice(KINDS, kind=self.kind)
+        expect(self.distribution, Distribution)
+        check_flag(fixed=self.fixed)
+        check_whole(1, order=self.order)
+        object.__setattr__(self, "varies", several(self.varies))
         for name in self.varies:
-            if name not in CLASSES:
+            if not isinstance(name, str) or name not in CLASSES:
                 raise InputError(
                     f"varies by {name!r}, which is unknown; there are {', '.join(CLASSES)}, or"
                     ' "never" alone for one error in the whole test'
@@ -75,7 +81,7 @@ class StandComponent:
             )
         if self.kind == "local-gravity" and self.varies:
             raise InputError('local gravity does not vary in a test; write varies = "never"')
-        if not 1 <= self.order <= _HIGHEST_ORDER:
+        if self.order > _HIGHEST_ORDER:
             raise InputError(f"order is {self.order}; it is from 1 to {_HIGHEST_ORDER}")
 
     @property
@@ -119,6 +125,9 @@ class Stand:
     source: str = "<stand>"
 
     def __post_init__(self) -> None:
+        check_written(name=self.name, source=self.source)
+        expect(self.conditions, StandConditions)
+        object.__setattr__(self, "components", each_of(self.components, StandComponent))
         if not self.components:
             raise InputError("no components; give a table such as [components.head]")
         names = [part.name for part in self.components]

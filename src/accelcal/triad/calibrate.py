@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from accelcal.arguments import expect, number_array
+from accelcal.choices import check_choice
 from accelcal.errors import InputError
 from accelcal.probability import LEVEL, student_quantile
 from accelcal.results.quantity import Quantity
@@ -16,7 +17,7 @@ from accelcal.triad.gates import gates_of
 from accelcal.triad.known import from_known_attitudes
 from accelcal.triad.record import AXES, TriadRecord
 from accelcal.triad.solution import NAMES, Solution
-from accelcal.triad.unknown import from_unknown_attitudes
+from accelcal.triad.unknown import FRAMES, from_unknown_attitudes
 from accelcal.version import __version__
 
 __all__ = ["calibrate_triad"]
@@ -71,6 +72,7 @@ def calibrate_triad(
     >>> calibrate_triad(output).scale_factors["K_x"].value.__round__(2)
     2.0
     """
+    check_choice(FRAMES, frame=frame)
     if isinstance(output, TriadRecord):
         if up is not None:
             raise InputError("directions beside a record; put them into the record")

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from accelcal.apparatus import Apparatus
 from accelcal.arguments import number_array
+from accelcal.choices import check_text, check_written
 from accelcal.errors import InputError
-from accelcal.record import Apparatus
 
 __all__ = ["AXES", "TriadRecord", "up_of_turn"]
 
@@ -69,8 +70,10 @@ class TriadRecord:
 
     def __post_init__(self) -> None:
         Apparatus(local_gravity=self.local_gravity)  # refuses what is found nowhere on Earth
+        check_text(unit=self.unit, serial=self.serial)
+        check_written(source=self.source)
         for name in ("output", "up"):
-            if getattr(self, name) is not None:
+            if name == "output" or self.up is not None:
                 object.__setattr__(self, name, _rows(getattr(self, name), name))
         if self.up is None:
             return

@@ -18,7 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.errors import DesignError, InputError
+from accelcal.choices import check_choice
+from accelcal.errors import DesignError
 from accelcal.triad.solution import NAMES, Solution, refuse_rank
 
 __all__ = ["FRAMES", "from_unknown_attitudes"]
@@ -93,8 +94,7 @@ def from_unknown_attitudes(output: Array, frame: str = "x", *, aligned: bool = F
 
 
 def _free(frame: str, aligned: bool) -> tuple[int, ...]:
-    if not isinstance(frame, str) or frame not in FRAMES:
-        raise InputError(f"frame {frame!r}; it is x or z, the axis that lies along that channel's")
+    check_choice(FRAMES, frame=frame)
     kept = np.eye(3) if aligned else np.tri(3) if frame == "x" else np.tri(3).T
     return (0, 1, 2, *(3 + np.flatnonzero(kept)).tolist())
 

@@ -9,12 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.apparatus import Apparatus
 from accelcal.effects.conditions import LEVEL_CHANGE, SECONDS_PER_READING
 from accelcal.errors import InputError
 from accelcal.estimate.tables import head_positions
 from accelcal.geometry import turn_angles
 from accelcal.grouping import distinct, median
-from accelcal.record import Apparatus, TumbleRecord
+from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle
 from accelcal.simulation import NOISE_FREE, TumblePlan, simulate
 

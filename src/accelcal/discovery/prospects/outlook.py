@@ -13,13 +13,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.apparatus import Apparatus
 from accelcal.discovery.base import BaseModel, base_model, solve
 from accelcal.discovery.noise import ReadingNoise, covariance, dummies, orthonormal
 from accelcal.discovery.prospects.further_readings import Block, blank, joined, menu
 from accelcal.discovery.space import whitener_of
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.estimate.tables import head_positions
-from accelcal.record import Apparatus, TumbleRecord
+from accelcal.record import TumbleRecord
 
 __all__ = ["Left", "Outlook", "outlooks"]
 

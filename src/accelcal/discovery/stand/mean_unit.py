@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.apparatus import Apparatus
 from accelcal.discovery.candidates import Instance, column_of
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.noise import dummies
@@ -16,7 +17,7 @@ from accelcal.discovery.solution import solution
 from accelcal.effects.conditions import LEVEL_CHANGE
 from accelcal.errors import InputError
 from accelcal.estimate.tables import head_positions
-from accelcal.record import Apparatus, TumbleRecord
+from accelcal.record import TumbleRecord
 
 __all__ = ["Unit", "amplitudes", "check_one_plan", "mean_unit", "on_one_stand"]
 

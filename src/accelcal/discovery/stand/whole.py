@@ -119,7 +119,7 @@ def discover_stand(
     [('backlash', 'stand')]
     """
     records = list(each_of(records, TumbleRecord))
-    check_search(alpha, max_effects)
+    check_search(alpha, max_effects, seed)
     for record in records:
         refuse_several_clampings(record)
     check_one_plan(records)
