@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from accelcal.apparatus import Apparatus
 from accelcal.discovery.noise import FEWEST_REPLICATES, ReadingNoise
 from accelcal.probability import LEVEL, student_quantile
-from accelcal.record import Apparatus, TumbleRecord
+from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource
 
