@@ -284,6 +284,17 @@ def test_a_later_version_is_told(folder, capsys, name):
     assert line.endswith("; read it with the version of accelcal that wrote it")
 
 
+def test_a_document_of_several_units_is_none_of_one(folder, capsys):
+    (folder / "several.json").write_text(written("discoveries and their stand"), "utf-8")
+    assert main(["fit", "data.csv", "--model", "several.json"]) == 2
+    said = "key discoveries: 2 in a list, of S0, S1, in place of one; save one item"
+    assert capsys.readouterr().err.startswith(f"several.json: {said}")
+    item = json.loads(written("discoveries and their stand"))["discoveries"][1]
+    assert Discovery.from_document(item).serial == "S1"
+    with pytest.raises(DocumentError, match="key calibrations: 2 in a list, of S0, S1, in place"):
+        Calibration.from_document(json.loads(written("calibrations")))
+
+
 def test_parts_within_parts_without_end(folder, capsys):
     document = json.loads(written("calibration"))
     document["provenance"]["options"] = 7

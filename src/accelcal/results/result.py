@@ -45,6 +45,17 @@ class JsonResult(ABC):
         return json_text(self.to_document(), path)
 
 
+def _refuse_several(document: Mapping[str, Any]) -> None:
+    """Refuse a document of several units where one is wanted."""
+    for key in ("calibrations", "discoveries"):
+        listed = document.get(key)
+        if isinstance(listed, list):
+            named = [part.get("serial") for part in listed if isinstance(part, Mapping)]
+            serials = ", ".join(str(serial) for serial in named if serial is not None)
+            rule = f"{len(listed)} in a list{serials and f', of {serials},'} in place of one"
+            raise DamageError(rule, key, remedy="save one item of the list as a file of its own")
+
+
 class StoredResult(JsonResult):
     """A result that is read back from its document."""
 
@@ -80,6 +91,7 @@ class StoredResult(JsonResult):
             If there is something else.
         """
         checked(document, "schema", schema_of(cls.SCHEMA, remedies=cls.REMEDIES))
+        _refuse_several(document)
         try:
             return cls._read(document)
         except DamageError:
