@@ -302,6 +302,9 @@ FORMS = {
     "no last line feed": PLAIN.rstrip("\n"),
     "other columns": "remark,Y [mA],T\nx,1.25,20.5\ny,-1.25,21\n",
     "quotes": PLAIN.replace("0.0,1.25", '0.0,"1.25"'),
+    "quotes and decimal comma": (
+        '# unit: mA\ntime,output,temperature\n"0,0","1,25","20,5"\n"0,1","-1,25",21\n'
+    ),
 }
 
 

@@ -83,6 +83,9 @@ SAME = {
     "trailing blank fields in rows only": TEXT.replace("\n", ",,\n").replace(",,\n", "\n", 1),
     "blank lines": TEXT.replace("\n", "\n\n,,,\n") + "\n" * 1000,
     "quotes": re.sub(r"[^,\n]+", r'"\g<0>"', TEXT),
+    "quotes and decimal comma": re.sub(r"[^;\n]+", r'"\g<0>"', long_table(";", ",")).replace(
+        ";", ","
+    ),
     "Excel's sep line": "sep=;\n" + long_table(";"),
     "numpy.savetxt headings": "# " + TEXT,
     "capitals": long_table(headings=("TEMPERATURE", "Position", "sTROKE", "OUTPUT")),
@@ -110,6 +113,12 @@ def by_place(record):
 @pytest.mark.parametrize("name", SAME)
 def test_form(name):
     assert by_place(read(SAME[name])) == by_place(REFERENCE)
+
+
+def test_thousands_marks_in_quotes_are_no_decimal_commas():
+    rows = [(t, p, k, f'"{round(1e6 * y):,}"') for t, p, k, y in ROWS]
+    with pytest.raises(TableError, match="without thousands marks"):
+        read(long_table(rows=rows))
 
 
 def test_wide_keeps_the_order_of_the_file():

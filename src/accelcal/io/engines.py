@@ -6,6 +6,7 @@ unusual, quotes, missing fields or a cell that is no number; the light one then 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -15,7 +16,16 @@ from accelcal.errors import TableError
 from accelcal.io.cells import MISSING, Column
 from accelcal.io.layout import Layout, split_line
 
-__all__ = ["NUMERIC", "BulkEngineGivesUp", "columns_by_pandas", "columns_by_split"]
+__all__ = [
+    "NUMERIC",
+    "BulkEngineGivesUp",
+    "columns_by_pandas",
+    "columns_by_split",
+    "decimal_mark",
+]
+
+_NO_THOUSANDS = re.compile(r",(?!\d{3}(?!\d))")
+"""Comma that other than three digits follow."""
 
 NUMERIC = frozenset(
     {"temperature", "position", "angle", "clamping", "stroke", "output", "std", "count"}
@@ -59,11 +69,36 @@ def columns_by_split(layout: Layout, used: Sequence[int], needed: int) -> Column
             table[index] = _fitted(cells, width, needed, layout, index)
     by_heading = list(zip(*table, strict=True))
     numeric = [by_heading[i] for i in used if _is_numeric(layout, i)]
-    text = "".join(cell for cells in numeric for cell in cells)
-    comma = layout.separator != "," and text.count(",") > text.count(".")
+    decimal = decimal_mark([cell for cells in numeric for cell in cells], layout.separator)
     lines = np.array(layout.lines, dtype=np.int64)
-    decimal = "," if comma else "."
     return {i: _column(layout, i, by_heading[i], lines, decimal) for i in used}
+
+
+def decimal_mark(cells: Sequence[str], separator: str | None) -> str:
+    """Tell the decimal mark of numbers.
+
+    Parameters
+    ----------
+    cells : sequence of str
+        Numbers as they are written, without quotes.
+    separator : str or None
+        Separator of the columns.
+
+    Returns
+    -------
+    str
+        A comma or a point. Between commas a comma inside quotes is a decimal one where it cannot be
+        a thousands mark: somewhere there are not three digits behind it.
+
+    Examples
+    --------
+    >>> decimal_mark(["20,0", "1,354"], ","), decimal_mark(["20", "1,354"], ",")
+    (',', '.')
+    """
+    text = " ".join(cells)
+    if text.count(",") <= text.count("."):
+        return "."
+    return "," if separator != "," or _NO_THOUSANDS.search(text) else "."
 
 
 def columns_by_pandas(layout: Layout, used: Sequence[int], needed: int) -> Columns:

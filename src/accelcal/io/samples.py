@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from accelcal.errors import TableError
 from accelcal.io.cells import MISSING, Column, numbers
+from accelcal.io.engines import decimal_mark
 from accelcal.io.layout import split_line
 from accelcal.io.sample_headings import SampleHeadings, read_sample_headings
 
@@ -124,8 +125,10 @@ class SampleReader:
         return whole + feed or self._read(characters)
 
     def _decimal_mark(self, text: str) -> str:
-        start, separator = text[:10_000], self.headings.separator
-        return "," if separator != "," and start.count(",") > start.count(".") else "."
+        start, separator = text[: text.rfind("\n", 0, 10_000)], self.headings.separator
+        # between commas, only what is in quotes can have another comma
+        cells = start.split('"')[1::2] if separator == "," else [start]
+        return decimal_mark(cells, separator)
 
     # -- engines: pandas for bulk, and where it meets anything unusual the other one ---------------
 
