@@ -199,7 +199,7 @@ def write_batch(
             with growing_results(journal, form) as growing:
                 for block in blocks:
                     growing.expect(block)
-        counts = _counted(len(sources), map(journal.summary, blocks))
+        counts = _counted(len(sources), growing.told.values())
         with journal.draft("errors") as file, journal.refusals_told():
             write_errors(counts.errors, file)
         journal.publish({name: names[name] for name in ("errors", "laws", "tables")})

@@ -8,7 +8,7 @@ from contextlib import ExitStack, contextmanager
 from accelcal.archive.block import Block, Outcome, work
 from accelcal.archive.columns import LAWS, ROWS
 from accelcal.archive.formats import open_frame
-from accelcal.archive.journal import Journal
+from accelcal.archive.journal import Journal, Summary
 from accelcal.archive.memory import keep_freed_memory
 from accelcal.archive.settings import Settings
 
@@ -49,14 +49,16 @@ class GrowingResults:
     ----------
     order : list of Block
         The blocks in the order of their rows, as far as they are known.
+    told : dict of Block to Summary
+        What the blocks tell whose rows are taken, in the same order.
     """
 
     def __init__(self, journal: Journal, frames: Sequence[Callable[[bytes], object]]) -> None:
         self.order: list[Block] = []
+        self.told: dict[Block, Summary] = {}
         self._journal = journal
         self._frames = frames
         self._finished: set[Block] = set()
-        self._grown = 0
 
     def expect(self, block: Block) -> bool:
         """Take note of the next block; tell whether it is finished already."""
@@ -64,6 +66,7 @@ class GrowingResults:
         finished = self._journal.has(block)
         if finished:
             self._finished.add(block)
+            self._grow()
         return finished
 
     def keep(self, block: Block, outcome: Outcome | None) -> None:
@@ -71,20 +74,21 @@ class GrowingResults:
         if outcome is not None:
             self._journal.keep(block, outcome)
         self._finished.add(block)
-        self.grow()
+        self._grow()
 
     def serials(self, block: Block) -> Sequence[str]:
         """Serial of each stretch of rows, where a finished block is a part of a table."""
-        return self._journal.summary(block).serials
+        return self.told[block].serials
 
-    def grow(self) -> None:
+    def _grow(self) -> None:
         """Take the rows of the next blocks, up to the first that is not finished."""
-        while self._grown < len(self.order) and self.order[self._grown] in self._finished:
-            rows = self._journal.rows(self.order[self._grown])
+        while len(self.told) < len(self.order) and self.order[len(self.told)] in self._finished:
+            block = self.order[len(self.told)]
+            told, rows = self._journal.finished(block)
             with self._journal.refusals_told():
                 for add, part in zip(self._frames, rows, strict=True):
                     add(part)
-            self._grown += 1
+            self.told[block] = told
 
 
 @contextmanager
@@ -111,8 +115,6 @@ def growing_results(journal: Journal, form: str) -> Iterator[GrowingResults]:
                 opened.enter_context(open_frame(kinds, form, file))
                 for kinds, file in zip((ROWS, LAWS), files, strict=True)
             ]
-        results = GrowingResults(journal, frames)
-        yield results
-        results.grow()
+        yield GrowingResults(journal, frames)
         with journal.refusals_told():
             opened.close()

@@ -15,11 +15,13 @@ import json
 import os
 import shutil
 import zlib
-from collections.abc import Iterator, Mapping
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from functools import reduce
 from pathlib import Path
-from typing import IO, Any, NamedTuple
+from typing import IO, NamedTuple
 
 from accelcal.archive.block import Block, Outcome
 from accelcal.archive.formats import results
@@ -98,24 +100,15 @@ class Journal:
             return False
         return checksum == _checksum(content)
 
-    def summary(self, block: Block) -> Summary:
-        """What a finished block tells besides its rows."""
-        with self._opened(block) as (head, _):
-            errors = tuple((source, message) for source, message in head["errors"])
-            return Summary(errors, head["fitted"], head["failed"], tuple(head["serials"]))
-
-    def rows(self, block: Block) -> tuple[bytes, bytes]:
-        """Encoded rows of a finished block: of the tables, and of the laws."""
-        with self._opened(block) as (head, file):
-            tables, laws = map(file.read, head["bytes"])
-        return tables, laws
-
-    @contextmanager
-    def _opened(self, block: Block) -> Iterator[tuple[dict[str, Any], IO[bytes]]]:
-        """What a finished block says of itself, and its file where the rows begin."""
+    def finished(self, block: Block) -> tuple[Summary, tuple[bytes, bytes]]:
+        """What a finished block tells, and its encoded rows: of the tables, and of the laws."""
         with self.path(block).open("rb") as file:
             file.readline()  # the checksum
-            yield json.loads(file.readline()), file
+            head = json.loads(file.readline())
+            tables, laws = map(file.read, head["bytes"])
+        errors = tuple((source, message) for source, message in head["errors"])
+        told = Summary(errors, head["fitted"], head["failed"], tuple(head["serials"]))
+        return told, (tables, laws)
 
     @contextmanager
     def draft(self, name: str) -> Iterator[IO[bytes]]:
@@ -126,7 +119,6 @@ class Journal:
             yield file
             with self.refusals_told():
                 file.flush()
-                os.fsync(file.fileno())
         finally:
             with suppress(OSError):  # of what a full disk has refused, which is told by now
                 file.close()
@@ -144,6 +136,8 @@ class Journal:
 
     def publish(self, drafts: Mapping[str, str]) -> None:
         """Let drafts appear under their paths, each whole, in their order, and remove the rest."""
+        with self.refusals_told():
+            _bring_to_disk([self._draft(name) for name in drafts])
         for name, path in drafts.items():
             _take_name(self._draft(name), path)
         shutil.rmtree(self.folder)
@@ -154,6 +148,17 @@ class Journal:
 
 def _checksum(*content: bytes) -> bytes:
     return b"%08x" % reduce(lambda checksum, part: zlib.crc32(part, checksum), content, 0)
+
+
+def _bring_to_disk(files: Sequence[Path]) -> None:
+    """Wait until the disk has files, for all at once."""
+
+    def bring(path: Path) -> None:
+        with path.open("r+b") as file:
+            os.fsync(file.fileno())
+
+    with ThreadPoolExecutor(len(files)) as threads:
+        deque(threads.map(bring, files), maxlen=0)
 
 
 def _take_name(draft: Path, path: str) -> None:
