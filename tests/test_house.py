@@ -233,6 +233,8 @@ def test_fit_is_light():
     assert "numpy" in loaded
     assert loaded & (HEAVY - {"numpy"}) == set()
     assert "_hashlib" not in loaded  # OpenSSL
+    of_others = {"accelcal.results.findings", "accelcal.results.head_calibration"}
+    assert loaded & of_others == set()  # what other commands find
 
 
 # -- commands --------------------------------------------------------------------------------------

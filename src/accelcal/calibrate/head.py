@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,7 +14,9 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.geometry import accelerations
 from accelcal.model import design_matrix
 from accelcal.record import naming
-from accelcal.results.head_calibration import HeadCalibration
+
+if TYPE_CHECKING:
+    from accelcal.results.head_calibration import HeadCalibration
 
 __all__ = ["at_true_angles"]
 

@@ -8,7 +8,7 @@ together: what follows from the plan is worked out once, and all else has an axi
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,9 @@ from accelcal.estimate.uncertainty import Component
 from accelcal.estimate.unrepeated import told_apart
 from accelcal.grouping import distinct
 from accelcal.model import COEFFICIENTS
-from accelcal.results.head_calibration import HeadCalibration
+
+if TYPE_CHECKING:
+    from accelcal.results.head_calibration import HeadCalibration
 
 __all__ = ["JointEstimate", "JointStack", "estimate_jointly", "estimate_stack"]
 
