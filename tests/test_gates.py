@@ -220,10 +220,10 @@ def fit_and_groups(table):
 def test_no_order_of_a_group_is_better_than_leaving_it_out():
     table = prepared(missing=0.1, seed=3, strokes=5)
     stack, fit, groups = stacked([table]), *fit_and_groups(table)
-    left_out = order._left_out(fit.basis.columns, groups)
+    left_out = order._LeftOut.of(fit.basis.columns, groups)
     kept = [~groups.readings(k) for k in range(len(groups.names))]
     rest = [np.linalg.lstsq(table.kept_design[k], table.record.output[k])[1].item() for k in kept]
-    without = order._squares_without(fit, groups, left_out).item()
+    without = left_out.squares(fit).item()
     assert without == pytest.approx(min(rest), rel=1e-6)
     for other in order._other_orders(table.record.angle, table.head):
         squares = order._squares_of_groups(stack, stack.output, fit, other, groups)
@@ -240,7 +240,7 @@ def test_swaps_are_judged_as_by_refitting_each(fault, better):
     left = dict(squares_of_swaps(table))
     best = min(left, key=left.get)
     basis = fit.basis.columns
-    blocks = swap_blocks(basis, groups.alike)
+    blocks = swap_blocks(basis, groups.strokes)
     found = best_swap(table.record.output[:, None], fit.residual, basis, blocks, better)
     if left[best] < fit.squares[0] / better:
         assert tuple(found.pair[0].tolist()) == best
@@ -254,7 +254,7 @@ def test_of_swaps_that_are_as_good_the_one_of_the_first_stroke_is_found():
     strokes = Cells.of(np.array([1, 1, 1, 2, 2, 3, 3]))
     output = np.array([0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0])[:, None]
     basis = np.zeros((7, 1))
-    found = best_swap(output, 2.0 * output, basis, swap_blocks(basis, strokes.alike), 1.1)
+    found = best_swap(output, 2.0 * output, basis, swap_blocks(basis, strokes), 1.1)
     assert found.pair.tolist() == [[0, 1]]
     assert found.squares.tolist() == [12.0 - 2.0]
 

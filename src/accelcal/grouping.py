@@ -6,12 +6,23 @@ table.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["decimal_step", "decimal_steps", "distinct", "grouped", "median", "sums_of_groups"]
+__all__ = [
+    "Alike",
+    "decimal_step",
+    "decimal_steps",
+    "distinct",
+    "group_after_group",
+    "grouped",
+    "groups_alike",
+    "median",
+    "products_of_groups",
+    "sums_of_groups",
+]
 
 _SMALL = 2**17  # numbers in a matrix that a cache holds
 
@@ -72,6 +83,114 @@ def grouped(values: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.intp], NDArr
     return groups, index, np.bincount(index, minlength=groups.size)
 
 
+class Alike(NamedTuple):
+    """Groups of equally many values.
+
+    Attributes
+    ----------
+    group : ndarray of int, shape (c,)
+        Which groups they are.
+    places : ndarray of int, shape (c, k)
+        Places of their values.
+    """
+
+    group: NDArray[np.intp]
+    places: NDArray[np.intp]
+
+
+def groups_alike(index: NDArray[np.intp], members: NDArray[np.intp]) -> list[Alike]:
+    """Bring groups of equally many values together, so that they can be stacked.
+
+    Parameters
+    ----------
+    index : ndarray of int, shape (n,)
+        Group of each value.
+    members : ndarray of int, shape (m,)
+        How many each group has.
+
+    Returns
+    -------
+    list of Alike
+        The groups, those of the fewest values first.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> found = groups_alike(np.array([2, 1, 0, 1, 2]), np.array([1, 2, 2]))
+    >>> [(alike.group.tolist(), alike.places.tolist()) for alike in found]
+    [([0], [[2]]), ([1, 2], [[1, 3], [0, 4]])]
+    """
+    order, ends = group_after_group(index, members), np.cumsum(members)
+    found = []
+    for count in distinct(members).tolist():
+        group = np.flatnonzero(members == count)
+        found.append(Alike(group, order[ends[group, None] + np.arange(-count, 0)]))
+    return found
+
+
+def group_after_group(index: NDArray[np.intp], members: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Sort values by their group.
+
+    Parameters
+    ----------
+    index : ndarray of int, shape (n,)
+        Group of each value.
+    members : ndarray of int, shape (m,)
+        How many each group has.
+
+    Returns
+    -------
+    ndarray of int, shape (n,)
+        Places of the values of the first group, then those of the next; in their order each.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> group_after_group(np.array([1, 0, 1]), np.array([1, 2])).tolist()
+    [1, 0, 2]
+    """
+    if members.size <= np.iinfo(np.int16).max:
+        index = index.astype(np.int16)  # sorted digit by digit, several times as fast
+    return np.argsort(index, kind="stable")
+
+
+def products_of_groups(
+    values: NDArray[np.float64],
+    columns: NDArray[np.float64],
+    index: NDArray[np.intp],
+    members: NDArray[np.intp],
+) -> NDArray[np.float64]:
+    """Sum the products of two matrices over the rows of each group.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, j)
+        One matrix.
+    columns : ndarray, shape (n, k)
+        The other.
+    index : ndarray of int, shape (n,)
+        Group of each row.
+    members : ndarray of int, shape (m,)
+        How many each group has, at least one.
+
+    Returns
+    -------
+    ndarray, shape (m, j, k)
+        The sums.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> values, columns = np.array([[3.0], [1.0], [4.0]]), np.array([[1.0, 2.0]] * 3)
+    >>> products_of_groups(values, columns, np.array([1, 0, 1]), np.array([1, 2])).tolist()
+    [[[1.0, 2.0]], [[7.0, 14.0]]]
+    """
+    found = np.empty((members.size, values.shape[1], columns.shape[1]))
+    for group, places in groups_alike(index, members):
+        found[group] = values[places].swapaxes(1, 2) @ columns[places]
+    return found
+
+
 def sums_of_groups(
     values: NDArray[np.float64],
     index: NDArray[np.intp],
@@ -107,7 +226,7 @@ def sums_of_groups(
         own = np.arange(members.size)[:, None] == index
         return np.asarray(np.where(own, weight, 0.0) @ values)
     starts = np.cumsum(members) - members
-    order = np.argsort(index, kind="stable")
+    order = group_after_group(index, members)
     weighted = np.take(values * np.reshape(weight, (-1, 1)), order, axis=-2)
     return np.asarray(np.add.reduceat(weighted, starts, axis=-2))
 
@@ -179,7 +298,8 @@ def decimal_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
     >>> decimal_steps(np.array([[1.2503, -0.71], [1.0, 1.0 / 3.0]])).tolist()
     [0.0001, 0.0]
     """
-    values = np.asfortranarray(values)  # short rows take three times as long to go through
+    if len(values) > values.shape[1]:  # short rows take three times as long to go through
+        values = np.asfortranarray(values)
     size = _STEPS_IN_ONE[:, None] * np.abs(values).max(axis=1)
     few = np.multiply.outer(_STEPS_IN_ONE, values.T[:_GLANCE])
     # a hundred steps or more, or all small values would be multiples of a large step

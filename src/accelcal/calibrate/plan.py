@@ -93,9 +93,9 @@ class OnePlan(NamedTuple):
             np.concatenate([getattr(record, name) for record in records]).reshape(len(records), -1)
             for name in ("output", "temperature")
         )
-        temperatures = tuple(temperature[:, mask] for mask in masks)
+        temperatures = tuple(_of_table(temperature, mask) for mask in masks)
         levels = np.stack([level_of(t) for t in temperatures], axis=1)
-        outputs = tuple(output[:, mask] for mask in masks)
+        outputs = tuple(_of_table(output, mask) for mask in masks)
         return cls(records, outputs, temperatures, levels, masks)
 
     def references(self, given: float | None = None) -> Array:
@@ -124,6 +124,13 @@ class OnePlan(NamedTuple):
             temperatures=tuple(t[places] for t in self.temperatures),
             levels=self.levels[places],
         )
+
+
+def _of_table(values: Array, mask: NDArray[np.bool_]) -> Array:
+    """Values of one table in all records, laid out so that numpy is quick to go along the rows."""
+    if len(values) > mask.size:
+        return values[:, mask]  # this puts those of one reading side by side
+    return values.compress(mask, axis=1)
 
 
 def plans_of(

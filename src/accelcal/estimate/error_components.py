@@ -17,7 +17,7 @@ from accelcal.estimate.many_positions import ManyPositions, SeenAtMany
 from accelcal.estimate.noise import NoiseStack
 from accelcal.estimate.rounding import rounding
 from accelcal.estimate.uncertainty import Component
-from accelcal.grouping import decimal_steps, grouped, sums_of_groups
+from accelcal.grouping import decimal_steps, grouped, products_of_groups, sums_of_groups
 from accelcal.model import COEFFICIENTS
 
 __all__ = ["Errors", "ErrorsOfReadings"]
@@ -163,8 +163,7 @@ def _influence(estimator: LinearEstimator, coefficients: Array, positions: Array
     """What errors of the positions do to the coefficients of one table, shape (R, p, J)."""
     table = estimator.table
     at, cell, members = grouped(table.head)
-    acting = estimator.map.T[:, :, None] * table.angular[:, None, :]
-    own = sums_of_groups(acting.reshape(cell.size, -1), cell, members)
+    acting = products_of_groups(estimator.map.T, table.angular, cell, members)
     by_coefficient = np.zeros((positions.size, *acting.shape[1:]))
-    by_coefficient[np.searchsorted(positions, at)] = own.reshape(-1, *acting.shape[1:])
+    by_coefficient[np.searchsorted(positions, at)] = acting
     return np.tensordot(coefficients, by_coefficient.T, axes=1)

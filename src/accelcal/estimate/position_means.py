@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.tables import PreparedTable
-from accelcal.grouping import grouped, sums_of_groups
+from accelcal.grouping import group_after_group, grouped, sums_of_groups
 
 __all__ = ["PositionMeans"]
 
@@ -48,7 +48,7 @@ class PositionMeans(NamedTuple):
         """Bring the readings of a table to means at some of J positions, shape (J,) [deg]."""
         at, cell, members = grouped(table.head)
         places, first = np.searchsorted(positions, at), np.cumsum(members) - members
-        order = np.argsort(cell, kind="stable")
+        order = group_after_group(cell, members)
 
         def all_over(values: Array) -> Array:
             whole = np.zeros((positions.size, *values.shape[1:]))

@@ -8,29 +8,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.grouping import distinct, grouped, sums_of_groups
+from accelcal.grouping import Alike, group_after_group, grouped, groups_alike, sums_of_groups
 
-__all__ = ["Alike", "Cells", "few_at_a_time"]
+__all__ = ["Cells", "few_at_a_time"]
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 
 _CACHED = 2**17  # numbers that a cache holds
-
-
-class Alike(NamedTuple):
-    """Cells of equally many readings.
-
-    Attributes
-    ----------
-    cell : ndarray of int, shape (c,)
-        Which cells they are.
-    readings : ndarray of int, shape (c, k)
-        Readings of each.
-    """
-
-    cell: Places
-    readings: Places
 
 
 class Cells(NamedTuple):
@@ -58,17 +43,13 @@ class Cells(NamedTuple):
     @property
     def parts(self) -> list[Places]:
         """Readings of each cell."""
-        return np.split(np.argsort(self.cell, kind="stable"), np.cumsum(self.members)[:-1])
+        order = group_after_group(self.cell, self.members)
+        return np.split(order, np.cumsum(self.members)[:-1])
 
     @property
     def alike(self) -> list[Alike]:
-        """The cells in stacks of equally many readings."""
-        order, starts = np.argsort(self.cell, kind="stable"), np.cumsum(self.members)
-        found = []
-        for count in distinct(self.members).tolist():
-            cell = np.flatnonzero(self.members == count)
-            found.append(Alike(cell, order[starts[cell, None] + np.arange(-count, 0)]))
-        return found
+        """The cells, those of equally many readings together."""
+        return groups_alike(self.cell, self.members)
 
     def sums(self, values: Array) -> Array:
         """Sum over the readings of each cell, from shape (..., n, k) to shape (..., m, k)."""

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
-from accelcal.gates.cells import Alike, Cells, few_at_a_time
+from accelcal.gates.cells import Cells, few_at_a_time
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
 from accelcal.gates.swaps import SwapBlock, best_swap, swap_blocks
 from accelcal.gates.verdict import GateStack, gate_stack, times
 from accelcal.geometry import accelerations
-from accelcal.grouping import distinct
+from accelcal.grouping import Alike, distinct, products_of_groups
 from accelcal.model import COEFFICIENTS, design_matrix
 
 __all__ = ["OtherOrder", "order_of_positions", "order_of_strokes"]
@@ -102,21 +102,20 @@ class _Groups(NamedTuple):
     single: slice  # strokes
     back: Places  # strokes of one more group, none where there is no such group
     strokes: Cells
-    alike: list[Alike]  # strokes
 
     @classmethod
     def of(cls, stroke: NDArray[np.int64]) -> _Groups:
         strokes = Cells.of(stroke)
-        numbers, alike = strokes.key, strokes.alike
+        numbers = strokes.key
         if numbers.size < 2:
-            return cls([], slice(0, 0), np.zeros(0, dtype=np.intp), strokes, alike)
+            return cls([], slice(0, 0), np.zeros(0, dtype=np.intp), strokes)
         names, single = [f"stroke {number}" for number in numbers.tolist()], slice(0, numbers.size)
         if numbers.size == 2:
             names, single = [f"stroke {numbers[0]} or {numbers[1]}"], slice(1, 2)
         back = np.flatnonzero(numbers % 2 == 0)
         if back.size < 2:
-            return cls(names, single, back[:0], strokes, alike)
-        return cls([*names, "the forward or the back strokes"], single, back, strokes, alike)
+            return cls(names, single, back[:0], strokes)
+        return cls([*names, "the forward or the back strokes"], single, back, strokes)
 
     def sums(self, values: Array) -> Array:
         """Sum over the readings of each group, from shape (n, T) to shape (groups, T)."""
@@ -124,17 +123,14 @@ class _Groups(NamedTuple):
 
     def products(self, values: Array, columns: Array) -> Array:
         """Sum values times columns over the readings of each group, shape (groups, T, k)."""
-        found = np.empty((self.strokes.key.size, values.shape[1], columns.shape[1]))
-        for stroke, readings in self.alike:
-            for few in few_at_a_time(readings, values.shape[1]):
-                own = readings[few]
-                found[stroke[few]] = values[own].transpose(0, 2, 1) @ columns[own]
-        return self._of_groups(found)
+        strokes = self.strokes
+        each = products_of_groups(values, columns, strokes.cell, strokes.members)
+        return self._of_groups(each)
 
     @property
     def stacks(self) -> Iterator[Alike]:
         """Groups of equally many readings."""
-        for stroke, readings in self.alike:
+        for stroke, readings in self.strokes.alike:
             alone = (stroke >= self.single.start) & (stroke < self.single.stop)
             yield Alike(stroke[alone] - self.single.start, readings[alone])
         if self.back.size:
@@ -155,25 +151,32 @@ class _Groups(NamedTuple):
         return np.asarray(chosen[self.strokes.cell])
 
 
-def _left_out(basis: Array, groups: _Groups) -> Array:
-    """(1 - B' B)^-1 of the rows B of a basis of each group, shape (groups, p, p)."""
-    return _inverse(np.eye(basis.shape[1]) - groups.products(basis, basis))
+class _LeftOut(NamedTuple):
+    """What fits without each group need."""
 
+    stacks: list[Alike]  # groups
+    inverse: Array  # (1 - B' B)^-1 of the rows B of the basis of each group, shape (groups, p, p)
 
-def _squares_without(fit: _Fit, groups: _Groups, left_out: Array) -> Array:
-    """Least squared residuals of the fits without one of the groups, shape (T,).
+    @classmethod
+    def of(cls, basis: Array, groups: _Groups) -> _LeftOut:
+        normal = np.eye(basis.shape[1]) - groups.products(basis, basis)
+        return cls(list(groups.stacks), _inverse(normal))
 
-    Where r are those of a group in the whole fit, they are less by r (1 - B B')^-1 r, which is
-    r r + r B (1 - B' B)^-1 B' r.
-    """
-    most = np.zeros(fit.squares.size)
-    for group, readings in groups.stacks:
-        for few in few_at_a_time(readings, most.size):
-            residual, basis = fit.residual[readings[few]], fit.basis.columns[readings[few]]
-            pull = basis.transpose(0, 2, 1) @ residual
-            taken = (residual**2).sum(axis=1) + (pull * (left_out[group[few]] @ pull)).sum(axis=1)
-            np.maximum(most, taken.max(axis=0), out=most)
-    return np.asarray(fit.squares - most)
+    def squares(self, fit: _Fit) -> Array:
+        """Least squared residuals of the fits without one of the groups, shape (T,).
+
+        Where r are those of a group in the whole fit, they are less by r (1 - B B')^-1 r, which is
+        r r + r B (1 - B' B)^-1 B' r.
+        """
+        most = np.zeros(fit.squares.size)
+        for group, readings in self.stacks:
+            for few in few_at_a_time(readings, most.size):
+                residual, basis = fit.residual[readings[few]], fit.basis.columns[readings[few]]
+                pull = basis.transpose(0, 2, 1) @ residual
+                common = (pull * (self.inverse[group[few]] @ pull)).sum(axis=1)
+                taken = (residual**2).sum(axis=1) + common
+                np.maximum(most, taken.max(axis=0), out=most)
+        return np.asarray(fit.squares - most)
 
 
 class _OrderPlan(NamedTuple):
@@ -182,7 +185,7 @@ class _OrderPlan(NamedTuple):
     basis: _Basis
     groups: _Groups
     orders: list[_Order]
-    left_out: Array  # see `_left_out`
+    left_out: _LeftOut
     swaps: list[SwapBlock]
 
 
@@ -190,8 +193,8 @@ class _OrderPlan(NamedTuple):
 def _order_plan(plan: TablePlan) -> _OrderPlan:
     basis, groups = _Basis.of(plan.design), _Groups.of(plan.stroke)
     orders = list(_other_orders(plan.angle, plan.head))
-    left_out = _left_out(basis.columns, groups)
-    return _OrderPlan(basis, groups, orders, left_out, swap_blocks(basis.columns, groups.alike))
+    left_out, swaps = _LeftOut.of(basis.columns, groups), swap_blocks(basis.columns, groups.strokes)
+    return _OrderPlan(basis, groups, orders, left_out, swaps)
 
 
 class _Found(NamedTuple):
@@ -289,7 +292,7 @@ def _best_order(stack: TableStack, fit: _Fit) -> _Found:
     if not groups.names:
         return found
     # no order of a group fits better than leaving the group out
-    without = _squares_without(fit, groups, plan.left_out)
+    without = plan.left_out.squares(fit)
     rows = np.flatnonzero(without <= fit.squares / _MUCH_BETTER)
     if rows.size == 0:
         return found

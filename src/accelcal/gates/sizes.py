@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.gates.cells import Alike, Cells, few_at_a_time
+from accelcal.gates.cells import Cells, few_at_a_time
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack, times
-from accelcal.grouping import grouped
+from accelcal.grouping import Alike, grouped
 from accelcal.model import COEFFICIENTS
 
 __all__ = ["proportions", "units", "wrong_sign"]
@@ -181,7 +181,7 @@ def _groups(plan: TablePlan) -> _Groups:
         enough = known[stroke] = angles.sum(axis=1) >= 2
         if enough.any():
             own = Alike(stroke[enough], readings[enough])
-            sines.append((own, _sines(plan.head[own.readings])))
+            sines.append((own, _sines(plan.head[own.places])))
     return _Groups(axes, strokes, sines, known)
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.gates.cells import Alike, few_at_a_time
+from accelcal.gates.cells import Cells, few_at_a_time
 
 __all__ = ["SwapBlock", "Swaps", "best_swap", "swap_blocks"]
 
@@ -57,15 +57,15 @@ class _Hope(NamedTuple):
     tables: Places
 
 
-def swap_blocks(basis: Array, strokes: Sequence[Alike]) -> list[SwapBlock]:
+def swap_blocks(basis: Array, strokes: Cells) -> list[SwapBlock]:
     """Make ready for `best_swap` what depends on the plan alone.
 
     Parameters
     ----------
     basis : ndarray, shape (n, p)
         Orthonormal basis of the design.
-    strokes : sequence of Alike
-        Readings of each stroke, see `accelcal.gates.cells.Cells.alike`.
+    strokes : Cells
+        Readings of each stroke.
 
     Returns
     -------
@@ -73,7 +73,7 @@ def swap_blocks(basis: Array, strokes: Sequence[Alike]) -> list[SwapBlock]:
         Blocks of pairs of readings of one stroke.
     """
     found = []
-    for stroke, own in strokes:
+    for stroke, own in strokes.alike:
         size = own.shape[1]
         for start in range(0, size if size > 1 else 0, _BLOCK):
             some = own[:, start : start + _BLOCK]
