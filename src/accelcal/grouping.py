@@ -185,7 +185,11 @@ def products_of_groups(
     >>> products_of_groups(values, columns, np.array([1, 0, 1]), np.array([1, 2])).tolist()
     [[[1.0, 2.0]], [[7.0, 14.0]]]
     """
-    found = np.empty((members.size, values.shape[1], columns.shape[1]))
+    shape = members.size, values.shape[1], columns.shape[1]
+    if index.size * max(shape[0], shape[1] * shape[2]) <= _SMALL:  # few groups are soon summed
+        each = values[:, :, None] * columns[:, None]
+        return sums_of_groups(each.reshape(index.size, -1), index, members).reshape(shape)
+    found = np.empty(shape)
     for group, places in groups_alike(index, members):
         found[group] = values[places].swapaxes(1, 2) @ columns[places]
     return found

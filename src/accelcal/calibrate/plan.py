@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 _AT_A_TIME = 2000
 """Records of a plan: with 3 tables of 54 readings each their calibrations take 50 MB together."""
 
+_LONG = 1000  # readings of a record
+
 _of_plan = attrgetter("angle", "clamping", "stroke", "run", "mounting", "std", "count")
 
 
@@ -128,7 +130,7 @@ class OnePlan(NamedTuple):
 
 def _of_table(values: Array, mask: NDArray[np.bool_]) -> Array:
     """Values of one table in all records, laid out so that numpy is quick to go along the rows."""
-    if len(values) > mask.size:
+    if mask.size < _LONG:
         return values[:, mask]  # this puts those of one reading side by side
     return values.compress(mask, axis=1)
 
