@@ -7,12 +7,16 @@ import numpy as np
 import pytest
 
 import accelcal
+from accelcal.calibrate.many import calibrate_many
+from accelcal.calibrate.options import Options
 from accelcal.errors import InputError
 
 
-def simulated(positions=8, strokes=1, temperatures=(20.0,), mountings=("o+",), declare=True):
+def simulated(
+    positions=8, strokes=1, temperatures=(20.0,), mountings=("o+",), declare=True, seed=1
+):
     plan = accelcal.TumblePlan(positions, None, strokes, temperatures, mountings)
-    return accelcal.simulate(plan=plan, seed=1, declare=declare)
+    return accelcal.simulate(plan=plan, seed=seed, declare=declare)
 
 
 def peak_of(record, **options):
@@ -73,6 +77,18 @@ def test_faults_among_many_strokes_take_little_memory(fault):
     said = {gate.name: gate.finding for gate in found.tables[0].gates}["order of positions"]
     assert ("swapped" if fault == "swapped" else "stroke 17 of the other sign") in said
     assert peak < 60e6
+
+
+def test_long_records_are_fitted_together_as_each_by_itself():
+    records = [simulated(strokes=120, seed=seed) for seed in range(3)]
+    ((rows, stack),) = calibrate_many(records, Options()).stacks
+    for place in rows.tolist():
+        one, alone = stack.one(place).tables[0], accelcal.fit(records[place]).tables[0]
+        for name, value in alone.coefficients.items():
+            found = one.coefficients[name]
+            assert found.value == pytest.approx(value.value, rel=1e-9)
+            assert found.standard_uncertainty == pytest.approx(value.standard_uncertainty, rel=1e-6)
+        assert one.gates == alone.gates
 
 
 def test_intervals_of_many_positions_hold_the_truth():

@@ -1,0 +1,33 @@
+"""Sums over groups: in one product where they are small, stacked where they are large."""
+
+import numpy as np
+import pytest
+
+from accelcal import grouping
+from accelcal.grouping import products_of_groups, sums_of_groups
+
+
+@pytest.fixture(params=["in one product", "stacked"])
+def way(request, monkeypatch):
+    if request.param == "stacked":
+        monkeypatch.setattr(grouping, "_SMALL", 0)
+
+
+@pytest.mark.parametrize("members", [[3], [2, 2, 2], [1, 4, 2, 4, 1]])
+@pytest.mark.usefixtures("way")
+def test_sums_and_products_over_groups(members):
+    rng = np.random.default_rng(0)
+    index = rng.permutation(np.repeat(np.arange(len(members)), members))
+    values, columns = rng.normal(size=(index.size, 3)), rng.normal(size=(index.size, 2))
+    products = products_of_groups(values, columns, index, np.array(members))
+    sums = sums_of_groups(values, index, np.array(members))
+    for group in range(len(members)):
+        own = index == group
+        assert products[group] == pytest.approx(values[own].T @ columns[own], rel=1e-12)
+        assert sums[group] == pytest.approx(values[own].sum(axis=0), rel=1e-12)
+
+
+def test_more_groups_than_a_short_number_counts():
+    index = np.arange(40_000)[::-1]
+    order = grouping.group_after_group(index, np.ones(index.size, dtype=np.intp))
+    assert order.tolist() == index.tolist()
