@@ -549,7 +549,13 @@ def test_a_wide_german_table():
     assert sorted(record.output.tolist()) == [-1.3, -1.2, 1.35, 1.36]
 
 
-@pytest.mark.parametrize("cell", ["31.02.2024 10:00", "31.13.2024", "1.5.24 10:00"])
+@pytest.mark.parametrize(
+    "cell",
+    [
+        *("31.02.2024 10:00", "31.13.2024", "1.5.24 10:00"),
+        *("2024/02/31", "24/05/31 10:00", "11/21/2026 10:00", "21/11/2026", "11/10/26"),
+    ],
+)
 def test_a_day_that_is_none_is_no_date(cell):
     text = f"time,temperature,position,stroke,output\n{cell},20,1,1,1.3\n"
     with pytest.raises(TableError, match=":2: time"):
@@ -563,6 +569,46 @@ def clocked(*cells, headings="time", above=""):
     """A table with cells before each of its rows."""
     rows = [f"{cell},20,{i + 1},1,{1.3 - i}" for i, cell in enumerate(cells)]
     return f"{above}{headings},temperature,position,stroke,output\n" + "\n".join(rows) + "\n"
+
+
+SHAPES = {
+    "2026-11-21": "2026-11-21",
+    "21.11.2026": "2026-11-21",
+    "2026/11/21": "2026-11-21",
+    "2026/1/2": "2026-01-02",
+    "20261121": "2026-11-21",
+    "11/21/2026": None,
+    "21/11/2026": None,
+    "11/10/2026": None,
+    "21.11.26": None,
+    "11/21/26": None,
+    "21-11-2026": None,
+    "21-Nov-2026": None,
+    "2026-11-31": None,
+}
+"""A day as a program writes it -> what it means; None where it is not told or may mean another."""
+
+
+@pytest.mark.parametrize(("day", "meant"), SHAPES.items())
+def test_a_day_beside_a_clock_time_is_understood_or_the_remedy_helps(day, meant):
+    cells = [f"{day},9:00:00", f"{day},9:01:00", f"{day},9:02:30"]
+    text = clocked(*cells, headings="date,time")
+    if meant is None:
+        with pytest.raises(TableError) as refused:
+            read(text)
+        line, _, remedy = str(refused.value).partition("; ")
+        assert line.endswith(f":2: date {day!r} is not a date")
+        advised = re.fullmatch(r"write it as (\S+) in every row", remedy)[1]
+        text, meant = text.replace(day, advised), advised
+    record = read(text)
+    assert record.time.tolist() == [0.0, 60.0, 150.0]
+    assert record.metadata["start"] == f"{meant}T09:00:00.000000"
+
+
+@pytest.mark.parametrize("cell", ["2024/05/31 14:30:00", "2024/5/31 14:30"])
+def test_a_time_whose_year_stands_first(cell):
+    record = read(clocked(cell, "2024-05-31T14:31", "31.05.2024 14:32:30"))
+    assert record.time.tolist() == [0.0, 60.0, 150.0]
 
 
 DATED = ("2024-05-31T23:59:00", "2024-06-01T00:00:30.250", "2024-06-01T14:30:00")

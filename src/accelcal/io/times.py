@@ -24,7 +24,9 @@ _CLOCKS = (
 )
 _DAY_AND_CLOCK = re.compile(r"(\S+?)[Tt ] *(\d.*)")
 _MIDNIGHT = re.compile(r"[0:.,]+(?:Z|[+-].*)?")
-_DAY_FIRST = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})(?: +(\d{1,2})(:\d\d(?::\d\d(?:\.\d+)?)?))?")
+_AND_CLOCK = r"(?: +(?P<hour>\d{1,2})(?P<rest>:\d\d(?::\d\d(?:\.\d+)?)?))?"
+_DAY_FIRST = re.compile(rf"(?P<day>\d{{1,2}})\.(?P<month>\d{{1,2}})\.(?P<year>\d{{4}}){_AND_CLOCK}")
+_YEAR_FIRST = re.compile(rf"(?P<year>\d{{4}})/(?P<month>\d{{1,2}})/(?P<day>\d{{1,2}}){_AND_CLOCK}")
 
 
 def times(
@@ -140,22 +142,25 @@ def date_of(text: str) -> datetime | None:
     Parameters
     ----------
     text : str
-        Such as ``2024-05-31``, ``2024-05-31T14:30:00+02:00`` or ``31.05.2024 14:30``.
+        Such as ``2024-05-31``, ``2024-05-31T14:30:00+02:00``, ``31.05.2024 14:30`` or
+        ``2024/05/31 14:30``.
 
     Returns
     -------
     datetime or None
-        The date, in UTC where the text tells its zone; None where it is no date.
+        The date, in UTC where the text tells its zone; None where it is no date, or where the day
+        and the month might be taken for each other, as in ``11/10/2026``.
 
     Examples
     --------
     >>> str(date_of("31.5.2024 9:30")), date_of("31.2.2024")
     ('2024-05-31 09:30:00', None)
     """
-    day_first = _DAY_FIRST.fullmatch(text)
-    if day_first:
-        day, month, year, hour, rest = day_first.groups("")
-        text = f"{year}-{month:0>2}-{day:0>2}T{hour:0>2}{rest or ':00'}"
+    written = (_YEAR_FIRST if "/" in text else _DAY_FIRST).fullmatch(text)
+    if written:
+        part = written.groupdict("")
+        clock = f"{part['hour']:0>2}{part['rest'] or ':00'}"
+        text = f"{part['year']}-{part['month']:0>2}-{part['day']:0>2}T{clock}"
     try:
         date = datetime.fromisoformat(text)
         return date.astimezone(UTC).replace(tzinfo=None) if date.tzinfo else date
