@@ -18,7 +18,7 @@ import pandas as pd
 import pytest
 
 import accelcal
-from accelcal.archive import parts, reading, through, workers
+from accelcal.archive import journal, parts, reading, through, workers
 from accelcal.archive.columns import LAWS, ROWS, gate_column
 from accelcal.archive.sources import find_sources
 from accelcal.errors import InputError
@@ -602,6 +602,41 @@ def test_resume_takes_nothing_of_other_files_or_options(tmp_path):
     begin(robust=True)
     accelcal.write_batch(folder, output, resume=True)
     assert not pd.read_csv(output)["robust"].any()
+
+
+def test_results_are_on_the_disk_before_they_take_their_names(archive, tmp_path, monkeypatch):
+    fsync, brought = os.fsync, {}
+
+    def bring(file):
+        brought[os.fstat(file).st_ino] = sorted(tmp_path.glob("r.*"))
+        fsync(file)
+
+    monkeypatch.setattr(os, "fsync", bring)
+    accelcal.write_batch(archive / "2024", tmp_path / "r.parquet")
+    found = sorted(tmp_path.glob("r.*"))
+    assert {path.stat().st_ino for path in found} == brought.keys()
+    assert set(map(tuple, brought.values())) == {(tmp_path / "r.parquet.journal",)}
+
+
+@pytest.mark.usefixtures("small_parts")
+@pytest.mark.parametrize("repeated", [False, True])
+def test_resume_of_a_large_table_of_which_all_is_finished(tmp_path, monkeypatch, repeated):
+    serials = [f"S{n:02d}" for n in range(20)]
+    serials[15] = "S03" if repeated else "S15"
+    path, output = many_serials(tmp_path / "a.csv", serials), tmp_path / "r.csv"
+
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(journal.Journal, "publish", stop)
+        with pytest.raises(KeyboardInterrupt):
+            accelcal.write_batch(path, output)
+    counts = accelcal.write_batch(path, output, resume=True)
+    assert (counts.fitted, len(counts.errors)) == ((18, 2) if repeated else (20, 0))
+    accelcal.write_batch(path, tmp_path / "s.csv")
+    for name, written in content(tmp_path / "s.csv").items():
+        assert (tmp_path / name.replace("s.", "r.", 1)).read_bytes() == written
 
 
 def test_two_at_once_are_refused(tmp_path, long_archive, run_cli):
