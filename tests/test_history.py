@@ -206,6 +206,17 @@ def test_few_calibrations_have_no_search_for_jumps():
     assert "4 calibrations are too few to look for jumps, which needs 5" in found.notes
 
 
+def test_prefixes_of_units_are_converted():
+    alike, mixed = frame(), frame(output_unit=["mA", "uA"] * 4 + ["A", "mA"])
+    per_milliampere = mixed["output_unit"].map({"mA": 1.0, "uA": 1e3, "A": 1e-3})
+    for column in ("K1", "K1_standard_uncertainty"):
+        mixed[column] *= per_milliampere
+    one, other = accelcal.history(alike), accelcal.history(mixed)
+    assert other.trends[1].drift.value == pytest.approx(one.trends[1].drift.value, rel=1e-9)
+    assert other.trends[1].reference_unit == "mA/g"
+    assert "scale factors of outputs in uA, A are converted to mA/g" in other.notes
+
+
 @pytest.mark.parametrize(
     ("table", "options", "message"),
     [

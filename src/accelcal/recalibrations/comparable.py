@@ -10,6 +10,7 @@ import numpy as np
 
 from accelcal.errors import InputError
 from accelcal.recalibrations.entries import Entry, listed, year
+from accelcal.units import conversion_factor
 
 __all__ = ["FEWEST", "Comparable", "comparable"]
 
@@ -165,10 +166,25 @@ def _whole(own: list[Entry], notes: list[str]) -> list[Entry]:
             f"{len(own) - len(kept)} of {len(own)} tables have no uncertainty and are left out;"
             " repeat strokes"
         )
-    units = Counter(entry.unit for entry in kept)
-    if len(units) > 1:
+    return _in_one_unit(kept, notes)
+
+
+def _in_one_unit(own: list[Entry], notes: list[str]) -> list[Entry]:
+    """Tables with their scale factors in the unit of most."""
+    units = Counter(entry.unit for entry in own)
+    common = max(units, key=lambda unit: units[unit], default="")
+    factors = {unit: conversion_factor(unit, common) for unit in units}
+    if None in factors.values():
         raise InputError(f"outputs in {', '.join(units)}; give calibrations in one output unit")
-    return kept
+    if len(units) > 1:
+        others = ", ".join(unit for unit in units if unit != common)
+        notes.append(f"scale factors of outputs in {others} are converted to {common}/g")
+    return [_converted(entry, factors[entry.unit] or 1.0, common) for entry in own]
+
+
+def _converted(entry: Entry, factor: float, unit: str) -> Entry:
+    value, uncertainty = (factor * (number or 0.0) for number in entry.scale_factor)
+    return replace(entry, scale_factor=(value, uncertainty), unit=unit)
 
 
 def _one_a_test(own: list[Entry], notes: list[str]) -> list[Entry]:
