@@ -26,7 +26,7 @@ from tumble import Stand, Unit, readings
 
 import accelcal
 from accelcal.estimate.linear import linear_estimator
-from accelcal.estimate.noise import reading_noise
+from accelcal.estimate.noise import noise_of_stack
 from accelcal.estimate.tables import prepare
 from accelcal.gates.stack import TableStack
 from accelcal.gates.table import gates_of_stack
@@ -182,7 +182,7 @@ def found_at_levels(fault: str, tables: int, seed: int) -> list[float]:
         as_arrays = {name: np.array(values) for name, values in columns.items()}
         FAULTS[fault][1](as_arrays)
         prepared.append(prepare(record_of(as_arrays, ONE.declared)))
-    noises = [reading_noise([table], [table.record.output])[0] for table in prepared]
+    noises = [noise_of_stack([table], [table.record.output[None]])[0].one(0) for table in prepared]
     fits = [linear_estimator(table).coefficients(table.record.output) for table in prepared]
     stack, own = TableStack.of(prepared, fits, noises), FAULTS[fault][0]
     found = [{gate.name: gate for gate in gates_of_stack(stack, count)}[own] for count in SHARED]

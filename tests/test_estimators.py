@@ -10,11 +10,11 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
+from one_record import estimate_of_record
 from tumble_oracle import AL15, NAMES, UNITY, Apparatus, forward, rates, record, rows, turn
 
 from accelcal.errors import DesignError, InputError
 from accelcal.estimate.estimability import estimability
-from accelcal.estimate.joint import estimate_jointly
 from accelcal.estimate.linear import METHODS, linear_estimator
 from accelcal.estimate.tables import head_positions, prepare
 from accelcal.geometry import MOUNTINGS
@@ -60,7 +60,7 @@ DESIGNS = EIGHT | {
 
 def estimate(angles, output, *, method="least-squares", apparatus=None, delta0=0.0, **more):
     prepared = prepare(record(angles, output, **more), delta0=delta0)
-    return estimate_jointly([prepared], apparatus or Apparatus(), method=method, delta0=delta0)
+    return estimate_of_record([prepared], apparatus or Apparatus(), method=method, delta0=delta0)
 
 
 def assert_exact(found, k):
@@ -155,8 +155,8 @@ def test_robust_leaves_clean_data_alone(method):
     angles = turn(8, 6)
     y = forward(AL15, angles)
     prepared = prepare(record(angles, y))
-    plain = estimate_jointly([prepared], Apparatus(), method=method)
-    robust = estimate_jointly([prepared], Apparatus(), method=method, robust=True)
+    plain = estimate_of_record([prepared], Apparatus(), method=method)
+    robust = estimate_of_record([prepared], Apparatus(), method=method, robust=True)
     assert_exact(robust.coefficients[0], plain.coefficients[0])
 
 
@@ -181,7 +181,7 @@ def test_several_runs_and_mountings_keep_their_own_coefficients():
         run=np.repeat([run for run, _ in where], angles.size),
         mounting=np.repeat([mounting for _, mounting in where], angles.size),
     )
-    found = estimate_jointly([prepare(t) for t in whole.tables()], DECLARED["all declared"])
+    found = estimate_of_record([prepare(t) for t in whole.tables()], DECLARED["all declared"])
     for k, truth in zip(found.coefficients, truths, strict=True):
         assert_exact(k, truth)
     assert [found.part(i) for i in range(4)] == [slice(6 * i, 6 * i + 6) for i in range(4)]
@@ -229,7 +229,7 @@ def test_four_positions_fit_what_they_can():
 def test_only_the_coefficients_asked_for():
     k = (0.1, 1.3, 0.0, 0.0, 0.02, 0.0)
     prepared = prepare(record(turn(8), forward(k, turn(8))), asked=("K0", "K1", "M"))
-    found = estimate_jointly([prepared], Apparatus())
+    found = estimate_of_record([prepared], Apparatus())
     assert found.names == (("K0", "K1", "M"),)
     assert_exact(found.coefficients[0], k)
 
@@ -239,7 +239,7 @@ def test_without_k0_there_is_no_bias_shift():
     angles = np.tile(turn(8, 2), 2)
     whole = record(angles, forward(k, angles), run=np.repeat([0, 1], 18))
     prepared = [prepare(t, asked=("K1", "M")) for t in whole.tables()]
-    found = estimate_jointly(prepared, Apparatus())
+    found = estimate_of_record(prepared, Apparatus())
     assert found.bias_shift.source == "none"
     assert found.scale_factor_shift.source == "estimated"
     assert_exact(found.coefficients[1], k)

@@ -6,10 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from one_record import noises_of_record
 
 import accelcal
 from accelcal.estimate.linear import linear_estimator
-from accelcal.estimate.noise import ReadingNoise, reading_noise
+from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import prepare
 from accelcal.gates import replicates, resolution, sizes
 from accelcal.gates.plan import TablePlan, plan_of
@@ -125,7 +126,7 @@ def gates_of_one(table, coefficients, noise, tables=1):
 
 
 def fits_of(tables):
-    noises = [reading_noise([table], [table.record.output])[0] for table in tables]
+    noises = [noises_of_record([table])[0] for table in tables]
     return [linear_estimator(t).coefficients(t.record.output) for t in tables], noises
 
 

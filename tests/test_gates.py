@@ -11,10 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from one_record import noises_of_record
 
 import accelcal
 from accelcal.estimate.linear import linear_estimator
-from accelcal.estimate.noise import reading_noise
 from accelcal.estimate.tables import prepare
 from accelcal.gates import cells, order, plan
 from accelcal.gates.cells import Cells
@@ -754,7 +754,7 @@ def test_false_alarm_rate_is_nominal(positions, strokes):
 def stacked(tables):
     """Tables of one plan, fitted, as the gates take them."""
     outputs = [table.record.output for table in tables]
-    noises = [reading_noise([table], [table.record.output])[0] for table in tables]
+    noises = [noises_of_record([table])[0] for table in tables]
     fits = [linear_estimator(t).coefficients(y) for t, y in zip(tables, outputs, strict=True)]
     return TableStack.of(tables, fits, noises)
 
@@ -767,7 +767,7 @@ def test_tables_share_the_false_alarms():
     """What is seen at 1 % in one table is not at a hundredth of it in one of a hundred."""
     readings = drifting(1.5e-5, lambda share: share)
     table = prepare(accelcal.read_table(io.StringIO(text_of(readings))))
-    noise = reading_noise([table], [table.record.output])[0]
+    noise = noises_of_record([table])[0]
     coefficients = linear_estimator(table).coefficients(table.record.output)
     stack = TableStack.of([table], [coefficients], [noise])
     alone, among_many = (
@@ -781,7 +781,7 @@ def test_tables_share_the_false_alarms():
 def test_all_gates_are_there():
     record = accelcal.read_table(io.StringIO(text_of(readings_of())))
     table = prepare(record)
-    noise = reading_noise([table], [record.output])[0]
+    noise = noises_of_record([table])[0]
     coefficients = linear_estimator(table).coefficients(record.output)
     names = [gate.name for gate in gates_of_stack(TableStack.of([table], [coefficients], [noise]))]
     assert names == [

@@ -6,13 +6,13 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from one_record import estimate_of_record
 
 import accelcal
 from accelcal.calibrate.many import calibrate_many
 from accelcal.estimate import head as head_module
 from accelcal.estimate.contrasts import LackOfFit
 from accelcal.estimate.head import head_error, lack_of_fit
-from accelcal.estimate.joint import estimate_jointly
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.many_positions import ManyPositions
 from accelcal.estimate.noise import noise_of_stack
@@ -142,7 +142,7 @@ def test_readings_without_noise(monkeypatch):
     monkeypatch.setattr(head_module, "_MANY", 0)
     noise = replace(NOISE_FREE, head=1e-5)
     record = accelcal.simulate(plan=accelcal.TumblePlan(40), noise=noise, seed=1)
-    found = estimate_jointly([prepare(t) for t in record.tables()], record.apparatus)
+    found = estimate_of_record([prepare(t) for t in record.tables()], record.apparatus)
     assert np.isfinite(found.components["head"].covariance).all()
     assert (found.components["reading"].variances >= 0.0).all()
 

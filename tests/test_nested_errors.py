@@ -5,14 +5,13 @@ import math
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from one_record import estimate_of_record, noises_of_record
 from scipy.optimize import minimize_scalar
 from tumble_oracle import AL15, Apparatus, forward, rates, record, rows, turn
 
 from accelcal.estimate.contrasts import LackOfFit
 from accelcal.estimate.head import head_error
-from accelcal.estimate.joint import estimate_jointly
 from accelcal.estimate.launch import run_shift
-from accelcal.estimate.noise import reading_noise
 from accelcal.estimate.rounding import rounding
 from accelcal.estimate.tables import prepare
 from accelcal.estimate.uncertainty import intervals
@@ -31,7 +30,7 @@ def noisy(angles, seed, head=0.0, mounting="o+"):
 
 def noises(*records):
     tables = [prepare(r) for r in records]
-    return reading_noise(tables, [t.record.output for t in tables])
+    return noises_of_record(tables)
 
 
 # -- reading noise ---------------------------------------------------------------------------------
@@ -79,7 +78,7 @@ def test_without_replicates_the_residuals_are_taken():
 
 def test_a_saturated_design_has_no_noise_and_no_uncertainty():
     angles = turn(6)[:-1]
-    found = estimate_jointly([prepare(record(angles, noisy(angles, 5)))], Apparatus())
+    found = estimate_of_record([prepare(record(angles, noisy(angles, 5)))], Apparatus())
     assert found.noises[0].source == "none"
     assert math.isnan(found.noises[0].factor)
     assert found.noises[0].dof == 0
@@ -137,7 +136,7 @@ def fitted(positions=8, strokes=6, runs=1, head=2e-5, seed=8, declared=None, std
         std=None if std is None else np.full(y.size, std),
     )
     apparatus = Apparatus(head_uncertainty=declared)
-    return whole, estimate_jointly([prepare(t) for t in whole.tables()], apparatus)
+    return whole, estimate_of_record([prepare(t) for t in whole.tables()], apparatus)
 
 
 @pytest.mark.parametrize(
@@ -248,7 +247,7 @@ def test_the_errors_of_a_bad_head_are_seen():
     y = forward(AL15, angles + np.degrees(error[at]))
     y = y + 1e-8 * np.random.default_rng(11).standard_normal(y.size)
     apparatus = Apparatus(head_uncertainty=1e-4)
-    found = estimate_jointly([prepare(record(angles, y))], apparatus)
+    found = estimate_of_record([prepare(record(angles, y))], apparatus)
     acting = np.diag(rates(np.arange(24) * 15.0) @ AL15)
     visible = np.eye(24) - rows(np.arange(24) * 15.0) @ np.linalg.pinv(rows(np.arange(24) * 15.0))
     seen = found.lack_of_fit.seen(np.array(found.head.uncertainty)).values
@@ -265,7 +264,7 @@ def one_stroke(positions, head, seed, declared=None, closed=True, runs=1):
     y = y + np.tile(noisy(angles, (seed, 99), head) - noisy(angles, (seed, 99)), runs)
     whole = record(np.tile(angles, runs), y, run=np.repeat(range(runs), angles.size))
     tables = [prepare(t) for t in whole.tables()]
-    found = estimate_jointly(tables, Apparatus(head_uncertainty=declared))
+    found = estimate_of_record(tables, Apparatus(head_uncertainty=declared))
     place = np.round(np.mod(angles, 360.0), 6)
     same = (place[:, None] == np.unique(place)).astype(float)
     slope = rates(angles) @ np.mean(found.coefficients, axis=0)
@@ -409,7 +408,7 @@ def two_mountings_a_run(biases, shift=None):
             mountings += [mounting] * angles.size
     whole = record(np.tile(angles, len(parts)), np.concatenate(parts), run=runs, mounting=mountings)
     apparatus = Apparatus(launch_uncertainty=shift, head_uncertainty=0.0)
-    return estimate_jointly([prepare(t) for t in whole.tables()], apparatus)
+    return estimate_of_record([prepare(t) for t in whole.tables()], apparatus)
 
 
 def test_two_mountings_of_a_run_count_once():
@@ -437,7 +436,7 @@ def test_a_coarse_voltmeter_adds_its_rounding():
     step = 1e-3
     y = np.round(forward(AL15, angles) / step) * step
     prepared = [prepare(record(angles, y))]
-    coarse = estimate_jointly(prepared, Apparatus(resolution=step)).components["resolution"]
+    coarse = estimate_of_record(prepared, Apparatus(resolution=step)).components["resolution"]
     places = turn(8)[:-1]
     # least squares of 54 readings: position 1 has twice the weight
     weight = np.array([12.0] + [6.0] * 7)
@@ -445,10 +444,10 @@ def test_a_coarse_voltmeter_adds_its_rounding():
     inverse = np.linalg.inv(design.T @ (weight[:, None] * design)) @ (weight[:, None] * design).T
     assert_allclose(coarse.covariance, step**2 / 12 * inverse @ inverse.T, rtol=1e-9, atol=1e-18)
     assert np.isinf(coarse.dof).all()
-    seen = estimate_jointly(prepared, Apparatus()).components["resolution"]
+    seen = estimate_of_record(prepared, Apparatus()).components["resolution"]
     assert_allclose(seen.covariance, coarse.covariance)  # the step shows in the digits
     y = noisy(angles, 12)
-    hidden = estimate_jointly([prepare(record(angles, y))], Apparatus(resolution=SIGMA / 2.0))
+    hidden = estimate_of_record([prepare(record(angles, y))], Apparatus(resolution=SIGMA / 2.0))
     assert "resolution" not in hidden.components
 
 
@@ -457,7 +456,7 @@ def test_declared_noise_does_not_hold_the_rounding():
     angles = turn(8, 6)
     y = noisy(angles, 12)
     whole = record(angles, y, std=np.full(y.size, SIGMA))
-    found = estimate_jointly([prepare(whole)], Apparatus(resolution=SIGMA, head_uncertainty=0.0))
+    found = estimate_of_record([prepare(whole)], Apparatus(resolution=SIGMA, head_uncertainty=0.0))
     inverse = np.linalg.pinv(rows(angles))
     expected = SIGMA**2 / 12 * inverse @ inverse.T
     assert_allclose(found.components["resolution"].covariance, expected, rtol=1e-6, atol=1e-18)
@@ -473,7 +472,7 @@ def test_residuals_that_came_out_small_do_not_hide_the_rounding():
         y = forward(k, angles) + 1e-6 * rng.standard_normal(9)
         y = np.round(y / 1e-5) * 1e-5
         apparatus = Apparatus(resolution=1e-5, head_uncertainty=0.0)
-        found = estimate_jointly([prepare(record(angles, y))], apparatus)
+        found = estimate_of_record([prepare(record(angles, y))], apparatus)
         held += abs(found.coefficients[0][2] - k[2]) <= intervals(found.components)[2].expanded
     assert held / 300 > 0.92  # 88 % without
 

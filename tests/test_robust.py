@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from one_record import estimate_of_record
 from tumble_oracle import AL15, Apparatus, forward, record, turn
 
 from accelcal.errors import DesignError
 from accelcal.estimate import robust
-from accelcal.estimate.joint import estimate_jointly
 from accelcal.estimate.robust import pseudo_values
 from accelcal.estimate.tables import prepare
 
@@ -24,7 +24,7 @@ def readings(seed, angles=ANGLES):
 
 def fitted(y, robust=True, std=None):
     prepared = prepare(record(ANGLES, y, std=std))
-    return estimate_jointly([prepared], Apparatus(head_uncertainty=0.0), robust=robust)
+    return estimate_of_record([prepared], Apparatus(head_uncertainty=0.0), robust=robust)
 
 
 # -- outliers --------------------------------------------------------------------------------------

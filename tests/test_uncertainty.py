@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from one_record import estimate_of_record
 from scipy import stats
 from tumble_oracle import (
     AL15,
@@ -21,7 +22,6 @@ from tumble_oracle import (
 )
 
 from accelcal.calibrate.quantities import table_quantities
-from accelcal.estimate.joint import estimate_jointly
 from accelcal.estimate.tables import prepare
 from accelcal.estimate.uncertainty import Component, interval_stack, intervals, propagate
 from accelcal.model import COEFFICIENTS, ERROR_TERMS
@@ -97,7 +97,7 @@ class Campaign:
             temperature=np.nan,
             std=self.sigma,
         )
-        return estimate_jointly([prepare(t) for t in whole.tables()], Apparatus(**declared))
+        return estimate_of_record([prepare(t) for t in whole.tables()], Apparatus(**declared))
 
 
 CAMPAIGNS = {
@@ -218,7 +218,7 @@ def test_closed_forms_know_their_own_noise(method):
 
     def fitted(y):
         prepared = prepare(record(angles, y, std=campaign.sigma))
-        return estimate_jointly([prepared], apparatus, method=method)
+        return estimate_of_record([prepared], apparatus, method=method)
 
     clean = fitted(campaign.clean)
     names = clean.names[0]

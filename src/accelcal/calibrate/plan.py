@@ -43,6 +43,8 @@ class OnePlan(NamedTuple):
         Readings of each table [output unit].
     temperatures : tuple of ndarray, shape (R, n)
         Temperatures of each table, NaN where unknown [degC].
+    recorded : tuple of ndarray, shape (R, n)
+        The same with those unknown at the mean of their table [degC].
     levels : ndarray, shape (R, tables)
         Mean temperature of each table, NaN where unknown [degC].
     masks : tuple of ndarray of bool
@@ -52,6 +54,7 @@ class OnePlan(NamedTuple):
     records: Sequence[TumbleRecord]
     outputs: tuple[Array, ...]
     temperatures: tuple[Array, ...]
+    recorded: tuple[Array, ...]
     levels: Array
     masks: tuple[NDArray[np.bool_], ...]
 
@@ -62,14 +65,6 @@ class OnePlan(NamedTuple):
     def moves(self) -> bool:
         """Whether a temperature of any record moves within a run."""
         return any(bool((np.ptp(own, axis=1) > 0.0).any()) for own in self.recorded)
-
-    @property
-    def recorded(self) -> tuple[Array, ...]:
-        """The temperatures, those unknown at the mean of their table."""
-        return tuple(
-            np.where(np.isfinite(own), own, level[:, None])
-            for own, level in zip(self.temperatures, self.levels.T, strict=True)
-        )
 
     def times(self, tables: Sequence[int]) -> Array | None:
         """Times of the readings of some tables of one plan, table after table [s].
@@ -98,7 +93,8 @@ class OnePlan(NamedTuple):
         temperatures = tuple(_of_table(temperature, mask) for mask in masks)
         levels = np.stack([level_of(t) for t in temperatures], axis=1)
         outputs = tuple(_of_table(output, mask) for mask in masks)
-        return cls(records, outputs, temperatures, levels, masks)
+        recorded = tuple(map(_without_gaps, temperatures, levels.T))
+        return cls(records, outputs, temperatures, recorded, levels, masks)
 
     def references(self, given: float | None = None) -> Array:
         """T0 of each record, shape (R,), see `reference_temperature_of`; NaN where unknown."""
@@ -124,6 +120,7 @@ class OnePlan(NamedTuple):
             records=[self.records[i] for i in places.tolist()],
             outputs=tuple(y[places] for y in self.outputs),
             temperatures=tuple(t[places] for t in self.temperatures),
+            recorded=tuple(t[places] for t in self.recorded),
             levels=self.levels[places],
         )
 
@@ -133,6 +130,12 @@ def _of_table(values: Array, mask: NDArray[np.bool_]) -> Array:
     if mask.size < _LONG:
         return values[:, mask]  # this puts those of one reading side by side
     return values.compress(mask, axis=1)
+
+
+def _without_gaps(temperature: Array, level: Array) -> Array:
+    """Temperatures of a table, the mean where they are unknown."""
+    known = np.isfinite(temperature)
+    return temperature if known.all() else np.where(known, temperature, level[:, None])
 
 
 def plans_of(

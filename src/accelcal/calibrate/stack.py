@@ -155,14 +155,11 @@ class CalibrationStack:
         from accelcal.temperature.from_readings import laws_from_readings
 
         moving = self.estimate._replace(outputs=self.moving)
+        recorded, levels = self.plan.recorded, self.plan.levels
         found = laws_from_readings(
-            self.tables, moving, record, laws, self._recorded, self.plan.levels, self.references
+            self.tables, moving, record, laws, recorded, levels, self.references
         )
         return with_misalignment(found, laws) if self._has_both_sides else found
-
-    @cached_property
-    def _recorded(self) -> tuple[Array, ...]:
-        return self.plan.recorded
 
     @cached_property
     def _has_both_sides(self) -> bool:
@@ -179,10 +176,8 @@ class CalibrationStack:
         """Temperature laws of all records from their tables."""
         if self.options.method == _MISPRINTED:
             return StackLaws(None, None, None)
-        levels, unfelt = self.plan.levels, self.at_rest.unfelt
-        return laws_of_stack(
-            self.tables, self.estimate, self._recorded, levels, self.references, unfelt
-        )
+        recorded, levels, unfelt = self.plan.recorded, self.plan.levels, self.at_rest.unfelt
+        return laws_of_stack(self.tables, self.estimate, recorded, levels, self.references, unfelt)
 
     @cached_property
     def components(self) -> Mapping[str, Component]:

@@ -30,7 +30,7 @@ from accelcal.model import COEFFICIENTS
 if TYPE_CHECKING:
     from accelcal.results.head_calibration import HeadCalibration
 
-__all__ = ["JointEstimate", "JointStack", "estimate_jointly", "estimate_stack"]
+__all__ = ["JointEstimate", "JointStack", "estimate_stack"]
 
 Array = NDArray[np.float64]
 
@@ -151,53 +151,6 @@ class JointStack(NamedTuple):
         )
 
 
-def estimate_jointly(
-    tables: Sequence[PreparedTable],
-    apparatus: Apparatus,
-    *,
-    method: str = METHODS[0],
-    robust: bool = False,
-    delta0: float = 0.0,
-    head: HeadCalibration | None = None,
-) -> JointEstimate:
-    """Estimate the coefficients of all tables of one record.
-
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables.
-    apparatus : Apparatus
-        What is declared of the stand.
-    method : str, default "least-squares"
-        One of `accelcal.estimate.linear.METHODS`.
-    robust : bool, default False
-        Make the readings safe against outliers first.
-    delta0 : float, default 0
-        Fixture angle [rad].
-    head : HeadCalibration, optional
-        Calibration of the head, by which the readings were corrected already: what it leaves
-        uncertain takes the place of the declared uncertainty.
-
-    Returns
-    -------
-    JointEstimate
-        Coefficients, residuals and error components: `estimate_stack` of one record.
-
-    Raises
-    ------
-    InputError
-        If the method is unknown.
-    DesignError
-        If a closed form meets a table that is not an 8-position test.
-    """
-    outputs = [table.record.output[None] for table in tables]
-    levels = np.array([[table.record.mean_temperature for table in tables]])
-    stack = estimate_stack(
-        tables, outputs, levels, apparatus, method=method, robust=robust, delta0=delta0, head=head
-    )
-    return stack.one(0)
-
-
 def estimate_stack(
     tables: Sequence[PreparedTable],
     outputs: Sequence[Array],
@@ -223,8 +176,15 @@ def estimate_stack(
         share a level, and were reached alike.
     apparatus : Apparatus
         What is declared of the stand.
-    method, robust, delta0, head
-        As in `estimate_jointly`.
+    method : str, default "least-squares"
+        One of `accelcal.estimate.linear.METHODS`.
+    robust : bool, default False
+        Make the readings safe against outliers first.
+    delta0 : float, default 0
+        Fixture angle [rad].
+    head : HeadCalibration, optional
+        Calibration of the head, by which the readings were corrected already: what it leaves
+        uncertain takes the place of the declared uncertainty.
 
     Returns
     -------

@@ -13,7 +13,7 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.grouping import grouped, sums_of_groups
 from accelcal.probability import f_exceeds
 
-__all__ = ["FEW", "NoiseStack", "ReadingNoise", "noise_of_stack", "reading_noise"]
+__all__ = ["FEW", "NoiseStack", "ReadingNoise", "noise_of_stack"]
 
 Array = NDArray[np.float64]
 
@@ -97,24 +97,6 @@ class _Scatter(NamedTuple):
         for scatter in scatters:
             squares, dof = squares + scatter.squares, dof + scatter.dof
         return cls(squares, dof)
-
-
-def reading_noise(tables: Sequence[PreparedTable], outputs: Sequence[Array]) -> list[ReadingNoise]:
-    """Estimate the reading noise of each table of one record.
-
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of one record.
-    outputs : sequence of ndarray, shape (n,)
-        Readings of each table (pseudo-values where the fit is robust) [output unit].
-
-    Returns
-    -------
-    list of ReadingNoise
-        One a table, see `noise_of_stack`.
-    """
-    return [noise.one(0) for noise in noise_of_stack(tables, [y[None] for y in outputs])]
 
 
 def noise_of_stack(tables: Sequence[PreparedTable], outputs: Sequence[Array]) -> list[NoiseStack]:

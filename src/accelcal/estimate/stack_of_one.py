@@ -32,10 +32,11 @@ def stack_of_one(estimate: JointEstimate) -> JointStack:
     Examples
     --------
     >>> import accelcal
-    >>> from accelcal.estimate.joint import estimate_jointly
-    >>> from accelcal.estimate.tables import prepare
-    >>> record = accelcal.simulate(seed=1)
-    >>> one = estimate_jointly([prepare(t) for t in record.tables()], record.apparatus)
+    >>> from accelcal.calibrate.options import Options
+    >>> from accelcal.calibrate.plan import OnePlan
+    >>> from accelcal.calibrate.stack import calibration_stack
+    >>> plan = OnePlan.of([accelcal.simulate(seed=1)])
+    >>> one = calibration_stack(plan, Options()).estimate.one(0)
     >>> stack_of_one(one).one(0).head.dof == one.head.dof
     True
     """
