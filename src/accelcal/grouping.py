@@ -191,7 +191,8 @@ def products_of_groups(
         return sums_of_groups(each.reshape(index.size, -1), index, members).reshape(shape)
     found = np.empty(shape)
     for group, places in groups_alike(index, members):
-        found[group] = values[places].swapaxes(1, 2) @ columns[places]
+        own = values.take(places, axis=0).swapaxes(1, 2)
+        found[group] = own @ columns.take(places, axis=0)
     return found
 
 

@@ -171,8 +171,9 @@ class _LeftOut(NamedTuple):
         most = np.zeros(fit.squares.size)
         for group, readings in self.stacks:
             for few in few_at_a_time(readings, most.size):
-                residual, basis = fit.residual[readings[few]], fit.basis.columns[readings[few]]
-                pull = basis.transpose(0, 2, 1) @ residual
+                own = readings[few]
+                residual = fit.residual.take(own, axis=0)
+                pull = fit.basis.columns.take(own, axis=0).swapaxes(1, 2) @ residual
                 common = (pull * (self.inverse[group[few]] @ pull)).sum(axis=1)
                 taken = (residual**2).sum(axis=1) + common
                 np.maximum(most, taken.max(axis=0), out=most)

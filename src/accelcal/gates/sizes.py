@@ -166,7 +166,7 @@ class _Groups(NamedTuple):
         size = np.empty((self.known.size, output.shape[1]))
         for (stroke, readings), weights in self.sines:
             for few in few_at_a_time(readings, output.shape[1]):
-                part = weights[few] @ output[readings[few]]
+                part = weights[few] @ output.take(readings[few], axis=0)
                 size[stroke[few]] = np.hypot(part[:, 0], part[:, 1])
         return np.maximum(size[self.known], _SMALLEST)
 

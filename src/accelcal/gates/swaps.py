@@ -140,7 +140,7 @@ def _hopes(residual: Array, blocks: Sequence[SwapBlock], least: Array) -> Iterat
     """Find where a swap may take so much off the squares; that is in few strokes of a table."""
     for stroke, some, own, share in blocks:
         for few in few_at_a_time(own, least.size):
-            span = np.ptp(residual[own[few]], axis=1) ** 2
+            span = np.ptp(residual.take(own[few], axis=0), axis=1) ** 2
             enough = span >= least * share[few, None]
             for at in np.flatnonzero(enough.any(axis=1)).tolist():
                 place = few.start + at
