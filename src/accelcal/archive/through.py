@@ -10,6 +10,7 @@ from accelcal.archive.block import Block, Fitted
 from accelcal.archive.parts import comes_back, divide
 from accelcal.archive.sources import SourceFile, Sources
 from accelcal.archive.workers import completed, processors, workers
+from accelcal.io.cell_blocks import read_engine
 
 __all__ = ["InMemory", "Keeper", "Progress", "blocks_of", "work_through"]
 
@@ -181,6 +182,7 @@ def _work(
     first = list(islice(left, most))
     tally.tell()
     if first:
+        read_engine()  # processes that are forked from this one have it then
         with workers(min(most, len(first)), dask) as (executor, ready):
             for block, result in completed(executor, function, chain(first, left), ready):
                 keeper.keep(block, result)

@@ -20,7 +20,6 @@ __all__ = [
     "CellBlock",
     "Unreadable",
     "cells_of_arrow",
-    "has_pyarrow",
     "is_plain",
     "parse_cells",
     "read_engine",
@@ -68,16 +67,15 @@ class CellBlock(NamedTuple):
         return [own[role] for own in (self.numbers, self.codes) for role in own if role in roles]
 
 
-def has_pyarrow() -> bool:
-    """Tell whether pyarrow is installed."""
-    from importlib.util import find_spec
-
-    return find_spec("pyarrow") is not None
-
-
-def read_engine(engine: str | None) -> str:
-    """Engine to parse with: the one that is asked for, else pyarrow where it is installed."""
-    return engine or ("pyarrow" if has_pyarrow() else "numpy")
+def read_engine(engine: str | None = None) -> str:
+    """Load what to parse with: the engine that is asked for, else pyarrow where it is installed."""
+    if engine is not None:
+        return engine
+    try:
+        import pyarrow.csv  # noqa: F401
+    except ImportError:
+        return "numpy"
+    return "pyarrow"
 
 
 def parse_cells(
