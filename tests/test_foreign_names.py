@@ -100,6 +100,10 @@ def test_a_document_of_such_a_name_is_read_back(kind):
     assert again.to_json() == text
 
 
+def test_escapes_in_capitals_are_read():
+    assert parse_json(r'["\uDCFF", "\uD83D\uDE00"]') == [r"\xff", "\U0001f600"]
+
+
 def test_documents_of_before_are_read():
     text = json.dumps({"\udcff": ["\udcfe", 1, "\U0001f600", r"\udcff"]})
     assert parse_json(text) == {r"\xff": [r"\xfe", 1, "\U0001f600", r"\udcff"]}

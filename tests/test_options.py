@@ -88,6 +88,7 @@ CALLS = {
     "read_table": lambda **asked: accelcal.read_table(TABLE, **asked),
     "read_tables": lambda **asked: accelcal.read_tables(TABLE, **asked),
     "read_triad": lambda **asked: accelcal.read_triad(io.StringIO(TRIAD), **asked),
+    "select": RECORD.select,
     "simulate": accelcal.simulate,
     "stand_budget": lambda **asked: accelcal.stand_budget(STAND, RECORD, **asked),
     "to_json": lambda **asked: CALIBRATION.to_json(**asked),
@@ -126,7 +127,7 @@ OF_BATCH = {
     **OF_FIT,
     "specification": ["sheet.toml", 5],
     "overrides": [5, "serial", ["serial"], np.array([1, 2]), pd.NA],
-    "jobs": ["2", 0, 1.5, [2], np.array([1, 2]), pd.NA],
+    "jobs": ["2", 0, 1.5, 10**6, 10**400, [2], np.array([1, 2]), pd.NA],
     "dask": [5, ["local"], np.array(["local"] * 2), pd.NA],
     "progress": [5, "bar", [print], np.array([1, 2])],
 }
@@ -306,6 +307,7 @@ WRONG = {
     "read_table": OF_TABLES,
     "read_tables": OF_TABLES,
     "read_triad": {"overrides": OVERRIDES, "local_gravity": ["9.81", 5.0]},
+    "select": {"mask": [None, "no", [True], [0, 1], np.arange(len(RECORD)), np.array([True])]},
     "simulate": {
         "seed": ["a", -1, 1.5],
         "effects": ["backlash", 5, [None]],

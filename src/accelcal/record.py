@@ -111,7 +111,8 @@ class TumbleRecord:
     Raises
     ------
     InputError
-        If the arrays differ in length, are empty, or hold a value outside its range.
+        If something is of another kind, or the arrays differ in length, are empty, or hold a value
+        outside its range.
     """
 
     output: NDArray[np.float64]
@@ -273,7 +274,15 @@ class TumbleRecord:
         -------
         TumbleRecord
             A new record.
+
+        Raises
+        ------
+        InputError
+            If the mask is something else, or keeps none.
         """
+        if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (len(self),):
+            rule = f"an array of {len(self)} truth values, one for each reading"
+            raise InputError(f"mask is {as_given(mask)}; it is {rule}")
         kept: dict[str, Any] = {name: array[mask] for name, array in self._arrays().items()}
         return replace(self, **kept)
 

@@ -19,7 +19,7 @@ from accelcal.archive.journal import Summary, open_journal
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import Sources, find_sources, is_url
 from accelcal.archive.through import InMemory, Progress, work_through
-from accelcal.arguments import check_whole, path_text, several
+from accelcal.arguments import check_number, check_whole, path_text, several
 from accelcal.calibrate.options import Options
 from accelcal.choices import check_flag, check_function, check_options, check_text
 from accelcal.errors import InputError
@@ -32,6 +32,9 @@ if TYPE_CHECKING:
     from accelcal.specification import Specification
 
 __all__ = ["BatchCounts", "BatchFrames", "batch", "write_batch"]
+
+_MOST_JOBS = 1024
+"""More processes than that are a slip of the pen."""
 
 
 class BatchCounts(NamedTuple):
@@ -209,6 +212,7 @@ def write_batch(
 def _check_workers(jobs: int | None, dask: str | None, progress: Progress | None) -> None:
     if jobs is not None:
         check_whole(1, jobs=jobs)
+        check_number(1, _MOST_JOBS, jobs=jobs)
     check_text(dask=dask)
     check_function(progress=progress)
 

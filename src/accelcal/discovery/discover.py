@@ -92,7 +92,7 @@ def discover(
     delta0 : float, optional
         Fixture angle; by default that of the record, else 0 [rad].
     effects : sequence of Effect, optional
-        Effects to look for; by default those of the catalogue.
+        Effects to look for, one or more; by default those of the catalogue.
     empirical : bool, default False
         Add a term for the pattern of a disagreement that no effect explains, where it depends on
         the head position.

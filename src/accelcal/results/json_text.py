@@ -18,8 +18,8 @@ __all__ = ["json_text", "parse_json", "read_json"]
 
 Result = TypeVar("Result")
 
-_SURROGATE = "\\ud"
-"""How the escape of a surrogate begins in JSON; a pair of them is a letter."""
+_SURROGATES = ("\\ud", "\\uD")
+"""How the escape of a surrogate begins in JSON, here and elsewhere; a pair of them is a letter."""
 
 
 def json_text(document: Mapping[str, Any], path: str | PathLike[str] | None = None) -> str:
@@ -53,7 +53,7 @@ def json_text(document: Mapping[str, Any], path: str | PathLike[str] | None = No
     import json  # here, as a report on the terminal does without
 
     text = json.dumps(document, indent=1, allow_nan=False, default=_plain) + "\n"
-    if _SURROGATE in text:
+    if _SURROGATES[0] in text:
         text = json.dumps(_encodable(document), indent=1, default=_plain) + "\n"
     if path is not None:
         from accelcal.atomic import write_atomically
@@ -154,4 +154,4 @@ def parse_json(text: str, *, writer: str = "accelcal fit") -> Any:
         document = json.loads(text)  # NaN is refused by the key that it stands under
     except (ValueError, RecursionError) as error:
         raise DamageError(f"not JSON ({error})").told(writer) from None
-    return _encodable(document) if _SURROGATE in text.lower() else document
+    return _encodable(document) if any(start in text for start in _SURROGATES) else document

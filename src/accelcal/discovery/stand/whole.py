@@ -82,7 +82,7 @@ def discover_stand(
     reference_temperature, delta0 : float, optional
         As in `accelcal.discover`.
     effects : sequence of Effect, optional
-        Effects to look for; by default those of the catalogue.
+        Effects to look for, one or more; by default those of the catalogue.
     seed : int, default 0
         Of the noise that is simulated to find the false-alarm rate.
 
