@@ -272,6 +272,8 @@ def test_units_need_one_plan():
         discover_stand([records[0], records[1].select(np.arange(162) < 108)])
     with pytest.raises(InputError, match="two or more units"):
         discover_stand(records[:1])
+    with pytest.raises(InputError, match="the same readings as unit0"):
+        discover_stand([*records, replace(records[0], source="copy.csv")])
 
 
 def test_launches_that_one_leaves_open_are_open_for_all():

@@ -124,6 +124,15 @@ def test_two_clampings_shrink_the_uncertainty_of_k2():
     assert size[1] < size[0] / 3.0
 
 
+def test_a_file_and_its_copy_do_not_tell_the_head_twice(tmp_path):
+    _, _, (record,) = measured(5)
+    for name in ("first.csv", "copy.csv"):
+        accelcal.write_table(record, tmp_path / name)
+    files = [accelcal.read_table(tmp_path / name) for name in ("first.csv", "copy.csv")]
+    with pytest.raises(accelcal.InputError, match=r"copy.csv: the same readings as .*first.csv;"):
+        accelcal.calibrate_head(files)
+
+
 def test_something_else_is_told():
     """What turns with the unit, and not with the head, is no error of the head."""
     _, _, (record,) = measured(5, clampings=(0.0, 90.0, 180.0, 270.0))

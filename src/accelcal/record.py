@@ -7,7 +7,7 @@ coefficients.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
 from numbers import Real
@@ -25,7 +25,7 @@ from accelcal.grouping import distinct
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["TumbleRecord", "naming"]
+__all__ = ["TumbleRecord", "naming", "refuse_twice"]
 
 _DTYPES = {
     **dict.fromkeys(("output", "angle", "temperature"), "fiu"),
@@ -363,6 +363,28 @@ def naming(record: TumbleRecord) -> Iterator[None]:
     except InputError as error:
         line = None if record.line is None else int(record.line[0])
         raise error.at(record.source, line) from None
+
+
+def refuse_twice(records: Iterable[TumbleRecord]) -> None:
+    """Refuse the same readings twice, such as a file and its copy, where each adds to what is told.
+
+    Parameters
+    ----------
+    records : iterable of TumbleRecord
+        The records.
+
+    Raises
+    ------
+    InputError
+        If two are equal.
+    """
+    seen: dict[tuple[str | None, bytes], TumbleRecord] = {}
+    for record in records:
+        key = record.serial, record.output.tobytes()
+        if key in seen and seen[key] == record:
+            problem = f"the same readings as {seen[key].source}"
+            raise InputError(f"{record.source}: {problem}; give each table once")
+        seen[key] = record
 
 
 def _same(a: Any, b: Any) -> bool:

@@ -25,7 +25,7 @@ from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.grouping import distinct
 from accelcal.model import COEFFICIENTS
 from accelcal.probability import f_survival, student_quantile
-from accelcal.record import TumbleRecord, naming
+from accelcal.record import TumbleRecord, naming, refuse_twice
 from accelcal.reference import fixture_angle
 from accelcal.results.findings import Change
 from accelcal.results.head_calibration import (
@@ -108,6 +108,7 @@ def calibrate_head(
     (8, 'mean', 0.0)
     """
     records = each_of(records, TumbleRecord)
+    refuse_twice(records)
     declared = _declared(records)
     tables = [_tables(record, delta0) for record in records]
     positions = distinct(np.concatenate([t.head for own in tables for t in own]))

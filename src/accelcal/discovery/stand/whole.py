@@ -24,7 +24,7 @@ from accelcal.discovery.stand.own_effects import Looker
 from accelcal.discovery.stand.whose import Own, common_effects, head_of, instances_in, own_effects
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
-from accelcal.record import TumbleRecord
+from accelcal.record import TumbleRecord, refuse_twice
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
 from accelcal.results.stand import StandDiscovery
@@ -123,6 +123,7 @@ def discover_stand(
     for record in records:
         refuse_several_clampings(record)
     check_one_plan(records)
+    refuse_twice(records)
     records = on_one_stand(records)
     settings = _Settings(
         alpha=alpha,
