@@ -353,6 +353,10 @@ def test_unknown_runs_effects_axes_and_themes_are_told(several, found):
         several.plot.residuals(run="x")
     with pytest.raises(InputError, match=r"'drift' was not found; the discovery has backlash"):
         discovery.plot.signature(record, "drift")
+    with pytest.raises(InputError, match="effect is list; it is a text, in quotes"):
+        discovery.plot.signature(record, ["backlash"])
+    with pytest.raises(InputError, match="str in place of a record; make one by"):
+        discovery.plot.signature("table.csv")
     with pytest.raises(InputError, match="no effect was found"):
         replace(discovery, effects=()).plot.signature(record)
     with pytest.raises(InputError, match="projection='polar'"):

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arguments import expect
+from accelcal.choices import check_text
 from accelcal.discovery.base import solve
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.known import contribution, disturbances, instance_of
@@ -72,6 +74,8 @@ def action(discovery: Discovery, record: TumbleRecord, effect: str | None = None
     >>> bool(np.std(found.residual - found.change) < np.std(found.residual))
     True
     """
+    expect(record, TumbleRecord)
+    check_text(effect=effect)
     ids = [item.id for item in discovery.effects]
     if not ids:
         raise InputError("no effect was found; there is no signature to show")

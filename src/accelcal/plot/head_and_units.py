@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from accelcal.choices import check_text
 from accelcal.errors import InputError
 from accelcal.plot.style import canvas, entitled, palette, styled
 from accelcal.report.scale import readable
@@ -65,6 +66,7 @@ def sizes(stand: StandDiscovery, effect: str | None, ax: Axes | None) -> Axes:
 
 
 def _effect(stand: StandDiscovery, effect: str | None) -> StandEffect:
+    check_text(effect=effect)
     found = {item.id: item for item in stand.effects}
     if not found:
         raise InputError("no effect was found over the units; there are no sizes to show")
