@@ -141,7 +141,7 @@ class Errors(NamedTuple):
             return {}
         whole = np.zeros((len(outputs[0]), *2 * self.influence.shape[1:2]))
         for e, (common, own), block in zip(self.estimators, left, self._blocks(whole), strict=True):
-            means = sums_of_groups(e.map.T, *grouped(e.table.head)[1:]).T
+            means = sums_of_groups(e.map.T, *e.table.at_head[1:]).T
             block += common[:, None, None] ** 2 * (means @ means.T)
             block += own[:, None, None] ** 2 * (e.map @ e.map.T)
         return {"resolution": Component(whole, np.full(whole.shape[:2], np.inf))}
@@ -162,7 +162,7 @@ class Errors(NamedTuple):
 def _influence(estimator: LinearEstimator, coefficients: Array, positions: Array) -> Array:
     """What errors of the positions do to the coefficients of one table, shape (R, p, J)."""
     table = estimator.table
-    at, cell, members = grouped(table.head)
+    at, cell, members = table.at_head
     acting = products_of_groups(estimator.map.T, table.angular, cell, members)
     by_coefficient = np.zeros((positions.size, *acting.shape[1:]))
     by_coefficient[np.searchsorted(positions, at)] = acting

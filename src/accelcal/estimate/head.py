@@ -108,7 +108,7 @@ def lack_of_fit(
     Readings at one position have one mean in common, and only means can show a head error, so each
     table is reduced to those of its positions, and these to what is orthogonal to its model.
     """
-    positions = distinct(np.concatenate([table.head for table in tables]))
+    positions = distinct(np.concatenate([table.at_head[0] for table in tables]))
     means = [PositionMeans.of(table, positions) for table in tables]
     rates, readings, whole = [], [], np.zeros(len(outputs[0]))
     for table, own, y, noise, k in zip(tables, means, outputs, noises, coefficients, strict=True):

@@ -274,7 +274,7 @@ def _judge(
     noises = noise_of_stack(tables, readings)
     declared, root = apparatus.head_uncertainty, None
     if known is not None:
-        positions = distinct(np.concatenate([table.head for table in tables]))
+        positions = distinct(np.concatenate([table.at_head[0] for table in tables]))
         declared, root = known.spread_over(positions)
     found = lack_of_fit(tables, readings, noises, coefficients, root)
     # noise that is not declared is known in the same way in all records

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.tables import PreparedTable
-from accelcal.grouping import grouped, sums_of_groups
+from accelcal.grouping import sums_of_groups
 from accelcal.probability import f_exceeds
 
 __all__ = ["FEW", "NoiseStack", "ReadingNoise", "noise_of_stack"]
@@ -170,7 +170,7 @@ def _declared(own: _Scatter, declared_dof: float) -> NoiseStack:
 
 
 def _pure_error(table: PreparedTable, y: Array) -> _Scatter:
-    _, cell, members = grouped(table.head)
+    _, cell, members = table.at_head
     weight = table.scatter**-2.0
     whole = sums_of_groups(y.T, cell, members, weight)
     means = whole / sums_of_groups(weight[:, None], cell, members)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.tables import PreparedTable
-from accelcal.grouping import group_after_group, grouped, sums_of_groups
+from accelcal.grouping import group_after_group, sums_of_groups
 
 __all__ = ["PositionMeans"]
 
@@ -46,7 +46,7 @@ class PositionMeans(NamedTuple):
     @classmethod
     def of(cls, table: PreparedTable, positions: Array) -> PositionMeans:
         """Bring the readings of a table to means at some of J positions, shape (J,) [deg]."""
-        at, cell, members = grouped(table.head)
+        at, cell, members = table.at_head
         places, first = np.searchsorted(positions, at), np.cumsum(members) - members
         order = group_after_group(cell, members)
 

@@ -111,7 +111,7 @@ def calibrate_head(
     refuse_twice(records)
     declared = _declared(records)
     tables = [_tables(record, delta0) for record in records]
-    positions = distinct(np.concatenate([t.head for own in tables for t in own]))
+    positions = distinct(np.concatenate([t.at_head[0] for own in tables for t in own]))
     units = [_unit(r, own, positions) for r, own in zip(records, tables, strict=True)]
     told = [unit.information() for unit in units]
     prior = np.eye(positions.size) / declared**2

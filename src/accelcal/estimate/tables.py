@@ -13,12 +13,15 @@ from accelcal.errors import InputError
 from accelcal.estimate.estimability import Estimability, estimability
 from accelcal.estimate.solver import LeastSquares
 from accelcal.geometry import Acceleration, accelerations
+from accelcal.grouping import grouped
 from accelcal.model import COEFFICIENTS, design_matrix
 from accelcal.record import TumbleRecord
 
 __all__ = ["PreparedTable", "head_positions", "is_usable", "prepare"]
 
 Array = NDArray[np.float64]
+Places = NDArray[np.intp]
+Grouped = tuple[Array, Places, Places]
 
 
 class PreparedTable(NamedTuple):
@@ -34,6 +37,9 @@ class PreparedTable(NamedTuple):
         Derivative of `design` with respect to the head angle [1/rad].
     head : ndarray of float, shape (n,)
         Head position of each reading: the angle within one turn [deg].
+    at_head : tuple of ndarray
+        The different head positions, which of them each reading is at, and how many readings each
+        has, see `accelcal.grouping.grouped`.
     scatter : ndarray, shape (n,)
         Declared standard uncertainty of each reading, or ones where none is declared.
     scatter_dof : float or None
@@ -48,6 +54,7 @@ class PreparedTable(NamedTuple):
     design: Array
     angular: Array
     head: Array
+    at_head: Grouped
     scatter: Array
     scatter_dof: float | None
     estimability: Estimability
@@ -126,7 +133,8 @@ def prepare(
         strict,
     )
     if record.clamping is not None:
-        known = known._replace(head=head_positions(record.graduation))
+        head = head_positions(record.graduation)
+        known = known._replace(head=head, at_head=grouped(head))
     return PreparedTable(record=record, scatter=scatter, scatter_dof=dof, **known._asdict())
 
 
@@ -136,6 +144,7 @@ class _FromAngles(NamedTuple):
     design: Array
     angular: Array
     head: Array
+    at_head: Grouped
     estimability: Estimability
     least_squares: LeastSquares
 
@@ -148,10 +157,11 @@ def _from_angles(
     design = design_matrix(accelerations(angle, delta0, mounting), mounting)
     found = estimability(design, asked, strict=strict)
     angular, head = _angular_derivative(angle, delta0, mounting), head_positions(angle)
-    for shared in (design, angular, head):
+    at_head = grouped(head)
+    for shared in (design, angular, head, *at_head):
         shared.setflags(write=False)
     solver = LeastSquares(design[:, found.columns], scatter)
-    return _FromAngles(design, angular, head, found, solver)
+    return _FromAngles(design, angular, head, at_head, found, solver)
 
 
 def is_usable(output: Array) -> NDArray[np.bool_]:

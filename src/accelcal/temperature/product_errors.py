@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from accelcal.estimate.joint import JointStack
 from accelcal.estimate.noise import FEW, NoiseStack, noise_of_stack
 from accelcal.estimate.tables import PreparedTable
-from accelcal.grouping import distinct, grouped
+from accelcal.grouping import grouped
 from accelcal.model import COEFFICIENTS
 from accelcal.temperature.apart_from_head import HeadErrors
 from accelcal.temperature.hysteresis import Branches, branches_of
@@ -273,7 +273,7 @@ def _edges(fit: ProductFit) -> Places:
 
 def felt_beside_noise(fit: ProductFit, felt: Array) -> Array:
     """Felt parts, all or nothing where a fitted one would take the few replicates for itself."""
-    replicates = [len(table.record) - distinct(table.head).size for table in fit.tables]
+    replicates = [len(table.record) - table.at_head[0].size for table in fit.tables]
     return np.where(np.array(replicates) < FEW, np.round(felt), felt)
 
 
