@@ -283,6 +283,50 @@ def test_hysteresis_and_threshold_of_a_record():
     assert [launch.label for launch in result.launches] == ["1", "2"]
 
 
+def up_and_down(random, sizes, samples, hysteresis=0.0, noise=1e-6):
+    """Steps up and back down by the same sizes; the way down lies higher by the hysteresis."""
+    sizes = np.concatenate([sizes, -np.flip(sizes)])
+    applied = np.repeat(np.cumsum([0.0, *sizes]), samples)
+    way_down = np.arange(applied.size) >= samples * (sizes.size // 2 + 1)
+    output = applied + hysteresis * way_down + noise * random.normal(size=applied.size)
+    return Launch("steps", np.arange(float(applied.size)), output, input=applied)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "samples", "truth"),
+    [((1e-5, 2e-5), 2, 4e-6), ((1e-5, 2e-5), 5, 4e-6), ((1e-5,) * 9, 3, 0.0)],
+    ids=["2 samples", "5 samples", "8 accelerations"],
+)
+def test_the_interval_of_a_hysteresis_covers(sizes, samples, truth):
+    """With few samples, and as the largest of many differences, none of which is there."""
+    random = np.random.default_rng(6)
+    found = (
+        hysteresis([up_and_down(random, sizes, samples, truth)], "g") for _ in range(1000)
+    )  # fmt: skip
+    held = sum(estimate.lower <= truth <= estimate.upper for estimate in found)
+    assert held >= 925  # of 950; fewer once in 4000 tries
+
+
+def test_the_interval_of_one_difference_is_that_of_two_means():
+    """Student's of two samples of one noise, which all dwells tell."""
+    launch = up_and_down(np.random.default_rng(7), (1e-5, 2e-5), 4)
+    dwells = launch.output.reshape(5, 4)
+    noise = math.sqrt(dwells.var(axis=1, ddof=1).mean())
+    difference = abs(dwells[3].mean() - dwells[1].mean())
+    found = hysteresis([launch], "g")
+    assert found.value == pytest.approx(difference)
+    assert found.upper == pytest.approx(
+        difference + stats.t.ppf(0.975, 15) * noise * math.sqrt(2 / 4)
+    )
+
+
+def test_single_samples_tell_no_interval_of_a_hysteresis():
+    found = hysteresis([up_and_down(np.random.default_rng(8), (1e-5, 2e-5), 1)], "g")
+    assert found.value is not None
+    assert (found.lower, found.upper) == (None, None)
+    assert "one sample" in found.finding
+
+
 def test_without_steps_they_are_not_determined():
     for estimate in (threshold([], "g"), hysteresis([], "g")):
         assert estimate.value is None

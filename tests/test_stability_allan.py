@@ -101,14 +101,31 @@ def test_pieces_are_pooled_and_their_levels_do_not_matter():
     assert pooled.edf[1] > max(s.edf[1] for s in single)
 
 
-def test_intervals_of_the_deviation_cover():
+WHITE = (lambda random, n: random.normal(size=n), lambda m: m**-0.5)
+STEPS = (  # sums of white steps: (2 m^2 + 1) / 6 m, from the definition
+    lambda random, n: np.cumsum(random.normal(size=n)),
+    lambda m: ((2.0 * m**2 + 1.0) / (6.0 * m)) ** 0.5,
+)
+
+
+@pytest.mark.parametrize(("make", "truth"), [WHITE, STEPS], ids=["white", "random walk"])
+def test_intervals_of_the_deviation_cover(make, truth):
+    """At all averaging times, those with a handful of means as well."""
     random = np.random.default_rng(5)
     held = Counter()
-    for _ in range(100):
-        for row in overlapping_allan([random.normal(size=256)], factors=[1, 4, 16]).rows():
-            held[row["tau_s"]] += row["lower"] <= row["tau_s"] ** -0.5 <= row["upper"]
-    # of 100 intervals at 95 %, fewer than 85 hold the truth 4 times in 100 000 tries
-    assert min(held.values()) >= 85
+    for _ in range(300):
+        for row in overlapping_allan([make(random, 1024)], factors=[1, 8, 32, 64, 128]).rows():
+            held[row["tau_s"]] += row["lower"] <= truth(row["tau_s"]) <= row["upper"]
+    # of 300 intervals at 95 %, fewer than 270 hold the truth twice in 10 000 tries
+    assert min(held.values()) >= 270
+
+
+def test_few_means_do_not_turn_white_noise_into_another():
+    """By 30 means alone, every fourth record of white noise has another kind of noise."""
+    random = np.random.default_rng(6)
+    records = [overlapping_allan([random.normal(size=1024)]).alpha for _ in range(100)]
+    assert np.mean(np.array(records) > 0) == 0.0
+    assert np.mean(np.array(records) < 0) < 0.05
 
 
 def test_an_averaging_time_without_differences_is_left_out():

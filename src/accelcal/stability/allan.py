@@ -22,6 +22,12 @@ FEWEST_MEANS = 5
 """Averaging times go up to this part of the longest piece."""
 
 _ENOUGH_TO_IDENTIFY = 30
+"""Means from which on their correlation tells the noise, if no other than at shorter times or one
+that longer times bring out."""
+
+_ENOUGH_TO_BE_SURE = 128
+"""Means from which on it tells the noise by itself: of 30 means of white noise, every fourth
+correlation is that of another noise."""
 
 
 def octaves(pieces: Sequence[Array]) -> list[int]:
@@ -81,7 +87,9 @@ def overlapping_allan(
     `allantools.oadev` evaluates each piece. Pieces are pooled by their numbers of second
     differences, none of which reaches over a gap. The noise is identified by the lag-1
     autocorrelation of the longest piece (Riley, `allantools.autocorr_noise_id`) as long as 30
-    means are left, and taken from the last such time beyond. The equivalent degrees of freedom are
+    means are left, and taken from the last such time beyond. Of a sum of noises the one with the
+    smaller exponent prevails at the longer time, so that with less than 128 means a larger exponent
+    than before is chance, and not taken. The equivalent degrees of freedom are
     those of Greenhall and Riley (`allantools.edf_greenhall`), added over the pieces, and the limits
     those of chi-squared (NIST SP 1065, eq. 45).
 
@@ -143,8 +151,9 @@ def _noise(tools: Any, piece: Array, factor: int, before: int | None) -> int:
     known = 0 if before is None else before
     if piece.size // factor < _ENOUGH_TO_IDENTIFY or np.ptp(piece) == 0.0:
         return known
-    found = tools.autocorr_noise_id(piece, factor, data_type="freq")[0]
-    return int(min(max(found, -2), 2))
+    found = int(min(max(tools.autocorr_noise_id(piece, factor, data_type="freq")[0], -2), 2))
+    is_sure = before is None or piece.size // factor >= _ENOUGH_TO_BE_SURE
+    return found if is_sure else min(found, known)
 
 
 def _edf(tools: Any, alpha: int, factor: int, size: int) -> float:

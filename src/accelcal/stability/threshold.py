@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.probability import LEVEL, student_quantile
 from accelcal.results.stability import Estimate
 from accelcal.stability.record import Launch
 
@@ -21,9 +22,12 @@ _NEEDED = "not determined: it takes a column input with small steps [g], and a s
 
 
 class _Dwell(NamedTuple):
+    """Mean output at one acceleration, over its samples, and their squares about it."""
+
     applied: float
     output: float
-    standard_uncertainty: float
+    samples: int
+    squares: float
 
 
 def threshold(launches: Sequence[Launch], unit: str) -> Estimate:
@@ -52,7 +56,7 @@ def threshold(launches: Sequence[Launch], unit: str) -> Estimate:
     steps = [
         (abs(b.applied - a.applied), (b.output - a.output) / (b.applied - a.applied))
         for launch in launches
-        for a, b in _neighbours(_dwells(launch))
+        for a, b in pairwise(_dwells(launch))
     ]
     if not steps or unit != "g":
         return Estimate(None, unit, finding=_NEEDED)
@@ -79,7 +83,13 @@ def hysteresis(launches: Sequence[Launch], unit: str) -> Estimate:
     Returns
     -------
     Estimate
-        The difference with its 95 % interval from the noise of the dwells.
+        The difference with its 95 % interval from the noise of the dwells; without limits where
+        each dwell has a single sample.
+
+    Notes
+    -----
+    All dwells have the same noise, so that they tell it together. The interval is that of the
+    largest of all differences: each has its own at a level that all hold at once (Bonferroni).
 
     Examples
     --------
@@ -88,26 +98,34 @@ def hysteresis(launches: Sequence[Launch], unit: str) -> Estimate:
     >>> round(hysteresis([Launch("1", np.arange(25.0), output, input=steps)], "g").value, 9)
     2e-06
     """
-    sides: dict[tuple[int, float], dict[bool, list[_Dwell]]] = {}
-    for number, launch in enumerate(launches):
-        for before, dwell in _neighbours(_dwells(launch)):
-            rising = dwell.applied > before.applied
-            both = sides.setdefault((number, _rounded(dwell.applied)), {})
-            both.setdefault(rising, []).append(dwell)
-    pairs = [_difference(both[False], both[True]) for both in sides.values() if len(both) == 2]
+    dwells = [_dwells(launch) for launch in launches]
+    pairs = [pair for own in dwells for pair in _differences(own)]
     if not pairs or unit != "g":
         return Estimate(None, unit, finding=_NEEDED + ", going up and down")
-    value, error = max(pairs, key=lambda pair: abs(pair[0]))
-    value = abs(value)
-    return Estimate(value, unit, max(value - 1.96 * error, 0.0), value + 1.96 * error)
+    value = max(size for size, _ in pairs)
+    every = [dwell for own in dwells for dwell in own]
+    dof = sum(dwell.samples - 1 for dwell in every)
+    if not dof:
+        return Estimate(value, unit, finding="no interval: one sample at each acceleration")
+    noise = (sum(dwell.squares for dwell in every) / dof) ** 0.5
+    half = student_quantile(1.0 - (1.0 - LEVEL) / len(pairs), dof) * noise
+    lower = max(0.0, *(size - half * share for size, share in pairs))
+    return Estimate(value, unit, lower, max(size + half * share for size, share in pairs), dof)
 
 
-def _difference(falling: list[_Dwell], rising: list[_Dwell]) -> tuple[float, float]:
-    squares = [
-        sum(d.standard_uncertainty**2 for d in side) / len(side) ** 2 for side in (falling, rising)
-    ]
-    down, up = (float(np.mean([d.output for d in side])) for side in (falling, rising))
-    return down - up, sum(squares) ** 0.5
+def _differences(dwells: list[_Dwell]) -> Iterator[tuple[float, float]]:
+    """Size of the difference at each acceleration, and its uncertainty over that of a sample."""
+    sides: dict[float, dict[bool, list[_Dwell]]] = {}
+    for before, dwell in pairwise(dwells):
+        both = sides.setdefault(_rounded(dwell.applied), {})
+        both.setdefault(dwell.applied > before.applied, []).append(dwell)
+    for both in sides.values():
+        if len(both) == 2:
+            down, up = (
+                float(np.mean([d.output for d in both[rising]])) for rising in (False, True)
+            )
+            shares = [sum(1.0 / d.samples for d in side) / len(side) ** 2 for side in both.values()]
+            yield abs(down - up), sum(shares) ** 0.5
 
 
 def _dwells(launch: Launch) -> list[_Dwell]:
@@ -120,12 +138,8 @@ def _dwells(launch: Launch) -> list[_Dwell]:
 
 
 def _dwell(applied: float, output: NDArray[np.float64]) -> _Dwell:
-    scatter = float(output.std(ddof=1)) if output.size > 1 else 0.0
-    return _Dwell(applied, float(output.mean()), scatter / output.size**0.5)
-
-
-def _neighbours(dwells: list[_Dwell]) -> list[tuple[_Dwell, _Dwell]]:
-    return list(pairwise(dwells))
+    mean = float(output.mean())
+    return _Dwell(applied, mean, output.size, float(np.sum((output - mean) ** 2)))
 
 
 def _rounded(value: float) -> float:
