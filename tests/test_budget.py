@@ -252,6 +252,48 @@ def test_stability_goes_before_the_calibration_and_behind_what_is_given(al15):
     assert random.scale_factor.origin == "calibration, declared"
 
 
+def measured_launches(sigma, launches):
+    """Document of a stability test of so many launches, whose means scatter by sigma."""
+    components = {"sigma_L": sigma, "k0L": 3.0 * sigma}
+    dof = launches - 1
+    found = {name: {"value": value, "dof": dof} for name, value in components.items()}
+    return STABILITY | {"components": found}
+
+
+def test_few_launches_have_the_factor_of_their_degrees_of_freedom(exact):
+    """GUM G.4: a scatter of 6 launches that is all of the uncertainty has Student's factor of 5."""
+    found = budget(exact, 0.0, random=random_part(exact, measured_launches(1e-3, 6)))
+    assert found.standard_uncertainty[0] == pytest.approx(1e-3, rel=1e-6)
+    assert found.coverage_factor[0] == pytest.approx(stats.t.ppf(0.975, 5), rel=1e-3)
+
+
+@pytest.mark.parametrize("launches", [3, 6])
+def test_the_interval_of_a_new_launch_covers(exact, launches):
+    generator = np.random.default_rng(launches)
+    held = 0
+    for _ in range(400):
+        means = generator.normal(0.0, 2e-4, launches)
+        random = random_part(exact, measured_launches(means.std(ddof=1), launches))
+        found = budget(exact, 0.0, random=random)
+        new_launch = generator.normal(0.0, 2e-4)
+        held += abs(new_launch) <= found.expanded_uncertainty[0]
+    assert stats.binomtest(held, 400, 0.95).pvalue > 1e-3
+
+
+def test_runs_at_one_level_tell_the_launch_with_their_degrees_of_freedom():
+    plan = TumblePlan(temperatures=(20.0, 80.0, -40.0, 20.0, 20.0))
+    noise = NoiseComponents(reading=5e-6, head=0.0, launch=1e-4, launch_sf=0.0)
+    calibration = accelcal.fit(accelcal.simulate(plan=plan, noise=noise, seed=2, declare=False))
+    assert random_part(calibration).launch.dof == 2.0  # three runs at 20 degC
+    assert budget(calibration, 0.0).coverage_factor[0] == pytest.approx(4.303, rel=0.02)
+
+
+@pytest.mark.parametrize("dof", [0.0, -1.0, math.nan])
+def test_impossible_degrees_of_freedom_are_refused(dof):
+    with pytest.raises(InputError, match="degrees of freedom of a bound"):
+        RandomBound(1e-5, dof=dof)
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [

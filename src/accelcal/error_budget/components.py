@@ -189,6 +189,6 @@ def _random(name: str, symbol: str, part: RandomBound, x: Array, bound: Array) -
         value=np.zeros(x.size),
         bound=bound,
         standard_uncertainty=np.abs(part.standard_uncertainty * x),
-        dof=np.full(x.size, np.inf),
+        dof=np.full(x.size, part.dof),
         origin=part.origin,
     )

@@ -5,13 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, NamedTuple
 
 from accelcal.arguments import check_number, expect
 from accelcal.choices import check_written
 from accelcal.errors import InputError
 from accelcal.results.calibration import Calibration
-from accelcal.results.checked import checked, mapping_of, number_or_none, one_of, schema_of
+from accelcal.results.checked import (
+    checked,
+    freedom_or_none,
+    mapping_of,
+    number_or_none,
+    one_of,
+    schema_of,
+)
 from accelcal.results.damage import read_as
 
 __all__ = ["USUAL_FACTOR", "WRITER", "RandomBound", "RandomPart", "random_part"]
@@ -39,16 +46,19 @@ class RandomBound:
         rectangular distribution, 1 for two values at equal chance.
     origin : str
         Where the bound comes from; empty where it is not known, and taken as zero.
+    dof : float
+        Degrees of freedom of the standard uncertainty; infinite where it is declared or given.
 
     Raises
     ------
     InputError
-        If the bound is negative or not finite, or the divisor is not above zero.
+        If the bound is negative or not finite, or divisor or dof are not above zero.
     """
 
     bound: float = 0.0
     divisor: float = USUAL_FACTOR
     origin: str = ""
+    dof: float = math.inf
 
     def __post_init__(self) -> None:
         check_number(0.0, **{"bound of a random error": self.bound})
@@ -56,6 +66,10 @@ class RandomBound:
         if not self.divisor > 0.0:
             raise InputError(f"factor {self.divisor} of a bound; it is above zero, usually 3")
         check_written(origin=self.origin)
+        if self.dof != math.inf:
+            check_number(**{"degrees of freedom of a bound": self.dof})
+        if not self.dof > 0.0:
+            raise InputError(f"{self.dof} degrees of freedom of a bound; there are more than 0")
 
     @property
     def standard_uncertainty(self) -> float:
@@ -172,7 +186,7 @@ def _from_calibration(calibration: Calibration, factor: float) -> dict[str, Rand
     names = {"launch": "launch", "launch_sf": "scale_factor"}
     found = {
         names[source.name]: RandomBound(
-            factor * source.value, factor, f"calibration, {source.source}"
+            factor * source.value, factor, f"calibration, {source.source}", source.dof or math.inf
         )
         for source in calibration.error_sources
         if source.name in names and source.value is not None
@@ -185,25 +199,35 @@ def _from_calibration(calibration: Calibration, factor: float) -> dict[str, Rand
 
 
 def _from_stability(document: Any) -> dict[str, RandomBound]:
-    values = read_as(_stability_values, document, WRITER)
+    known = read_as(_stability_components, document, WRITER)
+    sizes = {name: abs(component.value) for name, component in known.items() if component.value}
     found = {
-        name: RandomBound(values[bound], values[bound] / values[sigma], "stability test")
+        name: RandomBound(
+            sizes[bound], sizes[bound] / sizes[sigma], "stability test", known[sigma].dof
+        )
         for name, bound, sigma in (("launch", "k0L", "sigma_L"), ("fluctuation", "k0F", "sigma_F"))
-        if values.get(bound) and values.get(sigma)
+        if bound in sizes and sigma in sizes
     }
     for name, symbol in (("drift", "gamma_D"), ("threshold", "threshold")):
-        if symbol in values:
-            found[name] = RandomBound(values[symbol], _RECTANGULAR, "stability test")
+        component = known.get(symbol)
+        if component is not None and component.value is not None:
+            found[name] = RandomBound(abs(component.value), _RECTANGULAR, "stability test")
     return found
 
 
-def _stability_values(document: Any) -> dict[str, float]:
-    """Sizes of the components that a stability test determined [g, g/s]."""
+class _Component(NamedTuple):
+    """Value of a component of a stability test [g, g/s] and its degrees of freedom."""
+
+    value: float | None
+    dof: float
+
+
+def _stability_components(document: Any) -> dict[str, _Component]:
     checked(document, "schema", schema_of(_STABILITY))
     checked(document, "unit", one_of("g"))
-    values = checked(document, "components", mapping_of(_value))
-    return {name: abs(value) for name, value in values.items() if value is not None}
+    return checked(document, "components", mapping_of(_component))
 
 
-def _value(estimate: Any) -> float | None:
-    return checked(estimate, "value", number_or_none)
+def _component(estimate: Any) -> _Component:
+    dof = checked(estimate, "dof", freedom_or_none, None)
+    return _Component(checked(estimate, "value", number_or_none), dof or math.inf)

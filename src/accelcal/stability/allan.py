@@ -22,12 +22,9 @@ FEWEST_MEANS = 5
 """Averaging times go up to this part of the longest piece."""
 
 _ENOUGH_TO_IDENTIFY = 30
-"""Means from which on their correlation tells the noise, if no other than at shorter times or one
-that longer times bring out."""
-
 _ENOUGH_TO_BE_SURE = 128
-"""Means from which on it tells the noise by itself: of 30 means of white noise, every fourth
-correlation is that of another noise."""
+"""Means whose correlation tells the noise by itself; that of 30 means of white noise is every
+fourth time that of another noise."""
 
 
 def octaves(pieces: Sequence[Array]) -> list[int]:
