@@ -390,6 +390,15 @@ def test_an_error_that_the_calibration_estimated_from_little_counts_as_larger():
     assert found.notes == ()
 
 
+def test_readings_of_the_calibration_itself_are_told(tmp_path):
+    for seed in (1, 2):
+        accelcal.write_table(accelcal.simulate(seed=seed), tmp_path / f"{seed}.csv")
+    own, new = (accelcal.read_table(tmp_path / f"{seed}.csv") for seed in (1, 2))
+    calibration = accelcal.fit(own)
+    assert "fitted to this very file" in accelcal.compare(calibration, own).notes[0]
+    assert accelcal.compare(calibration, new).notes == ()
+
+
 @pytest.mark.parametrize("sides", [("o+",), ("o-",), ("o+", "o-")])
 def test_the_uncertainty_of_a_fixture_angle_told_by_reversal_counts(sides):
     # a new record with another head shows the fixture angle anew: its own error and the old one

@@ -120,6 +120,8 @@ def notes(calibration: Calibration, record: TumbleRecord, declared: Apparatus) -
     """
     if None not in (calibration.serial, record.serial) and calibration.serial != record.serial:
         yield f"the calibration is that of {calibration.serial}, the record that of {record.serial}"
+    if record.sha256 and record.sha256 == calibration.provenance.get("sha256"):
+        yield "the calibration was fitted to this very file: new readings would agree less well"
     if declared.launch_uncertainty is None:
         yield (
             "launch_uncertainty is not declared: a shift of the bias from launch to launch counts"
