@@ -189,8 +189,8 @@ RULES: Mapping[str, DecisionRule] = MappingProxyType(
         ),
         "ISO 14253-1:2017": DecisionRule(
             0.83,
-            "guard band w = 0.83 U, ISO 14253-1:2017 as quoted: pass or fail only where"
-            " its probability is at least 95 %",
+            "guard band w = 0.83 U, ISO 14253-1:2017 as quoted for U = 2 u: pass or fail only where"
+            " its probability is at least 94.8 %",  # 0.83 of Student's factor, 1.96 or more
         ),
         "simple acceptance": DecisionRule(
             0.0,
