@@ -143,10 +143,12 @@ def test_the_scale_factor_is_told_from_its_mean():
     assert gain.reference_unit == "mA/g"
 
 
-def test_calibrations_and_their_frame_tell_the_same():
+def calibrations_and_their_frame(count, **simulated):
     records = [
-        replace(accelcal.simulate(seed=n), date=f"201{n}-06-0{n + 1}", source=f"{n}.csv")
-        for n in range(4)
+        replace(
+            accelcal.simulate(seed=n, **simulated), date=f"201{n}-06-0{n + 1}", source=f"{n}.csv"
+        )
+        for n in range(count)
     ]
     calibrations = [accelcal.fit(record) for record in records]
     rows = [
@@ -157,18 +159,47 @@ def test_calibrations_and_their_frame_tell_the_same():
             "date": c.date,
             "temperature_degC": t.temperature_degC,
             "output_unit": c.output_unit,
-            "k0": t.error_model["k0"].value,
-            "k0_standard_uncertainty": t.error_model["k0"].standard_uncertainty,
-            "K1": t.coefficients["K1"].value,
-            "K1_standard_uncertainty": t.coefficients["K1"].standard_uncertainty,
+            **columns("k0", t.error_model["k0"]),
+            **columns("K1", t.coefficients["K1"]),
         }
         for c in calibrations
         for t in c.tables
     ]
+    return calibrations, pd.DataFrame(rows)
+
+
+def columns(name, quantity):
+    return {
+        name: quantity.value,
+        f"{name}_standard_uncertainty": quantity.standard_uncertainty,
+        f"{name}_expanded_uncertainty": quantity.expanded_uncertainty,
+    }
+
+
+def test_calibrations_and_their_frame_tell_the_same():
+    calibrations, table = calibrations_and_their_frame(4)
     direct = accelcal.history(calibrations)
-    assert accelcal.history(pd.DataFrame(rows)) == direct
+    assert accelcal.history(table) == direct
     assert direct.temperature_degC == pytest.approx(20.0, abs=0.1)
     assert "runs at -40, 80 degC are left out" in direct.notes[0]
+
+
+def test_a_point_has_the_interval_that_its_calibration_states():
+    """Nothing is declared: Student's factor of a head that few residuals tell, not 1.96."""
+    calibrations, table = calibrations_and_their_frame(3, declare=False)
+    bias, gain = accelcal.history(table).trends
+    for calibration, of_bias, of_gain in zip(calibrations, bias.points, gain.points, strict=True):
+        first = calibration.tables[0]
+        k0, K1 = first.error_model["k0"], first.coefficients["K1"]
+        assert k0.coverage_factor > 2.0
+        assert of_bias.measured.expanded_uncertainty == k0.expanded_uncertainty
+        of_ratio = of_gain.measured.expanded_uncertainty
+        assert gain.reference * of_ratio == pytest.approx(K1.expanded_uncertainty)
+
+
+def test_a_frame_without_intervals_has_those_of_the_normal_distribution():
+    point = accelcal.history(frame()).trends[0].points[0].measured
+    assert point.expanded_uncertainty == pytest.approx(1.959964 * 2.0 * UG)
 
 
 def test_runs_of_one_test_count_once():

@@ -183,8 +183,8 @@ def _in_one_unit(own: list[Entry], notes: list[str]) -> list[Entry]:
 
 
 def _converted(entry: Entry, factor: float, unit: str) -> Entry:
-    value, uncertainty = (factor * (number or 0.0) for number in entry.scale_factor)
-    return replace(entry, scale_factor=(value, uncertainty), unit=unit)
+    scaled = (None if number is None else factor * number for number in entry.scale_factor)
+    return replace(entry, scale_factor=tuple(scaled), unit=unit)
 
 
 def _one_a_test(own: list[Entry], notes: list[str]) -> list[Entry]:
@@ -202,8 +202,8 @@ def _one_a_test(own: list[Entry], notes: list[str]) -> list[Entry]:
 
 
 def _mean(runs: Sequence[Entry]) -> Entry:
-    def mean(name: str) -> tuple[float, float]:
-        values, uncertainty = np.array([getattr(run, name) for run in runs], dtype=float).T
-        return float(values.mean()), float(np.sqrt(np.mean(uncertainty**2)))
+    def mean(name: str) -> tuple[float, ...]:
+        values, *sizes = np.array([getattr(run, name) for run in runs], dtype=float).T
+        return (float(values.mean()), *(float(np.sqrt(np.mean(size**2))) for size in sizes))
 
     return replace(runs[0], bias=mean("bias"), scale_factor=mean("scale_factor"))

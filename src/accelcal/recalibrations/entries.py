@@ -12,6 +12,7 @@ import numpy as np
 from accelcal.arguments import kind_of, several
 from accelcal.errors import InputError
 from accelcal.results.calibration import Calibration
+from accelcal.results.quantity import Quantity
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -22,6 +23,7 @@ _NEEDED = (
     *("serial", "mounting", "date"),
     *("k0", "k0_standard_uncertainty", "K1", "K1_standard_uncertainty"),
 )
+Numbers = tuple[float | None, ...]
 _FORMS = ("%d.%m.%Y", "%Y/%m/%d", "%Y-%m", "%Y")
 _SECONDS_OF_A_YEAR = 365.25 * 86400.0
 
@@ -41,7 +43,8 @@ class Entry:
     temperature : float or None
         Temperature of the table [degC].
     bias, scale_factor : tuple of float or None
-        k0 [g] and K1 [output unit / g], each with its standard uncertainty; None where unknown.
+        k0 [g] and K1 [output unit / g], each with its standard uncertainty and the half width of
+        its 95 % interval; None where unknown.
     unit : str
         Output unit.
     """
@@ -51,14 +54,14 @@ class Entry:
     mounting: str
     date: str | None
     temperature: float | None
-    bias: tuple[float | None, float | None]
-    scale_factor: tuple[float | None, float | None]
+    bias: Numbers
+    scale_factor: Numbers
     unit: str
 
     @property
     def is_complete(self) -> bool:
         """Whether values and uncertainties are known."""
-        sizes = (*self.bias, *self.scale_factor)
+        sizes = (*self.bias[:2], *self.scale_factor[:2])
         return None not in sizes and self.bias[1] != 0.0 and self.scale_factor[1] != 0.0
 
 
@@ -133,10 +136,8 @@ def _of_calibration(calibration: Calibration) -> list[Entry]:
             mounting=table.mounting,
             date=calibration.date,
             temperature=table.temperature_degC,
-            bias=_pair(table.error_model["k0"].value, table.error_model["k0"].standard_uncertainty),
-            scale_factor=_pair(
-                table.coefficients["K1"].value, table.coefficients["K1"].standard_uncertainty
-            ),
+            bias=_of_quantity(table.error_model["k0"]),
+            scale_factor=_of_quantity(table.coefficients["K1"]),
             unit=calibration.output_unit or "output unit",
         )
         for table in calibration.tables
@@ -153,22 +154,27 @@ def _of_frame(frame: Any) -> list[Entry]:
 
 
 def _of_row(row: dict[str, Any]) -> Entry:
-    def number(name: str) -> Any:
-        return row.get(name)
+    def numbers(name: str) -> Numbers:
+        parts = ("", "_standard_uncertainty", "_expanded_uncertainty")
+        return _numbers(*(row.get(name + part) for part in parts))
 
     return Entry(
         serial=_text(row["serial"]),
         source=_text(row.get("source")) or "<frame>",
         mounting=_text(row["mounting"]) or "o+",
         date=_text(row["date"]),
-        temperature=_pair(number("temperature_degC"), None)[0],
-        bias=_pair(number("k0"), number("k0_standard_uncertainty")),
-        scale_factor=_pair(number("K1"), number("K1_standard_uncertainty")),
+        temperature=_numbers(row.get("temperature_degC"))[0],
+        bias=numbers("k0"),
+        scale_factor=numbers("K1"),
         unit=_text(row.get("output_unit")) or "output unit",
     )
 
 
-def _pair(value: Any, uncertainty: Any) -> tuple[float | None, float | None]:
+def _of_quantity(found: Quantity) -> Numbers:
+    return _numbers(found.value, found.standard_uncertainty, found.expanded_uncertainty)
+
+
+def _numbers(*given: Any) -> Numbers:
     """Numbers; None for what is missing, or no finite number."""
 
     def finite(item: Any) -> float | None:
@@ -178,7 +184,7 @@ def _pair(value: Any, uncertainty: Any) -> tuple[float | None, float | None]:
             return None
         return number if np.isfinite(number) else None
 
-    return finite(value), finite(uncertainty)
+    return tuple(map(finite, given))
 
 
 def _text(cell: Any) -> str | None:

@@ -127,7 +127,8 @@ def history_of(
     bias = np.array([entry.bias for entry in chosen.entries], dtype=float)
     gain = np.array([entry.scale_factor for entry in chosen.entries], dtype=float)
     reference = float(np.average(gain[:, 0], weights=gain[:, 1] ** -2.0))
-    relative = np.stack([gain[:, 0] / reference - 1.0, gain[:, 1] / abs(reference)], axis=1)
+    relative = gain / abs(reference)
+    relative[:, 0] = gain[:, 0] / reference - 1.0
     unit = f"{chosen.entries[0].unit}/g"
     trends = (
         _trend("bias", "k0", "g", bias, chosen, alpha, (0.0, "g")),
@@ -160,17 +161,21 @@ def _trend(
     alpha: float,
     reference: tuple[float, str],
 ) -> Trend:
-    """Follow one quantity, whose values and standard uncertainties are the columns (n, 2)."""
-    values, uncertainty = measured.T
+    """Follow one quantity: values, standard and expanded uncertainties in the columns (n, 3)."""
+    values, uncertainty, told = measured.T
+    expanded = np.where(np.isnan(told), student_quantile(LEVEL, np.inf) * uncertainty, told)
     time = np.array(chosen.years)
     search = search_jumps(time, values, uncertainty, alpha / _QUANTITIES)
     columns = line_with_steps(time, search.places)
     fit = fit_line(columns, values, uncertainty)
     line = columns @ fit.coefficients
     points = tuple(
-        Point(_date(t), entry.source, Quantity(v, u, unit, _normal() * u), float(middle))
-        for t, entry, v, u, middle in zip(
-            chosen.years, chosen.entries, values.tolist(), uncertainty.tolist(), line, strict=True
+        Point(_date(t), entry.source, Quantity(v, u, unit, wide), middle)
+        for t, entry, v, u, wide, middle in zip(
+            chosen.years,
+            chosen.entries,
+            *(part.tolist() for part in (values, uncertainty, expanded, line)),
+            strict=True,
         )
     )
     return Trend(
@@ -205,10 +210,6 @@ def _told(fit: Fit, place: int, unit: str) -> Quantity:
     factor = student_quantile(LEVEL, fit.dof)
     value = float(fit.coefficients[place])
     return Quantity(value, uncertainty, unit, factor * uncertainty, float(fit.dof))
-
-
-def _normal() -> float:
-    return student_quantile(LEVEL, float("inf"))
 
 
 def _date(years: float) -> str:
