@@ -14,9 +14,10 @@ import pytest
 from one_record import noises_of_record
 
 import accelcal
+from accelcal import grouping
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.tables import prepare
-from accelcal.gates import cells, order, plan
+from accelcal.gates import order, plan
 from accelcal.gates.cells import Cells
 from accelcal.gates.stack import TableStack
 from accelcal.gates.swaps import best_swap, swap_blocks
@@ -270,7 +271,7 @@ def test_gates_do_not_depend_on_how_many_strokes_are_looked_at_together(monkeypa
     faults = swapped(3, 2, 3), mirrored(3), times(10.0, 4)
     usual = [fitted(fault, missing=0.1, seed=3).tables[0].gates for fault in faults]
     plan._plan.cache_clear()
-    monkeypatch.setattr(cells, "_CACHED", cached)
+    monkeypatch.setattr(grouping, "_CACHED", cached)
     assert [fitted(fault, missing=0.1, seed=3).tables[0].gates for fault in faults] == usual
 
 

@@ -11,6 +11,7 @@ from accelcal.grouping import products_of_groups, sums_of_groups
 def way(request, monkeypatch):
     if request.param == "stacked":
         monkeypatch.setattr(grouping, "_SMALL", 0)
+        monkeypatch.setattr(grouping, "_CACHED", 8)
 
 
 @pytest.mark.parametrize("members", [[3], [2, 2, 2], [1, 4, 2, 4, 1]])

@@ -6,6 +6,7 @@ table.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ __all__ = [
     "decimal_step",
     "decimal_steps",
     "distinct",
+    "few_at_a_time",
     "group_after_group",
     "grouped",
     "groups_alike",
@@ -24,6 +26,8 @@ __all__ = [
     "sums_of_groups",
 ]
 
+_CACHED = 2**17  # numbers of some groups that a cache holds
+_FEW = 100  # products of a row, which are soon written out
 _SMALL = 2**17  # numbers in a matrix that a cache holds
 
 _GLANCE = 3  # so many values mostly tell that a step is too large
@@ -154,6 +158,34 @@ def group_after_group(index: NDArray[np.intp], members: NDArray[np.intp]) -> NDA
     return np.argsort(index, kind="stable")
 
 
+def few_at_a_time(places: NDArray[np.intp], numbers: int) -> Iterator[slice]:
+    """Divide groups of equally many values into parts that a cache holds.
+
+    Parameters
+    ----------
+    places : ndarray of int, shape (c, k)
+        Values of each group.
+    numbers : int
+        How many numbers are needed for each value.
+
+    Yields
+    ------
+    slice
+        Some of the groups, at least one.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> places = np.arange(10).reshape(5, 2)
+    >>> [places[few].tolist() for few in few_at_a_time(places, 30_000)]
+    [[[0, 1], [2, 3]], [[4, 5], [6, 7]], [[8, 9]]]
+    """
+    groups, each = places.shape
+    step = max(_CACHED // max(each * numbers, 1), 1)
+    for start in range(0, groups, step):
+        yield slice(start, start + step)
+
+
 def products_of_groups(
     values: NDArray[np.float64],
     columns: NDArray[np.float64],
@@ -186,13 +218,14 @@ def products_of_groups(
     [[[1.0, 2.0]], [[7.0, 14.0]]]
     """
     shape = members.size, values.shape[1], columns.shape[1]
-    if index.size * max(shape[0], shape[1] * shape[2]) <= _SMALL:  # few groups are soon summed
+    if shape[1] * shape[2] <= _FEW and index.size * shape[0] <= _SMALL:
         each = values[:, :, None] * columns[:, None]
         return sums_of_groups(each.reshape(index.size, -1), index, members).reshape(shape)
     found = np.empty(shape)
     for group, places in groups_alike(index, members):
-        own = values.take(places, axis=0).swapaxes(1, 2)
-        found[group] = own @ columns.take(places, axis=0)
+        for few in few_at_a_time(places, shape[1]):
+            own = values.take(places[few], axis=0).swapaxes(1, 2)
+            found[group[few]] = own @ columns.take(places[few], axis=0)
     return found
 
 

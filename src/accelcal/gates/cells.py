@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -10,12 +9,10 @@ from numpy.typing import NDArray
 
 from accelcal.grouping import Alike, group_after_group, grouped, groups_alike, sums_of_groups
 
-__all__ = ["Cells", "few_at_a_time"]
+__all__ = ["Cells"]
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
-
-_CACHED = 2**17  # numbers that a cache holds
 
 
 class Cells(NamedTuple):
@@ -62,31 +59,3 @@ class Cells(NamedTuple):
     def centred(self, values: Array) -> Array:
         """Take the mean of its cell off each reading, shape (..., n, k)."""
         return np.asarray(values - np.take(self.means(values), self.cell, axis=-2))
-
-
-def few_at_a_time(readings: Places, numbers: int) -> Iterator[slice]:
-    """Divide cells of equally many readings into parts that a cache holds.
-
-    Parameters
-    ----------
-    readings : ndarray of int, shape (c, k)
-        Readings of each cell.
-    numbers : int
-        How many numbers are needed for each reading.
-
-    Yields
-    ------
-    slice
-        Some of the cells, at least one.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> readings = np.arange(10).reshape(5, 2)
-    >>> [readings[few].tolist() for few in few_at_a_time(readings, 30_000)]
-    [[[0, 1], [2, 3]], [[4, 5], [6, 7]], [[8, 9]]]
-    """
-    cells, each = readings.shape
-    step = max(_CACHED // max(each * numbers, 1), 1)
-    for start in range(0, cells, step):
-        yield slice(start, start + step)

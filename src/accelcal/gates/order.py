@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
-from accelcal.gates.cells import Cells, few_at_a_time
+from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
 from accelcal.gates.swaps import SwapBlock, best_swap, swap_blocks
 from accelcal.gates.verdict import GateStack, gate_stack, times
 from accelcal.geometry import accelerations
-from accelcal.grouping import Alike, distinct, products_of_groups
+from accelcal.grouping import Alike, distinct, few_at_a_time, products_of_groups
 from accelcal.model import COEFFICIENTS, design_matrix
 
 __all__ = ["OtherOrder", "order_of_positions", "order_of_strokes"]

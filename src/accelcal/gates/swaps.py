@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.gates.cells import Cells, few_at_a_time
+from accelcal.gates.cells import Cells
+from accelcal.grouping import few_at_a_time
 
 __all__ = ["SwapBlock", "Swaps", "best_swap", "swap_blocks"]
 
