@@ -19,6 +19,8 @@ from accelcal.compensate.coefficients import (
 from accelcal.compensate.covariance import (
     covariance_of_laws,
     covariance_of_table,
+    coverage_of_laws,
+    coverage_of_table,
     rows,
     standard_uncertainty,
 )
@@ -125,6 +127,7 @@ def _from_tables(
         k3=values["k3"],
         cross=CrossAxis(_cross_name(main), Law(values["delta"]), values["delta_ip"]),
         covariance=rows(np.pad(covariance_of_table(calibration, main), (0, len(SLOPES)))),
+        coverage=coverage_of_table(calibration, main),
         T0=level,
         temperatures=None if level is None else (level, level),
         accelerations=_tested(main, calibration.delta0_rad),
@@ -170,6 +173,7 @@ def _from_laws(
         k3=values["k3"],
         cross=CrossAxis(_cross_name(main), laws["delta"], values["delta_ip"]),
         covariance=rows(covariance_of_laws(model, laws, alone)),
+        coverage=coverage_of_laws(model, alone),
         T0=T0,
         temperatures=(min(levels), max(levels)),
         accelerations=_tested(main, calibration.delta0_rad),

@@ -165,6 +165,9 @@ class Compensation:
         Symbols of the parameters that were not determined; their values are 0.
     assumptions : tuple of str
         What was not determined, and what is assumed in its place.
+    coverage : tuple of float
+        Coverage factors at 95 % of `PARAMETERS` and `SLOPES`, above the normal one where few
+        degrees of freedom tell an uncertainty; empty where all are normal.
     """
 
     k0: Law
@@ -185,6 +188,7 @@ class Compensation:
     serial: str | None = None
     undetermined: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
+    coverage: tuple[float, ...] = ()
 
     @property
     def several_levels(self) -> bool:

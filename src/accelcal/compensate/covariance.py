@@ -9,12 +9,14 @@ from numpy.typing import NDArray
 
 from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Law
 from accelcal.model import ERROR_TERMS
+from accelcal.probability import LEVEL, student_quantile
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
 
-__all__ = ["Rows", "covariance_of_laws", "covariance_of_table", "rows", "standard_uncertainty"]
+__all__ = ["Rows", "covariance_of_laws", "coverage_of_laws", "coverage_of_table"]
+__all__ += ["covariance_of_table", "rows", "standard_uncertainty"]
 
 Array = NDArray[np.float64]
 Rows = tuple[tuple[float, ...], ...]
@@ -94,6 +96,55 @@ def covariance_of_laws(
     matrix = np.reshape(model.covariance_matrix, 2 * (len(model.covariance_names),))
     covariance[np.ix_(own, own)] = matrix[np.ix_(known, known)] * np.outer(relative, relative)
     return covariance
+
+
+def coverage_of_table(calibration: Calibration, table: TableCalibration) -> tuple[float, ...]:
+    """Coverage factors of `PARAMETERS` from a table; those of `SLOPES`, which it has not, normal.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    table : TableCalibration
+        One of its tables.
+
+    Returns
+    -------
+    tuple of float, length 12
+        The factors.
+    """
+    known = {**table.error_model, "K1": table.coefficients["K1"]}
+    return _coverage({**known, "delta": calibration.misalignment(table)})
+
+
+def coverage_of_laws(model: TemperatureModel, common: Mapping[str, Quantity]) -> tuple[float, ...]:
+    """Coverage factors of `PARAMETERS` and `SLOPES`.
+
+    Parameters
+    ----------
+    model : TemperatureModel
+        The laws.
+    common : mapping of str to Quantity
+        k2, k3 and delta_ip, which have no law.
+
+    Returns
+    -------
+    tuple of float, length 12
+        The factors.
+    """
+    known: dict[str, Quantity | None] = dict(common)
+    for name in ("k0", "K1", "delta"):
+        law = getattr(model, name)
+        known |= {name: law.at_T0, f"{name}_slope_above": law.above}
+        known |= {f"{name}_slope_below": law.below}
+    return _coverage(known)
+
+
+def _coverage(known: Mapping[str, Quantity | None]) -> tuple[float, ...]:
+    """Factors in the order of the covariance; the normal one where a quantity has none."""
+    normal = student_quantile(LEVEL, np.inf)
+    quantities = (known.get(name) for name in (*PARAMETERS, *SLOPES))
+    return tuple((q and q.coverage_factor) or normal for q in quantities)
 
 
 def rows(matrix: Array) -> Rows:

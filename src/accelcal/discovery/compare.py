@@ -25,7 +25,7 @@ from accelcal.discovery.noise import (
     saturated,
 )
 from accelcal.discovery.one_clamping import refuse_several_clampings
-from accelcal.discovery.repeatability import known_noise, worse_than_known
+from accelcal.discovery.repeatability import KnownNoise, known_noise, worse_than_known
 from accelcal.discovery.space import Space, space_of, whitener_of
 from accelcal.discovery.where import pattern, shares, structure
 from accelcal.effects.conditions import Conditions, conditions_of
@@ -97,8 +97,9 @@ def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
     Notes
     -----
     Nothing is fitted to the record. What may differ without disagreeing is the noise of its
-    readings (from replicates), head, launch and temperature errors as declared, and the
-    uncertainty of the calibration.
+    readings (from replicates, else as the calibration has it, with its degrees of freedom), head,
+    launch and temperature errors as declared, and the uncertainty of the calibration. Where few
+    degrees of freedom tell that, it counts as larger by its coverage factor over the normal one.
 
     Examples
     --------
@@ -114,14 +115,18 @@ def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
         refuse_too_many(record)
     simulated = _simulated(calibration, found, record)
     declared = counted(calibration, record)
-    noise = _noise(calibration, found, record, simulated)
-    worse = worse_than_known(noise, known_noise(calibration, found.K1.at_T0))
+    known = known_noise(calibration, found.K1.at_T0)
+    noise = _noise(known, found, record, simulated)
+    dof = float(noise.dof) or (known.dof if known else np.inf)
+    worse = worse_than_known(noise, known)
     if worse:
         warnings.warn(f"{record.source}: {worse}", AccelcalWarning, stacklevel=2)
-    space = _space(record, simulated, noise, declared, found)
+    of_calibration = _of_calibration(found, simulated, dof)
+    of_noise = noise.sigma**2 * np.eye(len(record))
+    space = _space(record, simulated, noise, declared, found, of_calibration)
     c, seen = simulated.conditions, space.see(simulated.residual)
     factors = blocks(space, c, first="run")
-    where = shares(space, seen, factors)
+    where = shares(space, seen, factors, dof)
     worst = max(range(len(where)), key=lambda i: (where[i].p_value < _SIGNIFICANT, where[i].share))
     shape = pattern(space, seen, factors[worst])
     return Disagreement(
@@ -134,7 +139,7 @@ def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
             if where[worst].p_value < _SIGNIFICANT
             else ""
         ),
-        runs=tuple(_runs(record, simulated, space)),
+        runs=tuple(_runs(record, simulated, space, of_calibration + of_noise, dof)),
         noise=sources(noise, declared, record),
         effects=tuple(str(effect["id"]) for effect in calibration.effects),
         notes=(*filter(None, [worse]), *notes(calibration, record, declared)),
@@ -262,7 +267,7 @@ def _at(laws: dict[str, Law], record: TumbleRecord, rise: Array) -> Array:
 
 
 def _noise(
-    calibration: Calibration, found: Compensation, record: TumbleRecord, simulated: _Simulated
+    known: KnownNoise | None, found: Compensation, record: TumbleRecord, simulated: _Simulated
 ) -> ReadingNoise:
     """Noise of the readings from replicates, else as the calibration had it."""
     c = simulated.conditions
@@ -270,7 +275,6 @@ def _noise(
         within = saturated(c, record.mounting)
         return reading_noise(c, simulated.residual, within, _step(found, record))
     except InputError:
-        known = known_noise(calibration, found.K1.at_T0)
         if known is None:
             raise
         return ReadingNoise(known.sigma, 0.0, 0, np.inf)
@@ -282,11 +286,12 @@ def _space(
     noise: ReadingNoise,
     declared: Apparatus,
     found: Compensation,
+    of_calibration: Array,
 ) -> Space:
     c = simulated.conditions
     head = head_positions(record.angle)
     spread = covariance(c, noise, declared, head, _step(found, record))
-    spread = spread + _of_calibration(found, simulated) / noise.sigma**2
+    spread = spread + of_calibration / noise.sigma**2
     whitener = whitener_of(spread, noise.sigma)
     # noise of no degrees of freedom is known: no replicates tell it anew
     repeating = saturated(c, record.mounting) if noise.dof else np.eye(len(record))
@@ -299,21 +304,31 @@ def _step(found: Compensation, record: TumbleRecord) -> float:
     return step / abs(found.K1.at_T0)
 
 
-def _of_calibration(found: Compensation, simulated: _Simulated) -> Array:
-    """Covariance that the errors of the calibration give to the readings (n, n) [g^2]."""
+def _of_calibration(found: Compensation, simulated: _Simulated, dof: float) -> Array:
+    """Covariance that the errors of the calibration give to the readings (n, n) [g^2].
+
+    The tests refer to Student's distribution with the degrees of freedom of the noise; what the
+    calibration tells with fewer ones counts as larger.
+    """
     rise, gain = simulated.conditions.excess, simulated.conditions.gain
     at_T0 = simulated.by_coefficient
     of_slopes = np.stack([at_T0[:, 0], at_T0[:, 1] / gain, at_T0[:, 4]], axis=1)  # k0, K1, delta
     sides = (rise.clip(min=0.0), rise.clip(max=0.0))
     acting = np.hstack([at_T0, *(of_slopes * side[:, None] for side in sides)])
-    known = np.nan_to_num(np.array(found.covariance))
+    larger = np.maximum(np.array(found.coverage or 1.0) / student_quantile(LEVEL, dof), 1.0)
+    known = np.nan_to_num(np.array(found.covariance)) * np.outer(larger, larger)
     known[0, 0] += found.hysteresis**2  # the bias is on either side of its law
     of_fixture = np.outer(simulated.by_fixture, simulated.by_fixture)
     return np.asarray(acting @ known @ acting.T + of_fixture)
 
 
-def _runs(record: TumbleRecord, simulated: _Simulated, space: Space) -> Iterator[RunChange]:
-    """Bias, scale factor and misalignment of each run beside those of the calibration."""
+def _runs(
+    record: TumbleRecord, simulated: _Simulated, space: Space, judged: Array, dof: float
+) -> Iterator[RunChange]:
+    """Bias, scale factor and misalignment of each run beside those of the calibration.
+
+    `judged` is that part of the covariance which is known with some degrees of freedom only.
+    """
     c, residual = simulated.conditions, simulated.residual
     axes = c.gain[:, None] * np.stack([np.ones_like(c.input), c.indicated, c.cross], axis=1)
     root = np.linalg.inv(space.whitener)  # of the covariance
@@ -321,21 +336,21 @@ def _runs(record: TumbleRecord, simulated: _Simulated, space: Space) -> Iterator
         own = c.run == index
         if not own.any():
             continue
-        whitener = np.linalg.inv(np.linalg.cholesky(root[own] @ root[own].T))
-        columns = whitener @ axes[own]
-        inverse = np.linalg.pinv(columns.T @ columns)
-        values = inverse @ (columns.T @ (whitener @ residual[own]))
+        whole, here = root[own] @ root[own].T, np.ix_(own, own)
+        whitener = np.linalg.inv(np.linalg.cholesky(whole))
+        weights = np.linalg.pinv(whitener @ axes[own]) @ whitener
         told = [
-            _quantity(value, u, unit)
-            for value, u, unit in zip(
-                values, np.sqrt(np.diagonal(inverse)), ("g", "1", "rad"), strict=True
-            )
+            _quantity(float(w @ residual[own]), w @ whole @ w, w @ judged[here] @ w, dof, unit)
+            for w, unit in zip(weights, ("g", "1", "rad"), strict=True)
         ]
         level = record.select(own).mean_temperature
         rms = float(np.sqrt(np.mean(residual[own] ** 2)))
         yield RunChange(label, level if np.isfinite(level) else None, rms, *told)
 
 
-def _quantity(value: float, uncertainty: float, unit: str) -> Quantity:
-    factor = student_quantile(LEVEL, np.inf)
-    return Quantity(float(value), float(uncertainty), unit, factor * float(uncertainty))
+def _quantity(value: float, variance: float, judged: float, dof: float, unit: str) -> Quantity:
+    """Quantity of whose variance a part is known with some degrees of freedom only."""
+    effective = dof * variance / judged
+    u = variance**0.5
+    finite = None if np.isinf(effective) else effective
+    return Quantity(value, u, unit, student_quantile(LEVEL, effective) * u, finite)

@@ -200,7 +200,7 @@ def agrees(family: Family, seen: Array, taken: Array, alpha: float) -> bool:
     )
 
 
-def chance(ratio: Array, dof: int, degrees: int = 1) -> Array:
+def chance(ratio: Array, dof: float, degrees: int = 1) -> Array:
     """Survival function of F with `degrees` and `dof` degrees of freedom, never zero."""
     from scipy.special import fdtrc  # type: ignore[import-untyped]
 

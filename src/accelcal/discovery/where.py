@@ -24,7 +24,9 @@ _PURE = 0.8
 """Part of a pattern's squares that one harmonic must have to be called the pattern."""
 
 
-def shares(space: Space, seen: Array, blocks: Sequence[Block]) -> tuple[Share, ...]:
+def shares(
+    space: Space, seen: Array, blocks: Sequence[Block], known_dof: float = np.inf
+) -> tuple[Share, ...]:
     """Share of each factor in the disagreement, and the chance that it is noise.
 
     Parameters
@@ -35,16 +37,18 @@ def shares(space: Space, seen: Array, blocks: Sequence[Block]) -> tuple[Share, .
         Coordinates of the readings.
     blocks : sequence of Block
         The factors, each orthogonal to those before it.
+    known_dof : float, default infinite
+        Degrees of freedom of the noise that the space is whitened by, where no replicates tell it
+        anew.
 
     Returns
     -------
     tuple of Share
-        With Holm's p-values; what the shares leave of 1 is the repeatability. Without replicates
-        the noise is taken as known.
+        With Holm's p-values; what the shares leave of 1 is the repeatability.
     """
-    total, known = float(seen @ seen), space.dof >= FEWEST_REPLICATES
-    dof = space.dof if known else _ENDLESS
-    variance = float(space.pure_error(seen)) / dof if known else 1.0
+    total, repeated = float(seen @ seen), space.dof >= FEWEST_REPLICATES
+    dof = space.dof if repeated else min(known_dof, _ENDLESS)
+    variance = float(space.pure_error(seen)) / dof if repeated else 1.0
     squares = [float(((block.basis.T @ seen) ** 2).sum()) for block in blocks]
     sizes = [block.basis.shape[1] for block in blocks]
     single = [
