@@ -163,12 +163,18 @@ def test_calibration_uncertainty_is_that_of_the_covariance(al15):
 
 
 def test_expanded_uncertainty_has_the_factor_of_its_degrees_of_freedom():
-    """Nothing is declared: the head is estimated from few residuals."""
-    record = accelcal.simulate(seed=4, declare=False)
-    found = budget(accelcal.fit(record), 1.0, random=RandomPart())
-    assert found.coverage_factor[0] > 2.0
-    ratio = found.expanded_uncertainty / found.standard_uncertainty
-    np.testing.assert_allclose(ratio, found.coverage_factor)
+    """Without acceleration the error is k0, so that the interval is the one of k0 at T0.
+
+    Nothing is declared: the head is estimated from few residuals.
+    """
+    calibration = accelcal.fit(accelcal.simulate(seed=4, declare=False))
+    found, k0 = budget(calibration, 0.0, random=RandomPart()), calibration.temperature_model.k0
+    assert k0.at_T0.coverage_factor > 2.0
+    assert found.standard_uncertainty[0] == pytest.approx(k0.at_T0.standard_uncertainty)
+    expected = stats.t.ppf(0.975, k0.at_T0.dof)
+    assert found.coverage_factor[0] == pytest.approx(expected, rel=1e-3)
+    expanded = found.expanded_uncertainty[0]
+    assert expanded == pytest.approx(k0.at_T0.expanded_uncertainty, rel=1e-3)
 
 
 def test_intervals_hold_the_truth():

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 
 import accelcal
 from accelcal.cli.main import main
@@ -89,12 +90,11 @@ def test_the_scatter_is_the_maximum_of_the_restricted_likelihood():
 def test_the_chance_of_a_jump_is_even_where_there_is_none():
     rng = np.random.default_rng(7)
     time = np.arange(8.0)
-    chances = [
-        search_jumps(time, rng.standard_normal(8), np.full(8, 0.5), 1e-9).rest for _ in range(150)
-    ]
-    # of 150 even numbers, the count below 0.2 is 30 +- 4.9
-    assert 8 <= np.sum(np.array(chances) < 0.2) <= 55
-    assert 50 <= np.sum(np.array(chances) < 0.5) <= 100
+    chances = np.array([
+        search_jumps(time, rng.standard_normal(8), np.full(8, 0.5), 1e-9).rest for _ in range(300)
+    ])  # fmt: skip
+    for level in (0.05, 0.2, 0.5, 0.8):
+        assert stats.binomtest(int((chances < level).sum()), 300, level).pvalue > 1e-3
 
 
 # -- history ---------------------------------------------------------------------------------------
@@ -106,6 +106,20 @@ def test_a_drift_is_found():
     assert abs(bias.drift.value - 5.0 * UG) < bias.drift.expanded_uncertainty < 2.0 * UG
     assert abs(gain.drift.value) < gain.drift.expanded_uncertainty < 2.0 * UG
     assert bias.jumps == gain.jumps == ()
+
+
+@pytest.mark.parametrize("scatter", [0.0, 1.0, 40.0])
+@pytest.mark.parametrize("count", [3, 4, 9])
+def test_the_drift_of_equal_uncertainties_is_that_of_least_squares(count, scatter):
+    """Equal weights cancel, whatever the scatter: Student's interval of a straight line."""
+    table = frame(count, scatter=scatter, date=[f"{1972 + 4 * n}-01-01" for n in range(count)])
+    years = 4.0 * np.arange(count)  # of 365.25 days
+    line = stats.linregress(years, table["k0"])
+    drift = accelcal.history(table).trends[0].drift
+    assert drift.value == pytest.approx(line.slope, rel=1e-6)
+    assert drift.dof == count - 2
+    expected = stats.t.ppf(0.975, count - 2) * line.stderr
+    assert drift.expanded_uncertainty == pytest.approx(expected, rel=1e-6)
 
 
 def test_scatter_widens_the_interval():

@@ -186,6 +186,27 @@ def test_a_common_drift_is_found():
     assert drift.unit == "mA/s"
 
 
+@pytest.mark.parametrize("count", [3, 6])
+def test_the_drift_of_several_launches_has_the_interval_of_a_mean(count):
+    """Student's, from the scatter of their slopes alone."""
+    result = analyse(record(count, drift=0.02, drift_spread=1e-4))
+    slopes = [launch.drift.value for launch in result.launches]
+    drift, half = result.components["gamma_D"], stats.t.ppf(0.975, count - 1) * stats.sem(slopes)
+    assert drift.value == pytest.approx(np.mean(slopes))
+    assert [drift.lower, drift.upper] == pytest.approx([drift.value - half, drift.value + half])
+
+
+def test_the_interval_of_the_noise_covers():
+    """Neighbouring differences share a sample: the variance has two thirds of their number."""
+    random = np.random.default_rng(9)
+    held = 0
+    for _ in range(300):
+        launch = Launch("1", np.arange(30.0), random.normal(size=30))
+        noise = analyse(StabilityRecord((launch,))).components["noise"]
+        held += noise.lower <= 1.0 <= noise.upper
+    assert stats.binomtest(held, 300, 0.95).pvalue > 1e-3
+
+
 def test_a_drift_that_is_not_there_has_no_value():
     result = analyse(record(4))
     drift = result.components["gamma_D"]
