@@ -167,6 +167,25 @@ def test_the_covariance_is_that_of_the_calibration(calibration, root):
         assert len(column.findtext(f"{SI}unitXMLList").split()) == len(names)
 
 
+def test_both_sides_of_an_axis_certify_what_is_free_of_the_fixture_angle(laboratory):
+    plan = accelcal.TumblePlan(temperatures=(20.0,), mountings=("o+", "o-"), delta0=1e-3)
+    both = accelcal.fit(accelcal.simulate(plan=plan, seed=1))
+    root = ElementTree.fromstring(certificate(both, laboratory))
+    check_structure(root)
+    *sides, reversal = root.iter(f"{DCC}result")
+    told = {real.findtext(f"{SI}label"): real for real in reversal.iter(f"{SI}real")}
+    for label, truth in (("delta0", 1e-3), ("delta_free", 1.15e-3)):  # of the simulation
+        wide = float(told[label].findtext(f".//{SI}valueExpandedMU"))
+        assert abs(float(told[label].findtext(f"{SI}value")) - truth) < 1.5 * wide < 1e-4
+    effective = [
+        name
+        for side in sides
+        for name in side.itertext()
+        if name.startswith("effective misalignment delta")
+    ]
+    assert len(effective) == len(sides) == 2
+
+
 def test_administrative_data_come_from_the_file(root):
     told = " ".join(root.itertext())
     for part in ("EX-2026-0042", "Example Laboratory", "Musterstadt", "A. Person", "AL-15"):

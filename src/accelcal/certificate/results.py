@@ -9,6 +9,7 @@ from accelcal.certificate.administrative import software
 from accelcal.certificate.units import si_unit
 from accelcal.certificate.xml import dcc, named, rich, si
 from accelcal.results.calibration import Calibration
+from accelcal.results.fixture_angle import FixtureAngle
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
 
@@ -24,8 +25,10 @@ _NAMES = {
     "k0": "bias over scale factor",
     "k2": "second-order nonlinearity over scale factor",
     "k3": "third-order nonlinearity over scale factor",
-    "delta": "misalignment",
+    "delta": "effective misalignment",
     "delta_ip": "cross-coupling over scale factor",
+    "delta0": "fixture angle",
+    "delta_free": "misalignment without the fixture angle",
 }
 _PROBABILITY = "0.95"
 
@@ -41,11 +44,13 @@ def measurement_results(calibration: Calibration) -> Element:
     Returns
     -------
     Element
-        ``dcc:measurementResults``: a result for each table, one for the temperature laws.
+        ``dcc:measurementResults``: a result for each table, one for the temperature laws, and one
+        for each axis whose misalignment both sides have freed from the fixture angle.
     """
     results = [_table(table, calibration) for table in calibration.tables]
     if calibration.temperature_model is not None:
         results.append(_laws(calibration))
+    results += [_reversal(found, calibration) for found in calibration.fixture_angle]
     return dcc(
         "measurementResults",
         dcc(
@@ -103,6 +108,22 @@ def _laws(calibration: Calibration) -> Element:
         "result",
         named("name", title),
         dcc("data", dcc("list", named("name", "temperature laws"), *data)),
+    )
+
+
+def _reversal(found: FixtureAngle, calibration: Calibration) -> Element:
+    """Fixture angle, and the misalignment without it at each level."""
+    data = [_quantity("delta0", found.angle, calibration, "delta0")]
+    for celsius, misalignment in zip(found.temperatures, found.misalignments, strict=True):
+        data += [] if celsius is None else [_temperature(celsius)]
+        data.append(_quantity("delta_free", misalignment, calibration, "delta_free"))
+    title = (
+        f"misalignment freed from the fixture angle by mountings {found.axis}+ and {found.axis}-"
+    )
+    return dcc(
+        "result",
+        named("name", title),
+        dcc("data", dcc("list", named("name", "both sides of one axis"), *data)),
     )
 
 
