@@ -8,8 +8,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from accelcal.archive.columns import ERRORS, LAWS, ROWS
-from accelcal.archive.parquet import headings_of, is_parquet
 from accelcal.errors import InputError
+from accelcal.io.parquet import headings_of, is_parquet
 
 __all__ = ["is_result", "may_be_replaced"]
 

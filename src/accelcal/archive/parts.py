@@ -19,10 +19,10 @@ from typing import IO, NamedTuple
 import numpy as np
 
 from accelcal.archive.failures import caught
-from accelcal.archive.parquet import as_csv, headings_of, is_parquet, read_rows, row_ranges
 from accelcal.archive.sources import SourceFile, is_url
 from accelcal.errors import InputError
 from accelcal.io.ordinary import Content, ordinary_head
+from accelcal.io.parquet import as_csv, headings_of, is_parquet, read_rows, row_ranges
 
 __all__ = ["LARGE", "Part", "Stretch", "comes_back", "divide", "part_content", "stretches"]
 

@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 
 from accelcal.archive.failures import attempt
 from accelcal.archive.own_results import is_result
-from accelcal.archive.parquet import is_parquet, read_rows
 from accelcal.archive.parts import Part, part_content, stretches
-from accelcal.archive.sources import SourceFile, is_url, named_bytes, read_bytes
+from accelcal.archive.sources import SourceFile, is_url, read_bytes
 from accelcal.errors import TableError
 from accelcal.io.ordinary import Content, read_arrow, read_ordinary
+from accelcal.io.parquet import as_csv, is_parquet, read_all, read_rows
 from accelcal.io.tables import read_tables, survey_text
-from accelcal.io.text import read_text
+from accelcal.io.text import named_bytes, read_text
 from accelcal.record import TumbleRecord
 
 __all__ = ["Failure", "Found", "read_files", "read_part"]
@@ -94,7 +94,11 @@ def _read_by_itself(file: SourceFile, overrides: Mapping[str, Any]) -> Records |
 def _content(file: SourceFile) -> Content:
     """Content of a file; nothing where it cannot be read, which the general reader tells."""
     try:
-        return Content(file.path, read_bytes(file.path, file.size))
+        content = read_bytes(file.path, file.size)
+        if not is_parquet(file.path):
+            return Content(file.path, content)
+        rows = read_all(named_bytes(content, file.path))
+        return Content(file.path, as_csv(rows, file.path), file=content)
     except Exception:  # whatever it is
         return Content(file.path, b"")
 
@@ -169,6 +173,5 @@ def _read_stretch(piece: Content, overrides: Mapping[str, Any]) -> Records:
 
 def _read(path: str, overrides: Mapping[str, Any]) -> Records:
     """Read a file out of the ordinary by the general reader, which has the words for its faults."""
-    if not is_url(path) and not is_parquet(path):
-        return read_tables(path, overrides=overrides)
-    return read_tables(named_bytes(read_bytes(path), path), overrides=overrides)
+    source = named_bytes(read_bytes(path), path) if is_url(path) else path
+    return read_tables(source, overrides=overrides)

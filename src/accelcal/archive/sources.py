@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import io
 import os
 from collections.abc import Collection, Iterator, Sequence
 from functools import partial
 from typing import Any, NamedTuple, TypeVar
 
 from accelcal.archive.own_results import may_be_replaced
-from accelcal.archive.parquet import as_csv, is_parquet, read_all
 from accelcal.errors import InputError
 
 __all__ = [
@@ -18,7 +16,6 @@ __all__ = [
     "Sources",
     "find_sources",
     "is_url",
-    "named_bytes",
     "read_bytes",
 ]
 
@@ -127,7 +124,7 @@ def is_url(path: str) -> bool:
 
 
 def read_bytes(path: str, size: int = 0) -> bytes:
-    """Read a file or the object of a URL whole; Parquet as the CSV of its rows.
+    """Read a file or the object of a URL whole.
 
     Parameters
     ----------
@@ -148,10 +145,8 @@ def read_bytes(path: str, size: int = 0) -> bytes:
     """
     if is_url(path):
         system, name = _file_system(path)
-        content: bytes = system.cat_file(name)
-        return as_csv(read_all(named_bytes(content, path)), path) if is_parquet(path) else content
-    if is_parquet(path):
-        return as_csv(read_all(path), path)
+        stored: bytes = system.cat_file(name)
+        return stored
     file = os.open(path, _READ)  # half the time of open, which counts in thousands of small files
     try:
         content = os.read(file, max(size, 0) + 1)  # a byte more shows that there is none
@@ -160,26 +155,6 @@ def read_bytes(path: str, size: int = 0) -> bytes:
         return b"".join([content, *iter(partial(os.read, file, 2**16), b"")])
     finally:
         os.close(file)
-
-
-def named_bytes(content: bytes, name: str) -> io.BytesIO:
-    """Open content in memory like the file that it comes from.
-
-    Parameters
-    ----------
-    content : bytes
-        The content.
-    name : str
-        Name of the file, for messages.
-
-    Returns
-    -------
-    binary file object
-        The file.
-    """
-    file = io.BytesIO(content)
-    file.name = name  # where a file has its name
-    return file
 
 
 def _measured(path: str) -> SourceFile:

@@ -91,8 +91,9 @@ def _record_summary(record: TumbleRecord) -> dict[str, Any]:
 def _form_facts(form: TableForm) -> list[tuple[str, str]]:
     packed = ", gzip" if form.compressed else ""
     mark = "comma" if form.decimal == "," else "point"
+    written = f", separator {_SEPARATORS[form.separator]}, decimal {mark}"
     facts = [
-        ("form", f"{form.form}, separator {_SEPARATORS[form.separator]}, decimal {mark}"),
+        ("form", form.form + (written if form.encoding != "parquet" else "")),
         ("encoding", form.encoding + packed),
     ]
     facts += [("columns", ", ".join(_renamed(*pair) for pair in form.columns.items()))]

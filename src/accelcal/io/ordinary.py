@@ -59,11 +59,14 @@ class Content(NamedTuple):
     skipped : int or None
         Lines that are left out below the headings, where this is a part of the file; its SHA-256
         is then not known.
+    file : bytes or None
+        The file itself, where `data` holds its rows in another form.
     """
 
     name: str
     data: bytes
     skipped: int | None = None
+    file: bytes | None = None
 
 
 def read_ordinary(
@@ -212,13 +215,13 @@ class _Heads:
         serial = self._serial or declared
         if serial is not None and "serial" in shared.rules.roles:
             return None  # two may be declared
-        name, data, skipped = content
+        name, data, skipped, file = content
         own = {
             "serial": serial,
             "metadata": {**shared.metadata},
             "source": name,
             # of many files: OpenSSL, which `sha256_of` may do without, is worth its loading
-            "sha256": sha256(data).hexdigest() if skipped is None else None,
+            "sha256": sha256(file or data).hexdigest() if skipped is None else None,
         }
         head, body = split
         line = head.count("\n") + 1 + (skipped or 0)

@@ -22,6 +22,7 @@ from accelcal.io.cells import MISSING, Column, numbers
 from accelcal.io.engines import decimal_mark
 from accelcal.io.layout import split_line
 from accelcal.io.sample_headings import SampleHeadings, read_sample_headings
+from accelcal.io.text import PARQUET, refuse_foreign
 
 __all__ = ["BLOCK", "SampleBlock", "SampleReader", "open_samples"]
 
@@ -241,7 +242,9 @@ def open_samples(source: str) -> Iterator[SampleReader]:
     name = "<stdin>" if source == "-" else source
     try:
         stream = _unpacked(raw)
-        encoding = _encoding(_guarded(stream.peek, 1, name))
+        start = _guarded(stream.peek, 1, name)
+        refuse_foreign(start, name, (PARQUET, "a Parquet file"))
+        encoding = _encoding(start)
         text = io.TextIOWrapper(stream, encoding, errors="replace")
         headings = read_sample_headings(lambda: _guarded(text.readline, _LONGEST_LINE, name), name)
         size = None if source == "-" else os.fstat(raw.fileno()).st_size

@@ -1,4 +1,4 @@
-"""From a path, standard input or an open file to text: compression and encoding."""
+"""From a path, standard input or an open file to text: compression, encoding and Parquet."""
 
 from __future__ import annotations
 
@@ -6,24 +6,36 @@ import os
 import re
 import sys
 from collections.abc import Callable
+from io import BytesIO
 from typing import IO, NamedTuple, TypeVar
 
 from accelcal.arguments import kind_of
 from accelcal.errors import DocumentError, InputError, TableError
 from accelcal.io.digest import sha256_of
 
-__all__ = ["Source", "SourceText", "read_document", "read_text", "refuse_document"]
+__all__ = [
+    "PARQUET",
+    "Source",
+    "SourceText",
+    "named_bytes",
+    "read_document",
+    "read_text",
+    "refuse_document",
+    "refuse_foreign",
+]
 
 Source = str | os.PathLike[str] | IO[bytes] | IO[str]
 """A path, ``"-"`` for standard input, or an open file."""
 
 Found = TypeVar("Found")
 
+PARQUET = b"PAR1"
+"""How a Parquet file begins."""
+
 _FOREIGN = (
     (b"PK\x03\x04", "an Excel workbook or zip archive"),
     (b"\xd0\xcf\x11\xe0", "an Excel workbook"),
     (b"%PDF", "a PDF document"),
-    (b"PAR1", "a Parquet file"),
     (b"\x89HDF", "an HDF5 or MATLAB file"),
 )
 
@@ -38,7 +50,7 @@ class SourceText(NamedTuple):
     text : str
         The text, every line ended by a line feed.
     encoding : str
-        How the bytes were read.
+        How the bytes were read; ``"parquet"`` where the text is that of the rows of such a file.
     compressed : bool
         Whether the bytes came out of gzip.
     sha256 : str or None
@@ -61,7 +73,7 @@ def read_text(source: Source, what: str = "table") -> SourceText:
     Parameters
     ----------
     source : path, "-" or file object
-        What to read; gzip is told by its first bytes.
+        What to read; gzip and Parquet are told by their first bytes.
     what : str, default "table"
         What it is, for messages.
 
@@ -74,14 +86,16 @@ def read_text(source: Source, what: str = "table") -> SourceText:
     ------
     TableError
         If the source cannot be read or is not text.
+    InputError
+        If it is a Parquet file, and pyarrow is not installed or cannot read it.
     """
     name, content = _read(source, what)
     if isinstance(content, str):
         return SourceText(name, _tidy(content, name), "text", compressed=False)
     compressed = content.startswith(b"\x1f\x8b")
     data = _gunzip(content, name) if compressed else content
-    _refuse_foreign(data, name)
-    text, encoding = _decode(data, name)
+    refuse_foreign(data, name)
+    text, encoding = _rows(data, name) if data.startswith(PARQUET) else _decode(data, name)
     return SourceText(name, _tidy(text, name), encoding, compressed, sha256_of(content))
 
 
@@ -116,6 +130,49 @@ def read_document(
         return given, read(given.text)
     except DocumentError as error:
         raise error.at(given.name) from None
+
+
+def named_bytes(content: bytes, name: str) -> BytesIO:
+    """Open content in memory like the file that it comes from.
+
+    Parameters
+    ----------
+    content : bytes
+        The content.
+    name : str
+        Name of the file, for messages.
+
+    Returns
+    -------
+    binary file object
+        The file.
+    """
+    file = BytesIO(content)
+    file.name = name  # where a file has its name
+    return file
+
+
+def refuse_foreign(data: bytes, name: str, *others: tuple[bytes, str]) -> None:
+    """Refuse what other programs write that is no text, and say what it is.
+
+    Parameters
+    ----------
+    data : bytes
+        The file, or its beginning.
+    name : str
+        Name of the file.
+    *others : tuple
+        The beginnings of further files to refuse, and what these are.
+
+    Raises
+    ------
+    TableError
+        If the file begins as one of them.
+    """
+    for mark, kind in (*_FOREIGN, *others):
+        if data.startswith(mark):
+            remedy = "export the table as CSV text and give that file"
+            raise TableError(f"{kind}, not a text table", remedy, source=name)
 
 
 def refuse_document(text: str, name: str) -> None:
@@ -188,11 +245,11 @@ def _gunzip(content: bytes, name: str) -> bytes:
         raise TableError(problem, remedy, source=name) from None
 
 
-def _refuse_foreign(data: bytes, name: str) -> None:
-    for mark, kind in _FOREIGN:
-        if data.startswith(mark):
-            remedy = "export the table as CSV text and give that file"
-            raise TableError(f"{kind}, not a text table", remedy, source=name)
+def _rows(data: bytes, name: str) -> tuple[str, str]:
+    """Rows of a Parquet file as text, and that they come from one."""
+    from accelcal.io.parquet import as_csv, read_all
+
+    return as_csv(read_all(named_bytes(data, name)), name).decode(), "parquet"
 
 
 def _decode(data: bytes, name: str) -> tuple[str, str]:
