@@ -192,6 +192,64 @@ def test_a_misalignment_free_of_the_fixture_angle_is_told_first():
     assert "## Fixture angle" in text
 
 
+SHOWN_OF_TABLE = {  # symbol: its place in the JSON document, and what one of its unit is there
+    "K₁": ("coefficients", "K1", 1.0),
+    "k₀": ("error_model", "k0", 1e-3),
+    "k₂": ("error_model", "k2", 1e-6),
+    "k₃": ("error_model", "k3", 1e-6),
+    "δ": ("error_model", "delta", 1e-6),
+    "δᵢₚ": ("error_model", "delta_ip", 1e-6),
+}
+SHOWN_OF_LAWS = [  # in their order
+    *(("k0", "at_T0", 1e-3), ("k0", "above", 1e-6), ("k0", "below", 1e-6)),
+    *(("K1", "at_T0", 1.0), ("K1", "above", 1e-6), ("K1", "below", 1e-6)),
+    *(("delta", "at_T0", 1e-6), ("delta", "above", 1e-6), ("delta", "below", 1e-6)),
+]
+
+
+def cells(text):
+    lines = (line for line in text.split("\n") if line.startswith("|"))
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+
+
+def holds(shown, number):
+    """Whether what is shown is the number, rounded in its last digit."""
+    shown = shown.replace("−", "-")
+    digits = len(shown.partition(".")[2]) or len(shown.rstrip("0")) - len(shown)
+    return abs(float(shown) - number) <= 0.5001 * 10.0**-digits
+
+
+def assert_shown(value, expanded, quantity, size):
+    assert holds(value, quantity["value"] / size), (value, quantity)
+    assert holds(expanded, quantity["expanded_uncertainty"] / size), (expanded, quantity)
+
+
+@pytest.mark.parametrize("declare", [True, False])
+@pytest.mark.parametrize("mountings", [("o+",), ("o+", "o-")])
+def test_the_numbers_of_the_page_are_those_of_the_document(declare, mountings):
+    plan = accelcal.TumblePlan(mountings=mountings)
+    found = accelcal.fit(accelcal.simulate(plan=plan, seed=6, declare=declare))
+    document, rows = found.to_document(), cells(markdown(report_page([found])))
+    of_tables = [row for row in rows if len(row) == 8 and row[1] in SHOWN_OF_TABLE]
+    expected = [(t, symbol) for t in document["tables"] for symbol in SHOWN_OF_TABLE]
+    assert len(of_tables) == len(expected)
+    for (table, symbol), row in zip(expected, of_tables, strict=True):
+        group, name, size = SHOWN_OF_TABLE[symbol]
+        quantity = table[group][name]
+        assert row[1] == symbol
+        assert_shown(row[2], row[3], quantity, size)
+        assert holds(row[5], quantity["standard_uncertainty"] / size)
+        assert holds(row[6], quantity["expanded_uncertainty"] / quantity["standard_uncertainty"])
+    first = next(i for i, row in enumerate(rows) if row[0].startswith("bias at T"))
+    for (law, part, size), row in zip(SHOWN_OF_LAWS, rows[first : first + 9], strict=True):
+        assert_shown(row[2], row[3], document["temperature_model"][law][part], size)
+    for angle in document["fixture_angle"]:
+        of_angle = [row for row in rows if row[0].startswith(("fixture angle", "cross-coupling"))]
+        quantities = [angle, *angle["cross_coupling"]]
+        for quantity, row in zip(quantities, [r for r in of_angle if len(r) == 5], strict=True):
+            assert_shown(row[2], row[3], quantity, 1e-6)
+
+
 def test_several_calibrations_have_a_chapter_each(calibration):
     small = replace(calibration, tables=calibration.tables[:1], temperature_model=None)
     other = replace(small, serial="B", verdict=None)

@@ -10,7 +10,12 @@ from accelcal.page.pictures import pictures
 from accelcal.page.typeset import typeset
 from accelcal.report.numbers import significant
 from accelcal.report.rows import coefficient_rows, strong_correlations, temperature_rows
-from accelcal.report.text import in_microradians, scale_factor_elsewhere, sizes_of
+from accelcal.report.text import (
+    fixture_angle_rows,
+    reversed_mountings,
+    scale_factor_elsewhere,
+    sizes_of,
+)
 from accelcal.results.calibration import Calibration
 
 __all__ = ["coefficients", "effects", "fixture_angles", "place", "temperature"]
@@ -177,15 +182,10 @@ def fixture_angles(document: Document) -> Section | None:
     """
     blocks: list[Block] = []
     for found in document.get("fixture_angle", ()):
-        axis = found["axis"]
-        rows = [("fixture angle", "delta0", *in_microradians(found))]
-        for level in found["misalignment"]:
-            t = level["temperature_degC"]
-            where = "" if t is None else f" at {t:.4g} degC"
-            rows.append((f"misalignment{where}", "delta", *in_microradians(level)))
-        caption = f"Mountings {axis}+ and {axis}-, the misalignment free of the fixture angle"
+        told = reversed_mountings(found)
+        caption = f"Mountings {told}, the misalignment free of the fixture angle"
         headings = ("quantity", "symbol", "value", "U (95 %)", "unit")
-        blocks.append(Table(caption, headings, _set(rows), frozenset({2, 3})))
+        blocks.append(Table(caption, headings, _set(fixture_angle_rows(found)), frozenset({2, 3})))
     return Section("Fixture angle", blocks) if blocks else None
 
 

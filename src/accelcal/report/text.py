@@ -23,8 +23,10 @@ from accelcal.results.quantity import Quantity
 
 __all__ = [
     "calibration_text",
+    "fixture_angle_rows",
     "in_micro_g",
     "in_microradians",
+    "reversed_mountings",
     "scale_factor_elsewhere",
     "size_of_source",
     "sizes_of",
@@ -160,19 +162,28 @@ def _temperature(document: Document) -> Iterator[str]:
 def _fixture_angles(angles: Sequence[Document]) -> Iterator[str]:
     """What both sides of an axis tell; the tables above hold M with the angle in it."""
     for found in angles:
-        axis = found["axis"]
-        clamped = f", clamped at {found['clamping_deg']:g} deg" if found.get("clamping_deg") else ""
-        yield f"Fixture angle apart from the misalignment, mountings {axis}+ and {axis}-{clamped}"
-        rows = [("fixture angle", "delta0", *in_microradians(found))]
-        for level in found["misalignment"]:
-            t = level["temperature_degC"]
-            where = "" if t is None else f" at {t:.4g} degC"
-            rows.append((f"misalignment{where}", "delta", *in_microradians(level)))
-        for quantity in found.get("cross_coupling", ()):
-            name = "delta_ip" if axis == "o" else "delta_io"
-            rows.append(("cross-coupling", name, *in_microradians(quantity)[:2], "ug/g^2"))
+        yield f"Fixture angle apart from the misalignment, mountings {reversed_mountings(found)}"
         heading = ("", "", "value", "U (95 %)", "unit")
-        yield from (f"  {line}" for line in aligned([heading, *rows], right={2, 3}))
+        lines = aligned([heading, *fixture_angle_rows(found)], right={2, 3})
+        yield from (f"  {line}" for line in lines)
+
+
+def reversed_mountings(found: Document) -> str:
+    """Name the mountings that freed a misalignment from the fixture angle."""
+    clamped = f", clamped at {found['clamping_deg']:g} deg" if found.get("clamping_deg") else ""
+    return f"{found['axis']}+ and {found['axis']}-{clamped}"
+
+
+def fixture_angle_rows(found: Document) -> list[tuple[str, str, str, str, str]]:
+    """Make the lines of a fixture angle: name, symbol, value, half width of the interval, unit."""
+    rows = [("fixture angle", "delta0", *in_microradians(found))]
+    for level in found["misalignment"]:
+        t = level["temperature_degC"]
+        where = "" if t is None else f" at {t:.4g} degC"
+        rows.append((f"misalignment{where}", "delta", *in_microradians(level)))
+    symbol = "delta_ip" if found["axis"] == "o" else "delta_io"
+    coupling = (in_microradians(quantity)[:2] for quantity in found.get("cross_coupling", ()))
+    return [*rows, *(("cross-coupling", symbol, *shown, "ug/g^2") for shown in coupling)]
 
 
 def in_microradians(quantity: Document) -> tuple[str, str, str]:
