@@ -49,7 +49,9 @@ def read_all(source: str | IO[bytes]) -> Any:
     Raises
     ------
     InputError
-        If pyarrow is not installed, or the file is no Parquet file.
+        If pyarrow is not installed.
+    TableError
+        If the file is no Parquet file.
     """
     return _open(source, with_dictionaries=True).read(use_threads=False)
 
@@ -71,7 +73,7 @@ def read_rows(path: str, start: int, end: int) -> Any:
 
     Raises
     ------
-    InputError
+    InputError, TableError
         As of `read_all`.
     """
     import pyarrow as pa
@@ -110,17 +112,15 @@ def as_csv(table: Any, name: str, above: int = 0) -> bytes:
 
     Raises
     ------
-    InputError
+    TableError
         If a column holds more than a value a row, or a text a line break.
     """
     import pyarrow as pa
 
     for index, column in enumerate(table.columns):
         if pa.types.is_nested(column.type):
-            raise InputError(
-                f"column {table.field(index).name!r} holds {column.type}; leave it out, or give one"
-                " value a row"
-            ).at(name)
+            problem = f"column {table.field(index).name!r} holds {column.type}"
+            raise TableError(problem, "leave it out, or give one value a row", source=name)
         if pa.types.is_dictionary(column.type):
             plain = column.cast(column.type.value_type)
             table = table.set_column(index, table.field(index).name, plain)
@@ -134,7 +134,8 @@ def as_csv(table: Any, name: str, above: int = 0) -> bytes:
     try:
         return _text_of(table, "needed")
     except pa.ArrowInvalid:
-        raise InputError("a text is not UTF-8; write the file again in UTF-8").at(name) from None
+        problem, remedy = "a text is not UTF-8", "write the file again in UTF-8"
+        raise TableError(problem, remedy, source=name) from None
 
 
 def _refuse_line_breaks(table: Any, name: str, above: int) -> None:
@@ -186,7 +187,7 @@ def headings_of(path: str) -> list[str]:
 
     Raises
     ------
-    InputError
+    InputError, TableError
         As of `read_all`.
     """
     names: list[str] = _open(path).schema_arrow.names
@@ -245,7 +246,8 @@ def _open(source: str | IO[bytes], *, with_dictionaries: bool = False) -> Any:
     except pa.ArrowInvalid as error:
         told = " ".join(str(error).split())
         name = source if isinstance(source, str) else source.name
-        raise InputError(f"no Parquet file ({told}); give one, or CSV").at(name) from None
+        problem = f"no Parquet file ({told})"
+        raise TableError(problem, "give one, or CSV", source=name) from None
 
 
 def _texts(file: Any) -> list[str]:

@@ -87,7 +87,7 @@ def read_text(source: Source, what: str = "table") -> SourceText:
     TableError
         If the source cannot be read or is not text.
     InputError
-        If it is a Parquet file, and pyarrow is not installed or cannot read it.
+        If it is a Parquet file, and pyarrow is not installed.
     """
     name, content = _read(source, what)
     if isinstance(content, str):
