@@ -328,6 +328,24 @@ def test_fit_with_a_model_gets_the_coefficients_back(discovery):
     assert "hysteresis of the sensor: half_width = 20." in told
 
 
+@pytest.mark.parametrize("declared", [True, False])
+@pytest.mark.parametrize("levels", [(20.0, 80.0), (20.0, 80.0, -40.0), (60.0, 80.0, 40.0)])
+def test_slopes_of_the_scale_factor_are_over_its_value_at_t0(levels, declared):
+    # over the scale factor at the mean level they were wrong by up to beta times the distance of
+    # that from T0: 1.5 % at 20 and 80 degC, where the interval is 0.05 %
+    quiet = NoiseComponents(reading=1e-7, head=0.0, launch=0.0, launch_sf=0.0)
+    plan = TumblePlan(temperatures=levels, strokes=4)
+    found = accelcal.discover(
+        accelcal.simulate(plan=plan, noise=quiet, seed=1, declare=declared),
+        reference_temperature=20.0,
+    )
+    told = {change.coefficient: change.after.value for change in found.coefficients}
+    assert told["K1 above T0"] == pytest.approx(520e-6, rel=1e-4)
+    if min(levels) < 20.0:
+        assert told["K1 below T0"] == pytest.approx(480e-6, rel=1e-4)
+    assert found.scale_factor == pytest.approx(1.35, rel=1e-5)
+
+
 def test_compare_shows_the_gap_and_that_it_stays_closed(discovery):
     hidden = [effect("hysteresis").of(2e-5), effect("scale-factor-asymmetry").of(2e-4)]
     first, second = (accelcal.simulate(effects=hidden, seed=seed) for seed in (4, 5))

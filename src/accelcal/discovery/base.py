@@ -22,7 +22,7 @@ from accelcal.errors import InputError
 from accelcal.model import SEEN_IN_MOUNTING
 from accelcal.record import TumbleRecord
 
-__all__ = ["BaseModel", "base_model", "solve"]
+__all__ = ["BaseModel", "base_model", "solve", "without_shifts"]
 
 Array = NDArray[np.float64]
 
@@ -37,7 +37,7 @@ class BaseModel:
     Attributes
     ----------
     nominal : float
-        K1N, the scale factor at T0 as a first fit has it [output unit / g].
+        K1N, the scale factor at T0 as a first fit of the model has it [output unit / g].
     reading : ndarray, shape (n,)
         Readings over `nominal` [g].
     gain : ndarray, shape (n, p)
@@ -132,7 +132,40 @@ def base_model(
         names=(*of_gain, *of_inside),
         conditions=ideal,
     )
-    return replace(first, conditions=_fitted_conditions(first, solve(first)))
+    model = _over_scale_factor(first)
+    return replace(model, conditions=_fitted_conditions(model, solve(model)))
+
+
+def _over_scale_factor(model: BaseModel) -> BaseModel:
+    """Divide the readings by the scale factor at T0, beside which its slopes are told.
+
+    The slope of all readings over a_i, which the model starts from, is that at the mean level.
+    """
+    gain = 1.0 + float(solve(without_shifts(model))[0])
+    return replace(model, nominal=model.nominal * gain, reading=model.reading / gain)
+
+
+def without_shifts(model: BaseModel) -> BaseModel:
+    """Leave the free shifts of the runs out, which could take the part of the laws.
+
+    Parameters
+    ----------
+    model : BaseModel
+        A model.
+
+    Returns
+    -------
+    BaseModel
+        The same with the columns of the laws alone.
+    """
+    names, p = model.names, model.gain.shape[1]
+    of_laws = [i for i, name in enumerate(names) if name not in names[:i]]
+    return replace(
+        model,
+        gain=model.gain[:, [i for i in of_laws if i < p]],
+        inside=model.inside[:, [i - p for i in of_laws if i >= p]],
+        names=tuple(names[i] for i in of_laws),
+    )
 
 
 def solve(model: BaseModel, whitener: Array | None = None) -> Array:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
-from accelcal.discovery.base import BaseModel, base_model, solve
+from accelcal.discovery.base import BaseModel, base_model, solve, without_shifts
 from accelcal.discovery.noise import ReadingNoise, covariance, dummies, orthonormal
 from accelcal.discovery.prospects.further_readings import Block, blank, joined, menu
 from accelcal.discovery.space import whitener_of
@@ -186,6 +186,7 @@ def _foreseen(
     nominal = base_model(record, reference, delta0).nominal
     ideal = nominal * conditions_of(whole, reference, delta0).input
     first = base_model(replace(whole, output=np.where(old, whole.output, ideal)), reference, delta0)
+    first = without_shifts(first)  # a new run is foreseen by the laws
     gain, inside = first.split(solve(first, np.diag(old.astype(float))))
     whole = replace(whole, output=np.where(old, whole.output, first.nominal * gain * inside))
     return whole, base_model(whole, reference, delta0)
