@@ -159,6 +159,53 @@ def test_the_declaration_is_needed_and_one(sizes, message):
         accelcal.calibrate_head(declared)
 
 
+def test_what_is_left_is_held_against_the_replicates():
+    """Chance from the whole covariance of the readings, by a design written down anew."""
+    from scipy.stats import f as fisher
+
+    _, _, (record,) = measured(11, strokes=2)
+    th, y = np.deg2rad(record.angle), record.output
+    c, s, one = np.cos(th), np.sin(th), np.ones(th.size)
+    runs = [record.run == run for run in (0, 1)]
+    own = [column * run for run in runs for column in (one, c, s)]
+    design = np.stack([*own, c**2, c**3, c * s], axis=1)
+    cell = np.unique(np.stack([record.run, record.angle % 360.0]), axis=1, return_inverse=True)[1]
+    repeated = cell.reshape(-1)[:, None] == np.arange(16)
+    pure = y - repeated @ (repeated.T @ y / repeated.sum(axis=0))
+    dof = y.size - 16.0
+    variance = pure @ pure / dof
+    head = (record.graduation[:, None] % 360.0 == 45.0 * np.arange(8)) * (-1.3 * s)[:, None]
+    covariance = variance * np.eye(y.size) + 4e-10 * head @ head.T
+    whitener = np.linalg.inv(np.linalg.cholesky(covariance))
+    squares = np.linalg.lstsq(whitener @ design, whitener @ y)[1][0]
+    left = y.size - 9.0 - dof
+    chance = fisher.sf((squares - dof) / left, left, dof)
+    told = accelcal.calibrate_head([record]).gates[1].finding
+    assert float(told.split("p = ")[1].rstrip(")")) == pytest.approx(chance, rel=0.06)
+
+
+def test_small_disturbances_are_told_and_noise_is_not():
+    # judged by all residuals, in which replicates outweigh the rest, 0 of 30 were told
+    shown = []
+    for seed in range(30):
+        _, _, (record,) = measured(seed, clampings=(0.0, 45.0, 90.0))
+        wave = 1.3 * 1.5e-5 * np.cos(4 * np.deg2rad(record.angle))
+        for output in (record.output, record.output + wave):
+            found = accelcal.calibrate_head([dataclasses.replace(record, output=output)])
+            shown.append(found.gates[1].verdict == "warn")
+    assert sum(shown[::2]) <= 2  # 1 % of 30
+    assert sum(shown[1::2]) >= 20
+
+
+def test_what_all_runs_tell_of_the_noise_together_counts_once():
+    # four runs of one stroke: four returns to the first position, and Student's factor of 4
+    _, _, (record,) = measured(12, strokes=1, clampings=(0.0, 90.0, 180.0, 270.0))
+    (unit,) = accelcal.calibrate_head([record]).units
+    for name in NAMES:
+        told = unit.coefficients[f"{name}_o"].after
+        assert (told.dof, told.coverage_factor) == (4.0, pytest.approx(2.776445, rel=1e-6))
+
+
 def test_a_single_stroke_tells_no_noise_from_repetition():
     _, _, (record,) = measured(7, strokes=1)
     found = accelcal.calibrate_head([record])

@@ -54,7 +54,10 @@ _FALSE_ALARM = 0.01
 
 
 class _Unit(NamedTuple):
-    """One record in units of g over its noise: z = nuisance x + head e + noise of 1."""
+    """One record in units of g over its noise: z = nuisance x + head e + noise of 1.
+
+    The noise has some degrees of freedom, of which `pure` are those of replicates.
+    """
 
     record: TumbleRecord
     names: tuple[str, ...]
@@ -62,12 +65,19 @@ class _Unit(NamedTuple):
     head: Array
     z: Array
     dof: float
+    pure: float
 
     def information(self) -> tuple[Array, Array]:
         """What is told of e beside the nuisance: S^T S and S^T z."""
         basis = _basis(self.nuisance)
         shown = self.head - basis @ (basis.T @ self.head)
         return shown.T @ shown, shown.T @ self.z
+
+    def left(self) -> tuple[float, float]:
+        """Sum of squares beside the nuisance, the head not taken out, and its dimensions."""
+        basis = _basis(self.nuisance)
+        across = basis.T @ self.z
+        return float(self.z @ self.z - across @ across), float(self.z.size - basis.shape[1])
 
 
 def calibrate_head(
@@ -115,9 +125,8 @@ def calibrate_head(
     units = [_unit(r, own, positions) for r, own in zip(records, tables, strict=True)]
     told = [unit.information() for unit in units]
     prior = np.eye(positions.size) / declared**2
-    errors, covariance = posterior(
-        prior + sum(matrix for matrix, _ in told), np.sum([pull for _, pull in told], axis=0)
-    )
+    whole = np.sum([pull for _, pull in told], axis=0)
+    errors, covariance = posterior(prior + sum(matrix for matrix, _ in told), whole)
     return HeadCalibration(
         angles_deg=tuple(positions.tolist()),
         errors=tuple(errors.tolist()),
@@ -135,7 +144,7 @@ def calibrate_head(
             )
             for unit, (matrix, pull) in zip(units, told, strict=True)
         ),
-        gates=(_clampings(records), _left_over(units, errors, positions.size)),
+        gates=(_clampings(records), _left_over(units, float(whole @ errors))),
         source=", ".join(dict.fromkeys(record.source for record in records)),
         software=f"accelcal {__version__}",
     )
@@ -165,7 +174,7 @@ def _tables(record: TumbleRecord, delta0: float | None) -> list[PreparedTable]:
 
 def _unit(record: TumbleRecord, tables: Sequence[PreparedTable], positions: Array) -> _Unit:
     """Stack the tables of a record, each divided by its scale factor and its noise."""
-    factors, dof = _noise(record, tables)
+    factors, dof, pure = _noise(record, tables)
     names: list[str] = []
     rows, heads, outputs = [], [], []
     for number, (table, factor) in enumerate(zip(tables, factors, strict=True)):
@@ -179,20 +188,30 @@ def _unit(record: TumbleRecord, tables: Sequence[PreparedTable], positions: Arra
         heads.append((table.angular @ k / k[1] / size)[:, None] * at)
         outputs.append(table.record.output / k[1] / size)
     nuisance = np.vstack([np.pad(b, ((0, 0), (0, len(names) - b.shape[1]))) for b in rows])
-    return _Unit(record, tuple(names), nuisance, np.vstack(heads), np.concatenate(outputs), dof)
+    return _Unit(
+        record, tuple(names), nuisance, np.vstack(heads), np.concatenate(outputs), dof, pure
+    )
 
 
-def _noise(record: TumbleRecord, tables: Sequence[PreparedTable]) -> tuple[list[float], float]:
-    """Reading noise of each table and its degrees of freedom; one noise where replicates tell."""
+def _noise(
+    record: TumbleRecord, tables: Sequence[PreparedTable]
+) -> tuple[list[float], float, float]:
+    """Reading noise of each table, its degrees of freedom, and those of replicates among them.
+
+    One noise where replicates of single tables tell it; what all tables told counts once.
+    """
     found = [n.one(0) for n in noise_of_stack(tables, [t.record.output[None] for t in tables])]
     factors, dofs = [n.factor for n in found], [n.dof for n in found]
     if not min(factors) > 0.0:
         with naming(record):
             raise InputError("nothing tells the noise; read each position twice or more")
-    if not all(map(math.isfinite, dofs)) or len({n.source for n in found}) > 1:
-        return factors, min(dofs)
-    square = sum(d * f * f for d, f in zip(dofs, factors, strict=True)) / sum(dofs)
-    return [math.sqrt(square)] * len(found), sum(dofs)
+    sources = {n.source for n in found}
+    own = sum(n.dof for n in found if n.source == "replicates")
+    of_all = max((n.dof for n in found if n.source == "replicates of all tables"), default=0.0)
+    if sources == {"replicates"} or (sources == {"declared"} and all(map(math.isfinite, dofs))):
+        square = sum(d * f * f for d, f in zip(dofs, factors, strict=True)) / sum(dofs)
+        return [math.sqrt(square)] * len(found), sum(dofs), own
+    return factors, min(dofs), max(own, of_all)
 
 
 def _places(names: list[str], table: PreparedTable, number: int) -> list[int]:
@@ -281,22 +300,25 @@ def _clampings(records: Sequence[TumbleRecord]) -> Gate:
     return Gate("clampings", "warn", told + "; clamp the fixture at another angle too")
 
 
-def _left_over(units: Sequence[_Unit], errors: Array, positions: int) -> Gate:
-    """Whether head and coefficients explain the readings within their noise."""
-    square, dof = 0.0, -positions
-    for unit in units:
-        basis = _basis(unit.nuisance)
-        left = unit.z - unit.head @ errors
-        left = left - basis @ (basis.T @ left)
-        square += float(left @ left)
-        dof += left.size - basis.shape[1]
-    if dof < 1:
+def _left_over(units: Sequence[_Unit], of_head: float) -> Gate:
+    """Whether head and coefficients explain the readings within their noise.
+
+    Beside the coefficients, readings scatter by the noise and the head as declared; the sum of
+    squares in the measure of both is that beside the noise alone less what the head explains.
+    Replicates tell the noise, and what is left beside them is held against it.
+    """
+    squares, dofs = np.sum([unit.left() for unit in units], axis=0)
+    pure = sum(unit.pure for unit in units)
+    dof = float(dofs - pure)
+    if dof < 1 or not (pure or all(math.isinf(unit.dof) for unit in units)):
         return Gate("what is left", "not assessed", "too few readings")
-    chance = f_survival(square / dof, float(dof), float(dof))
-    told = f"residuals are {math.sqrt(square / dof):.2f} times the noise (p = {chance:.2g})"
+    square = max(float(squares - of_head - pure), 0.0) / dof
+    chance = f_survival(square, dof, pure or math.inf)
+    told = f"residuals are {math.sqrt(square):.2f} times as noise and head explain"
+    told += f" (p = {chance:.2g})"
     if chance < _FALSE_ALARM:
-        told += "; something else disturbs them: accelcal discover names it"
-        return Gate("what is left", "warn", told)
+        told += "; something else disturbs them, which accelcal discover names, or the head is"
+        return Gate("what is left", "warn", f"{told} worse than declared")
     return Gate("what is left", "pass", told)
 
 
