@@ -252,6 +252,22 @@ def test_cross_axis_in_metres_per_second_squared(run, calibration):
     )
 
 
+@pytest.mark.parametrize("unit", ["m/s2", "m/s²", "m/s**2"])
+def test_all_spellings_of_metres_per_second_squared_are_alike(run, unit):
+    one, other = (
+        run(HEAD + f"output,temperature,a_p [{u}]\n1,20,9.81\n", "--g", "9.81")[1]
+        for u in ("m/s^2", unit)
+    )
+    assert values(one) == values(other)
+
+
+@pytest.mark.parametrize("unit", ["mg", "ft/s^2", "gal"])
+def test_a_cross_axis_in_another_unit_is_refused(run, unit):
+    code, _, err = run(HEAD + f"output,temperature,a_p [{unit}]\n1,20,500\n")
+    assert code == 2
+    assert f"a_p in {unit}; give it in g or m/s^2" in err
+
+
 def test_cross_axis_that_is_not_calibrated_is_set_aside(run):
     _, _, err = run(HEAD + "output,temperature,a_o\n1,20,0.5\n")
     assert "note: column a_o is set aside" in err

@@ -78,6 +78,30 @@ def test_clock_times_become_seconds(text):
     assert read(text).launches[0].time.tolist() == [0.0, 1.5, 3.0]
 
 
+@pytest.mark.parametrize(
+    ("heading", "seconds"),
+    [
+        *(("time", 1.0), ("time [s since start]", 1.0), ("time [ms]", 1e-3), ("t [µs]", 1e-6)),
+        *(("time (minutes)", 60.0), ("time [hours]", 3600.0), ("time_d", 86400.0)),
+    ],
+)
+def test_times_are_in_the_unit_of_their_heading(heading, seconds):
+    launch = read(f"{heading},output\n0,1\n1,2\n3,1\n").launches[0]
+    assert launch.time.tolist() == [0.0, seconds, 3.0 * seconds]
+
+
+@pytest.mark.parametrize(
+    ("heading", "size"),
+    [
+        *(("input", 1.0), ("input [g]", 1.0), ("input [mg]", 1e-3), ("input_ug", 1e-6)),
+        *(("Input (µg)", 1e-6), ("acceleration applied [mg]", 1e-3)),
+    ],
+)
+def test_applied_accelerations_are_in_the_unit_of_their_heading(heading, size):
+    launch = read(f"time,output,{heading}\n0,1,0\n1,2,5\n2,1,0\n").launches[0]
+    assert launch.input.tolist() == [0.0, 5.0 * size, 0.0]
+
+
 def test_missing_outputs_are_left_out_and_told():
     record = read("time,output\n0,1\n1,\n2,2\n3,nan\n4,3\n")
     assert record.launches[0].time.tolist() == [0.0, 2.0, 4.0]
@@ -107,6 +131,9 @@ def test_a_large_record_is_read_by_pandas_to_the_same_numbers():
         ("time,output,serial\n0,1,a\n1,2,b\n2,3,a\n", "give a file for each accelerometer"),
         ("# unit: V\ntime,output_mA\n0,1\n1,2\n2,3\n", "declare one unit"),
         ("time,output,input\n0,1,0\n1,2,\n2,3,0\n", ":3: input is missing"),
+        ("time [weeks],output\n0,1\n1,2\n2,1\n", "is in weeks; write the unit of the time"),
+        ("time,output,input [m/s^2]\n0,1,0\n1,2,1\n2,3,0\n", "in m/s^2; give it in g, mg or ug"),
+        ("time,output,temperature [K]\n0,1,293\n1,2,293\n2,3,293\n", "in K; give it in degC"),
     ],
 )
 def test_a_bad_record_is_refused_in_one_line(text, message):

@@ -12,6 +12,7 @@ from accelcal.compensate.apply import MeasuredAcceleration, compensate, outside_
 from accelcal.compensate.coefficients import Compensation
 from accelcal.errors import InputError, TableError
 from accelcal.escapes import ESCAPED
+from accelcal.io.sample_headings import in_metres
 from accelcal.io.samples import SampleBlock, SampleReader
 from accelcal.units import conversion_factor
 from accelcal.version import __version__
@@ -19,8 +20,6 @@ from accelcal.version import __version__
 __all__ = ["AccelerationStream", "StreamOptions"]
 
 Array = NDArray[np.float64]
-
-_GRAVITY_UNITS = ("m/s^2", "m/s2", "m/s²")
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +124,7 @@ class AccelerationStream:
                 self.notes.append(f"no column {axis.name}: it is taken as 0, an error of {effect}")
                 continue
             factors[axis.name] = 1.0
-            if self._samples.headings.units.get(axis.name) in _GRAVITY_UNITS:
+            if in_metres(self._samples.headings.units.get(axis.name, "g")):
                 if not gravity:
                     raise InputError(
                         f"{axis.name} is in m/s^2; give the gravity of the place of calibration"

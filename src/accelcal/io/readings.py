@@ -15,8 +15,7 @@ from accelcal.grouping import distinct
 from accelcal.io.cells import Column, labels, numbers, whole_numbers
 from accelcal.io.columns import Table
 from accelcal.io.layout import all_of, listed
-from accelcal.io.times import DAY, times
-from accelcal.io.vocabulary import TIME_UNITS
+from accelcal.io.times import DAY, in_seconds, times
 
 __all__ = [
     "FEWEST_IN_TURN",
@@ -352,7 +351,7 @@ def _time(columns: Mapping[str, Column]) -> NDArray[Any] | None:
     values = times(column, columns.get("date"), _labels(columns, "serial")[0])
     if values.dtype.kind == "f":
         with np.errstate(over="ignore"):
-            values = values * TIME_UNITS.get((column.unit or "s").casefold(), 1.0)
+            values = in_seconds(column, values)
         column.check(np.isfinite(values), "{} is infinite or too large", "write a finite number")
     return values
 

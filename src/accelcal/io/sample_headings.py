@@ -12,11 +12,12 @@ from accelcal.io.text import refuse_document
 from accelcal.io.vocabulary import canonical_key, has_unit, read_heading, split_unit
 from accelcal.units import output_unit
 
-__all__ = ["SampleHeadings", "read_sample_headings"]
+__all__ = ["SampleHeadings", "in_metres", "read_sample_headings"]
 
 ROLES = ("output", "temperature", "time", "a_p", "a_o")
 """What a column may hold."""
 
+_LOCAL_G = ("g", "g_local")
 _JSON_LINES = 5
 """Lines in which a document says what it is."""
 
@@ -175,13 +176,42 @@ def _units(
         for role, index in columns.items()
         if (unit := read_heading(headings[index]).unit or split_unit(headings[index])[1])
     }
-    warmth = units.get("temperature")
-    if warmth and not has_unit("temperature", warmth):
-        problem = f"temperature in {warmth}"
-        raise TableError(problem, "give it in degC", source=name, line=line)
+    for role, unit in units.items():
+        if remedy := _unit_to_give(role, unit):
+            raise TableError(f"{role} in {unit}", f"give it in {remedy}", source=name, line=line)
     written = [u for u in (declared.get("unit"), units.get("output")) if u]
     given = {located(output_unit, unit, source=name, line=line) for unit in written}
     if len(given) > 1:
         problem = f"units {' and '.join(sorted(given))} for one output"
         raise TableError(problem, "name one unit", source=name, line=line)
     return {**units, "output": given.pop()} if given else units
+
+
+def _unit_to_give(role: str, unit: str) -> str:
+    """Unit that a column has to have; empty where its own will do."""
+    if role == "temperature":
+        return "" if has_unit("temperature", unit) else "degC"
+    if role in ("a_p", "a_o"):
+        return "" if unit in _LOCAL_G or in_metres(unit) else "g or m/s^2"
+    return ""
+
+
+def in_metres(unit: str) -> bool:
+    """Tell whether the unit of an acceleration is m/s^2.
+
+    Parameters
+    ----------
+    unit : str
+        The unit as written.
+
+    Returns
+    -------
+    bool
+        True for all spellings of it.
+
+    Examples
+    --------
+    >>> in_metres("m/s2"), in_metres("mg")
+    (True, False)
+    """
+    return has_unit("local_gravity", unit)

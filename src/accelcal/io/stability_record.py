@@ -16,8 +16,9 @@ from accelcal.io.declarations import unit_and_serial
 from accelcal.io.engines import BulkEngineGivesUp, Columns, columns_by_pandas, columns_by_split
 from accelcal.io.layout import Layout, all_of, counted, listed, read_layout, shown
 from accelcal.io.text import Source, read_text
-from accelcal.io.times import times
-from accelcal.io.vocabulary import TIME_UNITS
+from accelcal.io.times import in_seconds, times
+from accelcal.io.vocabulary import Heading, has_unit, split_unit
+from accelcal.specification import UNITS
 from accelcal.stability.record import Launch, StabilityRecord
 from accelcal.units import output_unit
 
@@ -143,13 +144,23 @@ def _renamed(launch: Launch, record: StabilityRecord) -> Launch:
 
 def _with_own_headings(layout: Layout) -> Layout:
     """Give the headings that only a stability record has their meaning."""
-    headings = tuple(
-        heading._replace(role=_OWN_HEADINGS.get(heading.text.split(" ")[0].casefold()))
-        if heading.role is None
-        else heading
-        for heading in layout.headings
-    )
-    return layout._replace(headings=headings)
+    return layout._replace(headings=tuple(map(_own_heading, layout.headings)))
+
+
+def _own_heading(heading: Heading) -> Heading:
+    if heading.role is not None:
+        return heading
+    name, unit = split_unit(heading.text)
+    stem, _, suffix = name.rpartition("_")
+    if _acceleration(suffix):
+        name, unit = stem, suffix
+    role = _OWN_HEADINGS.get(name.split(" ")[0].casefold())
+    return heading._replace(role=role, unit=unit or None)
+
+
+def _acceleration(unit: str) -> float | None:
+    """Size of a unit of acceleration [g]; None for another unit."""
+    return UNITS["acceleration"].get(unit.replace("µ", "u").replace("μ", "u"))
 
 
 def _columns(layout: Layout) -> Roles:
@@ -180,16 +191,29 @@ def _split(layout: Layout, used: Sequence[int], needed: int) -> Columns:
 
 def _launches(columns: Roles, output: NDArray[np.float64]) -> list[Launch]:
     values: dict[str, NDArray[Any]] = {"time": _seconds(columns), "output": output}
-    for name in ("temperature", "input"):
-        if name in columns:
-            values[name] = numbers(columns[name])
+    if "temperature" in columns:
+        values["temperature"] = _degrees(columns["temperature"])
     if "input" in columns:
+        values["input"] = _applied(columns["input"])
         remedy = "write the applied acceleration of every sample [g]"
         columns["input"].check(~np.isnan(values["input"]), "{} is missing", remedy)
     if "run" not in columns:
         return [_launch("1", np.ones(output.size, dtype=bool), values, columns["time"])]
     run, names = labels(columns["run"])
     return [_launch(name, run == i, values, columns["time"]) for i, name in enumerate(names)]
+
+
+def _degrees(column: Column) -> NDArray[np.float64]:
+    if column.unit and not has_unit("temperature", column.unit):
+        raise column.refuse(0, f"{{}} in {column.unit}", "give it in degC")
+    return numbers(column)
+
+
+def _applied(column: Column) -> NDArray[np.float64]:
+    size = _acceleration(column.unit or "g")
+    if size is None:
+        raise column.refuse(0, f"{{}} in {column.unit}", "give it in g, mg or ug")
+    return numbers(column) * size
 
 
 def _launch(
@@ -220,7 +244,7 @@ def _seconds(columns: Roles) -> NDArray[np.float64]:
         seconds: NDArray[np.float64] = (found - found[0]) / np.timedelta64(1, "s")
         return seconds
     column.check(np.abs(found) <= _LONGEST, "{} is no time of a record", "write seconds")
-    return found * TIME_UNITS.get((column.unit or "s").casefold(), 1.0)
+    return in_seconds(column, found)
 
 
 def _require_size(output: NDArray[np.float64], column: Column) -> None:

@@ -10,8 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.io.cells import MISSING, Column, numbers
+from accelcal.io.vocabulary import TIME_UNITS
 
-__all__ = ["DAY", "date_of", "has_clock_times", "has_times_of_day", "one_date", "times"]
+__all__ = [
+    "DAY",
+    "date_of",
+    "has_clock_times",
+    "has_times_of_day",
+    "in_seconds",
+    "one_date",
+    "times",
+]
 
 DAY = np.timedelta64(1, "D")
 """A day, to add clock times to."""
@@ -73,6 +82,39 @@ def times(
         column.check(~np.isnan(values), "{} is missing", remedy)
         return values
     return _dates(column, "{} is not a date and time", "write it as 2024-05-31T14:30:00")
+
+
+def in_seconds(column: Column, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Turn the numbers of a column of times into seconds.
+
+    Parameters
+    ----------
+    column : Column
+        The column; without a unit it is in seconds, and of ``s since start`` the first word counts.
+    values : ndarray of float, shape (n,)
+        Its numbers.
+
+    Returns
+    -------
+    ndarray of float, shape (n,)
+        The times [s].
+
+    Raises
+    ------
+    TableError
+        If the unit is none of a time.
+
+    Examples
+    --------
+    >>> in_seconds(Column("time", "time", "h", ["2"], np.array([2]), "a.csv"), np.array([2.0]))
+    array([7200.])
+    """
+    unit = (column.unit or "").strip() or "s"
+    factor = TIME_UNITS.get(unit.split()[0].casefold())
+    if factor is None:
+        problem = "{} is in " + unit.replace("{", "{{").replace("}", "}}")
+        raise column.refuse(0, problem, "write the unit of the time, such as time [s]")
+    return values * factor
 
 
 def has_clock_times(column: Column) -> bool:

@@ -70,7 +70,17 @@ KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 """What a header line declares -> the keys it may have, in any case."""
 
 TIME_UNITS: Mapping[str, float] = MappingProxyType(
-    {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0}
+    {
+        **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
+        **{
+            "ms": 1e-3,
+            "us": 1e-6,
+            "\N{GREEK SMALL LETTER MU}s": 1e-6,
+        },  # the case-folded micro sign
+        **dict.fromkeys(("min", "mins", "minute", "minutes"), 60.0),
+        **dict.fromkeys(("h", "hr", "hrs", "hour", "hours"), 3600.0),
+        **dict.fromkeys(("d", "day", "days"), 86400.0),
+    }
 )
 """Unit of a time column -> seconds."""
 
