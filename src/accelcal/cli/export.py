@@ -55,7 +55,7 @@ def export(
     file = read_calibrations(calibration)
     chosen = file.choose(serial, mounting)
     content = export_content(chosen, file.sha256, run)
-    found = compensation(chosen, run)
+    found = compensation(chosen, run, effects=False)
     if form == "c":
         from accelcal.export.c_header import to_c_header
 

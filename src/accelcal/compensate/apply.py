@@ -12,13 +12,18 @@ from accelcal.arguments import check_number, number_array
 from accelcal.choices import check_flag
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import TEMPERATURE_MARGIN, Compensation
-from accelcal.compensate.inversion import FARTHEST, invert, slope
+from accelcal.compensate.inversion import FARTHEST, invert, invert_with, slope
+from accelcal.compensate.static_effects import Samples
 from accelcal.errors import AccelcalWarning, InputError
+from accelcal.probability import LEVEL, student_quantile
 from accelcal.results.calibration import Calibration
 
 __all__ = ["MeasuredAcceleration", "apply", "compensate"]
 
 Array = NDArray[np.float64]
+
+NORMAL = student_quantile(LEVEL, np.inf)
+"""Expanded uncertainty over standard uncertainty."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -205,26 +210,56 @@ def _solved(
     output_uncertainty: float,
     temperature_uncertainty: float,
 ) -> MeasuredAcceleration:
-    scale = found.K1.at_T0 * (1.0 + found.K1.change(rise))
-    bracket = Y / scale  # k0 + a_i + ...
-    tilt, coupling = np.zeros(()), np.ones(())
-    for axis, along in zip(found.axes, cross, strict=True):
-        tilt = tilt + (axis.delta.at_T0 + axis.delta.change(rise)) * along
-        coupling = coupling + axis.delta_ip * np.where(np.abs(along) <= FARTHEST, along, np.nan)
-    target = bracket - (found.k0.at_T0 + found.k0.change(rise)) - tilt
-    a_i = invert(target, coupling, found.k2, found.k3)
+    samples = _samples(found, rise, cross, found.K1.at_T0 * (1.0 + found.K1.change(rise)))
+    bracket = Y / samples.scale  # k0 + a_i + ...
+    target = bracket - samples.bias - samples.tilt
+    a_i = _solution(found, samples, target)
     of_coefficients = _coefficient_error(found, a_i, bracket, rise, cross)
     of_launch = np.hypot(found.launch.bias, found.launch.scale_factor * bracket)
-    of_output = output_uncertainty / scale
-    of_heat = temperature_uncertainty * _heat_sensitivity(found, bracket, rise, cross)
-    sensitivity = slope(a_i, coupling, found.k2, found.k3)
+    of_output = output_uncertainty / samples.scale
+    of_heat = temperature_uncertainty * _heat_sensitivity(found, bracket, samples, a_i)
     total = of_coefficients**2 + of_launch**2 + found.hysteresis**2 + of_output**2 + of_heat**2
+    value, uncertainty = _through(found, samples, target, a_i, total)
     return MeasuredAcceleration(
-        value=a_i,
-        standard_uncertainty=np.where(np.isfinite(a_i), np.sqrt(total) / sensitivity, np.nan),
+        value=value,
+        standard_uncertainty=uncertainty,
         within_temperatures=found.within_temperatures(rise + (found.T0 or 0.0)),
-        within_accelerations=found.within_accelerations(a_i),
+        within_accelerations=found.within_accelerations(value),
     )
+
+
+def _samples(found: Compensation, rise: Array, cross: list[Array], scale: Array) -> Samples:
+    tilt, linear = np.zeros(()), np.ones(())
+    for axis, along in zip(found.axes, cross, strict=True):
+        tilt = tilt + (axis.delta.at_T0 + axis.delta.change(rise)) * along
+        linear = linear + axis.delta_ip * np.where(np.abs(along) <= FARTHEST, along, np.nan)
+    bias = found.k0.at_T0 + found.k0.change(rise)
+    return Samples(rise, cross, bias, tilt, linear, found.k2, found.k3, scale)
+
+
+def _solution(found: Compensation, samples: Samples, target: Array) -> Array:
+    """Acceleration whose bracket, without bias and tilt, is the target [g]."""
+    effects, linear = found.effects, samples.linear
+    if effects is None:
+        return invert(target, linear, found.k2, found.k3)
+    return invert_with(lambda a: effects.total(samples, a), target, linear, found.k2, found.k3)
+
+
+def _through(
+    found: Compensation, samples: Samples, target: Array, a_i: Array, variance: Array
+) -> tuple[Array, Array]:
+    """Acceleration and its standard uncertainty from those of the bracket.
+
+    Where effects may have steps, the interval of the bracket goes through the solution: what it
+    holds in 95 % the accelerations between the solutions of its ends hold too.
+    """
+    if found.effects is None:
+        u = np.sqrt(variance) / slope(a_i, samples.linear, found.k2, found.k3)
+        return a_i, np.where(np.isfinite(a_i), u, np.nan)
+    expanded = NORMAL * np.sqrt(variance + found.effects.variance(samples, a_i))
+    low, high = (_solution(found, samples, target + side) for side in (-expanded, expanded))
+    value = np.where(np.isfinite(high - low), 0.5 * (low + high), a_i)
+    return value, 0.5 * (high - low) / NORMAL
 
 
 def _rise(found: Compensation, temperature: ArrayLike | None) -> Array:
@@ -286,12 +321,11 @@ def _propagated(covariance: tuple[tuple[float, ...], ...], rows: list[Array]) ->
     return np.asarray(np.sqrt(np.maximum(squares, 0.0)))
 
 
-def _heat_sensitivity(
-    found: Compensation, bracket: Array, rise: Array, cross: list[Array]
-) -> Array:
+def _heat_sensitivity(found: Compensation, bracket: Array, samples: Samples, a_i: Array) -> Array:
     """Change of the bracket of the model with temperature [g/degC]."""
+    rise, tilt = samples.rise, np.zeros(())
     scale = found.K1.local_slope(rise) / (1.0 + found.K1.change(rise))
-    tilt = np.zeros(())
-    for axis, along in zip(found.axes, cross, strict=True):
+    for axis, along in zip(found.axes, samples.cross, strict=True):
         tilt = tilt + axis.delta.local_slope(rise) * along
-    return np.asarray(found.k0.local_slope(rise) + scale * bracket + tilt)
+    of_effects = found.effects.heat_sensitivity(samples, a_i) if found.effects else 0.0
+    return np.asarray(found.k0.local_slope(rise) + scale * bracket + tilt + of_effects)

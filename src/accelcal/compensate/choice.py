@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from accelcal.compensate.covariance import (
     rows,
     standard_uncertainty,
 )
+from accelcal.compensate.static_effects import how_taken_up, static_effects
 from accelcal.effects.left_in_use import left_in_use
 from accelcal.errors import InputError
 from accelcal.geometry import accelerations
@@ -50,7 +52,11 @@ _COMMON = ("k2", "k3", "delta_ip")
 
 
 def compensation(
-    calibration: Calibration, run: str | int | None = None, *, same_launch: bool = False
+    calibration: Calibration,
+    run: str | int | None = None,
+    *,
+    same_launch: bool = False,
+    effects: bool = True,
 ) -> Compensation:
     """Choose what a calibration gives to its users.
 
@@ -62,6 +68,8 @@ def compensation(
         Use the table of this run only; by default the temperature laws, or the only table.
     same_launch : bool, default False
         Leave the shift to the next launch out.
+    effects : bool, default True
+        Take up the static effects of the calibration; otherwise the assumptions tell of them too.
 
     Returns
     -------
@@ -96,8 +104,18 @@ def compensation(
     model = calibration.temperature_model
     if model is not None and run is None:
         refuse_undetermined_laws(calibration)
-        return _from_laws(calibration, model, tables, launch)
-    return _from_tables(calibration, tables, launch)
+        found = _from_laws(calibration, model, tables, launch)
+    else:
+        found = _from_tables(calibration, tables, launch)
+    return _with_effects(calibration, found, taken_up=effects)
+
+
+def _with_effects(calibration: Calibration, found: Compensation, *, taken_up: bool) -> Compensation:
+    """Take up what is a function of acceleration and temperature, and say what is left."""
+    own = static_effects(calibration, found.K1.at_T0, found.T0) if taken_up else None
+    names = [item.effect.id for item in own.disturbances] if own else []
+    said = [*(how_taken_up(calibration) if own else []), *left_in_use(calibration, names)]
+    return replace(found, effects=own, assumptions=(*found.assumptions, *said))
 
 
 def _next_launch(calibration: Calibration) -> Launch:
@@ -142,7 +160,6 @@ def _from_tables(
             *_unknown_level(level),
             *_undetermined([[table] for table in tables]),
             *_uncertain(main),
-            *left_in_use(calibration),
         ),
     )
 
@@ -190,7 +207,6 @@ def _from_laws(
             *_undetermined(groups),
             *(_same_at_all_temperatures(other[0], others, T0) if other else []),
             *_uncertain(main),
-            *left_in_use(calibration),
         ),
     )
 

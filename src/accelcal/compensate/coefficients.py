@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from accelcal.compensate.static_effects import StaticEffects
+
 __all__ = [
     "ACCELERATION_MARGIN",
     "PARAMETERS",
@@ -168,6 +170,8 @@ class Compensation:
     coverage : tuple of float
         Coverage factors at 95 % of `PARAMETERS` and `SLOPES`, above the normal one where few
         degrees of freedom tell an uncertainty; empty where all are normal.
+    effects : StaticEffects or None
+        What the accelerometer adds to the model; None where nothing is known of it.
     """
 
     k0: Law
@@ -189,6 +193,7 @@ class Compensation:
     undetermined: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
     coverage: tuple[float, ...] = ()
+    effects: StaticEffects | None = None
 
     @property
     def several_levels(self) -> bool:

@@ -9,12 +9,17 @@ It is solved on its branch through zero, where the output rises with the acceler
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["CLOSE", "FARTHEST", "MOST_STEPS", "invert", "rising_branch", "slope"]
+__all__ = ["CLOSE", "FARTHEST", "MOST_STEPS", "invert", "invert_with"]
+__all__ += ["rising_branch", "slope"]
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Function = Callable[[Array], Array]
 
 FARTHEST = 1e4
 """No solution is looked for beyond this acceleration [g]."""
@@ -25,6 +30,12 @@ square times k2 or k3."""
 
 MOST_STEPS = 100
 """More steps than halving the bracket down to rounding takes."""
+
+_STEP = 1e-6
+"""Step of differences, far below the accelerations at which effects bend [g]."""
+
+_DOUBLINGS = 40
+"""More than lead from the step to `FARTHEST`."""
 
 
 def invert(target: ArrayLike, linear: ArrayLike, second: float, third: float) -> Array:
@@ -60,19 +71,85 @@ def invert(target: ArrayLike, linear: ArrayLike, second: float, third: float) ->
         target <= _cubic(high, linear, second, third)
     )
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        a = np.clip(target / linear, low, high)
-        done = ~solvable
-        for _ in range(MOST_STEPS):
-            excess = _cubic(a, linear, second, third) - target
-            low, high = np.where(excess <= 0.0, a, low), np.where(excess >= 0.0, a, high)
-            new = a - excess / slope(a, linear, second, third)
-            new = np.where((low <= new) & (new <= high), new, 0.5 * (low + high))
-            near = np.abs(new - a) <= CLOSE * (1.0 + np.abs(a))
-            a = np.where(done, a, new)
-            done |= near
-            if done.all():
-                break
+        return _root(
+            lambda a: _cubic(a, linear, second, third) - target,
+            lambda a: slope(a, linear, second, third),
+            np.clip(target / linear, low, high),
+            (low, high),
+            solvable,
+        )
+
+
+def _root(
+    excess_of: Function, slope_of: Function, a: Array, ends: tuple[Array, Array], solvable: Flags
+) -> Array:
+    """Zero of what is negative at the lower end and positive at the upper one, sought from a."""
+    low, high = ends
+    done = ~solvable
+    for _ in range(MOST_STEPS):
+        excess = excess_of(a)
+        low, high = np.where(excess <= 0.0, a, low), np.where(excess >= 0.0, a, high)
+        new = a - excess / slope_of(a)
+        new = np.where((low <= new) & (new <= high), new, 0.5 * (low + high))
+        near = np.abs(new - a) <= CLOSE * (1.0 + np.abs(a))
+        a = np.where(done, a, new)
+        done |= near
+        if done.all():
+            break
     return np.where(solvable & done, a, np.nan)
+
+
+def invert_with(
+    effects: Function, target: Array, linear: ArrayLike, second: float, third: float
+) -> Array:
+    """Solve target = linear a + second a^2 + third a^3 + effects(a), near the solution without.
+
+    Parameters
+    ----------
+    effects : callable
+        Function of a, smaller than a itself; it may have kinks and steps [g].
+    target : ndarray, shape (n,)
+        Left side [g].
+    linear, second, third
+        As for `invert`.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        The solution a [g], NaN where there is none. Where the right side stands still, as in a dead
+        zone, any of those there are.
+
+    Examples
+    --------
+    >>> invert_with(lambda a: 1e-3 * abs(a), np.array([1.001, -0.999]), 1.0, 0.0, 0.0).round(9)
+    array([ 1., -1.])
+    """
+
+    of_a = np.asarray(linear, dtype=np.float64)
+
+    def excess(a: Array) -> Array:
+        return np.asarray(_cubic(a, of_a, second, third) + effects(a) - target)
+
+    def steepness(a: Array) -> Array:
+        of_effects = (effects(a + _STEP) - effects(a - _STEP)) / (2.0 * _STEP)
+        return np.asarray(slope(a, of_a, second, third) + of_effects)
+
+    without = invert(target, linear, second, third)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        low, high, solvable = _around(excess, without, 2.0 * np.abs(effects(without)) + _STEP)
+        return _root(excess, steepness, without, (low, high), solvable)
+
+
+def _around(excess_of: Function, a: Array, width: Array) -> tuple[Array, Array, Flags]:
+    """Ends about a with a zero between them, as near as doubling the width finds them."""
+    for _ in range(_DOUBLINGS):
+        low, high = a - width, a + width
+        is_inside = (excess_of(low) <= 0.0) & (excess_of(high) >= 0.0)
+        is_inside &= width < FARTHEST
+        if np.all(is_inside | ~(width < FARTHEST)):
+            break
+        width = np.where(is_inside, width, 2.0 * width)
+    return low, high, is_inside
 
 
 def rising_branch(linear: ArrayLike, second: float, third: float) -> tuple[Array, Array]:

@@ -109,7 +109,7 @@ def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
     >>> found.p_value > 0.01
     True
     """
-    found = compensation(calibration)
+    found = compensation(calibration, effects=False)
     _check(calibration, found, record)
     with naming(record):
         refuse_too_many(record)
@@ -171,7 +171,7 @@ def residuals_of(calibration: Calibration, record: TumbleRecord) -> Array:
     InputError
         If the record does not suit the calibration, see `compare`.
     """
-    found = compensation(calibration)
+    found = compensation(calibration, effects=False)
     _check(calibration, found, record)
     return _simulated(calibration, found, record).residual
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from accelcal.discovery.candidates import Instance, amplitude_columns
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Disturbance
-from accelcal.effects.empirical import effect_of
+from accelcal.effects.found import disturbance_of
 from accelcal.results.findings import FoundEffect
 
 __all__ = ["contribution", "disturbances", "instance_of", "sizes_of"]
@@ -36,13 +36,7 @@ def disturbances(found: Sequence[FoundEffect]) -> tuple[Disturbance, ...]:
     InputError
         If an effect is not in the catalogue, or a parameter breaks a rule.
     """
-    given = []
-    for item in found:
-        entry = effect_of(item.id, item.parameters)
-        values = {name: quantity.value or 0.0 for name, quantity in item.parameters.items()}
-        first = values.pop(entry.parameters[0].name, 0.0)
-        given.append(entry.of(first, **values))
-    return tuple(given)
+    return tuple(map(disturbance_of, found))
 
 
 def instance_of(known: Disturbance) -> Instance:

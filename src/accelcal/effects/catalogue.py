@@ -211,6 +211,8 @@ def refuse(entry: Effect) -> None:
     if entry.acts_on not in get_args(ActsOn):
         known = ", ".join(get_args(ActsOn))
         raise InputError(f"{entry.id}: acts_on is {entry.acts_on!r}; it is one of {known}")
+    if entry.static and entry.acts_on != "output":
+        raise InputError(f"{entry.id}: static, and acts on the {entry.acts_on}; leave static out")
     _refuse_parameters(entry)
 
 

@@ -124,6 +124,9 @@ class Effect:
     bend : callable, optional
         ``bend(conditions)`` -> shape (n,): what bends the law of the term [g]. Where the readings
         need it beside the term, the law is another one, and the name is not given.
+    static : bool, default False
+        True where the term is of the accelerometer itself and depends on nothing but `input`,
+        `cross`, `axial`, `excess`, `indicated` and `gain`: then `accelcal.apply` takes it up.
 
     Examples
     --------
@@ -150,8 +153,10 @@ class Effect:
     signature: str = "Residuals that follow the formula."
     to_tell_apart: str = "readings where their formulas differ"
     bend: Callable[[Conditions], Array] | None = None
+    static: bool = False
 
     def __post_init__(self) -> None:
+        check_flag(static=self.static)
         check_written(id=self.id, name=self.name, physics=self.physics, formula=self.formula)
         check_written(signature=self.signature, to_tell_apart=self.to_tell_apart)
         object.__setattr__(self, "parameters", each_of(self.parameters, Parameter))

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from accelcal.results.calibration import Calibration
+from collections.abc import Collection
+from typing import Any
 
-__all__ = ["left_in_use"]
+from accelcal.results.calibration import Calibration
+from accelcal.results.mapping import FrozenMapping
+
+__all__ = ["left_in_use", "static_in_use"]
 
 _NOT_IN_USE = ("angle", "temperature", "readings")
 """What effects of the stand, the chamber and the voltmeter act on."""
 
 
-def left_in_use(calibration: Calibration) -> list[str]:
+def left_in_use(calibration: Calibration, taken_up: Collection[str] = ()) -> list[str]:
     """Say which effects are in the outputs that a calibration is used for.
 
     Parameters
     ----------
     calibration : Calibration
         The calibration.
+    taken_up : collection of str, optional
+        Ids of effects that whoever asks takes up.
 
     Returns
     -------
@@ -33,7 +39,7 @@ def left_in_use(calibration: Calibration) -> list[str]:
     from accelcal.effects.catalogue import catalogue  # here, as few calibrations need it
 
     acts_on = {entry.id: entry.acts_on for entry in catalogue()}
-    names = [str(item["id"]) for item in calibration.effects]
+    names = [str(item["id"]) for item in calibration.effects if item["id"] not in taken_up]
     left = [name for name in names if acts_on.get(name) not in _NOT_IN_USE]
     if not left:
         return []
@@ -43,3 +49,24 @@ def left_in_use(calibration: Calibration) -> list[str]:
         " and neither the accelerations nor their uncertainty count them; a fit without --model"
         " leaves in the coefficients what they can take up"
     ]
+
+
+def static_in_use(calibration: Calibration) -> list[FrozenMapping[Any]]:
+    """Tell which effects of a calibration depend on acceleration and temperature alone.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+
+    Returns
+    -------
+    list of mapping
+        Those of its effects that the catalogue has as static, as they stand in the document.
+    """
+    if not calibration.effects:
+        return []
+    from accelcal.effects.catalogue import catalogue  # here, as few calibrations need it
+
+    static = [entry.id for entry in catalogue() if entry.static]
+    return [item for item in calibration.effects if item["id"] in static]

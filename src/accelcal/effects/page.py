@@ -76,6 +76,8 @@ def _lines(effect: Effect) -> Iterator[str]:
     yield f"### `{effect.id}`: {effect.name}\n"
     yield f"{effect.physics}\n"
     yield f"- Term: `{effect.formula}`; acts on {_ACTS_ON[effect.acts_on]}."
+    if effect.static:
+        yield "- In use: `accelcal apply` takes it up, where the calibration has it."
     yield f"- Looks like: {effect.signature}"
     yield f"- Told apart by: {effect.to_tell_apart}."
     yield from (f"- {_parameter(item)}" for item in effect.parameters)

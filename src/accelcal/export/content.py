@@ -72,7 +72,7 @@ def export_content(
     >>> content["validity"]["temperature_degC"], content["coefficients"][0]["symbol"]
     ([-40.0, 80.0], 'k0')
     """
-    found = compensation(calibration, run)
+    found = compensation(calibration, run, effects=False)
     return {
         "schema": "accelcal/export/1",
         "serial": calibration.serial,
