@@ -281,7 +281,6 @@ def test_one_level_needs_no_temperature(one_level):
 @pytest.mark.parametrize(
     ("effects", "left"),
     [
-        ({"scale-factor-asymmetry": 3e-4}, "scale-factor-asymmetry: the fit took it out"),
         ({"backlash": 3e-5}, None),
         ({"backlash": 3e-5, "warm-up": 2e-4}, "warm-up: the fit took it out"),
     ],

@@ -111,6 +111,8 @@ def apply(
     -----
     Equation (1) in its product form is solved by Newton's method:
     Y = K1(T) [k0(T) + a_i + k2 a_i^2 + k3 a_i^3 + delta(T) a_p + delta_ip a_i a_p].
+    Effects of the calibration that depend on acceleration and temperature alone (`Effect.static`)
+    are in the brackets too, and the uncertainty of their sizes in that of the acceleration.
 
     Examples
     --------

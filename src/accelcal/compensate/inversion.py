@@ -124,7 +124,6 @@ def invert_with(
     >>> invert_with(lambda a: 1e-3 * abs(a), np.array([1.001, -0.999]), 1.0, 0.0, 0.0).round(9)
     array([ 1., -1.])
     """
-
     of_a = np.asarray(linear, dtype=np.float64)
 
     def excess(a: Array) -> Array:

@@ -211,10 +211,10 @@ def how_taken_up(calibration: Calibration) -> list[str]:
     """
     said = []
     for item in static_in_use(calibration):
-        aliases = [str(name) for name in item["indistinguishable"]]
+        aliases = " or ".join(map(str, item["indistinguishable"]))
         said.append(
-            f"{item['id']}: taken up with the size that the fit found, which counts as uncorrelated"
-            " with the coefficients: the uncertainty is larger than it need be"
-            + (f"; {' or '.join(aliases)} fits the test as well" if aliases else "")
+            f"{item['id']}: taken up with the size that the fit found; the calibration does not"
+            " tell how that is correlated with the coefficients, so it counts as uncorrelated"
+            + (f"; the test could not tell it from {aliases}" if aliases else "")
         )
     return said

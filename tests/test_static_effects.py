@@ -1,0 +1,254 @@
+"""Effects of the accelerometer itself, taken up where outputs become accelerations."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import accelcal
+from accelcal.compensate.choice import compensation
+from accelcal.compensate.inversion import invert, invert_with
+from accelcal.effects.effect import Effect, Parameter
+from accelcal.errors import AccelcalWarning, InputError
+from accelcal.export.content import export_content
+from accelcal.geometry import accelerations
+from accelcal.results.findings import FoundEffect
+from accelcal.results.mapping import frozen
+from accelcal.results.quantity import Quantity
+from accelcal.simulation import NOISE_FREE
+
+SIZES = {
+    "scale-factor-asymmetry": 2e-4,
+    "fourth-order": 1e-4,
+    "odd-quadratic": -1e-4,
+    "cross-axis-cubic": 1e-4,
+    "cross-axis-quadratic": 1e-4,
+    "dead-zone": 5e-5,
+    "k2-temperature": 1e-6,
+    "k3-temperature": -1e-6,
+    "bias-temperature-quadratic": 4e-8,
+    "scale-factor-temperature-quadratic": 1e-7,
+    "break-shift": 15.0,
+}
+EVERYWHERE = tuple(np.linspace(3.0, 357.0, 24))
+
+
+def with_effects(calibration, *sized, uncertainty=0.0, aliases=()):
+    """The calibration as a fit with a model writes it."""
+    found = []
+    for item in sized:
+        first = item.effect.parameters[0].name
+        sigma = dict.fromkeys(item.values, None) | {first: uncertainty}
+        parameters = {
+            p.name: Quantity(item.values[p.name], sigma[p.name], p.unit)
+            for p in item.effect.parameters
+        }
+        about = (item.effect.id, item.effect.name, parameters, 0.0, 0.0, 0.0, None, None)
+        found.append(frozen(FoundEffect(*about, tuple(aliases), "").to_document()))
+    return dataclasses.replace(calibration, effects=tuple(found))
+
+
+def in_use(*effects, temperature=20.0, mounting="o+"):
+    """Outputs without noise, and what truly acted."""
+    plan = accelcal.TumblePlan(
+        angles=EVERYWHERE, strokes=1, temperatures=(temperature,), mountings=(mounting,)
+    )
+    record = accelcal.simulate(plan=plan, noise=NOISE_FREE, effects=effects, seed=1)
+    return record.output, accelerations(record.angle, mounting=mounting)
+
+
+@pytest.fixture(scope="module")
+def exact():
+    return accelcal.fit(accelcal.simulate(noise=NOISE_FREE, seed=1), temperature_laws="readings")
+
+
+def test_each_static_effect_of_the_catalogue_is_tried_here():
+    assert {entry.id for entry in accelcal.catalogue() if entry.static} == set(SIZES)
+
+
+@pytest.mark.filterwarnings("ignore::accelcal.errors.AccelcalWarning")
+@pytest.mark.parametrize("temperature", [20.0, 55.0, -30.0])
+@pytest.mark.parametrize(("name", "size"), SIZES.items())
+def test_an_effect_that_the_simulation_added_is_taken_off(exact, name, size, temperature):
+    effect = accelcal.effect(name).of(size)
+    output, acted = in_use(effect, temperature=temperature)
+    fit = with_effects(exact, effect)
+    measured = accelcal.apply(fit, output, temperature, acted.pendulous)
+    plain = accelcal.apply(exact, output, temperature, acted.pendulous)
+    error = np.abs(plain.value - acted.input).max()
+    assert np.abs(measured.value - acted.input).max() < 1e-8
+    if "temperature" in name:
+        assert error > 1e-5 or temperature == 20.0
+    elif name != "break-shift":
+        assert error > 2e-5
+
+
+@pytest.mark.filterwarnings("ignore::accelcal.errors.AccelcalWarning")
+@pytest.mark.parametrize("name", ["k2-temperature", "scale-factor-temperature-quadratic"])
+def test_the_table_of_a_run_keeps_the_temperature_that_effects_refer_to(exact, name):
+    effect = accelcal.effect(name).of(SIZES[name])
+    output, acted = in_use(effect, temperature=80.0)
+    measured = accelcal.apply(with_effects(exact, effect), output, 80.0, acted.pendulous, run=2)
+    assert np.abs(measured.value - acted.input).max() < 1e-8
+
+
+@pytest.mark.filterwarnings("ignore::accelcal.errors.AccelcalWarning")
+def test_several_effects_add_up(exact):
+    effects = [accelcal.effect(name).of(SIZES[name]) for name in ("fourth-order", "dead-zone")]
+    output, acted = in_use(*effects)
+    with pytest.warns(AccelcalWarning, match="dead-zone: taken up"):
+        measured = accelcal.apply(with_effects(exact, *effects), output, 20.0, acted.pendulous)
+    assert np.abs(measured.value - acted.input).max() < 1e-7
+
+
+@pytest.mark.filterwarnings("ignore::accelcal.errors.AccelcalWarning")
+def test_each_cross_axis_has_the_effect():
+    plan = accelcal.TumblePlan(temperatures=(20.0,), mountings=("o+", "p+"))
+    exact = accelcal.fit(accelcal.simulate(plan=plan, noise=NOISE_FREE, seed=1))
+    effect = accelcal.effect("cross-axis-cubic").of(1e-4)
+    fit = with_effects(exact, effect)
+    for mounting in plan.mountings:
+        output, acted = in_use(effect, mounting=mounting)
+        measured = accelcal.apply(fit, output, 20.0, acted.pendulous, acted.output)
+        assert np.abs(measured.value - acted.input).max() < 1e-8
+
+
+# -- uncertainty -----------------------------------------------------------------------------------
+
+
+@pytest.mark.filterwarnings("ignore::accelcal.errors.AccelcalWarning")
+def test_the_uncertainty_of_the_size_is_added_in_squares():
+    fit = accelcal.fit(accelcal.simulate(seed=1))
+    effect = accelcal.effect("scale-factor-asymmetry").of(2e-4)
+    output = [1.35, 0.6, 0.0, -1.35]
+    sure, unsure = (
+        accelcal.apply(with_effects(fit, effect, uncertainty=u), output, 20.0) for u in (0.0, 3e-5)
+    )
+    added = np.sqrt(unsure.standard_uncertainty**2 - sure.standard_uncertainty**2)
+    assert added == pytest.approx(3e-5 * np.abs(sure.value), rel=1e-3, abs=1e-6)
+
+
+@pytest.mark.filterwarnings("ignore::accelcal.errors.AccelcalWarning")
+def test_an_error_of_the_temperature_acts_through_the_effects(exact):
+    effect = accelcal.effect("bias-temperature-quadratic").of(4e-6)
+    fit, told = with_effects(exact, effect), {"temperature_uncertainty": 0.01, "same_launch": True}
+    u = accelcal.apply(fit, 1.35, 70.0, **told).standard_uncertainty
+    warm, cold = (accelcal.apply(fit, 1.35, T).value for T in (70.01, 69.99))
+    assert u == pytest.approx(abs(warm - cold) / 2.0, rel=1e-3)
+
+
+@pytest.mark.filterwarnings("ignore::accelcal.errors.AccelcalWarning")
+def test_an_output_in_a_dead_zone_stands_for_all_of_it(exact):
+    width = 1e-3
+    fit = with_effects(exact, accelcal.effect("dead-zone").of(width))
+    K0, K1 = (exact.tables[0].coefficients[name].value for name in ("K0", "K1"))
+    sigma = 1e-5
+    inside, beyond = (
+        accelcal.apply(fit, K0 + K1 * a, 20.0, same_launch=True, output_uncertainty=K1 * sigma)
+        for a in (0.0, 4.0 * sigma)
+    )
+    assert inside.value == pytest.approx(0.0, abs=1e-7)
+    assert inside.standard_uncertainty == pytest.approx(sigma + width / 1.96, rel=1e-3)
+    assert beyond.value == pytest.approx(width + 4.0 * sigma, abs=1e-7)
+    assert beyond.standard_uncertainty == pytest.approx(sigma, rel=1e-3)
+
+
+@pytest.mark.filterwarnings("ignore::accelcal.errors.AccelcalWarning")
+def test_without_covariance_there_is_an_acceleration_all_the_same(exact):
+    table = dataclasses.replace(exact.tables[0], covariance_names=(), covariance_matrix=())
+    bare = dataclasses.replace(exact, tables=(table,), temperature_model=None)
+    fit = with_effects(bare, accelcal.effect("fourth-order").of(1e-4))
+    output, acted = in_use(accelcal.effect("fourth-order").of(1e-4))
+    with pytest.warns(AccelcalWarning, match="no covariance"):
+        measured = accelcal.apply(fit, output, 20.0, acted.pendulous)
+    assert np.isnan(measured.standard_uncertainty).all()
+    assert np.abs(measured.value - acted.input).max() < 1e-8
+
+
+def test_discovered_fitted_and_applied():
+    effect = accelcal.effect("scale-factor-asymmetry").of(187e-6)
+    record = accelcal.simulate(effects=[effect], seed=3)
+    fit = accelcal.fit(record, model=accelcal.discover(record))
+    output, acted = in_use(effect)
+    with pytest.warns(AccelcalWarning, match=r"not tell it from fourth-order$"):
+        measured = accelcal.apply(fit, output, 20.0, acted.pendulous, same_launch=True)
+    plain = accelcal.apply(
+        dataclasses.replace(fit, effects=()), output, 20.0, acted.pendulous, same_launch=True
+    )
+    assert np.abs(plain.value - acted.input).max() > 1.5e-4
+    error = np.abs(measured.value - acted.input)
+    assert error.max() < 4e-5
+    assert (error < 2.5 * measured.standard_uncertainty).all()
+
+
+# -- what is said, and what is left ----------------------------------------------------------------
+
+
+def test_what_has_a_memory_or_is_not_known_is_left_and_told(exact):
+    effects = [accelcal.effect(name).of(1e-4) for name in ("fourth-order", "warm-up", "backlash")]
+    told = compensation(with_effects(exact, *effects)).assumptions
+    assert [text.split(":")[0] for text in told] == ["fourth-order", "warm-up"]
+    assert "taken up" in told[0]
+    assert "neither the accelerations" in told[1]
+
+
+def test_exports_have_no_effects_and_say_so(exact):
+    fit = with_effects(exact, accelcal.effect("fourth-order").of(1e-4))
+    (told,) = export_content(fit)["assumptions"]
+    assert told.startswith("fourth-order: the fit took it out")
+
+
+def modulus(**fields):
+    return Effect(
+        **{
+            "id": "cross-modulus",
+            "name": "modulus of the cross axis",
+            "physics": "The cross axis acts alike on both sides.",
+            "formula": "c |a_p|",
+            "parameters": (Parameter("coefficient", "1", "coefficient c"),),
+            "term": lambda c, coefficient: coefficient * np.abs(c.cross),
+            **fields,
+        }
+    )
+
+
+@pytest.mark.parametrize("static", [True, False])
+def test_an_effect_of_a_user_is_taken_up_where_it_is_static(exact, static):
+    accelcal.register(modulus(static=static))
+    try:
+        effect = accelcal.effect("cross-modulus").of(1e-4)
+        output, acted = in_use(effect)
+        with pytest.warns(AccelcalWarning, match="taken up" if static else "took it out"):
+            measured = accelcal.apply(with_effects(exact, effect), output, 20.0, acted.pendulous)
+    finally:
+        accelcal.unregister("cross-modulus")
+    assert (np.abs(measured.value - acted.input).max() < 1e-8) == static
+
+
+def test_what_acts_on_the_angle_is_not_static():
+    with pytest.raises(InputError, match="static, and acts on the angle"):
+        accelcal.register(modulus(static=True, acts_on="angle"))
+
+
+# -- the inverse -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("k4", [1e-4, -1e-4])
+def test_far_solutions_are_found(k4):
+    def effect(a):
+        return k4 * a**4
+
+    a = np.array([-11.0, -8.0, 0.0, 5.0, 11.0])
+    target = a + 1e-5 * a**2 + effect(a)
+    assert invert_with(effect, target, 1.0, 1e-5, 0.0) == pytest.approx(a, abs=1e-7)
+
+
+def test_what_has_no_solution_is_not_a_number():
+    found = invert_with(lambda a: -1e-4 * a**4, np.array([12.0, np.nan, np.inf]), 1.0, 0.0, 0.0)
+    assert np.isnan(found).all()  # at most 10.2 at 13.6 g
+
+
+def test_no_effect_changes_nothing():
+    target = np.linspace(-1.5, 1.5, 31)
+    found = invert_with(np.zeros_like, target, 1.001, 1e-4, -1e-5)
+    assert found == pytest.approx(invert(target, 1.001, 1e-4, -1e-5), abs=1e-12)
