@@ -230,6 +230,13 @@ def test_other_levels_can_be_chosen():
     assert found.trends[0].drift.value == pytest.approx(50.0 * UG, abs=5.0 * UG)
 
 
+@pytest.mark.parametrize(("apart", "told"), [(0.3, False), (1.5, True)])
+def test_temperatures_that_differ_within_a_level_are_told(apart, told):
+    warm = [20.0 + apart * (n == 4) for n in range(8)]
+    notes = accelcal.history(frame(8, temperature_degC=warm)).notes
+    assert any(f"differ by {apart:g} degC" in note for note in notes) is told
+
+
 def test_unknown_temperatures_are_told():
     found = accelcal.history(frame(temperature_degC=np.nan))
     assert found.temperature_degC is None

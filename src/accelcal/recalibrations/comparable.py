@@ -18,6 +18,7 @@ FEWEST = 3
 """Calibrations that a drift with an interval needs."""
 
 _ONE_LEVEL = 2.0  # degC; runs closer than this are at one level
+_ALIKE = 0.5  # degC; smaller differences are those of any chamber
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,11 +150,17 @@ def _at_level(
     if not kept:
         told = ", ".join(f"{t}" for t in others)
         raise InputError(f"no calibration at {temperature:g} degC; there is {told} degC")
-    level = float(np.mean([e.temperature for e in kept if e.temperature is not None]))
+    held = np.array([e.temperature for e in kept], dtype=float)
+    level, spread = float(held.mean()), float(np.ptp(held))
     if others:
         told = ", ".join(f"{t}" for t in others)
         notes.append(
             f"compared at {level:.4g} degC; runs at {told} degC are left out (--temperature)"
+        )
+    if spread > _ALIKE:
+        notes.append(
+            f"temperatures differ by {spread:.2g} degC, which nothing corrects for: a bias of"
+            f" 40 ug/degC changes by {40.0 * spread:.2g} ug"
         )
     return kept, level
 
