@@ -4,8 +4,8 @@ python benchmarks/stability_coverage.py [launches]
 
 Each launch has 600 samples, 1 s apart, of one kind of noise and no drift. Prints the share of
 launches whose interval holds the truth, beside that of the textbook interval of a slope. The truth
-of sigma_F is its root mean square over all launches. Then the same for the coefficients N, K and Q
-of the Allan deviation, in records of 4000 samples of one noise each.
+of sigma_F is its root mean square over all launches. Then the same for the coefficients of the
+Allan deviation, in records of 4000 samples: of one noise each, and of a ramp in white noise.
 """
 
 import argparse
@@ -78,8 +78,19 @@ def walk(random):
     return np.cumsum(random.normal(size=8 * RECORD)).reshape(-1, 8).mean(axis=1) / 8**0.5
 
 
+def averaged_flicker(random):
+    """Flicker noise by its spectrum, each sample the mean of sixteen."""
+    size = 4 * 16 * RECORD
+    frequency = np.fft.rfftfreq(size)[1:]
+    parts = random.normal(size=(2, frequency.size)) * np.sqrt(size / (4.0 * np.pi * frequency))
+    noise = np.fft.irfft(np.concatenate([[0.0], parts[0] + 1j * parts[1]]), size)
+    return noise[: 16 * RECORD].reshape(-1, 16).mean(axis=1)
+
+
 TERMS = {
     "N": lambda random: random.normal(size=RECORD),
+    "B": averaged_flicker,
+    "R": lambda random: 100.0 * random.normal(size=RECORD) + np.arange(float(RECORD)),
     "K": walk,
     "Q": lambda random: np.diff(random.normal(size=RECORD + 1)),
 }

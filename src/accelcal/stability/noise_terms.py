@@ -178,7 +178,24 @@ def _products(tau: Array, count: Array) -> Array:
     gain = 8.0 * np.sin(math.pi * f * factor[:, None]) ** 4 / (factor[:, None] ** 2 * _step(f))
     gain *= np.sqrt(4.0 * width / count[:, None])  # both signs of the frequency
     spectra = [term.spectrum(f, float(tau[0])) for term in TERMS.values()]
-    return np.array([[(gain * one * other) @ gain.T for other in spectra] for one in spectra])
+    found = np.array([[(gain * one * other) @ gain.T for other in spectra] for one in spectra])
+    mean = tau[:, None] * np.sqrt(width) * _mean_gain(f, factor, count)
+    ramp = list(TERMS).index("R")
+    found[ramp] = found[:, ramp] = [(mean * one) @ mean.T for one in spectra]
+    return found
+
+
+def _mean_gain(f: Array, factor: Array, count: Array) -> Array:
+    """Gain of the mean of the differences of neighbouring averages, shape (taus, frequencies).
+
+    A ramp adds the same to all of them, so that of its product with the noise the mean counts. The
+    sum over n differences, of m samples each, of a piece is a filter sin(pi f n) / sin(pi f) behind
+    that of one of them. Pieces are as many as differences get less by two a sample.
+    """
+    pieces = max((count[0] - count[1]) / (2.0 * (factor[1] - factor[0])), 1.0)
+    n, m = (count / pieces)[:, None], factor[:, None]
+    one = 2.0 * np.sin(math.pi * f * m) ** 2 / np.sin(math.pi * f)
+    return np.asarray(one * np.sin(math.pi * f * n) / (np.sin(math.pi * f) * n * m * pieces**0.5))
 
 
 def _best_fit(curve: _Curve) -> _Fit:
