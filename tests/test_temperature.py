@@ -8,6 +8,8 @@ import pytest
 
 import accelcal
 from accelcal.errors import InputError
+from accelcal.estimate.uncertainty import Component
+from accelcal.temperature.chance_of_misfit import chance_of_misfit, contrasts_of
 
 K1N, BETA = 1.35, (520e-6, 480e-6)
 K0N, LAM = 3.324e-3, (-3.9e-5, -4.5e-5)
@@ -531,6 +533,44 @@ def test_tables_that_absorb_a_coefficient_stay_out_of_the_laws():
 def test_a_wavering_chamber_makes_no_hysteresis():
     levels = (20.0, 20.03, 19.98, 80.0, 80.02, 79.97, -40.0)
     assert laws(levels, reference=20.0, head_uncertainty=0.0).hysteresis is None
+
+
+def test_the_chance_of_a_misfit_is_uniform_where_few_replicates_tell_the_errors():
+    # five levels off a line by errors whose variance is estimated with four degrees of freedom,
+    # beside one that is known and one that all levels share, which no misfit shows
+    random = np.random.default_rng(1)
+    records, rise = 40_000, np.array([-60.0, -20.0, 0.0, 30.0, 60.0])
+    contrasts = contrasts_of(np.stack([np.ones(5), rise], axis=1))
+    for known in (0.0, 0.25):
+        told = random.chisquare(4.0, records) / 4.0
+        values = random.normal(0.0, math.sqrt(1.0 + known), (records, 5))
+        values += random.normal(0.0, 100.0, (records, 1)) + 0.3 * rise
+        parts = {
+            "reading": Component(told[:, None, None] * np.eye(5), np.full((records, 5), 4.0)),
+            "launch": Component(
+                np.broadcast_to(known * np.eye(5), (records, 5, 5)), np.full((records, 5), np.inf)
+            ),
+            "head": Component(np.full((records, 5, 5), 1e4), np.full((records, 5), 2.0)),
+        }
+        p = chance_of_misfit(values, parts, contrasts)
+        for level in (0.2, 0.05, 0.01, 0.001):  # by chi-squared, 6.7 and 2.4 % were below 0.001
+            share = np.mean(p < level)
+            if known:  # effective degrees of freedom are an approximation
+                assert share < 1.3 * level + 1.5e-3
+            else:
+                assert share == pytest.approx(level, rel=0.05, abs=3e-4)
+
+
+def test_laws_that_hold_are_not_called_bent_by_few_replicates():
+    # by chi-squared, one in ten of such records was; 0.1 % of each quantity is meant
+    levels = (20.0, 50.0, 80.0, 50.0, 20.0, -10.0, -40.0, -10.0)
+    still = {"head_uncertainty": 0.0, "launch_uncertainty": 0.0, "launch_sf_uncertainty": 0.0}
+    said = 0
+    for seed in range(60):
+        made = record(levels, noise=2e-5, seed=seed, **still)
+        model = accelcal.fit(made.select(made.stroke == 1)).temperature_model
+        said += any("does not follow" in told for told in model.warnings)
+    assert said <= 2
 
 
 def test_a_bias_that_bends_is_said():

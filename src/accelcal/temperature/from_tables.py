@@ -29,6 +29,7 @@ from accelcal.temperature.bilinear import (
     relative_slopes,
     tell_a_law,
 )
+from accelcal.temperature.chance_of_misfit import chance_of_misfit, contrasts_of
 from accelcal.temperature.generalised_least_squares import law_maps
 from accelcal.temperature.hysteresis import Branches, Hysteresis, branches_of, mean_hysteresis
 from accelcal.temperature.levels import (
@@ -251,19 +252,44 @@ def _hysteresis(
 
 
 def _off_the_law(levels: Levels, fitted: Array, design: Array, loop: Branches) -> Mask:
-    """Which quantities do not follow their law, by chi-squared of what is left, shape (R, 3)."""
+    """Which quantities do not follow their law, by what is left, shape (R, 3).
+
+    Few are off by chi-squared, which takes their errors as known; these are tested with the degrees
+    of freedom of their errors.
+    """
     size, count = design.shape[-2:]
     left = levels.values - _applied(design[:, None], fitted[..., :count])
     left[:, 0] -= fitted[:, 0, count:] @ loop.paired.T
     covariance = levels.covariance
     known = np.isfinite(covariance.reshape(len(left), -1)).all(axis=1)
     off = np.zeros((len(left), 3), dtype=np.bool_)
-    for i in range(3):
-        dof = size - count - (loop.paired.shape[1] if i == 0 else 0)
+    for i, law in enumerate((_with_loop(design, loop), design, design)):
+        dof = size - law.shape[-1]
         if dof >= 1:
             p = f_survival(misfit(left[:, i], covariance[:, i]) / dof, float(dof), np.inf)
             off[:, i] = known & (np.abs(left[:, i]).max(axis=1) >= _ROUNDING) & (p < _SIGNIFICANT)
+            rows = np.flatnonzero(off[:, i])
+            off[rows, i] = _chance(levels, rows, i, law) < _SIGNIFICANT
     return off
+
+
+def _with_loop(design: Array, loop: Branches) -> Array:
+    """Columns of the law of the bias: those of all laws, and the half widths of a loop."""
+    pairs = np.broadcast_to(loop.paired, (*design.shape[:-1], loop.paired.shape[1]))
+    return np.concatenate([design, pairs], axis=-1)
+
+
+def _chance(levels: Levels, rows: Places, quantity: int, law: Array) -> Array:
+    """Chance that a quantity which follows its law is as far off, of some records."""
+    parts = {
+        name: Component(
+            part.covariance[rows, quantity],
+            np.broadcast_to(part.dof, levels.values.shape)[rows, quantity],
+        )
+        for name, part in levels.components.items()
+    }
+    of_rows = law if len(law) == 1 else law[rows]
+    return chance_of_misfit(levels.values[rows, quantity], parts, contrasts_of(of_rows))
 
 
 def tables_of_one_mounting(

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from accelcal.estimate.launch import reached_by, same_levels
 from accelcal.estimate.uncertainty import Component, Intervals, interval_stack, propagate
-from accelcal.probability import f_survival
 from accelcal.results.quantity import Quantity
-from accelcal.temperature.bilinear import interval_of, misfit, quantity
+from accelcal.temperature.bilinear import interval_of, quantity
+from accelcal.temperature.chance_of_misfit import chance_of_misfit
 
 __all__ = [
     "Branches",
@@ -164,11 +164,7 @@ def mean_hysteresis(
 
 def _alike(half_widths: Array, components: Mapping[str, Component]) -> Array:
     """Probability that half widths which are alike differ so much, shape (R,)."""
-    covariance = np.sum([part.covariance for part in components.values()], axis=0)
-    dof = half_widths.shape[1] - 1
-    if dof == 0:
+    size = half_widths.shape[1]
+    if size == 1:
         return np.full(len(half_widths), np.nan)
-    contrast = np.diff(np.eye(dof + 1), axis=0)
-    squares = misfit(half_widths @ contrast.T, contrast @ covariance @ contrast.T)
-    p: Array = f_survival(squares / dof, float(dof), np.inf)
-    return p
+    return chance_of_misfit(half_widths, components, np.diff(np.eye(size), axis=0))
