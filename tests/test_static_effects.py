@@ -252,3 +252,19 @@ def test_no_effect_changes_nothing():
     target = np.linspace(-1.5, 1.5, 31)
     found = invert_with(np.zeros_like, target, 1.001, 1e-4, -1e-5)
     assert found == pytest.approx(invert(target, 1.001, 1e-4, -1e-5), abs=1e-12)
+
+
+def test_the_edges_of_a_dead_zone_are_found():
+    """Within it the right side stands nearly still, and at its edges it has a kink."""
+    tilt, width = 1.15e-3, 5e-5
+    steps = np.linspace(-1e-6, 1e-6, 1001)
+    zone = np.concatenate([steps - width, 50.0 * steps, steps + width]) - tilt
+
+    def effect(a):
+        return -np.clip(a + tilt, -width, width)
+
+    def forward(a):
+        return 1.00002 * a + 1.05e-4 * a**2 + 1e-4 * a**3 + effect(a)
+
+    found = invert_with(effect, forward(zone), 1.00002, 1.05e-4, 1e-4)
+    assert np.abs(forward(found) - forward(zone)).max() < 1e-9

@@ -31,11 +31,11 @@ square times k2 or k3."""
 MOST_STEPS = 100
 """More steps than halving the bracket down to rounding takes."""
 
-_STEP = 1e-6
-"""Step of differences, far below the accelerations at which effects bend [g]."""
+_NARROWEST = 1e-6
+"""Half width of the first bracket about a solution without effects, at least [g]."""
 
 _DOUBLINGS = 40
-"""More than lead from the step to `FARTHEST`."""
+"""More than lead from the narrowest to `FARTHEST`."""
 
 
 def invert(target: ArrayLike, linear: ArrayLike, second: float, third: float) -> Array:
@@ -129,13 +129,13 @@ def invert_with(
     def excess(a: Array) -> Array:
         return np.asarray(_cubic(a, of_a, second, third) + effects(a) - target)
 
-    def steepness(a: Array) -> Array:
-        of_effects = (effects(a + _STEP) - effects(a - _STEP)) / (2.0 * _STEP)
+    def steepness(a: Array) -> Array:  # by steps that no kink spreads beyond what is close
+        of_effects = (effects(a + CLOSE) - effects(a - CLOSE)) / (2.0 * CLOSE)
         return np.asarray(slope(a, of_a, second, third) + of_effects)
 
     without = invert(target, linear, second, third)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        low, high, solvable = _around(excess, without, 2.0 * np.abs(effects(without)) + _STEP)
+        low, high, solvable = _around(excess, without, 2.0 * np.abs(effects(without)) + _NARROWEST)
         return _root(excess, steepness, without, (low, high), solvable)
 
 
