@@ -163,7 +163,7 @@ def raising(error):
     [
         (InputError("t0 is nan; it is a number"), "error: t0 is nan; it is a number\n"),
         (TableError("stroke 0", "from 1", source="a.csv", line=7), "a.csv:7: stroke 0; from 1\n"),
-        (InputError("two\nlines"), "error: two lines\n"),
+        (InputError("two\nlines"), "error: two\\nlines\n"),
         (OSError(errno.ENOSPC, "No space left", "a"), "error: [Errno 28] No space left: 'a'\n"),
         (click.ClickException("no"), "error: no\n"),
     ],

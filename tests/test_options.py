@@ -22,7 +22,9 @@ from accelcal.stability.record import Launch, StabilityRecord, averaged, split_a
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 ANGLES = 45.0 * np.arange(9)
-RECORD = accelcal.simulate(plan=TumblePlan(temperatures=20.0, strokes=2), seed=1)
+RECORD, OTHER = (
+    accelcal.simulate(plan=TumblePlan(temperatures=20.0, strokes=2), seed=seed) for seed in (1, 2)
+)
 CALIBRATION = accelcal.fit(RECORD)
 STAND = accelcal.read_stand(EXAMPLES / "paper-stand.toml")
 TABLE = EXAMPLES / "al15.csv"
@@ -77,7 +79,7 @@ CALLS = {
     "calibrate_triad": lambda **asked: accelcal.calibrate_triad(np.eye(3), **asked),
     "design": lambda **asked: accelcal.design(**{"positions": [8], "strokes": [2], **asked}),
     "discover": lambda **asked: accelcal.discover(RECORD, **asked),
-    "discover_stand": lambda **asked: accelcal.discover_stand([RECORD] * 2, **asked),
+    "discover_stand": lambda **asked: accelcal.discover_stand([RECORD, OTHER], **asked),
     "estimate_tables": lambda **asked: accelcal.estimate_tables([ANGLES], ANGLES, **asked),
     "fit": lambda **asked: accelcal.fit(RECORD, **asked),
     "history": lambda **asked: accelcal.history([CALIBRATION], **asked),
