@@ -186,6 +186,29 @@ def test_both_sides_of_an_axis_certify_what_is_free_of_the_fixture_angle(laborat
     assert len(effective) == len(sides) == 2
 
 
+@pytest.mark.parametrize("mountings", [("o+",), ("o+", "p+")])
+def test_the_temperature_laws_of_each_axis_are_certified(laboratory, mountings):
+    record = accelcal.simulate(plan=accelcal.TumblePlan(mountings=mountings), seed=1)
+    found = replace(accelcal.fit(record), g_local_m_s2=9.8106)
+    root = ElementTree.fromstring(certificate(found, laboratory))
+    check_structure(root)
+    laws = [r for r in root.iter(f"{DCC}result") if "temperature laws" in "".join(r[0].itertext())]
+    models = [m for m in (found.temperature_model, found.second_axis_model) if m is not None]
+    assert len(models) == len(mountings)
+    power = {"g": 1, "g/degC": 1, "mA/g": -1}
+    for result, model in zip(laws, models, strict=True):
+        known = dict(model.quantities())
+        for real in result.iter(f"{SI}real"):
+            quantity = known.pop(real.findtext(f"{SI}label"))
+            in_si = 9.8106 ** power.get(quantity.unit, 0)
+            value, wide = (
+                float(real.findtext(f".//{SI}{n}")) for n in ("value", "valueExpandedMU")
+            )
+            assert value == pytest.approx(quantity.value * in_si, rel=1e-12)
+            assert wide == pytest.approx(quantity.expanded_uncertainty * in_si, rel=1e-12)
+        assert known == {}
+
+
 def test_administrative_data_come_from_the_file(root):
     told = " ".join(root.itertext())
     for part in ("EX-2026-0042", "Example Laboratory", "Musterstadt", "A. Person", "AL-15"):

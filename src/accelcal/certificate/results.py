@@ -12,6 +12,7 @@ from accelcal.results.calibration import Calibration
 from accelcal.results.fixture_angle import FixtureAngle
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
+from accelcal.results.temperature import TemperatureModel
 
 __all__ = ["measurement_results"]
 
@@ -44,12 +45,16 @@ def measurement_results(calibration: Calibration) -> Element:
     Returns
     -------
     Element
-        ``dcc:measurementResults``: a result for each table, one for the temperature laws, and one
-        for each axis whose misalignment both sides have freed from the fixture angle.
+        ``dcc:measurementResults``: a result for each table, one for the temperature laws of each
+        axis along the shaft, and one for each axis whose misalignment both sides have freed from
+        the fixture angle.
     """
     results = [_table(table, calibration) for table in calibration.tables]
-    if calibration.temperature_model is not None:
-        results.append(_laws(calibration))
+    for model, whose in (
+        (calibration.temperature_model, ""),
+        (calibration.second_axis_model, ", of the other axis along the shaft"),
+    ):
+        results += [] if model is None else [_laws(model, calibration, whose)]
     results += [_reversal(found, calibration) for found in calibration.fixture_angle]
     return dcc(
         "measurementResults",
@@ -96,14 +101,9 @@ def _temperature(celsius: float) -> Element:
     return dcc("quantity", named("name", "temperature"), real)
 
 
-def _laws(calibration: Calibration) -> Element:
-    assert calibration.temperature_model is not None
-    data = [
-        _quantity(name, quantity, calibration, name)
-        for name, quantity in calibration.temperature_model.quantities()
-    ]
-    reference = calibration.T0_degC
-    title = f"temperature laws about T0 = {reference:.6g} degC"
+def _laws(model: TemperatureModel, calibration: Calibration, whose: str) -> Element:
+    data = [_quantity(name, quantity, calibration, name) for name, quantity in model.quantities()]
+    title = f"temperature laws about T0 = {calibration.T0_degC:.6g} degC{whose}"
     return dcc(
         "result",
         named("name", title),
