@@ -138,18 +138,21 @@ def test_an_error_of_the_temperature_acts_through_the_effects(exact):
 
 
 @pytest.mark.filterwarnings("ignore::accelcal.errors.AccelcalWarning")
-def test_an_output_in_a_dead_zone_stands_for_all_of_it(exact):
-    width = 1e-3
+@pytest.mark.parametrize("a_p", [0.0, 1.0])
+def test_an_output_in_a_dead_zone_stands_for_all_of_it(exact, a_p):
+    """The zone lies about zero of the true input axis, which the misalignment tilts."""
+    width, sigma = 5e-4, 1e-5
     fit = with_effects(exact, accelcal.effect("dead-zone").of(width))
-    K0, K1 = (exact.tables[0].coefficients[name].value for name in ("K0", "K1"))
-    sigma = 1e-5
+    K0, K1, M = (exact.tables[0].coefficients[name].value for name in ("K0", "K1", "M"))
+    told = {"same_launch": True, "output_uncertainty": K1 * sigma}
     inside, beyond = (
-        accelcal.apply(fit, K0 + K1 * a, 20.0, same_launch=True, output_uncertainty=K1 * sigma)
-        for a in (0.0, 4.0 * sigma)
+        accelcal.apply(fit, K0 + K1 * a, 20.0, a_p, **told) for a in (0.0, 4.0 * sigma)
     )
-    assert inside.value == pytest.approx(0.0, abs=1e-7)
+    middle = -M / K1 * a_p
+    assert abs(M / K1) > 2.0 * width
+    assert inside.value == pytest.approx(middle, abs=1e-7)
     assert inside.standard_uncertainty == pytest.approx(sigma + width / 1.96, rel=1e-3)
-    assert beyond.value == pytest.approx(width + 4.0 * sigma, abs=1e-7)
+    assert beyond.value == pytest.approx(middle + width + 4.0 * sigma, abs=1e-7)
     assert beyond.standard_uncertainty == pytest.approx(sigma, rel=1e-3)
 
 
@@ -170,7 +173,7 @@ def test_discovered_fitted_and_applied():
     record = accelcal.simulate(effects=[effect], seed=3)
     fit = accelcal.fit(record, model=accelcal.discover(record))
     output, acted = in_use(effect)
-    with pytest.warns(AccelcalWarning, match=r"not tell it from fourth-order$"):
+    with pytest.warns(AccelcalWarning, match=r"not tell it from fourth-order: they differ"):
         measured = accelcal.apply(fit, output, 20.0, acted.pendulous, same_launch=True)
     plain = accelcal.apply(
         dataclasses.replace(fit, effects=()), output, 20.0, acted.pendulous, same_launch=True

@@ -27,6 +27,11 @@ _UNKNOWN = (
 )
 """Conditions of a test that samples in use have not."""
 
+_ALIAS = (
+    "the test could not tell it from {}: they differ between the positions of the test, which the"
+    " uncertainty does not count"
+)
+
 _STEP = 0.01
 """Step of differences by the temperature [degC]."""
 
@@ -215,6 +220,6 @@ def how_taken_up(calibration: Calibration) -> list[str]:
         said.append(
             f"{item['id']}: taken up with the size that the fit found; the calibration does not"
             " tell how that is correlated with the coefficients, so it counts as uncorrelated"
-            + (f"; the test could not tell it from {aliases}" if aliases else "")
+            + (f"; {_ALIAS.format(aliases)}" if aliases else "")
         )
     return said
