@@ -294,6 +294,19 @@ def test_runs_at_one_level_tell_the_launch_with_their_degrees_of_freedom():
     assert budget(calibration, 0.0).coverage_factor[0] == pytest.approx(4.303, rel=0.02)
 
 
+def test_a_drift_that_the_stability_test_does_not_identify_is_told(al15):
+    components = STABILITY["components"] | {
+        "gamma_D": {"value": None, "lower": -1e-9, "upper": 2e-9}
+    }
+    random = random_part(al15, STABILITY | {"components": components})
+    found = budget(al15, 0.0, time=3600.0, random=random)
+    (drift,) = (part for part in found.components if part.symbol == "k0D")
+    assert (drift.bound[0], drift.standard_uncertainty[0]) == (0.0, 0.0)
+    told = " ".join(found.warnings)
+    assert "does not tell the drift (k0D) from none" in told
+    assert "drift (k0D)," not in told  # something tells it
+
+
 @pytest.mark.parametrize("dof", [0.0, -1.0, math.nan])
 def test_impossible_degrees_of_freedom_are_refused(dof):
     with pytest.raises(InputError, match="degrees of freedom of a bound"):

@@ -21,10 +21,20 @@ from accelcal.results.checked import (
 )
 from accelcal.results.damage import read_as
 
-__all__ = ["USUAL_FACTOR", "WRITER", "RandomBound", "RandomPart", "random_part"]
+__all__ = [
+    "NOT_IDENTIFIED",
+    "USUAL_FACTOR",
+    "WRITER",
+    "RandomBound",
+    "RandomPart",
+    "random_part",
+]
 
 USUAL_FACTOR = 3.0
 """t_P of (3) where none is given: the paper takes it from 2.7 to 3."""
+
+NOT_IDENTIFIED = "stability test, not identified"
+"""Origin of a drift that a stability test cannot tell from none, and that is taken as zero."""
 
 _RECTANGULAR = math.sqrt(3.0)  # GUM 4.3.7
 _TWO_POINTS = 1.0  # either of two values, half the distance each: the standard deviation
@@ -212,14 +222,18 @@ def _from_stability(document: Any) -> dict[str, RandomBound]:
         component = known.get(symbol)
         if component is not None and component.value is not None:
             found[name] = RandomBound(abs(component.value), _RECTANGULAR, "stability test")
+    drift = known.get("gamma_D")
+    if drift is not None and drift.value is None and drift.has_interval:
+        found["drift"] = RandomBound(0.0, _RECTANGULAR, NOT_IDENTIFIED)
     return found
 
 
 class _Component(NamedTuple):
-    """Value of a component of a stability test [g, g/s] and its degrees of freedom."""
+    """Value of a component of a stability test [g, g/s], its degrees of freedom and interval."""
 
     value: float | None
     dof: float
+    has_interval: bool
 
 
 def _stability_components(document: Any) -> dict[str, _Component]:
@@ -230,4 +244,7 @@ def _stability_components(document: Any) -> dict[str, _Component]:
 
 def _component(estimate: Any) -> _Component:
     dof = checked(estimate, "dof", freedom_or_none, None)
-    return _Component(checked(estimate, "value", number_or_none), dof or math.inf)
+    upper = checked(estimate, "upper", number_or_none, None)
+    return _Component(
+        checked(estimate, "value", number_or_none), dof or math.inf, upper is not None
+    )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from accelcal.effects.left_in_use import left_in_use
 from accelcal.error_budget.coefficients import Coefficients, coefficients_of
 from accelcal.error_budget.conditions import Conditions
-from accelcal.error_budget.random_part import RandomPart
+from accelcal.error_budget.random_part import NOT_IDENTIFIED, RandomPart
 from accelcal.results.calibration import Calibration
 
 __all__ = ["weaknesses"]
@@ -69,6 +69,7 @@ def weaknesses(
     missing = [name for key, name in _RANDOM_NAMES.items() if not getattr(random, key).origin]
     if missing:
         yield f"nothing tells these random errors, they are taken as 0: {', '.join(missing)}"
+    yield from _drift_not_identified(random)
     absent = [name for name in ("k2", "k3") if name not in coefficients.at_T0]
     if absent:
         yield f"the calibration did not determine {', '.join(absent)}; taken as 0"
@@ -77,6 +78,14 @@ def weaknesses(
         yield f"the uncertainty of {', '.join(unknown)} is unknown and left out"
     if not exact:
         yield from _first_order(coefficients, points, expanded)
+
+
+def _drift_not_identified(random: RandomPart) -> Iterator[str]:
+    if random.drift.origin == NOT_IDENTIFIED:
+        yield (
+            "the stability test does not tell the drift (k0D) from none: it is taken as 0, where"
+            " the interval of that test allows more; --drift-rate counts one"
+        )
 
 
 def _first_order(coefficients: Coefficients, points: Conditions, expanded: Array) -> Iterator[str]:
