@@ -489,6 +489,18 @@ def test_a_shift_that_is_free_in_each_run_is_free_in_the_new_one():
     assert left.lengths(1)[0] == pytest.approx(q, rel=1e-3)
 
 
+def test_a_slope_that_rounding_alone_would_tell_is_none():
+    # the mean temperature of several units is T0 but for the last digit: new readings at -20 degC
+    # were foreseen at 1e27 g, and the search ended there
+    record = simulate(plan=TumblePlan(temperatures=(20.0, 60.0)), seed=4)
+    record = replace(record, temperature=record.temperature * (1.0 - 2e-16))
+    assert record.temperature.min() < T0
+    for outlook in outlooks(record, NOISE, T0):
+        gain = outlook.conditions.gain
+        assert gain.min() > 0.999  # no slope below T0
+        assert gain.max() < 1.0 + 520e-6 * 60.0 + 1e-3
+
+
 def test_a_rival_with_a_time_constant_is_fitted_with_any():
     """Warm-up of one time constant beside warm-up of nearly the same leaves next to nothing."""
     record = simulate(plan=TumblePlan(timed=True), seed=4)

@@ -12,6 +12,7 @@ linear within either bracket, so the model is two matrices.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,9 +23,12 @@ from accelcal.errors import InputError
 from accelcal.model import SEEN_IN_MOUNTING
 from accelcal.record import TumbleRecord
 
-__all__ = ["BaseModel", "base_model", "solve", "without_shifts"]
+__all__ = ["SIDES", "BaseModel", "base_model", "solve", "without_shifts"]
 
 Array = NDArray[np.float64]
+
+SIDES = ("above T0", "below T0")
+"""Sides of a bilinear law, as they stand behind a blank in the names of slopes."""
 
 _STEPS = 5
 _RANK = 1e-9
@@ -145,13 +149,15 @@ def _over_scale_factor(model: BaseModel) -> BaseModel:
     return replace(model, nominal=model.nominal * gain, reading=model.reading / gain)
 
 
-def without_shifts(model: BaseModel) -> BaseModel:
+def without_shifts(model: BaseModel, sides: Collection[str] | None = None) -> BaseModel:
     """Leave the free shifts of the runs out, which could take the part of the laws.
 
     Parameters
     ----------
     model : BaseModel
         A model.
+    sides : collection of str, optional
+        Sides of T0 with a slope, ``"above T0"`` or ``"below T0"``; others are left out as well.
 
     Returns
     -------
@@ -159,7 +165,12 @@ def without_shifts(model: BaseModel) -> BaseModel:
         The same with the columns of the laws alone.
     """
     names, p = model.names, model.gain.shape[1]
-    of_laws = [i for i, name in enumerate(names) if name not in names[:i]]
+    given = {"", *(SIDES if sides is None else sides)}
+    of_laws = [
+        i
+        for i, name in enumerate(names)
+        if name not in names[:i] and name.partition(" ")[2] in given
+    ]
     return replace(
         model,
         gain=model.gain[:, [i for i in of_laws if i < p]],
@@ -209,8 +220,8 @@ def _law(excess: Array) -> tuple[Array, list[str]]:
     """Columns of a bilinear law; a side without a level of its own has no slope."""
     columns, names = [np.ones(excess.size)], [""]
     for side, name in (
-        (np.maximum(excess, 0.0), " above T0"),
-        (np.minimum(excess, 0.0), " below T0"),
+        (np.maximum(excess, 0.0), f" {SIDES[0]}"),
+        (np.minimum(excess, 0.0), f" {SIDES[1]}"),
     ):
         if np.ptp(side) >= LEVEL_CHANGE:  # of one level alone it is a constant
             columns.append(side)
@@ -247,7 +258,7 @@ def _per_degree(model: BaseModel, parameters: Array, above: NDArray[np.bool_]) -
     acts |= dict.fromkeys(("M", "M_O", "M_P"), c.cross)
     slope = np.zeros(c.input.size)
     for name, value in zip(model.names, parameters.tolist(), strict=True):
-        for side, here in ((" above T0", above), (" below T0", ~above)):
+        for side, here in ((f" {SIDES[0]}", above), (f" {SIDES[1]}", ~above)):
             if name.endswith(side):
                 slope += np.where(here, value * acts[name.removesuffix(side)], 0.0)
     return slope

@@ -180,13 +180,16 @@ def _hours(whole: TumbleRecord, before: int) -> float | None:
 def _foreseen(
     record: TumbleRecord, form: TumbleRecord, reference: float, delta0: float
 ) -> tuple[TumbleRecord, BaseModel]:
-    """Record and block, with the outputs that the base model of the record foresees."""
+    """Record and block, with the outputs that the base model of the record foresees.
+
+    A new run follows the laws; a slope that the record does not tell is none.
+    """
     whole = joined(record, form)
     old = np.arange(len(whole)) < len(record)
-    nominal = base_model(record, reference, delta0).nominal
-    ideal = nominal * conditions_of(whole, reference, delta0).input
+    own = base_model(record, reference, delta0)
+    ideal = own.nominal * conditions_of(whole, reference, delta0).input
     first = base_model(replace(whole, output=np.where(old, whole.output, ideal)), reference, delta0)
-    first = without_shifts(first)  # a new run is foreseen by the laws
+    first = without_shifts(first, {name.partition(" ")[2] for name in own.names})
     gain, inside = first.split(solve(first, np.diag(old.astype(float))))
     whole = replace(whole, output=np.where(old, whole.output, first.nominal * gain * inside))
     return whole, base_model(whole, reference, delta0)
