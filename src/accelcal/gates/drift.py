@@ -133,7 +133,7 @@ def _what_is_a_mean(names: list[str]) -> str:
 
 def _ratios(stack: TableStack, parts: _Parts) -> Array:
     """Fisher's F of each part beside the others, against the pure error, shape (3, T)."""
-    along = contracted(parts.basis, stack.output) ** 2
+    along = contracted(parts.basis, stack.alike) ** 2
     explained = np.array([along[own].sum(axis=0) for own in parts.places])
     variance = stack.apart.squares / np.maximum(stack.plan.apart.dof, 1.0)
     return np.asarray(explained / parts.dof1 / np.maximum(variance, stack.smallest**2))

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.tables import PreparedTable
+from accelcal.gates.cells import Cells
 from accelcal.gates.trend import ReplicatePlan, Trend, directed, moments, trend_of
-from accelcal.grouping import grouped
+from accelcal.grouping import grouped, median
 
-__all__ = ["TablePlan", "once_a_plan", "plan_of"]
+__all__ = ["TablePlan", "once_a_plan", "plan_of", "spread_of"]
 
 Array = NDArray[np.float64]
 Found = TypeVar("Found")
@@ -34,6 +35,8 @@ class TablePlan:
         Columns of the coefficients that are estimated.
     moment : ndarray, shape (D, n)
         When it was taken, see `accelcal.gates.trend.moments`.
+    spread : ndarray, shape (n,), or None
+        Its standard deviation over the median of all; None where all are alike.
     known : dict
         What was found, see `once_a_plan`.
     """
@@ -43,12 +46,26 @@ class TablePlan:
     stroke: NDArray[np.int64]
     design: Array
     moment: Array
+    spread: Array | None = None
     known: dict[Callable[[TablePlan], Any], Any] = field(default_factory=dict)
 
     @cached_property
     def trend(self) -> Trend:
         """Columns of a smooth drift."""
         return trend_of(self.angle, self.stroke, self.moment)
+
+    @property
+    def in_output(self) -> Array:
+        """What a value of each reading that is counted in its spread is multiplied by, (n,)."""
+        return np.ones(self.angle.size) if self.spread is None else self.spread
+
+    def alike(self, values: Array) -> Array:
+        """Count values of readings, shape (..., n, k), in their spread: all have one noise then."""
+        return values if self.spread is None else np.asarray(values / self.spread[:, None])
+
+    def cells(self, keys: NDArray[np.int64]) -> Cells:
+        """Bring readings of one key together, to be counted in their spread."""
+        return Cells.of(keys, None if self.spread is None else 1.0 / self.spread)
 
     @cached_property
     def apart(self) -> ReplicatePlan:
@@ -62,7 +79,7 @@ class TablePlan:
 
     def replicates(self, cell: NDArray[np.intp]) -> ReplicatePlan:
         """Cells of readings that are alike but for the drift."""
-        return ReplicatePlan.of(cell, self.trend.columns)
+        return ReplicatePlan.of(self.cells(cell), self.alike(self.trend.columns))
 
 
 def once_a_plan(function: Callable[[TablePlan], Found]) -> Callable[[TablePlan], Found]:
@@ -89,7 +106,24 @@ def once_a_plan(function: Callable[[TablePlan], Found]) -> Callable[[TablePlan],
     return found
 
 
-def plan_of(table: PreparedTable, time: Array | None) -> TablePlan:
+def spread_of(table: PreparedTable) -> Array | None:
+    """Tell how unlike the noise of the readings is by the declared scatter.
+
+    Parameters
+    ----------
+    table : PreparedTable
+        The table.
+
+    Returns
+    -------
+    ndarray, shape (n,), or None
+        Declared standard uncertainties over their median; None where all are alike.
+    """
+    scatter = table.scatter
+    return scatter / median(scatter) if np.ptp(scatter) > 0.0 else None
+
+
+def plan_of(table: PreparedTable, time: Array | None, spread: Array | None = None) -> TablePlan:
     """Plan of a table, the same one whenever such a table comes again.
 
     Parameters
@@ -98,6 +132,8 @@ def plan_of(table: PreparedTable, time: Array | None) -> TablePlan:
         Any table of the plan.
     time : ndarray, shape (T, n), or None
         Times of the readings of T tables [s].
+    spread : ndarray, shape (n,), optional
+        See `spread_of`; by default the noise of all readings is taken for alike.
 
     Returns
     -------
@@ -106,19 +142,26 @@ def plan_of(table: PreparedTable, time: Array | None) -> TablePlan:
     """
     record = table.record
     arrays = record.angle, table.head, record.stroke, table.kept_design
+    unlike = None if spread is None else spread.tobytes()
     if time is None:
-        return _plan(*(each.tobytes() for each in arrays), None)
+        return _plan(*(each.tobytes() for each in arrays), None, unlike)
     moment = moments(record.angle, record.stroke, time)
     if len(moment) > 1:
-        return TablePlan(*arrays, moment)
-    return _plan(*(each.tobytes() for each in arrays), moment.tobytes())
+        return TablePlan(*arrays, moment, spread)
+    return _plan(*(each.tobytes() for each in arrays), moment.tobytes(), unlike)
 
 
 @lru_cache(maxsize=16)
 def _plan(
-    angle: bytes, head: bytes, stroke: bytes, design: bytes, moment: bytes | None
+    angle: bytes,
+    head: bytes,
+    stroke: bytes,
+    design: bytes,
+    moment: bytes | None,
+    spread: bytes | None,
 ) -> TablePlan:
     at, on_head, columns = (np.frombuffer(each) for each in (angle, head, design))
     number = np.frombuffer(stroke, dtype=np.int64)
     when = moments(at, number, None) if moment is None else np.frombuffer(moment)[None]
-    return TablePlan(at, on_head, number, columns.reshape(at.size, -1), when)
+    unlike = None if spread is None else np.frombuffer(spread)
+    return TablePlan(at, on_head, number, columns.reshape(at.size, -1), when, unlike)

@@ -52,7 +52,7 @@ def closure(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
     """
     returns, (scatter, dof) = _returns(stack.plan), _clean_scatter(stack)
     known = dof > 0.0
-    means = contracted(returns.weights, stack.output)
+    means = contracted(returns.weights, stack.alike)
     errors = np.where(known, np.fmax(scatter, stack.smallest), 1.0) * returns.size
     t = (np.abs(means) / np.where(errors > 0.0, errors, 1.0)).max(axis=0)
     bad = f_exceeds(level / 2.0, t**2, 1.0, np.where(known, dof, 1.0))
@@ -82,8 +82,8 @@ class _Returns(NamedTuple):
 
 @once_a_plan
 def _returns(plan: TablePlan) -> _Returns:
-    contrasts = _contrasts_of_returns(plan)
-    weights = plan.apart.blind(contrasts, plan.trend.columns)
+    contrasts = plan.in_output[:, None] * _contrasts_of_returns(plan)
+    weights = plan.apart.blind(contrasts, plan.alike(plan.trend.columns))
     return _Returns(bool(contrasts.any()), weights, np.sqrt((weights**2).sum(axis=1)).T)
 
 
@@ -92,13 +92,15 @@ def _contrasts_of_returns(plan: TablePlan) -> Array:
     start = plan.angle.min()
     first, last = (np.abs(plan.angle - at) < 1e-6 for at in (start, start + 360.0))
     strokes, stroke, _ = grouped(plan.stroke)
-    weight = np.zeros(plan.angle.size)
+    weight, precision = np.zeros(plan.angle.size), plan.in_output**-2.0
+    variance = np.zeros(strokes.size)
     for own, sign in ((first, -1.0), (last, 1.0)):
         readings = np.bincount(stroke[own], minlength=strokes.size)
-        weight[own] = sign / readings[stroke[own]]
-    whole = [np.bincount(stroke[own], minlength=strokes.size) > 0 for own in (first, last)]
-    paired = whole[0] & whole[1]
-    weight *= paired[stroke] / max(int(paired.sum()), 1)
+        total = np.bincount(stroke[own], precision[own], strokes.size)
+        weight[own] = sign * precision[own] / total[stroke[own]]
+        variance += np.where(readings > 0, readings, np.inf) / np.where(readings > 0, total, 1.0)
+    share = 1.0 / variance  # nothing where the stroke lacks either
+    weight *= (share / max(share.sum(), _LEAST_FREE))[stroke]
     return np.column_stack([weight, np.where(plan.stroke % 2 == 1, weight, -weight)])
 
 
@@ -123,14 +125,14 @@ def _clean_scatter(stack: TableStack) -> tuple[Array, Array]:
 def _beside_the_return(stack: TableStack) -> tuple[Array, float]:
     """Squared residuals of a fit in which the return has a mean of its own, and their dof."""
     basis = _basis_with_return(stack.plan)
-    residual = stack.output - basis @ (basis.T @ stack.output)
+    residual = stack.alike - basis @ (basis.T @ stack.alike)
     return (residual**2).sum(axis=0), float(len(basis) - basis.shape[1])
 
 
 @once_a_plan
 def _basis_with_return(plan: TablePlan) -> Array:
     returned = plan.angle > plan.angle.min() + 360.0 - 1e-6
-    return np.linalg.qr(np.column_stack([plan.design, returned])).Q
+    return np.linalg.qr(plan.alike(np.column_stack([plan.design, returned]))).Q
 
 
 def forward_against_back(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
@@ -200,10 +202,10 @@ class _Pairs(NamedTuple):
 
     @classmethod
     def of(cls, angle: Array, plan: TablePlan) -> _Pairs:
-        cells = Cells.of(directed(angle, plan.stroke))
+        cells = plan.cells(directed(angle, plan.stroke))
         back = np.flatnonzero((cells.key[:-1] % 2 == 0) & (np.diff(cells.key) == 1))
-        means = cells.means(plan.trend.columns)
-        variance = 1.0 / cells.members[back + 1] + 1.0 / cells.members[back]
+        means = cells.means(plan.alike(plan.trend.columns))
+        variance = 1.0 / cells.weight[back + 1] + 1.0 / cells.weight[back]
         where = distinct(np.round(angle, 6))[cells.key[back] // 2]
         return cls(cells, back, where, means[:, back + 1] - means[:, back], variance[:, None])
 
@@ -225,7 +227,7 @@ def _at_angle(plan: TablePlan) -> _Pairs:
 
 def _difference_at_head(stack: TableStack) -> Array:
     pairs = _at_head(stack.plan)
-    return pairs.differences(pairs.cells.means(stack.output), stack.apart.trend)
+    return pairs.differences(pairs.cells.means(stack.alike), stack.apart.trend)
 
 
 def _of_directions(stack: TableStack) -> tuple[Array, Array, Array, Array]:
@@ -300,7 +302,7 @@ def outlier(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
     nothing tells which one is wrong.
     """
     plan = stack.plan.at_head
-    found, dof = plan.fit(stack.output), plan.dof - 1.0
+    found, dof = plan.fit(stack.alike), plan.dof - 1.0
     known, size = dof >= 1.0, plan.cells.members[plan.cells.cell]
     free = np.where(size > 1, np.maximum(plan.free, _LEAST_FREE), np.inf).T
     squares = found.residual**2
@@ -317,7 +319,8 @@ def outlier(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
         alike = np.flatnonzero(own) if pair else [worst]
         names = " or ".join(stack.place(index, int(reading)) for reading in alike)
         others = "stroke" if pair else "strokes"
-        away = (found.residual / free)[worst, index] / stack.scale[index]
+        own_unit = stack.plan.in_output[worst] / stack.scale[index]
+        away = (found.residual / free)[worst, index] * own_unit
         t = math.sqrt(ratio[index])
         return f"{names} is {acceleration(away)} from the other {others}, t = {t:.3g}"
 

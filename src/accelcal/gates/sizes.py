@@ -174,7 +174,7 @@ class _Groups(NamedTuple):
 @once_a_plan
 def _groups(plan: TablePlan) -> _Groups:
     axis = np.mod(np.round(np.mod(plan.head, 180.0), 6), 180.0)  # as `head_positions` rounds
-    axes, strokes = Cells(*grouped(axis)).parts, Cells.of(plan.stroke)
+    axes, strokes = Cells.of(axis).parts, Cells.of(plan.stroke)
     known, sines = np.zeros(strokes.key.size, dtype=np.bool_), []
     for stroke, readings in strokes.alike:
         angles = np.diff(np.sort(plan.head[readings], axis=1), axis=1) > 0.0

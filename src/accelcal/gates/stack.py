@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
-from accelcal.gates.plan import TablePlan, plan_of
+from accelcal.gates.plan import TablePlan, plan_of, spread_of
 from accelcal.gates.trend import ReplicateFit
 from accelcal.gates.verdict import reading_name
 from accelcal.grouping import median
@@ -34,7 +34,8 @@ class TableStack:
     Attributes
     ----------
     table : PreparedTable
-        Any of them; only what follows from its angles and strokes counts, and its unit.
+        Any of them; only what follows from its angles and strokes counts, its unit, and the ratios
+        of its declared scatter.
     output : ndarray, shape (n, T)
         Readings [output unit].
     coefficients : ndarray, shape (T, 6)
@@ -111,14 +112,19 @@ class TableStack:
         return np.asarray(np.maximum(np.abs(self.coefficients[:, _SCALE_FACTOR]), quarter))
 
     @cached_property
+    def alike(self) -> Array:
+        """Readings counted in their spread, shape (n, T): they all have the same noise."""
+        return self.plan.alike(self.output)
+
+    @cached_property
     def smallest(self) -> Array:
-        """Rounding error of a reading, shape (T,): readings alike to the last digit have it."""
-        return np.asarray(4.0 * np.finfo(float).eps * np.abs(self.output).max(axis=0))
+        """Rounding error of these, shape (T,): readings alike to the last digit have it."""
+        return np.asarray(4.0 * np.finfo(float).eps * np.abs(self.alike).max(axis=0))
 
     @cached_property
     def plan(self) -> TablePlan:
-        """What follows from angles, strokes and times."""
-        return plan_of(self.table, self.time)
+        """What follows from angles, strokes, times and spreads."""
+        return plan_of(self.table, self.time, spread_of(self.table))
 
     @cached_property
     def hours(self) -> Array:
@@ -132,7 +138,7 @@ class TableStack:
     @cached_property
     def apart(self) -> ReplicateFit:
         """Readings of one angle and one direction, a drift set aside."""
-        return self.plan.apart.fit(self.output)
+        return self.plan.apart.fit(self.alike)
 
     def place(self, index: int, reading: int) -> str:
         """Say which reading of a table it is: stroke, angle and line."""
@@ -157,11 +163,14 @@ def of_one_plan(tables: Sequence[PreparedTable]) -> list[list[int]]:
     Returns
     -------
     list of list of int
-        Places of the tables of each plan: same angles, strokes, mounting and coefficients.
+        Places of the tables of each plan: same angles, strokes, mounting, coefficients and ratios
+        of the declared scatter.
     """
     found: dict[tuple[object, ...], list[int]] = {}
     for index, table in enumerate(tables):
         record = table.record
         plan = record.angle.tobytes(), record.stroke.tobytes(), table.mounting
-        found.setdefault((*plan, table.estimability.kept), []).append(index)
+        spread = spread_of(table)
+        unlike = None if spread is None else spread.tobytes()
+        found.setdefault((*plan, table.estimability.kept, unlike), []).append(index)
     return list(found.values())

@@ -121,20 +121,19 @@ class ReplicatePlan(NamedTuple):
     free: Array
 
     @classmethod
-    def of(cls, keys: NDArray[np.int64], columns: Array) -> ReplicatePlan:
-        """Bring readings of one key together, beside a trend along columns of shape (D, n, q)."""
-        cells = Cells.of(keys)
+    def of(cls, cells: Cells, columns: Array) -> ReplicatePlan:
+        """Take a mean of each cell beside a trend along columns of shape (D, n, q)."""
         within = cells.centred(columns)
         rank, inverse, leverage = rank_and_inverse(within)
-        dof = keys.size - cells.members.size - rank
-        free = np.maximum(1.0 - 1.0 / cells.members[cells.cell] - leverage, 0.0)
+        dof = cells.cell.size - cells.members.size - rank
+        free = np.maximum(1.0 - cells.own_share - leverage, 0.0)
         return cls(cells, within, inverse, rank, dof, free)
 
     def fit(self, output: Array) -> ReplicateFit:
         """Fit readings of shape (n, T)."""
         means = self.cells.means(output)
         trend = contracted(self.within @ self.inverse, output)
-        deviation = output - means[self.cells.cell]
+        deviation = output - self.cells.at_readings(means)
         residual = deviation - contracted(self.within.swapaxes(1, 2), trend)
         return ReplicateFit(means, trend, residual, (residual**2).sum(axis=0))
 
