@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.cells import Cells
+from accelcal.gates.spread import Spread, spread_of
 from accelcal.gates.trend import ReplicatePlan, Trend, directed, moments, trend_of
-from accelcal.grouping import grouped, median
+from accelcal.grouping import grouped
 
-__all__ = ["TablePlan", "once_a_plan", "plan_of", "spread_of"]
+__all__ = ["TablePlan", "once_a_plan", "plan_of"]
 
 Array = NDArray[np.float64]
 Found = TypeVar("Found")
@@ -35,8 +36,8 @@ class TablePlan:
         Columns of the coefficients that are estimated.
     moment : ndarray, shape (D, n)
         When it was taken, see `accelcal.gates.trend.moments`.
-    spread : ndarray, shape (n,), or None
-        Its standard deviation over the median of all; None where all are alike.
+    spread : Spread or None
+        How unlike their noise is; None where it is alike.
     known : dict
         What was found, see `once_a_plan`.
     """
@@ -46,7 +47,7 @@ class TablePlan:
     stroke: NDArray[np.int64]
     design: Array
     moment: Array
-    spread: Array | None = None
+    spread: Spread | None = None
     known: dict[Callable[[TablePlan], Any], Any] = field(default_factory=dict)
 
     @cached_property
@@ -55,17 +56,17 @@ class TablePlan:
         return trend_of(self.angle, self.stroke, self.moment)
 
     @property
-    def in_output(self) -> Array:
-        """What a value of each reading that is counted in its spread is multiplied by, (n,)."""
-        return np.ones(self.angle.size) if self.spread is None else self.spread
+    def size(self) -> Array:
+        """Size of the spread of each reading, shape (n,)."""
+        return np.ones(self.angle.size) if self.spread is None else self.spread.size
 
     def alike(self, values: Array) -> Array:
         """Count values of readings, shape (..., n, k), in their spread: all have one noise then."""
-        return values if self.spread is None else np.asarray(values / self.spread[:, None])
+        return values if self.spread is None else np.asarray(values / self.spread.size[:, None])
 
     def cells(self, keys: NDArray[np.int64]) -> Cells:
         """Bring readings of one key together, to be counted in their spread."""
-        return Cells.of(keys, None if self.spread is None else 1.0 / self.spread)
+        return Cells.of(keys, None if self.spread is None else 1.0 / self.spread.size)
 
     @cached_property
     def apart(self) -> ReplicatePlan:
@@ -106,24 +107,7 @@ def once_a_plan(function: Callable[[TablePlan], Found]) -> Callable[[TablePlan],
     return found
 
 
-def spread_of(table: PreparedTable) -> Array | None:
-    """Tell how unlike the noise of the readings is by the declared scatter.
-
-    Parameters
-    ----------
-    table : PreparedTable
-        The table.
-
-    Returns
-    -------
-    ndarray, shape (n,), or None
-        Declared standard uncertainties over their median; None where all are alike.
-    """
-    scatter = table.scatter
-    return scatter / median(scatter) if np.ptp(scatter) > 0.0 else None
-
-
-def plan_of(table: PreparedTable, time: Array | None, spread: Array | None = None) -> TablePlan:
+def plan_of(table: PreparedTable, time: Array | None) -> TablePlan:
     """Plan of a table, the same one whenever such a table comes again.
 
     Parameters
@@ -132,8 +116,6 @@ def plan_of(table: PreparedTable, time: Array | None, spread: Array | None = Non
         Any table of the plan.
     time : ndarray, shape (T, n), or None
         Times of the readings of T tables [s].
-    spread : ndarray, shape (n,), optional
-        See `spread_of`; by default the noise of all readings is taken for alike.
 
     Returns
     -------
@@ -142,7 +124,8 @@ def plan_of(table: PreparedTable, time: Array | None, spread: Array | None = Non
     """
     record = table.record
     arrays = record.angle, table.head, record.stroke, table.kept_design
-    unlike = None if spread is None else spread.tobytes()
+    spread = spread_of(table)
+    unlike = None if spread is None else tuple(each.tobytes() for each in spread)
     if time is None:
         return _plan(*(each.tobytes() for each in arrays), None, unlike)
     moment = moments(record.angle, record.stroke, time)
@@ -158,10 +141,10 @@ def _plan(
     stroke: bytes,
     design: bytes,
     moment: bytes | None,
-    spread: bytes | None,
+    spread: tuple[bytes, ...] | None,
 ) -> TablePlan:
     at, on_head, columns = (np.frombuffer(each) for each in (angle, head, design))
     number = np.frombuffer(stroke, dtype=np.int64)
     when = moments(at, number, None) if moment is None else np.frombuffer(moment)[None]
-    unlike = None if spread is None else np.frombuffer(spread)
+    unlike = None if spread is None else Spread(*map(np.frombuffer, spread))
     return TablePlan(at, on_head, number, columns.reshape(at.size, -1), when, unlike)

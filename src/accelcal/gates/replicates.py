@@ -82,7 +82,7 @@ class _Returns(NamedTuple):
 
 @once_a_plan
 def _returns(plan: TablePlan) -> _Returns:
-    contrasts = plan.in_output[:, None] * _contrasts_of_returns(plan)
+    contrasts = plan.size[:, None] * _contrasts_of_returns(plan)
     weights = plan.apart.blind(contrasts, plan.alike(plan.trend.columns))
     return _Returns(bool(contrasts.any()), weights, np.sqrt((weights**2).sum(axis=1)).T)
 
@@ -92,7 +92,7 @@ def _contrasts_of_returns(plan: TablePlan) -> Array:
     start = plan.angle.min()
     first, last = (np.abs(plan.angle - at) < 1e-6 for at in (start, start + 360.0))
     strokes, stroke, _ = grouped(plan.stroke)
-    weight, precision = np.zeros(plan.angle.size), plan.in_output**-2.0
+    weight, precision = np.zeros(plan.angle.size), plan.size**-2.0
     variance = np.zeros(strokes.size)
     for own, sign in ((first, -1.0), (last, 1.0)):
         readings = np.bincount(stroke[own], minlength=strokes.size)
@@ -310,7 +310,9 @@ def outlier(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
     most = taken.max(axis=0)
     variance = (found.squares - most) / np.where(known, dof, 1.0)
     ratio = most / np.maximum(variance, stack.smallest**2)
-    bad = f_exceeds(level / size.size, ratio, 1.0, np.where(known, dof, 1.0))
+    doubt = _doubt(stack.plan, taken)
+    sure = 1.0 / (1.0 / np.where(known, dof, 1.0) + 0.5 * doubt)
+    bad = f_exceeds(level / size.size, ratio * (1.0 + doubt), 1.0, sure)
 
     def said(index: int) -> str:
         worst = taken[:, index].argmax()
@@ -319,10 +321,14 @@ def outlier(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
         alike = np.flatnonzero(own) if pair else [worst]
         names = " or ".join(stack.place(index, int(reading)) for reading in alike)
         others = "stroke" if pair else "strokes"
-        own_unit = stack.plan.in_output[worst] / stack.scale[index]
+        own_unit = stack.plan.size[worst] / stack.scale[index]
         away = (found.residual / free)[worst, index] * own_unit
         t = math.sqrt(ratio[index])
         return f"{names} is {acceleration(away)} from the other {others}, t = {t:.3g}"
 
     few = ~known, "no position is read often enough; repeat the strokes"
     return gate_stack("outlier", bad, said, [few])
+
+
+def _doubt(plan: TablePlan, taken: Array) -> Array | float:
+    return 0.0 if plan.spread is None else plan.spread.doubt[taken.argmax(axis=0)]

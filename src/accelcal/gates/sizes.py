@@ -12,7 +12,7 @@ from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack, times
-from accelcal.grouping import Alike, few_at_a_time, grouped
+from accelcal.grouping import Alike, few_at_a_time
 from accelcal.model import COEFFICIENTS
 
 __all__ = ["proportions", "units", "wrong_sign"]

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
-from accelcal.gates.plan import TablePlan, plan_of, spread_of
+from accelcal.gates.plan import TablePlan, plan_of
+from accelcal.gates.spread import spread_of
 from accelcal.gates.trend import ReplicateFit
 from accelcal.gates.verdict import reading_name
 from accelcal.grouping import median
@@ -124,7 +125,7 @@ class TableStack:
     @cached_property
     def plan(self) -> TablePlan:
         """What follows from angles, strokes, times and spreads."""
-        return plan_of(self.table, self.time, spread_of(self.table))
+        return plan_of(self.table, self.time)
 
     @cached_property
     def hours(self) -> Array:
@@ -171,6 +172,6 @@ def of_one_plan(tables: Sequence[PreparedTable]) -> list[list[int]]:
         record = table.record
         plan = record.angle.tobytes(), record.stroke.tobytes(), table.mounting
         spread = spread_of(table)
-        unlike = None if spread is None else spread.tobytes()
+        unlike = None if spread is None else spread.size.tobytes()
         found.setdefault((*plan, table.estimability.kept, unlike), []).append(index)
     return list(found.values())
