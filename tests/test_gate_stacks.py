@@ -116,7 +116,7 @@ def faulty(angle, stroke, times=None, declared=False, count=1):
             fault(Case(y, angle, stroke, i))
         one = replace(record, output=y, time=None if times is None else times(i, rng))
         if declared and i % 2:
-            one = replace(one, std=np.full(y.size, NOISE) * rng.uniform(0.8, 1.2, y.size))
+            one = replace(one, std=np.full(y.size, NOISE * rng.uniform(0.8, 1.2)))
         yield prepare(one.with_apparatus(resolution=(None, 1e-3, 1e-5)[i % 3]))
 
 
