@@ -100,7 +100,7 @@ def _contrasts_of_returns(plan: TablePlan) -> Array:
         weight[own] = sign * precision[own] / total[stroke[own]]
         variance += np.where(readings > 0, readings, np.inf) / np.where(readings > 0, total, 1.0)
     share = 1.0 / variance  # nothing where the stroke lacks either
-    weight *= (share / max(share.sum(), _LEAST_FREE))[stroke]
+    weight *= (share / (share.sum() or 1.0))[stroke]
     return np.column_stack([weight, np.where(plan.stroke % 2 == 1, weight, -weight)])
 
 
