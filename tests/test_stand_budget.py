@@ -12,6 +12,7 @@ from accelcal.errors import DesignError, InputError
 from accelcal.io.stand import read_stand
 from accelcal.probability import student_quantile
 from accelcal.simulation import NOISE_FREE, NoiseComponents, TumblePlan, simulate
+from accelcal.specification import Limit, Specification
 from accelcal.stand_uncertainty.budget import stand_budget
 from accelcal.stand_uncertainty.distribution import Distribution, distribution
 from accelcal.stand_uncertainty.estimator import estimator_of
@@ -304,6 +305,18 @@ def test_strokes_average_what_is_new_in_each():
         assert few.components[0].averages == (varies == ("reading",))
     assert sizes["reading",] == pytest.approx(2.0, rel=1e-6)
     assert sizes["position",] == pytest.approx(1.0, rel=1e-6)
+
+
+def test_the_stand_alone_has_its_own_degrees_of_freedom():
+    # the launches, which are the accelerometer's, are large and known; the chamber has t of 4
+    chamber = StandComponent("c", "chamber-temperature", Distribution("normal", 0.1, 4.0), ("run",))
+    launch = StandComponent("l", "launch-bias", Distribution("normal", 1e-3), ("run",), fixed=True)
+    sheet = Specification("trial", (Limit("bias_repeatability", "ug", maximum=50.0),))
+    test = made(temperatures=(20.0, 20.0))
+    found = stand_budget(Stand("two", (chamber, launch)), test, specification=sheet)
+    change = 0.1 * 42.0 * math.sqrt(2.0)  # ug; the bias changes by 42 ug/degC at T0 on the average
+    told = found.data_sheet[0].expanded_uncertainty
+    assert told == pytest.approx(2.776445 * change, rel=1e-3)
 
 
 def test_levels_that_are_met_twice_tell_the_change():

@@ -7,9 +7,11 @@ from types import MappingProxyType
 
 import numpy as np
 
+from accelcal.probability import LEVEL, student_quantile
 from accelcal.results.stand_budget import StandBudget
 from accelcal.results.stand_requirements import Sufficiency
 from accelcal.specification import PLACES, QUANTITIES, Limit, Specification, conversion_factor
+from accelcal.stand_uncertainty.linear import effective_dof
 
 __all__ = ["sufficiency"]
 
@@ -90,8 +92,12 @@ def _places(
 def _expanded(budget: StandBudget, place: int) -> float:
     if budget.coefficients[place].symbol not in _CHANGES:
         return float(budget.expanded_uncertainty[place])
-    of_stand = [p.contributions[place] for p in budget.components if not p.fixed]
-    return float(budget.coverage_factor[place] * np.linalg.norm(of_stand))
+    of_stand = [part for part in budget.components if not part.fixed]
+    own = [part.contributions[place : place + 1] for part in of_stand]
+    if not own:
+        return 0.0
+    dof = effective_dof(own, [part.dof for part in of_stand])
+    return student_quantile(LEVEL, float(dof[0])) * float(np.linalg.norm(own))
 
 
 def _half_width(limit: Limit) -> float:
