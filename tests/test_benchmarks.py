@@ -36,6 +36,14 @@ def test_apply():
     assert re.search(r"1000 samples.*\nwall \d+\.\d+ s, CPU \d+\.\d+ s, peak \d+ MiB", printed)
 
 
+def test_static_effects():
+    printed = run("static_effects.py", "--smoke", "--jobs", "1")
+    row = re.search(
+        r"^\| scale-factor-asymmetry .* 2 of 2 \| (\d+) \(\d+\) \| (\d+) \(", printed, re.M
+    )
+    assert int(row[2]) < int(row[1]) / 4
+
+
 def test_stability_coverage():
     printed = run("stability_coverage.py", "--smoke")
     assert len(re.findall(r"^.{24}(?: +[01]\.\d{3}){3}$", printed, re.MULTILINE)) == 10
