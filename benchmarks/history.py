@@ -21,7 +21,7 @@ import numpy as np
 import pandas as pd
 
 import accelcal
-from accelcal.probability import LEVEL, student_quantile
+from accelcal.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.recalibrations.regression import fit_line, scatter_beyond
 
 UG = 1e-6
@@ -92,7 +92,7 @@ def without_scatter(frame: pd.DataFrame) -> bool:
     weights = frame["k0_standard_uncertainty"].to_numpy() ** -2.0
     inverse = np.linalg.inv(columns.T @ (weights[:, None] * columns))
     slope = (inverse @ (columns.T @ (weights * frame["k0"].to_numpy())))[1]
-    return bool(abs(slope - UG * DRIFT) <= student_quantile(LEVEL, math.inf) * inverse[1, 1] ** 0.5)
+    return bool(abs(slope - UG * DRIFT) <= NORMAL_FACTOR * inverse[1, 1] ** 0.5)
 
 
 def line_without_search(frame: pd.DataFrame) -> bool:
@@ -156,7 +156,7 @@ def choices(kind: Kind, rng: np.random.Generator) -> list[bool]:
         off, size = abs(coefficients[1] - UG * DRIFT), inverse[1, 1] ** 0.5
         student = student_quantile(LEVEL, dof)
         found += [off <= student * size * q**0.5 for q in (factor, max(factor, 1.0))]
-    return [*found, off <= student_quantile(LEVEL, math.inf) * size]
+    return [*found, off <= NORMAL_FACTOR * size]
 
 
 def print_choices(units: int) -> None:

@@ -19,6 +19,7 @@ from accelcal.errors import InputError
 
 __all__ = [
     "LEVEL",
+    "NORMAL_FACTOR",
     "dof_of_student_quantile",
     "f_exceeds",
     "f_quantile",
@@ -376,3 +377,7 @@ def _one_a_row(values: ArrayLike) -> Array:
     array = np.atleast_1d(values)
     first = array[..., :1]
     return first if (array == first).all() else array
+
+
+NORMAL_FACTOR = student_quantile(LEVEL, math.inf)
+"""Expanded over standard uncertainty where that is known with endlessly many degrees of freedom."""

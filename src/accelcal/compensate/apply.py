@@ -15,15 +15,12 @@ from accelcal.compensate.coefficients import TEMPERATURE_MARGIN, Compensation
 from accelcal.compensate.inversion import FARTHEST, invert, invert_with, slope
 from accelcal.compensate.static_effects import Samples
 from accelcal.errors import AccelcalWarning, InputError
-from accelcal.probability import LEVEL, student_quantile
+from accelcal.probability import NORMAL_FACTOR
 from accelcal.results.calibration import Calibration
 
 __all__ = ["MeasuredAcceleration", "apply", "compensate"]
 
 Array = NDArray[np.float64]
-
-NORMAL = student_quantile(LEVEL, np.inf)
-"""Expanded uncertainty over standard uncertainty."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -258,10 +255,10 @@ def _through(
     if found.effects is None:
         u = np.sqrt(variance) / slope(a_i, samples.linear, found.k2, found.k3)
         return a_i, np.where(np.isfinite(a_i), u, np.nan)
-    expanded = NORMAL * np.sqrt(variance + found.effects.variance(samples, a_i))
+    expanded = NORMAL_FACTOR * np.sqrt(variance + found.effects.variance(samples, a_i))
     low, high = (_solution(found, samples, target + side) for side in (-expanded, expanded))
     value = np.where(np.isfinite(high - low), 0.5 * (low + high), a_i)
-    return value, 0.5 * (high - low) / NORMAL
+    return value, 0.5 * (high - low) / NORMAL_FACTOR
 
 
 def _rise(found: Compensation, temperature: ArrayLike | None) -> Array:

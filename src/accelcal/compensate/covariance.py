@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Law
 from accelcal.model import ERROR_TERMS
-from accelcal.probability import LEVEL, student_quantile
+from accelcal.probability import NORMAL_FACTOR
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
@@ -142,9 +142,8 @@ def coverage_of_laws(model: TemperatureModel, common: Mapping[str, Quantity]) ->
 
 def _coverage(known: Mapping[str, Quantity | None]) -> tuple[float, ...]:
     """Factors in the order of the covariance; the normal one where a quantity has none."""
-    normal = student_quantile(LEVEL, np.inf)
     quantities = (known.get(name) for name in (*PARAMETERS, *SLOPES))
-    return tuple((q and q.coverage_factor) or normal for q in quantities)
+    return tuple((q and q.coverage_factor) or NORMAL_FACTOR for q in quantities)
 
 
 def rows(matrix: Array) -> Rows:

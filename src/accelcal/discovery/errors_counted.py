@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-import numpy as np
-
 from accelcal.apparatus import Apparatus
 from accelcal.discovery.noise import FEWEST_REPLICATES, ReadingNoise
-from accelcal.probability import LEVEL, student_quantile
+from accelcal.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource
@@ -53,7 +51,7 @@ def _size(source: ErrorSource) -> float | None:
     """Size that an error counts with: an estimate of few degrees of freedom may be too small."""
     if source.value is None or source.dof is None:
         return source.value
-    return source.value * student_quantile(LEVEL, source.dof) / student_quantile(LEVEL, np.inf)
+    return source.value * student_quantile(LEVEL, source.dof) / NORMAL_FACTOR
 
 
 def sources(

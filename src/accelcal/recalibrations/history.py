@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from accelcal.arguments import check_number
 from accelcal.choices import check_text
 from accelcal.errors import InputError
-from accelcal.probability import LEVEL, student_quantile
+from accelcal.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.recalibrations.comparable import Comparable, comparable
 from accelcal.recalibrations.entries import Entry, entries_of
 from accelcal.recalibrations.jumps import (
@@ -163,7 +163,7 @@ def _trend(
 ) -> Trend:
     """Follow one quantity: values, standard and expanded uncertainties in the columns (n, 3)."""
     values, uncertainty, told = measured.T
-    expanded = np.where(np.isnan(told), student_quantile(LEVEL, np.inf) * uncertainty, told)
+    expanded = np.where(np.isnan(told), NORMAL_FACTOR * uncertainty, told)
     time = np.array(chosen.years)
     search = search_jumps(time, values, uncertainty, alpha / _QUANTITIES)
     columns = line_with_steps(time, search.places)

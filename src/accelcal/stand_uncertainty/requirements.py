@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from accelcal.arguments import as_given
 from accelcal.choices import mapping_of
 from accelcal.errors import InputError
-from accelcal.probability import LEVEL, student_quantile
+from accelcal.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.results.stand_budget import StandBudget
 from accelcal.results.stand_requirements import (
     InstrumentRequirement,
@@ -239,7 +239,7 @@ def _equal_shares(problem: _Problem, felt: NDArray[np.bool_], among: NDArray[np.
     sizes = np.abs(problem.contributions)
     fixed = (sizes[~problem.adjustable] ** 2).sum(axis=0)
     sharing = felt & problem.adjustable[:, None]
-    left = np.maximum((problem.targets / student_quantile(LEVEL, np.inf)) ** 2 - fixed, 0.0)
+    left = np.maximum((problem.targets / NORMAL_FACTOR) ** 2 - fixed, 0.0)
     share = np.sqrt(left / np.maximum(sharing.sum(axis=0), 1))
     factors = np.divide(share, sizes, out=np.full(sizes.shape, np.inf), where=sharing)
     found = factors[:, among].min(axis=1, initial=np.inf)
