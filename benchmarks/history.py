@@ -21,7 +21,7 @@ import numpy as np
 import pandas as pd
 
 import accelcal
-from accelcal.probability import LEVEL, NORMAL_FACTOR, student_quantile
+from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.recalibrations.regression import fit_line, scatter_beyond
 
 UG = 1e-6

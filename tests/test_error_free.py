@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from accelcal.error_free import two_product, two_sum
+from accelcal.numerics.error_free import two_product, two_sum
 
 
 @pytest.mark.parametrize(

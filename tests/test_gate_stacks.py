@@ -19,8 +19,8 @@ from accelcal.gates.stack import TableStack, of_one_plan
 from accelcal.gates.table import gates_of_stack
 from accelcal.gates.verdict import VERDICTS
 from accelcal.geometry import accelerations, position_angles
-from accelcal.grouping import decimal_steps
 from accelcal.model import output
+from accelcal.numerics.decimal_steps import decimal_steps
 
 TRUTH = {"K0": 4e-3, "K1": 1.3, "K2": 1e-4, "K3": 9e-5, "M_P": 1.2e-3, "M_ip": 2e-5}
 NOISE = 6e-6  # output unit

@@ -14,7 +14,6 @@ import pytest
 from one_record import noises_of_record
 
 import accelcal
-from accelcal import grouping
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.tables import prepare
 from accelcal.gates import order, plan
@@ -22,6 +21,7 @@ from accelcal.gates.cells import Cells
 from accelcal.gates.stack import TableStack
 from accelcal.gates.swaps import best_swap, swap_blocks
 from accelcal.gates.table import gates_of_stack
+from accelcal.numerics import grouping
 
 SCALE_FACTOR, BIAS, SECOND, THIRD, MISALIGNMENT = 1.35, 3.3e-3, 105e-6, 87e-6, 1.15e-3  # AL-15
 NOISE = 5e-6

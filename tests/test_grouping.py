@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from accelcal import grouping
-from accelcal.grouping import products_of_groups, sums_of_groups
+from accelcal.numerics import grouping
+from accelcal.numerics.grouping import products_of_groups, sums_of_groups
 
 
 @pytest.fixture(params=["in one product", "stacked"])

@@ -49,9 +49,8 @@ FLOORS = (
     {"record", "results", "specification", "accelerometer"},
     {"model"},
     {"geometry", "apparatus"},
-    {"choices"},
-    {"units", "probability", "grouping", "atomic", "sentences", "arguments"},
-    {"error_free", "errors", "version", "logs"},
+    {"units", "numerics", "atomic", "sentences", "arguments"},
+    {"errors", "version", "logs"},
     {"escapes"},
 )
 """The rooms, top floor first. Imports point downwards, and never to a room of the same floor."""

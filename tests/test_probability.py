@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from accelcal.errors import InputError
-from accelcal.probability import (
+from accelcal.numerics.probability import (
     dof_of_student_quantile,
     f_exceeds,
     f_quantile,

@@ -10,7 +10,7 @@ import accelcal
 from accelcal.accelerometer import AL15, Accelerometer, BilinearLaw
 from accelcal.errors import DesignError, InputError
 from accelcal.io.stand import read_stand
-from accelcal.probability import student_quantile
+from accelcal.numerics.probability import student_quantile
 from accelcal.simulation import NOISE_FREE, NoiseComponents, TumblePlan, simulate
 from accelcal.specification import Limit, Specification
 from accelcal.stand_uncertainty.budget import stand_budget

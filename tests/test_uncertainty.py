@@ -25,7 +25,7 @@ from accelcal.calibrate.quantities import table_quantities
 from accelcal.estimate.tables import prepare
 from accelcal.estimate.uncertainty import Component, interval_stack, intervals, propagate
 from accelcal.model import COEFFICIENTS, ERROR_TERMS
-from accelcal.probability import student_quantile
+from accelcal.numerics.probability import student_quantile
 
 SIGMA = 5e-6
 HEAD = 2e-5

@@ -15,8 +15,9 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments import check_number, expect
-from accelcal.choices import check_text
+from accelcal.arguments.kinds import expect
+from accelcal.arguments.numbers import check_number
+from accelcal.arguments.options import check_text
 from accelcal.errors import InputError
 
 __all__ = ["AL15", "Accelerometer", "BilinearLaw"]

@@ -7,7 +7,7 @@ from numbers import Real
 
 import numpy as np
 
-from accelcal.arguments import check_number
+from accelcal.arguments.numbers import check_number
 from accelcal.errors import InputError
 
 __all__ = ["Apparatus"]

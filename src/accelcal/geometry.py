@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.arguments import check_number, number_array
+from accelcal.arguments.numbers import check_number, number_array
 from accelcal.errors import InputError
 
 __all__ = [

@@ -31,7 +31,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.arguments import expect, kind_of
+from accelcal.arguments.kinds import expect, kind_of
 from accelcal.errors import InputError
 from accelcal.geometry import Acceleration
 

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
-from accelcal.arguments import as_given
+from accelcal.arguments.kinds import as_given
 from accelcal.errors import InputError
 from accelcal.geometry import MOUNTINGS, is_mounting
-from accelcal.grouping import distinct
+from accelcal.numerics.sorting import distinct
 
 if TYPE_CHECKING:
     import pandas as pd

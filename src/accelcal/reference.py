@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments import check_number
+from accelcal.arguments.numbers import check_number
 from accelcal.errors import InputError
 from accelcal.geometry import checked_fixture_angle
 from accelcal.record import TumbleRecord

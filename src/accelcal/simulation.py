@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 
 from accelcal.accelerometer import AL15, Accelerometer, BilinearLaw
 from accelcal.apparatus import Apparatus
-from accelcal.arguments import check_number, check_whole, each_of, expect, several
-from accelcal.choices import check_flag
+from accelcal.arguments.kinds import each_of, expect, several
+from accelcal.arguments.numbers import check_number, check_whole
+from accelcal.arguments.options import check_flag
 from accelcal.effects.conditions import SECONDS_PER_READING, Conditions, conditions_of
 from accelcal.effects.effect import ActsOn, Disturbance
 from accelcal.errors import InputError

@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments import expect
+from accelcal.arguments.kinds import expect
 from accelcal.conformity import (
     ANOTHER_TEST,
     Conformity,
@@ -22,7 +22,7 @@ from accelcal.conformity import (
     in_unit,
 )
 from accelcal.model import ERROR_TERMS
-from accelcal.probability import LEVEL, dof_of_student_quantile, student_survival
+from accelcal.numerics.probability import LEVEL, dof_of_student_quantile, student_survival
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration

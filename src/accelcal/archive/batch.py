@@ -19,9 +19,10 @@ from accelcal.archive.journal import Summary, open_journal
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import Sources, find_sources, is_url
 from accelcal.archive.through import InMemory, Progress, work_through
-from accelcal.arguments import check_number, check_whole, path_text, several
+from accelcal.arguments.kinds import path_text, several
+from accelcal.arguments.numbers import check_number, check_whole
+from accelcal.arguments.options import check_flag, check_function, check_options, check_text
 from accelcal.calibrate.options import Options
-from accelcal.choices import check_flag, check_function, check_options, check_text
 from accelcal.errors import InputError
 from accelcal.io.declarations import declared_by_caller
 from accelcal.model import COEFFICIENTS

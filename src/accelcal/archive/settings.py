@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from operator import is_
 from typing import Any
 
-from accelcal.arguments import expect
+from accelcal.arguments.kinds import expect
 from accelcal.calibrate.options import Options
 from accelcal.calibrate.plan import OnePlan
 from accelcal.calibrate.stack import calibration_stack

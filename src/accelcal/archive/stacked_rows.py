@@ -16,7 +16,7 @@ from accelcal.archive.rows import JOINT
 from accelcal.calibrate.columns import mountings_of, numbers_of, runs_of, verdict_codes
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.gates.verdict import VERDICTS
-from accelcal.grouping import grouped
+from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
 from accelcal.temperature.bilinear import law_units
 from accelcal.temperature.from_tables import LawsOfRecords

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments import check_number, expect
-from accelcal.choices import check_choice, check_flag
+from accelcal.arguments.kinds import expect
+from accelcal.arguments.numbers import check_number
+from accelcal.arguments.options import check_choice, check_flag
 from accelcal.errors import AccelcalWarning
 from accelcal.estimate.linear import METHODS
 from accelcal.model import COEFFICIENTS

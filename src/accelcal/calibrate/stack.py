@@ -25,7 +25,7 @@ from accelcal.gates.record import RecordStack, gates_of_records
 from accelcal.gates.stack import TableStack, of_one_plan
 from accelcal.gates.table import gates_of_stack
 from accelcal.gates.verdict import GateStack
-from accelcal.grouping import median
+from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle, has_reference_temperature
 from accelcal.results.calibration import Calibration

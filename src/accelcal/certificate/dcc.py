@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from accelcal.arguments import expect
+from accelcal.arguments.kinds import expect
 from accelcal.certificate.administrative import administrative_data
 from accelcal.certificate.results import measurement_results
 from accelcal.certificate.xml import dcc, written

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.arguments import check_number, number_array
-from accelcal.choices import check_flag
+from accelcal.arguments.numbers import check_number, number_array
+from accelcal.arguments.options import check_flag
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import TEMPERATURE_MARGIN, Compensation
 from accelcal.compensate.inversion import FARTHEST, invert, invert_with, slope
 from accelcal.compensate.static_effects import Samples
 from accelcal.errors import AccelcalWarning, InputError
-from accelcal.probability import NORMAL_FACTOR
+from accelcal.numerics.probability import NORMAL_FACTOR
 from accelcal.results.calibration import Calibration
 
 __all__ = ["MeasuredAcceleration", "apply", "compensate"]

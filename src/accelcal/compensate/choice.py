@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from accelcal.arguments import expect
+from accelcal.arguments.kinds import expect
 from accelcal.compensate.coefficients import (
     PARAMETERS,
     SLOPES,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Law
 from accelcal.model import ERROR_TERMS
-from accelcal.probability import NORMAL_FACTOR
+from accelcal.numerics.probability import NORMAL_FACTOR
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments import expect
-from accelcal.choices import check_text
+from accelcal.arguments.kinds import expect
+from accelcal.arguments.options import check_text
 from accelcal.discovery.base import solve
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.known import contribution, disturbances, instance_of

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments import each_of
+from accelcal.arguments.kinds import each_of
 from accelcal.discovery.space import Space
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.conditions import Conditions

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
-from accelcal.arguments import expect
+from accelcal.arguments.kinds import expect
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation, Law
 from accelcal.discovery.errors_counted import counted, notes, sources
@@ -31,8 +31,8 @@ from accelcal.discovery.where import pattern, shares, structure
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.estimate.tables import head_positions
-from accelcal.grouping import decimal_step
-from accelcal.probability import LEVEL, student_quantile
+from accelcal.numerics.decimal_steps import decimal_step
+from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle
 from accelcal.results.calibration import Calibration

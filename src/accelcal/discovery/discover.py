@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments import check_number, check_whole, expect
-from accelcal.choices import check_flag
+from accelcal.arguments.kinds import expect
+from accelcal.arguments.numbers import check_number, check_whole
+from accelcal.arguments.options import check_flag
 from accelcal.discovery.candidates import Instance, candidates, searched_among
 from accelcal.discovery.caveats import caveats
 from accelcal.discovery.comparison import Comparison, compared

@@ -11,7 +11,7 @@ from accelcal.discovery.family import Family, judge
 from accelcal.discovery.noise import orthonormal
 from accelcal.effects.effect import Effect
 from accelcal.effects.empirical import FACTORS, empirical
-from accelcal.grouping import grouped
+from accelcal.numerics.grouping import grouped
 
 __all__ = ["empirical_explanation"]
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from accelcal.apparatus import Apparatus
 from accelcal.discovery.noise import FEWEST_REPLICATES, ReadingNoise
-from accelcal.probability import LEVEL, NORMAL_FACTOR, student_quantile
+from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from accelcal.discovery.candidates import Instance, column_of
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.noise import cells, cycle
-from accelcal.grouping import grouped
+from accelcal.numerics.grouping import grouped
 
 __all__ = ["held_out_rms"]
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from accelcal.apparatus import Apparatus
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
-from accelcal.grouping import grouped
+from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
 
 __all__ = [

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from accelcal.errors import InputError
-from accelcal.grouping import distinct
+from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 
 __all__ = ["refuse_several_clampings"]

@@ -8,7 +8,7 @@ import numpy as np
 
 from accelcal.discovery.noise import ReadingNoise
 from accelcal.gates.verdict import acceleration
-from accelcal.probability import f_survival
+from accelcal.numerics.probability import f_survival
 from accelcal.results.calibration import Calibration
 
 __all__ = ["KnownNoise", "known_noise", "worse_than_known"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from accelcal.accelerometer import Accelerometer, BilinearLaw
-from accelcal.arguments import expect
+from accelcal.arguments.kinds import expect
 from accelcal.discovery.known import disturbances
 from accelcal.effects.effect import Disturbance
 from accelcal.results.discovery import Discovery

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from threading import Lock
 from typing import get_args
 
-from accelcal.arguments import expect, kind_of
+from accelcal.arguments.kinds import expect, kind_of
 from accelcal.effects import readings, shape, stand, temperature, time
 from accelcal.effects.effect import ActsOn, Effect
 from accelcal.errors import InputError

@@ -11,8 +11,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments import check_number, each_of
-from accelcal.choices import check_flag, check_function, check_written
+from accelcal.arguments.kinds import each_of
+from accelcal.arguments.numbers import check_number
+from accelcal.arguments.options import check_flag, check_function, check_written
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
 from accelcal.escapes import visible

@@ -7,15 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.arguments import check_number, expect
-from accelcal.choices import check_flag
+from accelcal.arguments.kinds import expect
+from accelcal.arguments.numbers import check_number
+from accelcal.arguments.options import check_flag
 from accelcal.error_budget.coefficients import coefficients_of
 from accelcal.error_budget.components import random_components, systematic_components
 from accelcal.error_budget.conditions import conditions
 from accelcal.error_budget.correlation import correlated_symbols, covariance
 from accelcal.error_budget.random_part import RandomPart, random_part
 from accelcal.error_budget.weaknesses import weaknesses
-from accelcal.probability import LEVEL, student_quantile
+from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.calibration import Calibration
 from accelcal.results.error_budget import ErrorBudget, ErrorComponent
 from accelcal.results.usable import refuse_misprinted, refuse_undetermined_laws

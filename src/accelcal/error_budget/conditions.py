@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.arguments import number_array
+from accelcal.arguments.numbers import number_array
 from accelcal.error_budget.coefficients import Coefficients
 from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL

@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
-from accelcal.arguments import check_number, expect
-from accelcal.choices import check_written
+from accelcal.arguments.kinds import expect
+from accelcal.arguments.numbers import check_number
+from accelcal.arguments.options import check_written
 from accelcal.errors import InputError
 from accelcal.results.calibration import Calibration
 from accelcal.results.checked import (

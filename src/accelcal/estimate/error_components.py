@@ -17,8 +17,9 @@ from accelcal.estimate.many_positions import ManyPositions, SeenAtMany
 from accelcal.estimate.noise import NoiseStack
 from accelcal.estimate.rounding import rounding
 from accelcal.estimate.uncertainty import Component
-from accelcal.grouping import decimal_steps, grouped, products_of_groups, sums_of_groups
 from accelcal.model import COEFFICIENTS
+from accelcal.numerics.decimal_steps import decimal_steps
+from accelcal.numerics.grouping import grouped, products_of_groups, sums_of_groups
 
 __all__ = ["Errors", "ErrorsOfReadings"]
 

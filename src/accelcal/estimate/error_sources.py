@@ -8,7 +8,7 @@ import numpy as np
 
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
-from accelcal.grouping import median
+from accelcal.numerics.sorting import median
 from accelcal.results.quantity import ErrorSource
 
 __all__ = ["error_sources", "finite_or_none"]

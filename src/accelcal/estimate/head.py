@@ -19,7 +19,7 @@ from accelcal.estimate.many_positions import ManyPositions
 from accelcal.estimate.noise import NoiseStack
 from accelcal.estimate.position_means import PositionMeans
 from accelcal.estimate.tables import PreparedTable
-from accelcal.grouping import distinct
+from accelcal.numerics.sorting import distinct
 
 __all__ = ["HeadError", "head_error", "lack_of_fit"]
 

@@ -24,8 +24,8 @@ from accelcal.estimate.noise import NoiseStack, ReadingNoise, noise_of_stack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.estimate.unrepeated import told_apart
-from accelcal.grouping import distinct
 from accelcal.model import COEFFICIENTS
+from accelcal.numerics.sorting import distinct
 
 if TYPE_CHECKING:
     from accelcal.results.head_calibration import HeadCalibration

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.choices import check_choice
+from accelcal.arguments.options import check_choice
 from accelcal.errors import InputError
 from accelcal.estimate.tables import PreparedTable
 from accelcal.model import COEFFICIENTS

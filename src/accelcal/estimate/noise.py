@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.tables import PreparedTable
-from accelcal.grouping import sums_of_groups
-from accelcal.probability import f_exceeds
+from accelcal.numerics.grouping import sums_of_groups
+from accelcal.numerics.probability import f_exceeds
 
 __all__ = ["FEW", "NoiseStack", "ReadingNoise", "noise_of_stack"]
 

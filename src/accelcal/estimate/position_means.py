@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.tables import PreparedTable
-from accelcal.grouping import group_after_group, sums_of_groups
+from accelcal.numerics.grouping import group_after_group, sums_of_groups
 
 __all__ = ["PositionMeans"]
 

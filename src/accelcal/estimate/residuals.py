@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.error_free import two_product, two_sum
 from accelcal.estimate.memory import Memory
+from accelcal.numerics.error_free import two_product, two_sum
 
 __all__ = ["CutDesign", "twice_precise_residual"]
 

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from accelcal.errors import DesignError
-from accelcal.grouping import grouped, sums_of_groups
+from accelcal.numerics.grouping import grouped, sums_of_groups
 
 __all__ = ["pseudo_values"]
 

@@ -17,14 +17,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments import each_of
+from accelcal.arguments.kinds import each_of
 from accelcal.errors import InputError
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import noise_of_stack
 from accelcal.estimate.tables import PreparedTable, prepare
-from accelcal.grouping import distinct
 from accelcal.model import COEFFICIENTS
-from accelcal.probability import f_survival, student_quantile
+from accelcal.numerics.probability import f_survival, student_quantile
+from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord, naming, refuse_twice
 from accelcal.reference import fixture_angle
 from accelcal.results.findings import Change

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.arguments import check_whole, number_array, several
-from accelcal.choices import check_flag
+from accelcal.arguments.kinds import several
+from accelcal.arguments.numbers import check_whole, number_array
+from accelcal.arguments.options import check_flag
 from accelcal.errors import InputError
 from accelcal.estimate.estimability import estimability
 from accelcal.estimate.robust import pseudo_values

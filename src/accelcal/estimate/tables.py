@@ -13,8 +13,8 @@ from accelcal.errors import InputError
 from accelcal.estimate.estimability import Estimability, estimability
 from accelcal.estimate.solver import LeastSquares
 from accelcal.geometry import Acceleration, accelerations
-from accelcal.grouping import grouped
 from accelcal.model import COEFFICIENTS, design_matrix
+from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
 
 __all__ = ["PreparedTable", "head_positions", "is_usable", "prepare"]
@@ -39,7 +39,7 @@ class PreparedTable(NamedTuple):
         Head position of each reading: the angle within one turn [deg].
     at_head : tuple of ndarray
         The different head positions, which of them each reading is at, and how many readings each
-        has, see `accelcal.grouping.grouped`.
+        has, see `accelcal.numerics.grouping.grouped`.
     scatter : ndarray, shape (n,)
         Declared standard uncertainty of each reading, or ones where none is declared.
     scatter_dof : float or None

@@ -7,7 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.grouping import Alike, group_after_group, grouped, groups_alike, sums_of_groups
+from accelcal.numerics.grouping import (
+    Alike,
+    group_after_group,
+    grouped,
+    groups_alike,
+    sums_of_groups,
+)
 
 __all__ = ["Cells"]
 

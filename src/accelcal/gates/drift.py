@@ -14,7 +14,7 @@ from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
 from accelcal.gates.trend import Trend, contracted, rank_and_inverse
 from accelcal.gates.verdict import SIGNIFICANT, GateStack, acceleration, angle, gate_stack
-from accelcal.probability import f_exceeds, f_survival
+from accelcal.numerics.probability import f_exceeds, f_survival
 
 __all__ = ["drift"]
 

@@ -16,8 +16,9 @@ from accelcal.gates.stack import TableStack
 from accelcal.gates.swaps import SwapBlock, best_swap, swap_blocks
 from accelcal.gates.verdict import GateStack, gate_stack, times
 from accelcal.geometry import accelerations
-from accelcal.grouping import Alike, distinct, few_at_a_time, products_of_groups
 from accelcal.model import COEFFICIENTS, design_matrix
+from accelcal.numerics.grouping import Alike, few_at_a_time, products_of_groups
+from accelcal.numerics.sorting import distinct
 
 __all__ = ["OtherOrder", "order_of_positions", "order_of_strokes"]
 

@@ -14,7 +14,7 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.cells import Cells
 from accelcal.gates.spread import Spread, spread_of
 from accelcal.gates.trend import ReplicatePlan, Trend, directed, moments, trend_of
-from accelcal.grouping import grouped
+from accelcal.numerics.grouping import grouped
 
 __all__ = ["TablePlan", "once_a_plan", "plan_of"]
 

@@ -19,7 +19,7 @@ from accelcal.gates.verdict import (
     times,
 )
 from accelcal.model import COEFFICIENTS
-from accelcal.probability import f_exceeds, f_survival
+from accelcal.numerics.probability import f_exceeds, f_survival
 from accelcal.results.quantity import Gate
 
 __all__ = ["RecordStack", "gates_of_records", "record_gates"]

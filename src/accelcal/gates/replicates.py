@@ -20,8 +20,9 @@ from accelcal.gates.verdict import (
     acceleration,
     gate_stack,
 )
-from accelcal.grouping import distinct, grouped
-from accelcal.probability import f_exceeds
+from accelcal.numerics.grouping import grouped
+from accelcal.numerics.probability import f_exceeds
+from accelcal.numerics.sorting import distinct
 
 __all__ = ["closure", "forward_against_back", "outlier"]
 

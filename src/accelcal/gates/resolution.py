@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack
-from accelcal.grouping import decimal_steps
+from accelcal.numerics.decimal_steps import decimal_steps
 
 __all__ = ["resolution"]
 

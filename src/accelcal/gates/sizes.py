@@ -12,8 +12,8 @@ from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack, times
-from accelcal.grouping import Alike, few_at_a_time
 from accelcal.model import COEFFICIENTS
+from accelcal.numerics.grouping import Alike, few_at_a_time
 
 __all__ = ["proportions", "units", "wrong_sign"]
 

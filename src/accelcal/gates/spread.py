@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.tables import PreparedTable
-from accelcal.grouping import median
+from accelcal.numerics.sorting import median
 
 __all__ = ["Spread", "spread_of"]
 

@@ -15,8 +15,8 @@ from accelcal.gates.plan import TablePlan, plan_of
 from accelcal.gates.spread import spread_of
 from accelcal.gates.trend import ReplicateFit
 from accelcal.gates.verdict import reading_name
-from accelcal.grouping import median
 from accelcal.model import COEFFICIENTS
+from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
 
 __all__ = ["TableStack", "of_one_plan"]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.gates.cells import Cells
-from accelcal.grouping import few_at_a_time
+from accelcal.numerics.grouping import few_at_a_time
 
 __all__ = ["SwapBlock", "Swaps", "best_swap", "swap_blocks"]
 

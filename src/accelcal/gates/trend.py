@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from accelcal.estimate.noise import FEW
 from accelcal.gates.cells import Cells
-from accelcal.grouping import distinct, grouped
+from accelcal.numerics.grouping import grouped
+from accelcal.numerics.sorting import distinct
 
 __all__ = [
     "ReplicateFit",

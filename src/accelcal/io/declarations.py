@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from accelcal.apparatus import Apparatus
-from accelcal.arguments import check_number
-from accelcal.choices import check_text, mapping_of
+from accelcal.arguments.numbers import check_number
+from accelcal.arguments.options import check_text, mapping_of
 from accelcal.errors import InputError, TableError, located
 from accelcal.geometry import checked_fixture_angle, checked_positions
 from accelcal.io.layout import Declared, Layout, shown, split_line

@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.geometry import MOUNTINGS
-from accelcal.grouping import distinct, grouped
 from accelcal.io.cell_blocks import CellBlock
 from accelcal.io.ordinary_parts import Stretches, met_before
 from accelcal.io.readings import MAXIMUM_ANGLE, MAXIMUM_TEMPERATURE
 from accelcal.io.runs import LEVEL_GAP
+from accelcal.numerics.grouping import grouped
+from accelcal.numerics.sorting import distinct
 
 __all__ = ["PLANNED", "Plans", "read_plans", "without_gaps"]
 

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from accelcal.errors import TableError
 from accelcal.geometry import MOUNTINGS, is_mounting
-from accelcal.grouping import distinct
 from accelcal.io.cells import Column, labels, numbers, whole_numbers
 from accelcal.io.columns import Table
 from accelcal.io.layout import all_of, listed
 from accelcal.io.times import DAY, in_seconds, times
+from accelcal.numerics.sorting import distinct
 
 __all__ = [
     "FEWEST_IN_TURN",

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from io import BytesIO
 from typing import IO, NamedTuple, TypeVar
 
-from accelcal.arguments import kind_of
+from accelcal.arguments.kinds import kind_of
 from accelcal.errors import DocumentError, InputError, TableError
 from accelcal.io.digest import sha256_of
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.error_free import two_product
+from accelcal.numerics.error_free import two_product
 
 __all__ = ["TextCells", "labels_of", "numbers_of", "split_cells"]
 

@@ -12,7 +12,7 @@ from typing import IO, Any
 import numpy as np
 
 from accelcal.apparatus import Apparatus
-from accelcal.arguments import each_of, path_text
+from accelcal.arguments.kinds import each_of, path_text
 from accelcal.errors import InputError
 from accelcal.escapes import ESCAPED
 from accelcal.io.vocabulary import canonical_key

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 
-from accelcal.arguments import each_of, kind_of, path_text, several
+from accelcal.arguments.kinds import each_of, kind_of, path_text, several
 from accelcal.atomic import write_atomically
 from accelcal.errors import InputError
 from accelcal.page.blocks import Chapter, Page

@@ -9,8 +9,9 @@ from numbers import Real
 from typing import Any
 
 from accelcal.accelerometer import AL15, Accelerometer
-from accelcal.arguments import check_number, expect, several
-from accelcal.choices import check_flag
+from accelcal.arguments.kinds import expect, several
+from accelcal.arguments.numbers import check_number
+from accelcal.arguments.options import check_flag
 from accelcal.errors import InputError
 from accelcal.planning.pace import Pace, hours_of, per_run, stops_of, strokes_within
 from accelcal.planning.prediction import SLOPES, forecasts, lost_coefficients

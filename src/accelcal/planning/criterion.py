@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.accelerometer import Accelerometer
-from accelcal.choices import check_choice
+from accelcal.arguments.options import check_choice
 from accelcal.errors import InputError
 from accelcal.geometry import Acceleration, accelerations
 from accelcal.model import COEFFICIENTS, design_matrix

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.accelerometer import AL15, Accelerometer
-from accelcal.arguments import check_number, check_whole, expect, several
-from accelcal.choices import check_flag
+from accelcal.arguments.kinds import expect, several
+from accelcal.arguments.numbers import check_number, check_whole
+from accelcal.arguments.options import check_flag
 from accelcal.errors import InputError
 from accelcal.geometry import turn_angles
 from accelcal.model import COEFFICIENTS

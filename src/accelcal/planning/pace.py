@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments import check_number
+from accelcal.arguments.numbers import check_number
 from accelcal.effects.conditions import SECONDS_PER_READING
 from accelcal.errors import InputError
 from accelcal.geometry import turn_angles

@@ -17,8 +17,8 @@ from accelcal.calibrate.fit import fit
 from accelcal.estimate.estimability import estimability
 from accelcal.geometry import accelerations
 from accelcal.model import ERROR_TERMS, POWERS, design_matrix
+from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.planning.pace import stops_of
-from accelcal.probability import LEVEL, student_quantile
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.designs import Forecast

@@ -6,8 +6,8 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 
-from accelcal.arguments import check_number
-from accelcal.choices import check_choice, mapping_of
+from accelcal.arguments.numbers import check_number
+from accelcal.arguments.options import check_choice, mapping_of
 from accelcal.errors import InputError
 from accelcal.model import COEFFICIENTS, ERROR_TERMS
 from accelcal.planning.prediction import AT_T0, SLOPES

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from accelcal.arguments import expect
+from accelcal.arguments.kinds import expect
 from accelcal.errors import InputError
 from accelcal.plot.style import canvas, canvases, palette, styled
 from accelcal.report.scale import readable

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.probability import LEVEL, student_quantile
+from accelcal.numerics.probability import LEVEL, student_quantile
 
 __all__ = ["Readings", "mean_and_half_width"]
 

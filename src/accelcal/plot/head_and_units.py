@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from accelcal.choices import check_text
+from accelcal.arguments.options import check_text
 from accelcal.errors import InputError
 from accelcal.plot.style import canvas, entitled, palette, styled
 from accelcal.report.scale import readable

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
 
-from accelcal.arguments import kind_of
-from accelcal.choices import check_choice, check_flag
+from accelcal.arguments.kinds import kind_of
+from accelcal.arguments.options import check_choice, check_flag
 from accelcal.errors import InputError
 from accelcal.plot.colours import DARK, LIGHT, Palette
 

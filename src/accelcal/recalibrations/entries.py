@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from accelcal.arguments import kind_of, several
+from accelcal.arguments.kinds import kind_of, several
 from accelcal.errors import InputError
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity

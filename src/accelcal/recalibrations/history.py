@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments import check_number
-from accelcal.choices import check_text
+from accelcal.arguments.numbers import check_number
+from accelcal.arguments.options import check_text
 from accelcal.errors import InputError
-from accelcal.probability import LEVEL, NORMAL_FACTOR, student_quantile
+from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.recalibrations.comparable import Comparable, comparable
 from accelcal.recalibrations.entries import Entry, entries_of
 from accelcal.recalibrations.jumps import (

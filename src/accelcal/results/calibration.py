@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from accelcal.choices import check_written
+from accelcal.arguments.options import check_written
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.results import calibration_parts as parts

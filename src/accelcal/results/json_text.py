@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from accelcal.arguments import path_text
+from accelcal.arguments.kinds import path_text
 from accelcal.errors import DocumentError
 from accelcal.escapes import encodable
 from accelcal.results.damage import DamageError

@@ -9,9 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.arguments import check_number, expect, several
+from accelcal.arguments.kinds import expect, several
+from accelcal.arguments.numbers import check_number
 from accelcal.errors import InputError
-from accelcal.probability import LEVEL, student_quantile
+from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Gate
 from accelcal.results.stability import AllanDeviation, Estimate, LaunchTrend, Stability

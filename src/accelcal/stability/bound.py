@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from accelcal.model import bias_bound
-from accelcal.probability import student_quantile
+from accelcal.numerics.probability import student_quantile
 from accelcal.results.stability import BiasBound, Estimate
 
 __all__ = ["coverage_factor", "random_bias"]

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments import check_number, each_of, expect, number_array
-from accelcal.choices import check_text, check_written
+from accelcal.arguments.kinds import each_of, expect
+from accelcal.arguments.numbers import check_number, number_array
+from accelcal.arguments.options import check_text, check_written
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.probability import LEVEL
+from accelcal.numerics.probability import LEVEL
 from accelcal.results.stability import Estimate
 
 __all__ = ["LagCorrelation", "deviation", "lag1_correlation"]

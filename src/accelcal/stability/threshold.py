@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.probability import LEVEL, student_quantile
+from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.stability import Estimate
 from accelcal.stability.record import Launch
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import InputError
-from accelcal.probability import LEVEL
+from accelcal.numerics.probability import LEVEL
 from accelcal.stability.record import Launch
 
 __all__ = ["Trend", "fit_trend"]

@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from accelcal.accelerometer import AL15, Accelerometer
-from accelcal.arguments import check_whole, expect
+from accelcal.arguments.kinds import expect
+from accelcal.arguments.numbers import check_whole
 from accelcal.estimate.linear import METHODS
 from accelcal.model import COEFFICIENTS
-from accelcal.probability import LEVEL, student_quantile
+from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle
 from accelcal.results.calibration import Calibration

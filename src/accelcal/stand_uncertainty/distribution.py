@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import InputError
-from accelcal.probability import student_quantile
+from accelcal.numerics.probability import student_quantile
 
 __all__ = ["SHAPES", "Distribution", "distribution"]
 

@@ -10,10 +10,10 @@ from numbers import Real
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments import as_given
-from accelcal.choices import mapping_of
+from accelcal.arguments.kinds import as_given
+from accelcal.arguments.options import mapping_of
 from accelcal.errors import InputError
-from accelcal.probability import LEVEL, NORMAL_FACTOR, student_quantile
+from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.results.stand_budget import StandBudget
 from accelcal.results.stand_requirements import (
     InstrumentRequirement,

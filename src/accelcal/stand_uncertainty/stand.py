@@ -6,8 +6,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from accelcal.arguments import check_whole, each_of, expect, several
-from accelcal.choices import check_choice, check_flag, check_written
+from accelcal.arguments.kinds import each_of, expect, several
+from accelcal.arguments.numbers import check_whole
+from accelcal.arguments.options import check_choice, check_flag, check_written
 from accelcal.errors import InputError
 from accelcal.stand_uncertainty.distribution import Distribution
 from accelcal.stand_uncertainty.kinds import KINDS

@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from accelcal.probability import LEVEL, student_quantile
+from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.stand_budget import StandBudget
 from accelcal.results.stand_requirements import Sufficiency
 from accelcal.specification import PLACES, QUANTITIES, Limit, Specification, conversion_factor

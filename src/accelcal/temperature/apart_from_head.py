@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.grouping import sums_of_groups
+from accelcal.numerics.grouping import sums_of_groups
 
 __all__ = ["HeadErrors"]
 

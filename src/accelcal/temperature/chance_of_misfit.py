@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.uncertainty import Component, propagate
-from accelcal.probability import f_survival
+from accelcal.numerics.probability import f_survival
 from accelcal.temperature.bilinear import misfit
 
 __all__ = ["chance_of_misfit", "contrasts_of"]

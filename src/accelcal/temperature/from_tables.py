@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from accelcal.estimate.joint import JointEstimate, JointStack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, Intervals, combined, propagate
-from accelcal.probability import f_survival
+from accelcal.numerics.probability import f_survival
 from accelcal.results.temperature import BilinearLaw, TemperatureModel
 from accelcal.sentences import of_each
 from accelcal.temperature.bilinear import (

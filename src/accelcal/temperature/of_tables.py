@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from accelcal.estimate.joint import JointStack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
-from accelcal.grouping import grouped
 from accelcal.model import COEFFICIENTS
+from accelcal.numerics.grouping import grouped
 from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.bilinear import LEAST_RISE
 from accelcal.temperature.from_tables import LawsOfRecords, tables_of_one_mounting

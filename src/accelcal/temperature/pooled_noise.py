@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.estimate.noise import NoiseStack
-from accelcal.probability import f_survival
+from accelcal.numerics.probability import f_survival
 
 __all__ = ["pooled_noise"]
 

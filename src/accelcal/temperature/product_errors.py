@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from accelcal.estimate.joint import JointStack
 from accelcal.estimate.noise import FEW, NoiseStack, noise_of_stack
 from accelcal.estimate.tables import PreparedTable
-from accelcal.grouping import grouped
 from accelcal.model import COEFFICIENTS
+from accelcal.numerics.grouping import grouped
 from accelcal.temperature.apart_from_head import HeadErrors
 from accelcal.temperature.hysteresis import Branches, branches_of
 from accelcal.temperature.pooled_noise import pooled_noise

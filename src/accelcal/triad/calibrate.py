@@ -7,10 +7,11 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.arguments import expect, number_array
-from accelcal.choices import check_choice
+from accelcal.arguments.kinds import expect
+from accelcal.arguments.numbers import number_array
+from accelcal.arguments.options import check_choice
 from accelcal.errors import InputError
-from accelcal.probability import LEVEL, student_quantile
+from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.quantity import Quantity
 from accelcal.results.triad import TriadCalibration
 from accelcal.triad.gates import gates_of

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from accelcal.errors import DesignError
-from accelcal.probability import f_survival, student_quantile
+from accelcal.numerics.probability import f_survival, student_quantile
 from accelcal.results.quantity import Gate
 from accelcal.triad.record import TriadRecord
 from accelcal.triad.solution import Solution

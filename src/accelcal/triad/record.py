@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from accelcal.apparatus import Apparatus
-from accelcal.arguments import number_array
-from accelcal.choices import check_text, check_written
+from accelcal.arguments.numbers import number_array
+from accelcal.arguments.options import check_text, check_written
 from accelcal.errors import InputError
 
 __all__ = ["AXES", "TriadRecord", "up_of_turn"]

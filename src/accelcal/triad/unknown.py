@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.choices import check_choice
+from accelcal.arguments.options import check_choice
 from accelcal.errors import DesignError
 from accelcal.triad.solution import NAMES, Solution, refuse_rank
 

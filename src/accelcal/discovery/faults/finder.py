@@ -27,7 +27,8 @@ from accelcal.discovery.noise import FEWEST_REPLICATES
 from accelcal.effects.catalogue import effect
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.gates.verdict import acceleration
-from accelcal.grouping import decimal_step, median
+from accelcal.numerics.decimal_steps import decimal_step
+from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
 
 __all__ = ["Fault", "faults"]

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.probability import student_survival
+from accelcal.numerics.probability import student_survival
 
 __all__ = ["chance_of"]
 

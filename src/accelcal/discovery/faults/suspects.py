@@ -21,8 +21,8 @@ from accelcal.discovery.faults.pure_error import (
     smooth,
 )
 from accelcal.effects.conditions import Conditions
-from accelcal.grouping import grouped
-from accelcal.probability import f_survival, student_survival
+from accelcal.numerics.grouping import grouped
+from accelcal.numerics.probability import f_survival, student_survival
 
 __all__ = ["Suspect", "Views", "suspects", "views_of"]
 

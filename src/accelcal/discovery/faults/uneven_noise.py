@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from accelcal.discovery.faults.pure_error import TELLING, PureError, moving
 from accelcal.discovery.noise import dummies, orthonormal
 from accelcal.effects.conditions import Conditions
-from accelcal.grouping import distinct, grouped, median
-from accelcal.probability import student_survival
+from accelcal.numerics.grouping import grouped
+from accelcal.numerics.probability import student_survival
+from accelcal.numerics.sorting import distinct, median
 
 __all__ = ["Vibration", "chance_of_vibration", "vibration", "vibration_over_noise"]
 

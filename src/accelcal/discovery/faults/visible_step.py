@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.grouping import decimal_step, distinct
+from accelcal.numerics.decimal_steps import decimal_step
+from accelcal.numerics.sorting import distinct
 
 __all__ = ["VisibleStep", "visible_step"]
 

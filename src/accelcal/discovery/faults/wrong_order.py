@@ -13,8 +13,8 @@ from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.gates.order import OtherOrder, order_of_strokes
 from accelcal.gates.sizes import wrong_sign
 from accelcal.gates.verdict import times
-from accelcal.grouping import distinct
-from accelcal.probability import f_survival, student_survival
+from accelcal.numerics.probability import f_survival, student_survival
+from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 
 __all__ = ["turned_tables", "wrong_orders"]

@@ -24,8 +24,8 @@ from accelcal.discovery.space import space_of, whitener_of
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.estimate.tables import head_positions
-from accelcal.grouping import median
-from accelcal.probability import student_quantile
+from accelcal.numerics.probability import student_quantile
+from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
 from accelcal.results.findings import Undetectable
 

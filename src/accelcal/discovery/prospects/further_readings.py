@@ -14,7 +14,7 @@ from accelcal.effects.conditions import LEVEL_CHANGE, SECONDS_PER_READING
 from accelcal.errors import InputError
 from accelcal.estimate.tables import head_positions
 from accelcal.geometry import turn_angles
-from accelcal.grouping import distinct, median
+from accelcal.numerics.sorting import distinct, median
 from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle
 from accelcal.simulation import NOISE_FREE, TumblePlan, simulate

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from accelcal.discovery.candidates import Instance, column_of
 from accelcal.discovery.stand.mean_unit import Unit, amplitudes
-from accelcal.probability import f_survival
+from accelcal.numerics.probability import f_survival
 
 __all__ = ["OneValue", "one_value"]
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.arguments import each_of
+from accelcal.arguments.kinds import each_of
 from accelcal.discovery.candidates import Instance, searched_among
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.discover import check_search, discover

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from accelcal.arguments import as_given, kind_of
+from accelcal.arguments.kinds import as_given, kind_of
 from accelcal.errors import InputError
 
 __all__ = [

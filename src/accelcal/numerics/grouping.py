@@ -1,8 +1,4 @@
-"""Equal values brought together, medians, and the step in which values come.
-
-numpy.unique and numpy.median do the same, but import numpy.ma, which takes as long as the fit of a
-table.
-"""
+"""Equal values brought together in groups, and sums over each group."""
 
 from __future__ import annotations
 
@@ -12,16 +8,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.numerics.sorting import distinct
+
 __all__ = [
     "Alike",
-    "decimal_step",
-    "decimal_steps",
-    "distinct",
     "few_at_a_time",
     "group_after_group",
     "grouped",
     "groups_alike",
-    "median",
     "products_of_groups",
     "sums_of_groups",
 ]
@@ -29,34 +23,6 @@ __all__ = [
 _CACHED = 2**17  # numbers of some groups that a cache holds
 _FEW = 100  # products of a row, which are soon written out
 _SMALL = 2**17  # numbers in a matrix that a cache holds
-
-_GLANCE = 3  # so many values mostly tell that a step is too large
-_STEPS = np.array([10.0**-digits for digits in range(13)])
-_STEPS_IN_ONE = np.array([10.0**digits for digits in range(13)])
-
-
-def distinct(values: NDArray[Any]) -> NDArray[Any]:
-    """Sort the values and keep one of each.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Values without NaN.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        The different values, sorted.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> distinct(np.array([3, 1, 3])).tolist()
-    [1, 3]
-    """
-    ordered = np.sort(values)
-    first = np.concatenate([[True], ordered[1:] != ordered[:-1]])[: ordered.size]
-    return np.asarray(ordered[first])
 
 
 def grouped(values: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.intp], NDArray[np.intp]]:
@@ -267,93 +233,3 @@ def sums_of_groups(
     order = group_after_group(index, members)
     weighted = np.take(values * np.reshape(weight, (-1, 1)), order, axis=-2)
     return np.asarray(np.add.reduceat(weighted, starts, axis=-2))
-
-
-def median(values: NDArray[Any]) -> float:
-    """Median of some values.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Values without NaN; n is at least 1.
-
-    Returns
-    -------
-    float
-        The middle value, or the mean of the two middle ones.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> median(np.array([4.0, 1.0, 3.0])), median(np.array([1.0, 2.0]))
-    (3.0, 1.5)
-    """
-    ordered = np.sort(values)
-    half = values.size // 2
-    return float(ordered[half] if values.size % 2 else 0.5 * (ordered[half - 1] + ordered[half]))
-
-
-def decimal_step(values: NDArray[np.float64]) -> float:
-    """Find the power of ten of which all values are multiples, as a voltmeter shows them.
-
-    Parameters
-    ----------
-    values : ndarray
-        Values.
-
-    Returns
-    -------
-    float
-        The largest such step from 1 to 1e-12 that the largest value has a hundred of; 0 where there
-        is none.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> decimal_step(np.array([1.2503, -0.71])), decimal_step(np.array([1.0 / 3.0]))
-    (0.0001, 0.0)
-    """
-    return float(decimal_steps(values.reshape(1, -1))[0])
-
-
-def decimal_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Find the power of ten of which all values of a row are multiples, for each row.
-
-    Parameters
-    ----------
-    values : ndarray, shape (T, n)
-        Values.
-
-    Returns
-    -------
-    ndarray, shape (T,)
-        The largest such step from 1 to 1e-12 that the largest value has a hundred of; 0 where there
-        is none.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> decimal_steps(np.array([[1.2503, -0.71], [1.0, 1.0 / 3.0]])).tolist()
-    [0.0001, 0.0]
-    """
-    if len(values) > values.shape[1]:  # short rows take three times as long to go through
-        values = np.asfortranarray(values)
-    size = _STEPS_IN_ONE[:, None] * np.abs(values).max(axis=1)
-    few = np.multiply.outer(_STEPS_IN_ONE, values.T[:_GLANCE])
-    # a hundred steps or more, or all small values would be multiples of a large step
-    possible = (size >= 100.0) & (size <= 1e12) & _whole(few).all(axis=1)
-    step = np.zeros(len(values))
-    rows = np.flatnonzero(possible.any(axis=0))
-    while rows.size:
-        largest = possible[:, rows].argmax(axis=0)
-        own = values if rows.size == len(values) else values[rows]
-        found = _whole(own * _STEPS_IN_ONE[largest, None]).all(axis=1)
-        step[rows[found]] = _STEPS[largest[found]]
-        possible[largest, rows] = False
-        rows = rows[~found & possible[:, rows].any(axis=0)]
-    return step
-
-
-def _whole(values: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell which values are whole numbers but for rounding errors."""
-    return np.asarray(np.abs(values - np.rint(values)) < 1e-4)

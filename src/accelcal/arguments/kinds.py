@@ -1,4 +1,4 @@
-"""Arguments of a call, checked: what is of another kind, or no number, is refused in a line."""
+"""What arguments are: of the kind that a function takes, one or several, or the path of a file."""
 
 from __future__ import annotations
 
@@ -9,18 +9,14 @@ from os import PathLike, fspath
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from accelcal.errors import InputError
 
 __all__ = [
     "as_given",
-    "check_number",
-    "check_whole",
     "each_of",
     "expect",
     "kind_of",
-    "number_array",
     "path_text",
     "several",
 ]
@@ -181,102 +177,6 @@ def several(values: Any) -> tuple[Any, ...]:
     return tuple(values.tolist() if isinstance(values, np.ndarray) else values)
 
 
-def check_number(minimum: float = -math.inf, maximum: float = math.inf, /, **values: float) -> None:
-    """Refuse values that are not finite or outside a range.
-
-    Parameters
-    ----------
-    minimum, maximum : float
-        Smallest and largest value allowed.
-    **values : float
-        The values, by the name that the message gives.
-
-    Raises
-    ------
-    InputError
-        If one breaks the rule.
-
-    Examples
-    --------
-    >>> check_number(0.0, hours="8")
-    Traceback (most recent call last):
-    ...
-    accelcal.errors.InputError: hours is '8'; it is a finite number
-    """
-    for name, value in values.items():
-        if not _is_number(value) or not _is_finite(value):
-            raise InputError(f"{name} is {as_given(value)}; it is a finite number")
-        if value < minimum:
-            raise InputError(f"{name} is {value}; it is {minimum:g} or more")
-        if value > maximum:
-            raise InputError(f"{name} is {value}; it is {maximum:g} or less")
-
-
-def check_whole(minimum: int, /, **values: float) -> None:
-    """Refuse values that are no whole numbers or below the minimum.
-
-    Parameters
-    ----------
-    minimum : int
-        Smallest value allowed.
-    **values : int
-        The values, by the name that the message gives.
-
-    Raises
-    ------
-    InputError
-        If one breaks the rule.
-
-    Examples
-    --------
-    >>> check_whole(1, strokes=2.5)
-    Traceback (most recent call last):
-    ...
-    accelcal.errors.InputError: strokes is 2.5; it is a whole number, 1 or more
-    """
-    for name, value in values.items():
-        if not _is_number(value) or not value >= minimum or value % 1:
-            rule = f"a whole number, {minimum} or more"
-            raise InputError(f"{name} is {as_given(value)}; it is {rule}")
-
-
-def number_array(value: ArrayLike, name: str) -> NDArray[np.float64]:
-    """Take a number or an array of numbers.
-
-    Parameters
-    ----------
-    value : array_like
-        What was given.
-    name : str
-        Its name, for the message.
-
-    Returns
-    -------
-    ndarray of float
-        The numbers; NaN where an array of `numpy.ma` has a mask.
-
-    Raises
-    ------
-    InputError
-        If it is something else.
-
-    Examples
-    --------
-    >>> number_array([1, 2], "output").tolist()
-    [1.0, 2.0]
-    """
-    try:
-        array: Any = np.asanyarray(value)
-        if value is None or array.dtype.kind not in "iufO":
-            raise TypeError
-        if hasattr(array, "filled"):  # of numpy.ma, which is not loaded for this
-            array = array.astype(np.float64).filled(np.nan)
-        return np.asarray(array, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        rule = "a number or an array of numbers"
-        raise InputError(f"{name} is {as_given(value)}; it is {rule}") from None
-
-
 def path_text(value: str | PathLike[str], remedy: str = "give the name of a file") -> str:
     """Take a path as text.
 
@@ -314,10 +214,6 @@ def as_given(value: object) -> str:
     if isinstance(value, int) and not _is_finite(value):
         return "a whole number beyond all floats"
     return str(value) if isinstance(value, Real) else kind_of(value)
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def _is_finite(value: float) -> bool:

@@ -1,0 +1,1 @@
+"""Arguments of a call, checked: what does not fit is refused in one line, before any work."""
