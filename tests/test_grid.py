@@ -1,4 +1,4 @@
-"""The least point of a grid is found from each sixteenth of its points."""
+"""The least point of a grid is found from each 64th of its points."""
 
 import numpy as np
 from hypothesis import given

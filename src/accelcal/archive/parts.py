@@ -69,9 +69,10 @@ def divide(source: SourceFile) -> list[Part]:
     list of Part
         In the order of the file; empty where it is to be read whole.
     """
+    if source.size < LARGE // _PACKED:  # as nearly all
+        return []
     parquet = is_parquet(source.path)
-    least = LARGE // _PACKED if parquet else LARGE
-    if source.size < least or is_url(source.path):
+    if source.size < (LARGE // _PACKED if parquet else LARGE) or is_url(source.path):
         return []
     divided = _parts_of_parquet if parquet else _parts_of_csv
     parts = caught(source.path, lambda: list(divided(source.path)))

@@ -97,6 +97,8 @@ def find_sources(paths: Sequence[str], aside: Collection[str] = ()) -> Sources:
     ...
     accelcal.errors.InputError: nosuch: no such file or folder; give files, folders or globs
     """
+    if len(paths) == 1 and os.path.isdir(paths[0]):  # noqa: PTH112  (holds no file twice)
+        return Sources(_of_path(paths[0], aside))
     found: dict[str, str | SourceFile] = {}
     for path in paths:
         if is_url(path):
@@ -222,7 +224,9 @@ def _in_glob(pattern: str) -> Iterator[str]:
 
 
 def _is_file(entry: os.DirEntry[str]) -> bool:
-    return _leads_to_file(entry.path) if entry.is_symlink() else entry.is_file()
+    if entry.is_file(follow_symlinks=False):
+        return True
+    return entry.is_symlink() and _leads_to_file(entry.path)
 
 
 def _leads_to_file(path: str) -> bool:

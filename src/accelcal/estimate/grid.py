@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,7 +13,8 @@ __all__ = ["Grid"]
 
 Array = NDArray[np.float64]
 
-_STRIDE = 16
+# Three looks, each finer and nearer to the lowest point, evaluate half as much as two (16 and 1).
+_STRIDES = (64, 8, 1)
 
 
 class Grid(NamedTuple):
@@ -41,8 +43,8 @@ class Grid(NamedTuple):
         Parameters
         ----------
         function : callable
-            Takes points, shape (..., m), and gives its values there. Its valleys are wider than
-            sixteen points: each sixteenth is looked at, then those about the lowest of them.
+            Takes points, shape (..., m), and gives its values there. Its valleys are wider than 64
+            points: each 64th is looked at, then each eighth about the lowest of them, then each.
 
         Returns
         -------
@@ -56,10 +58,16 @@ class Grid(NamedTuple):
         >>> grid.least(lambda x: np.log(x / middle) ** 2)[0].round(1).ravel().tolist()
         [2.0, 30.0]
         """
-        rough = np.arange(0, int(np.max(self.points)) + _STRIDE - 1, _STRIDE)
-        near = rough[np.argmin(function(self.at(rough)), axis=-1)][..., None]
-        points = self.at(near + np.arange(-_STRIDE, _STRIDE + 1))
+        places = np.arange(0, int(np.max(self.points)) + _STRIDES[0] - 1, _STRIDES[0])
+        for wide, step in pairwise(_STRIDES):
+            lowest = _lowest(places, function(self.at(places)))
+            places = lowest + np.arange(-wide, wide + 1, step)
+        points = self.at(places)
         values = function(points)
-        best = np.argmin(values, axis=-1)[..., None]
-        points = np.take_along_axis(points, best, axis=-1)
-        return points, np.take_along_axis(values, best, axis=-1)
+        return _lowest(points, values), _lowest(values, values)
+
+
+def _lowest(points: NDArray[Any], values: Array) -> NDArray[Any]:
+    """Of the points of each function, the one with the least value, shape (..., 1)."""
+    best = np.argmin(values, axis=-1)[..., None]
+    return np.take_along_axis(np.broadcast_to(points, values.shape), best, axis=-1)

@@ -6,8 +6,9 @@ have more to say than the plain reading, gets no record here.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping, Sequence
-from itertools import groupby, repeat
+from itertools import groupby, repeat, starmap
 from operator import attrgetter
 from typing import Any, NamedTuple
 
@@ -239,6 +240,5 @@ def _filled(values: Mapping[str, Sequence[Any]], number: int) -> list[TumbleReco
     records = [object.__new__(TumbleRecord) for _ in range(number)]
     for name, own in values.items():
         put = getattr(TumbleRecord, name).__set__
-        for record, value in zip(records, own, strict=True):
-            put(record, value)
+        deque(starmap(put, zip(records, own, strict=True)), maxlen=0)
     return records
