@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 import accelcal
-from accelcal import InputError, TumblePlan
+from accelcal import InputError, Limit, Specification, TumblePlan
 
 PATH = "examples/al15.csv"
 RECORD = accelcal.simulate(plan=TumblePlan(temperatures=20.0, strokes=2), seed=1)
@@ -30,8 +30,10 @@ WRONG = {
 
 FUNCTIONS = {
     "accelerations": (accelcal.accelerations, {"a number", "a list"}),
+    "analyse": (accelcal.analyse, set()),
     "apply": (accelcal.apply, {"a calibration"}, [1.0]),
     "batch": (accelcal.batch, {"a path", "a Path"}),
+    "budget": (accelcal.budget, {"a calibration"}, 0.0),
     "calibrate_head": (accelcal.calibrate_head, {"a record", "records"}),
     "calibrate_triad": (accelcal.calibrate_triad, set()),
     "compare": (accelcal.compare, {"a calibration"}, RECORD),
@@ -39,16 +41,21 @@ FUNCTIONS = {
     "design_matrix": (accelcal.design_matrix, set()),
     "discover": (accelcal.discover, {"a record"}),
     "discover_stand": (accelcal.discover_stand, {"records"}),
+    "distribution": (accelcal.distribution, set()),
     "effect": (accelcal.effect, set()),
     "estimate_tables": (accelcal.estimate_tables, set(), [0, 45, 90]),
     "fit": (accelcal.fit, {"a record"}),
     "history": (accelcal.history, set()),
+    "judge": (accelcal.judge, set(), Specification("AL-15", (Limit("bias", "mg", maximum=5.0),))),
     "output": (accelcal.output, {"a mapping"}, TURN),
     "position_angles": (accelcal.position_angles, {"a list"}),
+    "random_part": (accelcal.random_part, {"a calibration"}),
     "read_arrays": (accelcal.read_arrays, {"a frame"}),
     "read_discovery": (accelcal.read_discovery, set()),
     "read_effects": (accelcal.read_effects, set()),
     "read_head": (accelcal.read_head, set()),
+    "read_specification": (accelcal.read_specification, set()),
+    "read_stability": (accelcal.read_stability, set()),
     "read_stand": (accelcal.read_stand, set()),
     "read_table": (accelcal.read_table, {"a path", "a Path"}),
     "read_tables": (accelcal.read_tables, {"a path", "a Path"}),

@@ -258,6 +258,21 @@ def test_stability_goes_before_the_calibration_and_behind_what_is_given(al15):
     assert random.scale_factor.origin == "calibration, declared"
 
 
+def test_a_stability_result_serves_as_its_document(al15):
+    levels = np.random.default_rng(1).normal(0.0, 1e-4, (4, 1))
+    noise = np.random.default_rng(2).normal(1.3, 1e-5, (4, 200))
+    launches = [
+        accelcal.Launch(str(number), np.arange(200.0), output)
+        for number, output in enumerate(levels + noise, start=1)
+    ]
+    record = accelcal.StabilityRecord(tuple(launches), unit="V")
+    in_g = accelcal.analyse(record, scale_factor=1.3, window=10.0)
+    assert random_part(al15, in_g) == random_part(al15, in_g.to_document())
+    assert random_part(al15, in_g).launch.origin == "stability test"
+    with pytest.raises(DocumentError, match="unit: 'V' in place of 'g'"):
+        random_part(al15, accelcal.analyse(record, window=10.0))
+
+
 def measured_launches(sigma, launches):
     """Document of a stability test of so many launches, whose means scatter by sigma."""
     components = {"sigma_L": sigma, "k0L": 3.0 * sigma}

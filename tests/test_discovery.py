@@ -254,6 +254,7 @@ def test_document_reads_back_equal(discovery, tmp_path):
     text = discovery.to_json(tmp_path / "model.json")
     assert Discovery.from_json(text) == discovery
     assert accelcal.read_discovery(str(tmp_path / "model.json")) == discovery
+    assert accelcal.read_discovery(tmp_path / "model.json") == discovery
 
 
 def test_document_has_the_keys_of_the_contract(discovery):

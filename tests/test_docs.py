@@ -10,6 +10,7 @@ import accelcal
 from accelcal.cli.program import COMMANDS
 
 ROOT = Path(__file__).parents[1]
+REFERENCE = (ROOT / "docs" / "reference.md").read_text("utf-8")
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
@@ -80,6 +81,31 @@ def anchors(page):
     for heading in re.findall(r"^#+ (.*)$", text, re.MULTILINE):
         plain = re.sub(r"[`*]|\]\([^)]*\)|\[", "", heading).lower()
         yield re.sub(r"[^\w\- ]", "", plain).replace(" ", "-")
+
+
+def code_of(page):
+    blocks = re.compile(r"^```python\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+    return "\n".join(blocks.findall(page.read_text("utf-8")))
+
+
+WITH_NAMES_OF_THEIR_OWN = {"accelcal.plot.style"}  # it needs matplotlib
+WITHOUT_ERRATA = [page for page in PAGES if page.name != "errata.md"]  # which opens up the inside
+
+
+@pytest.mark.parametrize("page", WITHOUT_ERRATA, ids=lambda page: page.name)
+def test_pages_need_public_names_only(page):
+    imported = set(re.findall(r"from (accelcal[.\w]*) import", code_of(page)))
+    assert imported - WITH_NAMES_OF_THEIR_OWN <= {"accelcal"}
+    used = set(re.findall(r"(?<!from )\baccelcal\.(\w+)", code_of(page)))
+    assert used <= set(accelcal.__all__)
+
+
+def test_the_functions_behind_the_commands_are_public():
+    (table,) = re.findall(r"^\| command .*?(?=\n\n)", REFERENCE, re.DOTALL | re.MULTILINE)
+    rows = [line.strip("| ").split(" | ") for line in table.splitlines()[2:]]
+    assert {re.findall(r"\w+", command)[0] for command, _ in rows} <= set(COMMANDS)
+    named = {name for _, functions in rows for name in re.findall(r"`(\w+)`", functions)}
+    assert named - {"report"} <= set(accelcal.__all__)
 
 
 effect_pages = module(ROOT / "docs" / "effect_pages.py")

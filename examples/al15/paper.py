@@ -16,9 +16,6 @@ import numpy as np
 from scipy.stats import chi2
 
 import accelcal
-from accelcal.effects.catalogue import effect
-from accelcal.stability.analysis import analyse
-from accelcal.stability.record import Launch, StabilityRecord
 
 LEVELS = (20.0, 50.0, 80.0, 50.0, 20.0, -10.0, -40.0, -10.0, 20.0)
 HYSTERESIS = 1e-4  # g; the paper's 3e-4 g is a bound of 3 sigma
@@ -32,19 +29,19 @@ def tumble_test() -> accelcal.TumbleRecord:
     record = accelcal.simulate(
         accelcal.AL15,
         accelcal.TumblePlan(temperatures=LEVELS, local_gravity=9.8106),
-        effects=[effect("temperature-hysteresis").of(HYSTERESIS)],
+        effects=[accelcal.effect("temperature-hysteresis").of(HYSTERESIS)],
         seed=2009,
     )
     return record.with_apparatus(launch_sf_uncertainty=None)
 
 
-def launches() -> StabilityRecord:
+def launches() -> accelcal.StabilityRecord:
     """Six launches at rest, bias in g: a shift of each, drift, fluctuation."""
     random = np.random.default_rng(2009)
     time = np.arange(0.0, HOURS * 3600.0, STEP)
-    return StabilityRecord(
+    return accelcal.StabilityRecord(
         tuple(
-            Launch(
+            accelcal.Launch(
                 label=str(number),
                 time=time,
                 output=3.324e-3
@@ -161,7 +158,7 @@ def main(folder: Path) -> int:
     """Reproduce; exit 1 where an interval leaves a figure of the paper out."""
     calibration = accelcal.fit(tumble_test())
     record = launches()
-    held = print_table(comparison(calibration, analyse(record, times=(600.0, 43200.0))))
+    held = print_table(comparison(calibration, accelcal.analyse(record, times=(600.0, 43200.0))))
     figure3(calibration, folder / "figure3.png")
     figure4(record, folder / "figure4.png")
     print(f"wrote {folder / 'figure3.png'} and {folder / 'figure4.png'}")

@@ -65,6 +65,9 @@ from typing import TYPE_CHECKING
 from accelcal.version import __version__
 
 if TYPE_CHECKING:
+    from accelcal.accelerometer import AL15 as AL15
+    from accelcal.accelerometer import Accelerometer as Accelerometer
+    from accelcal.accelerometer import BilinearLaw as BilinearLaw
     from accelcal.apparatus import Apparatus as Apparatus
     from accelcal.archive.batch import BatchCounts as BatchCounts
     from accelcal.archive.batch import BatchFrames as BatchFrames
@@ -76,13 +79,18 @@ if TYPE_CHECKING:
     from accelcal.discovery.compare import compare as compare
     from accelcal.discovery.discover import discover as discover
     from accelcal.discovery.stand.whole import discover_stand as discover_stand
+    from accelcal.discovery.twin import Twin as Twin
     from accelcal.discovery.twin import twin as twin
     from accelcal.effects.catalogue import catalogue as catalogue
     from accelcal.effects.catalogue import effect as effect
     from accelcal.effects.catalogue import register as register
     from accelcal.effects.catalogue import unregister as unregister
+    from accelcal.effects.effect import Disturbance as Disturbance
     from accelcal.effects.effect import Effect as Effect
     from accelcal.effects.effect import Parameter as Parameter
+    from accelcal.error_budget.budget import budget as budget
+    from accelcal.error_budget.random_part import RandomPart as RandomPart
+    from accelcal.error_budget.random_part import random_part as random_part
     from accelcal.errors import AccelcalError as AccelcalError
     from accelcal.errors import AccelcalWarning as AccelcalWarning
     from accelcal.errors import DesignError as DesignError
@@ -92,12 +100,15 @@ if TYPE_CHECKING:
     from accelcal.estimate.self_calibration import calibrate_head as calibrate_head
     from accelcal.estimate.stacked_tables import TableEstimates as TableEstimates
     from accelcal.estimate.stacked_tables import estimate_tables as estimate_tables
+    from accelcal.geometry import Acceleration as Acceleration
     from accelcal.geometry import accelerations as accelerations
     from accelcal.geometry import position_angles as position_angles
     from accelcal.io.arrays import read_arrays as read_arrays
     from accelcal.io.discoveries import read_discovery as read_discovery
     from accelcal.io.effects import read_effects as read_effects
     from accelcal.io.head import read_head as read_head
+    from accelcal.io.specification import read_specification as read_specification
+    from accelcal.io.stability_record import read_stability as read_stability
     from accelcal.io.stand import read_stand as read_stand
     from accelcal.io.tables import read_table as read_table
     from accelcal.io.tables import read_tables as read_tables
@@ -115,46 +126,68 @@ if TYPE_CHECKING:
     from accelcal.results.designs import TestDesign as TestDesign
     from accelcal.results.disagreement import Disagreement as Disagreement
     from accelcal.results.discovery import Discovery as Discovery
+    from accelcal.results.error_budget import ErrorBudget as ErrorBudget
     from accelcal.results.head_calibration import HeadCalibration as HeadCalibration
     from accelcal.results.optimal_design import OptimalDesign as OptimalDesign
     from accelcal.results.quantity import Quantity as Quantity
+    from accelcal.results.stability import Stability as Stability
     from accelcal.results.stand import StandDiscovery as StandDiscovery
     from accelcal.results.stand_budget import StandBudget as StandBudget
     from accelcal.results.triad import TriadCalibration as TriadCalibration
-    from accelcal.simulation import AL15 as AL15
-    from accelcal.simulation import Accelerometer as Accelerometer
+    from accelcal.results.unit_history import History as History
+    from accelcal.results.verdict import Verdict as Verdict
     from accelcal.simulation import NoiseComponents as NoiseComponents
     from accelcal.simulation import TumblePlan as TumblePlan
     from accelcal.simulation import simulate as simulate
+    from accelcal.specification import Limit as Limit
+    from accelcal.specification import Specification as Specification
+    from accelcal.stability.analysis import analyse as analyse
+    from accelcal.stability.record import Launch as Launch
+    from accelcal.stability.record import StabilityRecord as StabilityRecord
     from accelcal.stand_uncertainty.budget import stand_budget as stand_budget
+    from accelcal.stand_uncertainty.distribution import Distribution as Distribution
+    from accelcal.stand_uncertainty.distribution import distribution as distribution
     from accelcal.stand_uncertainty.stand import Stand as Stand
     from accelcal.stand_uncertainty.stand import StandComponent as StandComponent
     from accelcal.triad.calibrate import calibrate_triad as calibrate_triad
     from accelcal.triad.record import TriadRecord as TriadRecord
+    from accelcal.verdict import judge as judge
 
 __all__ = [
     "AL15",
     "AccelcalError",
     "AccelcalWarning",
+    "Acceleration",
     "Accelerometer",
     "Apparatus",
     "BatchCounts",
     "BatchFrames",
+    "BilinearLaw",
     "Calibration",
     "DesignComparison",
     "DesignError",
     "Disagreement",
     "Discovery",
+    "Distribution",
+    "Disturbance",
     "DocumentError",
     "Effect",
+    "ErrorBudget",
     "HeadCalibration",
+    "History",
     "InputError",
+    "Launch",
+    "Limit",
     "MeasuredAcceleration",
     "NoiseComponents",
     "OptimalDesign",
     "Pace",
     "Parameter",
     "Quantity",
+    "RandomPart",
+    "Specification",
+    "Stability",
+    "StabilityRecord",
     "Stand",
     "StandBudget",
     "StandComponent",
@@ -166,10 +199,14 @@ __all__ = [
     "TriadRecord",
     "TumblePlan",
     "TumbleRecord",
+    "Twin",
+    "Verdict",
     "__version__",
     "accelerations",
+    "analyse",
     "apply",
     "batch",
+    "budget",
     "calibrate_head",
     "calibrate_triad",
     "catalogue",
@@ -178,17 +215,22 @@ __all__ = [
     "design_matrix",
     "discover",
     "discover_stand",
+    "distribution",
     "effect",
     "estimate_tables",
     "fit",
     "history",
+    "judge",
     "optimal_design",
     "output",
     "position_angles",
+    "random_part",
     "read_arrays",
     "read_discovery",
     "read_effects",
     "read_head",
+    "read_specification",
+    "read_stability",
     "read_stand",
     "read_table",
     "read_tables",
@@ -203,61 +245,82 @@ __all__ = [
 ]
 
 _HOME = {
-    "TestDesign": "accelcal.results.designs",
-    "OptimalDesign": "accelcal.results.optimal_design",
-    "DesignComparison": "accelcal.results.designs",
-    "Pace": "accelcal.planning.pace",
-    "design": "accelcal.planning.compare",
-    "optimal_design": "accelcal.planning.optimum",
-    "AL15": "accelcal.simulation",
+    "AL15": "accelcal.accelerometer",
     "AccelcalError": "accelcal.errors",
     "AccelcalWarning": "accelcal.errors",
-    "Accelerometer": "accelcal.simulation",
+    "Acceleration": "accelcal.geometry",
+    "Accelerometer": "accelcal.accelerometer",
     "Apparatus": "accelcal.apparatus",
     "BatchCounts": "accelcal.archive.batch",
     "BatchFrames": "accelcal.archive.batch",
+    "BilinearLaw": "accelcal.accelerometer",
     "Calibration": "accelcal.results.calibration",
+    "DesignComparison": "accelcal.results.designs",
     "DesignError": "accelcal.errors",
     "Disagreement": "accelcal.results.disagreement",
     "Discovery": "accelcal.results.discovery",
+    "Distribution": "accelcal.stand_uncertainty.distribution",
+    "Disturbance": "accelcal.effects.effect",
     "DocumentError": "accelcal.errors",
     "Effect": "accelcal.effects.effect",
+    "ErrorBudget": "accelcal.results.error_budget",
+    "HeadCalibration": "accelcal.results.head_calibration",
+    "History": "accelcal.results.unit_history",
     "InputError": "accelcal.errors",
+    "Launch": "accelcal.stability.record",
+    "Limit": "accelcal.specification",
     "MeasuredAcceleration": "accelcal.compensate.apply",
     "NoiseComponents": "accelcal.simulation",
+    "OptimalDesign": "accelcal.results.optimal_design",
+    "Pace": "accelcal.planning.pace",
     "Parameter": "accelcal.effects.effect",
     "Quantity": "accelcal.results.quantity",
+    "RandomPart": "accelcal.error_budget.random_part",
+    "Specification": "accelcal.specification",
+    "Stability": "accelcal.results.stability",
+    "StabilityRecord": "accelcal.stability.record",
     "Stand": "accelcal.stand_uncertainty.stand",
     "StandBudget": "accelcal.results.stand_budget",
     "StandComponent": "accelcal.stand_uncertainty.stand",
     "StandDiscovery": "accelcal.results.stand",
     "TableError": "accelcal.errors",
     "TableEstimates": "accelcal.estimate.stacked_tables",
+    "TestDesign": "accelcal.results.designs",
     "TriadCalibration": "accelcal.results.triad",
     "TriadRecord": "accelcal.triad.record",
     "TumblePlan": "accelcal.simulation",
     "TumbleRecord": "accelcal.record",
+    "Twin": "accelcal.discovery.twin",
+    "Verdict": "accelcal.results.verdict",
     "accelerations": "accelcal.geometry",
+    "analyse": "accelcal.stability.analysis",
     "apply": "accelcal.compensate.apply",
     "batch": "accelcal.archive.batch",
-    "HeadCalibration": "accelcal.results.head_calibration",
+    "budget": "accelcal.error_budget.budget",
     "calibrate_head": "accelcal.estimate.self_calibration",
     "calibrate_triad": "accelcal.triad.calibrate",
-    "read_head": "accelcal.io.head",
     "catalogue": "accelcal.effects.catalogue",
     "compare": "accelcal.discovery.compare",
+    "design": "accelcal.planning.compare",
     "design_matrix": "accelcal.model",
     "discover": "accelcal.discovery.discover",
     "discover_stand": "accelcal.discovery.stand.whole",
+    "distribution": "accelcal.stand_uncertainty.distribution",
     "effect": "accelcal.effects.catalogue",
     "estimate_tables": "accelcal.estimate.stacked_tables",
     "fit": "accelcal.calibrate.fit",
     "history": "accelcal.recalibrations.history",
+    "judge": "accelcal.verdict",
+    "optimal_design": "accelcal.planning.optimum",
     "output": "accelcal.model",
     "position_angles": "accelcal.geometry",
-    "read_discovery": "accelcal.io.discoveries",
+    "random_part": "accelcal.error_budget.random_part",
     "read_arrays": "accelcal.io.arrays",
+    "read_discovery": "accelcal.io.discoveries",
     "read_effects": "accelcal.io.effects",
+    "read_head": "accelcal.io.head",
+    "read_specification": "accelcal.io.specification",
+    "read_stability": "accelcal.io.stability_record",
     "read_stand": "accelcal.io.stand",
     "read_table": "accelcal.io.tables",
     "read_tables": "accelcal.io.tables",

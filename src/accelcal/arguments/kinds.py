@@ -26,7 +26,7 @@ _KINDS = {
     "Accelerometer": ("an accelerometer", "make one by accelcal.Accelerometer(...)"),
     "BilinearLaw": (
         "a law of temperature",
-        "make one by accelcal.simulation.BilinearLaw(at_reference, above, below)",
+        "make one by accelcal.BilinearLaw(at_reference, above, below)",
     ),
     "Calibration": (
         "a calibration",
@@ -34,7 +34,7 @@ _KINDS = {
     ),
     "Distribution": (
         "a distribution",
-        "make one by accelcal.stand_uncertainty.distribution.distribution('normal', standard=1e-5)",
+        "make one by accelcal.distribution('normal', standard=1e-5)",
     ),
     "Discovery": (
         "a discovery",
@@ -52,7 +52,7 @@ _KINDS = {
     "NoiseComponents": ("noise", "make it by accelcal.NoiseComponents(reading=5e-6)"),
     "Launch": (
         "a launch",
-        "make one by accelcal.stability.record.Launch(label, time, output)",
+        "make one by accelcal.Launch(label, time, output)",
     ),
     "Laboratory": (
         "a laboratory",
@@ -66,15 +66,15 @@ _KINDS = {
     ),
     "RandomPart": (
         "the random errors",
-        "make them by accelcal.error_budget.random_part.random_part(calibration)",
+        "make them by accelcal.random_part(calibration)",
     ),
     "Specification": (
         "a data sheet",
-        "read one by accelcal.io.specification.read_specification('sheet.toml')",
+        "read one by accelcal.read_specification('sheet.toml')",
     ),
     "StabilityRecord": (
         "a stability record",
-        "make one by accelcal.io.stability_record.read_stability('record.csv')",
+        "make one by accelcal.read_stability('record.csv')",
     ),
     "Stand": ("a stand", "make one by accelcal.read_stand('stand.toml')"),
     "StandConditions": (

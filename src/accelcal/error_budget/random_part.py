@@ -21,6 +21,7 @@ from accelcal.results.checked import (
     schema_of,
 )
 from accelcal.results.damage import read_as
+from accelcal.results.stability import Stability
 
 __all__ = [
     "NOT_IDENTIFIED",
@@ -122,7 +123,7 @@ class RandomPart:
 
 def random_part(
     calibration: Calibration,
-    stability: Mapping[str, Any] | None = None,
+    stability: Stability | Mapping[str, Any] | None = None,
     *,
     factor: float = USUAL_FACTOR,
     launch: float | None = None,
@@ -138,8 +139,9 @@ def random_part(
     ----------
     calibration : Calibration
         Tells launch-to-launch errors and the temperature hysteresis, as far as it knows them.
-    stability : mapping, optional
-        Document of a stability test in g, schema ``"accelcal/stability/1"``.
+    stability : Stability or mapping, optional
+        Stability test in g, as `accelcal.analyse` gives it with a scale factor, or its document,
+        schema ``"accelcal/stability/1"``.
     factor : float, default 3
         t_P: launch, fluctuation, hysteresis and scale factor are given as t_P standard deviations.
     launch, fluctuation, hysteresis, threshold : float, optional
@@ -184,7 +186,8 @@ def random_part(
         "threshold": _given(threshold, _RECTANGULAR),
         "scale_factor": _given(scale_factor_instability, factor),
     }
-    measured = _from_stability(stability) if stability is not None else {}
+    document = stability.to_document() if isinstance(stability, Stability) else stability
+    measured = _from_stability(document) if document is not None else {}
     found = {name: bound for name, bound in given.items() if bound is not None}
     return RandomPart(**(_from_calibration(calibration, factor) | measured | found))
 

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from accelcal.errors import InputError
-from accelcal.io.text import read_document
+from accelcal.io.text import Source, read_document
 from accelcal.results.discovery import Discovery
 from accelcal.results.json_text import parse_json
 
 __all__ = ["read_discovery", "read_model"]
 
 
-def read_discovery(source: str) -> Discovery:
+def read_discovery(source: Source) -> Discovery:
     """Read the file of a discovery.
 
     Parameters
     ----------
-    source : str
-        Path of a JSON file; ``"-"`` reads standard input.
+    source : path, "-" or file object
+        A JSON file; ``"-"`` reads standard input.
 
     Returns
     -------
