@@ -13,6 +13,7 @@ PATH = "examples/al15.csv"
 RECORD = accelcal.simulate(plan=TumblePlan(temperatures=20.0, strokes=2), seed=1)
 CALIBRATION = accelcal.fit(RECORD)
 FRAME = RECORD.to_frame()
+DATA_SHEET = Specification("AL-15", (Limit("bias", "mg", maximum=5.0),))
 TURN = accelcal.accelerations([0, 45])
 
 WRONG = {
@@ -46,7 +47,7 @@ FUNCTIONS = {
     "estimate_tables": (accelcal.estimate_tables, set(), [0, 45, 90]),
     "fit": (accelcal.fit, {"a record"}),
     "history": (accelcal.history, set()),
-    "judge": (accelcal.judge, set(), Specification("AL-15", (Limit("bias", "mg", maximum=5.0),))),
+    "judge": (accelcal.judge, {"a calibration"}, DATA_SHEET),
     "output": (accelcal.output, {"a mapping"}, TURN),
     "position_angles": (accelcal.position_angles, {"a list"}),
     "random_part": (accelcal.random_part, {"a calibration"}),
@@ -141,6 +142,16 @@ def test_every_public_function_is_tried():
         (lambda: accelcal.design(targets=["K1"]), "list in place of targets; give a mapping"),
         (lambda: accelcal.optimal_design("K2", hours=9, seed=1.5), "seed is 1.5; it is a whole"),
         (lambda: accelcal.Accelerometer(bias=3e-3), "float in place of a law of temperature"),
+        (lambda: accelcal.distribution("normal", standard="x"), "standard is 'x'; it is a finite"),
+        (lambda: accelcal.distribution("normal", standard=1.0, dof="x"), "dof is 'x'; it is a"),
+        (
+            lambda: accelcal.distribution("normal", half_width=1.0, coverage="95 %"),
+            "coverage is '95 %'; it is a finite number",
+        ),
+        (
+            lambda: accelcal.distribution("normal", half_width=1.0, factor=0.0),
+            "factor is 0.0; it is above 0",
+        ),
         (lambda: accelcal.Apparatus(head_uncertainty="x"), "head_uncertainty is 'x'; it is a"),
     ],
 )

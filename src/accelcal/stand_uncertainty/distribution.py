@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arguments.numbers import check_number
+from accelcal.arguments.options import check_choice
 from accelcal.errors import InputError
 from accelcal.numerics.probability import student_quantile
 
@@ -127,9 +129,11 @@ def distribution(
     >>> distribution("normal", half_width=2e-5, factor=2.0).standard
     1e-05
     """
-    if shape not in SHAPES:
-        raise InputError(f"distribution {shape!r} is unknown; there are {', '.join(SHAPES)}")
-    _check(standard=standard, half_width=half_width)
+    check_choice(SHAPES, distribution=shape)
+    sizes = {"standard": standard, "half_width": half_width, "factor": factor}
+    check_number(0.0, **{name: size for name, size in sizes.items() if size is not None})
+    if dof != math.inf:
+        check_number(dof=dof)
     if not dof >= _FEWEST:
         raise InputError(f"dof is {dof}; with fewer than {_FEWEST:g} the error has no variance")
     if (standard is None) == (half_width is None):
@@ -147,12 +151,6 @@ def distribution(
     return Distribution(shape, half_width / divisor, dof)
 
 
-def _check(**sizes: float | None) -> None:
-    for name, size in sizes.items():
-        if size is not None and not 0.0 <= size < math.inf:
-            raise InputError(f"{name} is {size}; it is a finite number, zero or more")
-
-
 def _refuse_coverage(coverage: float | None, factor: float | None) -> None:
     if coverage is not None or factor is not None:
         raise InputError("coverage and factor go with half_width; leave them out with standard")
@@ -165,10 +163,11 @@ def _normal_factor(coverage: float | None, factor: float | None, dof: float) -> 
             " factor = 2"
         )
     if coverage is not None:
+        check_number(coverage=coverage)
         if not 0.0 < coverage < 1.0:
             raise InputError(f"coverage is {coverage}; it lies between 0 and 1")
         return student_quantile(coverage, dof)
     assert factor is not None
-    if not 0.0 < factor < math.inf:
-        raise InputError(f"factor is {factor}; it is a finite number above 0")
+    if factor == 0.0:
+        raise InputError(f"factor is {factor}; it is above 0, such as 2 for 95 %")
     return factor
