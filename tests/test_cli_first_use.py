@@ -68,6 +68,45 @@ def test_a_calibration_in_place_of_a_table(run, arguments):
     )
 
 
+@pytest.mark.parametrize("name", ["r.csv", "r.laws.csv", "r.errors.csv", "r.csv.gz", "r.parquet"])
+def test_results_of_a_batch_in_place_of_a_table(run, name):
+    if name.endswith("parquet"):
+        pytest.importorskip("pyarrow")
+    run("batch", "table.csv", "-o", name.replace(".laws", "").replace(".errors", ""))
+    rule = "results of accelcal batch, not a table of readings"
+    for command in (["fit"], ["check"], ["discover"], ["stability"], ["triad"]):
+        code, out, err = run(*command, name)
+        assert (code, out) == (2, "")
+        assert err == f"{name}:1: {rule}; leave the file out, and give tables\n"
+
+
+def test_results_of_a_batch_that_a_spreadsheet_saved(run, folder):
+    run("batch", "table.csv", "-o", "r.csv")
+    text = (folder / "r.csv").read_text().translate({ord("."): ",", ord(","): ";"})
+    (folder / "saved.csv").write_text("\ufeff" + text, encoding="utf-8")
+    code, _, err = run("fit", "saved.csv")
+    assert code == 2
+    assert "saved.csv:1: results of accelcal batch" in err
+
+
+def test_results_of_a_batch_are_no_samples(run):
+    run("batch", "table.csv", "-o", "r.csv")
+    code, _, err = run("apply", "cal.json", "r.csv")
+    assert (code, err[:40]) == (2, "r.csv:1: results of accelcal batch, not ")
+
+
+def test_a_document_with_a_dash_in_its_name_is_told(run, folder):
+    (folder / "plan.json").write_text('{"schema": "accelcal/optimal-design/1", "seed": 0}')
+    _, _, err = run("apply", "cal.json", "plan.json")
+    assert err.startswith("plan.json:1: a document 'accelcal/optimal-design/1' of accelcal")
+
+
+def test_toml_is_not_taken_for_json(run, folder):
+    (folder / "mine.toml").write_text("[[effect]]\nid = 'a'\n")
+    _, _, err = run("apply", "cal.json", "mine.toml")
+    assert "no column output" in err
+
+
 @pytest.mark.parametrize("command", ["fit", "stability"])
 def test_standard_input_is_read_once(run, command):
     code, _, err = run(command, "-", "-")

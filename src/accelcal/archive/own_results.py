@@ -1,4 +1,4 @@
-"""Which files are results of a batch: they are no tables of readings, and may be written anew."""
+"""Which files may be written anew: those that are results of a batch themselves."""
 
 from __future__ import annotations
 
@@ -7,38 +7,14 @@ import io
 from contextlib import suppress
 from pathlib import Path
 
-from accelcal.archive.columns import ERRORS, LAWS, ROWS
 from accelcal.errors import InputError
+from accelcal.io.own_results import is_batch_result
 from accelcal.io.parquet import headings_of, is_parquet
 
-__all__ = ["is_result", "may_be_replaced"]
+__all__ = ["may_be_replaced"]
 
-_HEADINGS = tuple(",".join(list(names)[:4]).encode() for names in (ROWS, LAWS, ERRORS))
-_BEGINNING = 2**12
-
-
-def is_result(content: bytes) -> bool:
-    r"""Tell whether the content of a file is a result of a batch.
-
-    Parameters
-    ----------
-    content : bytes
-        The content, or its beginning.
-
-    Returns
-    -------
-    bool
-        True where it is.
-
-    Examples
-    --------
-    >>> is_result(b"source,message\n"), is_result(b"temperature,position")
-    (True, False)
-    """
-    if content.startswith(b"\x1f\x8b"):
-        with suppress(OSError, EOFError):
-            content = gzip.GzipFile(fileobj=io.BytesIO(content)).read(100)
-    return content.startswith(_HEADINGS)
+_BEGINNING = 2**14
+"""Bytes that hold the headings of a frame."""
 
 
 def may_be_replaced(path: str) -> bool:
@@ -58,7 +34,14 @@ def may_be_replaced(path: str) -> bool:
         return True
     with Path(path).open("rb") as file:
         beginning = file.read(_BEGINNING)
-    if is_parquet(path) and beginning:
+    return not beginning or is_batch_result(_headings(path, beginning))
+
+
+def _headings(path: str, beginning: bytes) -> str:
+    if is_parquet(path):
         with suppress(InputError):
-            beginning = ",".join(headings_of(path)).encode()
-    return not beginning or is_result(beginning)
+            return ",".join(headings_of(path))
+    if beginning.startswith(b"\x1f\x8b"):
+        with suppress(OSError, EOFError):
+            beginning = gzip.GzipFile(fileobj=io.BytesIO(beginning)).readline()
+    return beginning.decode("utf-8", errors="replace")

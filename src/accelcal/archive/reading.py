@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from accelcal.archive.failures import attempt
-from accelcal.archive.own_results import is_result
 from accelcal.archive.parts import Part, part_content, stretches
 from accelcal.archive.sources import SourceFile, is_url, read_bytes
 from accelcal.errors import TableError
@@ -20,8 +19,6 @@ __all__ = ["Failure", "Found", "read_files", "read_part"]
 
 Records = tuple[TumbleRecord, ...]
 
-
-_OWN = "{}: results of accelcal batch, not a table of readings; leave the file out"
 _SCATTERED = (
     "{}:{}: serial {!r} stands in several places of a large table; sort the rows by serial, or give"
     " each accelerometer a file"
@@ -80,15 +77,8 @@ def read_files(
     if isinstance(ordinary, str):  # a bug, which the general reader need not have
         ordinary = [None] * len(files)
     for index, (file, read) in enumerate(zip(files, ordinary, strict=True)):
-        records = _read_by_itself(file, overrides) if read is None else read
+        records = attempt(file.path, _read, file.path, overrides) if read is None else read
         yield from _found(index, file.path, records)
-
-
-def _read_by_itself(file: SourceFile, overrides: Mapping[str, Any]) -> Records | str:
-    records = attempt(file.path, _read, file.path, overrides)
-    if isinstance(records, str) and is_result(_content(file).data):
-        return _OWN.format(file.path)
-    return records
 
 
 def _content(file: SourceFile) -> Content:

@@ -108,8 +108,9 @@ def read_sample_headings(readline: Callable[[], str], source: str) -> SampleHead
             break
     else:
         raise TableError("no samples", _REMEDY, source=source)
-    if bare.startswith(("{", "[")):
-        refuse_document("".join([bare, *(readline() for _ in range(_JSON_LINES))]), source)
+    braces = bare.startswith(("{", "["))
+    below = [readline() for _ in range(_JSON_LINES)] if braces else []
+    refuse_document("".join([bare, *below]), source)
     above = "output" not in _roles(bare) and "output" in _roles(commented)
     texts, separator = _split_headings(commented if above else bare)
     columns = _columns(texts, source, line)

@@ -12,6 +12,7 @@ from typing import IO, NamedTuple, TypeVar
 from accelcal.arguments.kinds import kind_of
 from accelcal.errors import DocumentError, InputError, TableError
 from accelcal.io.digest import sha256_of
+from accelcal.io.own_results import is_batch_result
 
 __all__ = [
     "PARQUET",
@@ -176,7 +177,7 @@ def refuse_foreign(data: bytes, name: str, *others: tuple[bytes, str]) -> None:
 
 
 def refuse_document(text: str, name: str) -> None:
-    """Refuse JSON where a table belongs, and say what it is.
+    """Refuse JSON or results of a batch where a table belongs, and say what they are.
 
     Parameters
     ----------
@@ -188,11 +189,14 @@ def refuse_document(text: str, name: str) -> None:
     Raises
     ------
     TableError
-        If the text begins as JSON does.
+        If the text begins as such a file does.
     """
-    if not re.match(r'\s*(\{\s*["}]|\[\s*[\[{])', text):
+    if is_batch_result(text):
+        problem = "results of accelcal batch, not a table of readings"
+        raise TableError(problem, "leave the file out, and give tables", source=name, line=1)
+    if not re.match(r'\s*(\{\s*["}]|\[\s*(\[\s*[-\d"\[]|\{))', text):
         return
-    schema = re.search(r'"schema"\s*:\s*"(accelcal/(\w{1,40})/\d{1,9})"', text)
+    schema = re.search(r'"schema"\s*:\s*"(accelcal/([\w-]{1,40})/\d{1,9})"', text)
     problem, remedy = "JSON, not a table", "export the table as CSV text and give that file"
     if schema and schema[2] == "calibration":
         problem = "a calibration written by accelcal fit, not a table"
