@@ -1,5 +1,6 @@
 """A unit through its recalibrations: drift, scatter, jumps, and what cannot be compared."""
 
+import io
 import json
 from dataclasses import replace
 
@@ -14,6 +15,7 @@ from accelcal.errors import InputError
 from accelcal.recalibrations.entries import year
 from accelcal.recalibrations.jumps import line_with_steps, search_jumps
 from accelcal.recalibrations.regression import fit_line, scatter_beyond
+from accelcal.results.documents import calibrations_to_json
 
 UG = 1e-6
 
@@ -365,6 +367,22 @@ def test_parquet(tmp_path, capsys):
     frame().to_parquet(path)
     assert run(path) == 0
     assert "10 calibrations" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("form", ["csv", "json"])
+def test_standard_input_is_read_once(tmp_path, monkeypatch, capsys, form):
+    path = tmp_path / f"results.{form}"
+    if form == "csv":
+        frame().to_csv(path, index=False)
+    else:
+        records = [replace(accelcal.simulate(seed=n), date=f"202{n}-01-01") for n in range(3)]
+        path.write_text(calibrations_to_json([accelcal.fit(record) for record in records]))
+    with path.open("rb") as file:
+        monkeypatch.setattr("sys.stdin", io.TextIOWrapper(file))
+        code = run("-", "--format", "json")
+    out, err = capsys.readouterr()
+    assert (code, err) == (0, "")
+    assert json.loads(out)["serial"] in ("A", "AL-15")
 
 
 def test_the_picture_is_legible(results, tmp_path):

@@ -82,6 +82,19 @@ def test_without_pyarrow_the_remedy_is_told(path, monkeypatch):
         accelcal.read_table(path)
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [["fit", "{}"], ["history", "{}"], ["batch", "{}", "-o", "r.parquet"]],
+    ids=["fit", "history", "batch"],
+)
+def test_without_pyarrow_the_same_is_told_everywhere(path, monkeypatch, capsys, arguments):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    assert main([argument.format(path) for argument in arguments]) == 2
+    remedy = "Parquet needs pyarrow; install it with: pip install 'accelcal[parquet]'\n"
+    assert capsys.readouterr().err.endswith(remedy)
+
+
 def test_a_stream_of_samples_is_no_parquet(path, tmp_path, capsys):
     calibration = tmp_path / "c.json"
     accelcal.fit(accelcal.read_table(path)).to_json(calibration)

@@ -19,6 +19,7 @@ __all__ = [
     "InputError",
     "TableError",
     "located",
+    "not_installed",
 ]
 
 Result = TypeVar("Result")
@@ -141,6 +142,31 @@ def located(
     except InputError as error:
         problem, _, remedy = str(error).partition("; ")
         raise TableError(problem, remedy, source=source, line=line) from None
+
+
+def not_installed(what: str, package: str, extra: str) -> InputError:
+    """Make the error of a package that is not installed.
+
+    Parameters
+    ----------
+    what : str
+        What needs it.
+    package : str
+        Name of the package.
+    extra : str
+        Name of the extra of accelcal that brings it.
+
+    Returns
+    -------
+    InputError
+        The error, to be raised.
+
+    Examples
+    --------
+    >>> print(not_installed("Parquet", "pyarrow", "parquet"))
+    Parquet needs pyarrow; install it with: pip install 'accelcal[parquet]'
+    """
+    return InputError(f"{what} needs {package}; install it with: pip install 'accelcal[{extra}]'")
 
 
 def _place(source: str, line: int | None) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 from accelcal.archive.arrow import arrow_bytes, parquet_frame
 from accelcal.archive.cells import Cells, Columns
 from accelcal.archive.columns import ERRORS, FrameColumn
-from accelcal.errors import InputError
+from accelcal.errors import InputError, not_installed
 from accelcal.escapes import ESCAPED
 
 __all__ = [
@@ -101,9 +101,7 @@ def require_form(form: str) -> None:
     try:
         import pyarrow.parquet  # noqa: F401
     except ImportError:
-        raise InputError(
-            "Parquet needs pyarrow; install it with: pip install 'accelcal[parquet]', or write .csv"
-        ) from None
+        raise not_installed("Parquet", "pyarrow", "parquet") from None
 
 
 def encode(columns: Columns, kinds: Mapping[str, FrameColumn], form: str) -> bytes:

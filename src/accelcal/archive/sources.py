@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any, NamedTuple, TypeVar
 
 from accelcal.archive.own_results import may_be_replaced
-from accelcal.errors import InputError
+from accelcal.errors import InputError, not_installed
 
 __all__ = [
     "SUFFIXES",
@@ -275,9 +275,7 @@ def _file_system(url: str) -> tuple[Any, str]:
     try:
         from fsspec.core import url_to_fs
     except ImportError:
-        raise InputError(
-            f"{url} needs fsspec; install it with: pip install 'accelcal[remote]'"
-        ) from None
+        raise not_installed(url, "fsspec", "remote") from None
     try:
         system, name = url_to_fs(url)
     except (ImportError, ValueError) as error:

@@ -15,7 +15,7 @@ from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from accelcal.errors import InputError
+from accelcal.errors import InputError, not_installed
 
 if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
@@ -284,9 +284,7 @@ def _cluster(address: str, jobs: int) -> Iterator[tuple[Executor, int]]:
     try:
         from dask.distributed import Client, LocalCluster
     except ImportError:
-        raise InputError(
-            "--dask needs Dask; install it with: pip install 'accelcal[dask]'"
-        ) from None
+        raise not_installed("--dask", "Dask", "dask") from None
     own: Any = nullcontext()
     if address == "local":
         own = LocalCluster(  # type: ignore[no-untyped-call]

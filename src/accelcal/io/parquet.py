@@ -11,7 +11,7 @@ from functools import lru_cache
 from itertools import accumulate
 from typing import IO, Any
 
-from accelcal.errors import InputError, TableError
+from accelcal.errors import TableError, not_installed
 from accelcal.io.layout import shown
 
 __all__ = ["as_csv", "headings_of", "is_parquet", "read_all", "read_rows", "row_ranges"]
@@ -235,9 +235,7 @@ def _open(source: str | IO[bytes], *, with_dictionaries: bool = False) -> Any:
         import pyarrow as pa
         import pyarrow.parquet as pq
     except ImportError:
-        raise InputError(
-            "Parquet needs pyarrow; install it with: pip install 'accelcal[parquet]'"
-        ) from None
+        raise not_installed("Parquet", "pyarrow", "parquet") from None
     try:
         file = pq.ParquetFile(source)
         if not with_dictionaries:

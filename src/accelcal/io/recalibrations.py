@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from accelcal.errors import InputError
-from accelcal.io.calibrations import read_calibrations
 from accelcal.io.text import read_text
 from accelcal.recalibrations.entries import Entry, entries_of
+from accelcal.results.documents import calibrations_from_json
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -22,7 +22,7 @@ def read_entries(paths: Sequence[str]) -> list[Entry]:
     Parameters
     ----------
     paths : sequence of str
-        Frames of ``accelcal batch`` (CSV, or Parquet by its ending) and documents of
+        Frames of ``accelcal batch`` (CSV or Parquet) and documents of
         ``accelcal fit`` (JSON).
 
     Returns
@@ -39,22 +39,15 @@ def read_entries(paths: Sequence[str]) -> list[Entry]:
 
 
 def _read(path: str) -> list[Entry]:
-    if path.casefold().endswith((".parquet", ".pq")):
-        return _named(path, _parquet(path))
-    text = read_text(path, "result").text
-    if text.lstrip().startswith("{"):
-        return entries_of(read_calibrations(path).calibrations)
-    return _named(path, _csv(path, text))
-
-
-def _named(path: str, frame: pd.DataFrame) -> list[Entry]:
+    name, text, *_ = read_text(path, "result")
+    is_document = text.lstrip().startswith("{")
     try:
-        return entries_of(frame)
+        return entries_of(calibrations_from_json(text) if is_document else _frame(text))
     except InputError as error:
-        raise error.at(path) from None
+        raise error.at(name) from None
 
 
-def _csv(path: str, text: str) -> pd.DataFrame:
+def _frame(text: str) -> pd.DataFrame:
     from io import StringIO
 
     import pandas as pd
@@ -65,20 +58,6 @@ def _csv(path: str, text: str) -> pd.DataFrame:
         return pd.read_csv(StringIO(text), dtype=as_text, keep_default_na=False, na_values=[""])
     except ValueError:  # that of the parser is one too
         raise InputError(
-            f"{path}: not a frame of results; give what accelcal batch -o RESULTS.csv wrote, or"
-            " fit the table first"
+            "not a frame of results; give what accelcal batch -o RESULTS.csv wrote, or fit the"
+            " table first"
         ) from None
-
-
-def _parquet(path: str) -> pd.DataFrame:
-    import pandas as pd
-
-    try:
-        return pd.read_parquet(path)
-    except ImportError:
-        raise InputError(
-            f"{path}: Parquet needs pyarrow; install it with: pip install 'accelcal[parquet]'"
-        ) from None
-    except (OSError, ValueError) as error:
-        told = str(error).splitlines()[0]
-        raise InputError(f"{path}: cannot be read ({told}); give what batch wrote") from None

@@ -9,7 +9,7 @@ from io import StringIO
 from textwrap import fill
 from typing import Any
 
-from accelcal.errors import InputError
+from accelcal.errors import not_installed
 from accelcal.page.blocks import Figure
 
 __all__ = ["pictures"]
@@ -79,10 +79,7 @@ def _drawn(
         from matplotlib import rc_context
         from matplotlib.figure import Figure as Canvas
     except ImportError:
-        raise InputError(
-            "the pictures of a report need matplotlib; install it with:"
-            " pip install 'accelcal[report]'"
-        ) from None
+        raise not_installed("a report", "matplotlib", "report") from None
     from accelcal.plot.style import theme as themed
 
     with themed(theme, transparent=True), rc_context(_FOR_A_PAGE):

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-from accelcal.errors import InputError
+from accelcal.errors import not_installed
 from accelcal.escapes import visible
 from accelcal.page.blocks import Page
 
@@ -74,9 +74,7 @@ def _environment(finalize: Callable[[Any], Any]) -> Environment:
     try:
         from jinja2 import Environment, FunctionLoader, StrictUndefined
     except ImportError:
-        raise InputError(
-            "a report needs jinja2; install it with: pip install 'accelcal[report]'"
-        ) from None
+        raise not_installed("a report", "jinja2", "report") from None
     return Environment(
         loader=FunctionLoader(_template),
         autoescape=True,

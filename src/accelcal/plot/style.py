@@ -14,7 +14,7 @@ import numpy as np
 
 from accelcal.arguments.kinds import kind_of
 from accelcal.arguments.options import check_choice, check_flag
-from accelcal.errors import InputError
+from accelcal.errors import InputError, not_installed
 from accelcal.plot.colours import DARK, LIGHT, Palette
 
 if TYPE_CHECKING:
@@ -307,9 +307,7 @@ def _matplotlib() -> Any:
     try:
         import matplotlib.figure
     except ImportError:
-        raise InputError(
-            "a picture needs matplotlib; install it with: pip install 'accelcal[plot]'"
-        ) from None
+        raise not_installed("a picture", "matplotlib", "plot") from None
     if "ipykernel" in sys.modules and "matplotlib.pyplot" not in sys.modules:
         import matplotlib.pyplot as plt
 

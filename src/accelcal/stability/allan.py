@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.errors import InputError
+from accelcal.errors import not_installed
 from accelcal.results.stability import AllanDeviation
 
 __all__ = ["octaves", "overlapping_allan"]
@@ -128,9 +128,7 @@ def _allantools() -> Any:
     try:
         import allantools  # type: ignore[import-untyped]
     except ImportError:
-        raise InputError(
-            "the Allan deviation needs allantools; install it by pip install 'accelcal[stability]'"
-        ) from None
+        raise not_installed("the Allan deviation", "allantools", "stability") from None
     return allantools
 
 
