@@ -277,7 +277,7 @@ def test_cross_axis_that_is_not_calibrated_is_set_aside(run):
 def test_another_accelerometer_is_refused(run):
     code, rows, err = run("# serial: AL-16\n# unit: mA\noutput,temperature\n1,20\n")
     assert (code, rows) == (2, None)
-    assert "serial AL-16 is asked for, but it calibrates AL-15" in err
+    assert "serial AL-16 is asked for, but it holds the calibration of AL-15" in err
 
 
 def test_the_serial_chooses_among_several(run, folder):
@@ -289,7 +289,7 @@ def test_the_serial_chooses_among_several(run, folder):
     assert run("# serial: B\n" + text, cal="two.json")[0] == 0
     code, _, err = run(text, "--serial", "C", cal="two.json")
     assert code == 2
-    assert "serial C is asked for, but it calibrates AL-15, B" in err
+    assert "serial C is asked for, but it holds the calibration of AL-15, B" in err
 
 
 def test_a_file_that_is_no_calibration_is_named(run, folder):

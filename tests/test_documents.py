@@ -291,9 +291,11 @@ def test_a_later_version_is_told(folder, capsys, name):
 
 def test_a_document_of_several_units_is_none_of_one(folder, capsys):
     (folder / "several.json").write_text(written("discoveries and their stand"), "utf-8")
-    assert main(["fit", "data.csv", "--model", "several.json"]) == 2
-    said = "key discoveries: 2 in a list, of S0, S1, in place of one; save one item"
-    assert capsys.readouterr().err.startswith(f"several.json: {said}")
+    assert main(["fit", "data.csv", "--serial", "S7", "--model", "several.json"]) == 2
+    said = "serial S7 is asked for, but it holds the discovery of S0, S1"
+    assert capsys.readouterr().err.startswith(f"error: several.json: {said}")
+    with pytest.raises(DocumentError, match="key discoveries: 2 in a list, of S0, S1, in place"):
+        Discovery.from_document(json.loads(written("discoveries and their stand")))
     item = json.loads(written("discoveries and their stand"))["discoveries"][1]
     assert Discovery.from_document(item).serial == "S1"
     with pytest.raises(DocumentError, match="key calibrations: 2 in a list, of S0, S1, in place"):

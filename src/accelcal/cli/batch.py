@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from accelcal.cli.deliver import remark
-from accelcal.cli.fit_arguments import fit_arguments, specification_in
+from accelcal.cli.fit_arguments import fit_arguments, models_in, specification_in
 from accelcal.cli.options import calibration_options, effects_option, output_option
 from accelcal.errors import InputError
 
@@ -45,6 +45,7 @@ def batch(
     resume: bool,
     dask: str | None,
     spec: str | None,
+    model: str | None,
     **options: Any,
 ) -> None:
     """Calibrate from all tables of an archive.
@@ -64,7 +65,7 @@ def batch(
     """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
     from accelcal.archive.batch import write_batch
 
-    arguments = fit_arguments(options)
+    arguments, models = fit_arguments(options), models_in(model)
     with _progress() as progress, _interruptible(path):
         counts = write_batch(
             paths,
@@ -75,6 +76,7 @@ def batch(
             progress=progress,
             specification=specification_in(spec),
             overrides=options,
+            model=models and models.only(),
             **arguments,
         )
     _tell(counts, path)

@@ -18,10 +18,15 @@ __all__ = ["compare"]
 @click.command()
 @click.argument("calibration", metavar="CAL.json")
 @click.argument("data", metavar="DATA")
+@click.option(
+    "--serial", metavar="TEXT", help="Compare this unit only, where a file holds several."
+)
 @effects_option
 @apparatus_options
 @format_option("text", "json")
-def compare(calibration: str, data: str, form: str, **declared: float | None) -> None:
+def compare(
+    calibration: str, data: str, serial: str | None, form: str, **declared: float | None
+) -> None:
     """Show where the readings of DATA and what CAL.json simulates disagree.
 
     Nothing is fitted: the calibration, with the effects that it has, predicts each reading. What
@@ -36,12 +41,13 @@ def compare(calibration: str, data: str, form: str, **declared: float | None) ->
     refuse_stdin_twice([calibration, data])
     from accelcal.discovery.compare import compare as simulate_and_compare
     from accelcal.io.calibrations import read_calibrations
+    from accelcal.io.of_serial import records_of_serial
     from accelcal.io.tables import read_tables
 
     known = read_calibrations(calibration)
     found = [
-        simulate_and_compare(known.choose(record.serial), record)
-        for record in read_tables(data, overrides=declared)
+        simulate_and_compare(known.choose(serial or record.serial), record)
+        for record in records_of_serial(read_tables(data, overrides=declared), serial)
     ]
     deliver(_json(found) if form == "json" else "\n\n".join(map(str, found)), words=form == "text")
 

@@ -61,6 +61,7 @@ __all__ = ["discover"]
     help="Add a term for a pattern by head position that no effect explains.",
 )
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the search.")
+@click.option("--serial", metavar="TEXT", help="Search this unit only, of tables of several.")
 @report_option
 @format_option("text", "json")
 def discover(
@@ -71,6 +72,7 @@ def discover(
     delta0: float | None,
     empirical: bool,
     seed: int,
+    serial: str | None,
     page: str | None,
     form: str,
     **declared: float | None,
@@ -94,10 +96,12 @@ def discover(
     refuse_to_overwrite(data, path)
     refuse_report(data, page)
     from accelcal.discovery.discover import discover as search
+    from accelcal.io.of_serial import records_of_serial
     from accelcal.io.tables import read_tables
     from accelcal.results.documents import discoveries_to_json
 
-    records = [record for source in data for record in read_tables(source, overrides=declared)]
+    given = [record for source in data for record in read_tables(source, overrides=declared)]
+    records = records_of_serial(given, serial)
     asked: dict[str, Any] = {"alpha": alpha, "max_effects": max_effects}
     asked |= {"delta0": delta0, "seed": seed}
     with click.progressbar(

@@ -15,7 +15,7 @@ from accelcal.cli.deliver import (
     refuse_to_overwrite,
     remark,
 )
-from accelcal.cli.fit_arguments import fit_arguments, specification_in
+from accelcal.cli.fit_arguments import fit_arguments, models_in, specification_in
 from accelcal.cli.options import (
     calibration_options,
     data_argument,
@@ -26,8 +26,10 @@ from accelcal.cli.options import (
 )
 
 if TYPE_CHECKING:
+    from accelcal.io.discoveries import DiscoveryFile
     from accelcal.record import TumbleRecord
     from accelcal.results.calibration import Calibration
+    from accelcal.results.discovery import Discovery
     from accelcal.specification import Specification
 
 __all__ = ["fit"]
@@ -47,13 +49,15 @@ def fit(
     spec: str | None,
     page: str | None,
     form: str,
+    model: str | None,
     **options: Any,
 ) -> None:
     """Calibrate from the tables DATA.
 
     Each table gives bias, scale factor, nonlinearity and misalignment with their uncertainties,
     the residuals by position and stroke, and the checks that warn before a number is believed.
-    Options win over the header lines of the table. "-" reads standard input.
+    Options win over the header lines of the table. "-" reads standard input. Of several units in
+    MODEL.json each table takes that of its serial number.
 
     \b
     Examples:
@@ -69,8 +73,9 @@ def fit(
     from accelcal.io.tables import read_tables
 
     arguments, specification = fit_arguments(options), specification_in(spec)
+    models = models_in(model)
     calibrations = [
-        calibrate(record, **arguments)
+        calibrate(record, model=models and _model_of(record, models), **arguments)
         for source in data
         for record in _noted(read_tables(source, overrides=options))
     ]
@@ -92,6 +97,17 @@ def _noted(records: Iterable[TumbleRecord]) -> Iterator[TumbleRecord]:
         for note in record.notes:
             remark(f"note: {record.source}: {note}")
         yield record
+
+
+def _model_of(record: TumbleRecord, models: DiscoveryFile) -> Discovery:
+    """Discovery of the unit of a record; that of another unit is told."""
+    found = models.choose(record.serial)
+    if None not in (found.serial, record.serial) and found.serial != record.serial:
+        remark(
+            f"note: {record.source}: of serial {record.serial}, but {models.name} is that of"
+            f" {found.serial}; its effects are taken out with sizes fitted anew"
+        )
+    return found
 
 
 def _judged(calibrations: Sequence[Calibration], specification: Specification) -> list[Calibration]:

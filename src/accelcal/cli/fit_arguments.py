@@ -5,17 +5,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from accelcal.results.discovery import Discovery
+    from accelcal.io.discoveries import DiscoveryFile
     from accelcal.results.head_calibration import HeadCalibration
     from accelcal.specification import Specification
 
-__all__ = ["fit_arguments", "specification_in"]
+__all__ = ["fit_arguments", "models_in", "specification_in"]
 
 _PLAIN = ("method", "robust", "delta0", "strict", "temperature_laws")
 
 
 def fit_arguments(options: dict[str, Any]) -> dict[str, Any]:
-    """Take the arguments of `accelcal.fit` out of the options of a command.
+    """Take the arguments of `accelcal.fit`, but for the model, out of the options of a command.
 
     Parameters
     ----------
@@ -30,22 +30,22 @@ def fit_arguments(options: dict[str, Any]) -> dict[str, Any]:
     Raises
     ------
     AccelcalError
-        If the file of a model or of a head cannot be used.
+        If the file of a head cannot be used.
     """
     return {
         **{name: options.pop(name) for name in _PLAIN},
         "coefficients": [name.strip() for name in options.pop("coefficients").split(",")],
-        "model": _model_in(options.pop("model")),
         "head": _head_in(options.pop("head")),
     }
 
 
-def _model_in(path: str | None) -> Discovery | None:
+def models_in(path: str | None) -> DiscoveryFile | None:
+    """Read discoveries whose effects are to be taken out; None where none are given."""
     if path is None:
         return None
-    from accelcal.io.discoveries import read_model
+    from accelcal.io.discoveries import read_models
 
-    return read_model(path)
+    return read_models(path)
 
 
 def _head_in(path: str | None) -> HeadCalibration | None:

@@ -101,7 +101,9 @@ def texts(text: str) -> list[str]:
 @click.option("--times", "timed", is_flag=True, help="Write a column of times.")
 @click.option("--undeclared", is_flag=True, help="Leave out the header lines on uncertainties.")
 @click.option("--g", "local_gravity", type=number, metavar="M_S2", help="Local gravity to declare.")
-@click.option("--serial", metavar="TEXT", help="Serial number [AL-15].")
+@click.option(
+    "--serial", metavar="TEXT", help="Serial number [AL-15]; of several in MODEL.json, its unit."
+)
 @click.option(
     "--model",
     metavar="MODEL.json",
@@ -169,7 +171,7 @@ def _simulated(options: dict[str, Any]) -> TumbleRecord:
     from accelcal.simulation import TumblePlan
     from accelcal.simulation import simulate as run
 
-    accelerometer, noise, effects = _simulated_model(options.pop("model"))
+    accelerometer, noise, effects = _simulated_model(options.pop("model"), options["serial"])
     options["mountings"] = tuple(side for sides in options["mountings"] for side in sides)
     given = {name: value for name, value in options.items() if value not in (None, ())}
     if "serial" in given:
@@ -187,7 +189,7 @@ def _simulated(options: dict[str, Any]) -> TumbleRecord:
     )
 
 
-def _simulated_model(path: str | None) -> Twin:
+def _simulated_model(path: str | None, serial: str | None) -> Twin:
     """Accelerometer, noise and effects: those of a discovery, or of the AL-15."""
     from accelcal.discovery.twin import Twin, twin
 
@@ -195,9 +197,9 @@ def _simulated_model(path: str | None) -> Twin:
         from accelcal.simulation import AL15, NoiseComponents
 
         return Twin(AL15, NoiseComponents(), ())
-    from accelcal.io.discoveries import read_model
+    from accelcal.io.discoveries import read_models
 
-    return twin(read_model(path))
+    return twin(read_models(path).choose(serial))
 
 
 def _described(entry: Effect) -> str:

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
-from accelcal.arguments.kinds import expect
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation, Law
 from accelcal.discovery.errors_counted import counted, notes, sources
@@ -24,9 +23,9 @@ from accelcal.discovery.noise import (
     refuse_too_many,
     saturated,
 )
-from accelcal.discovery.one_clamping import refuse_several_clampings
 from accelcal.discovery.repeatability import KnownNoise, known_noise, worse_than_known
 from accelcal.discovery.space import Space, space_of, whitener_of
+from accelcal.discovery.suited import suited
 from accelcal.discovery.where import pattern, shares, structure
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.errors import AccelcalWarning, InputError
@@ -46,8 +45,6 @@ __all__ = ["compare", "residuals_of"]
 Array = NDArray[np.float64]
 
 _SIGNIFICANT = 0.01
-_LARGEST = 1e6
-"""Reading of a tumble test above which it is none [g]."""
 
 
 class _Simulated(NamedTuple):
@@ -85,8 +82,8 @@ def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
     Raises
     ------
     InputError
-        If the record is in another unit, outside the calibrated temperatures, in a mounting that
-        was not calibrated, no record at all, or one of more than 8000 readings.
+        If the record is in a unit of another quantity, outside the calibrated temperatures, in a
+        mounting that was not calibrated, no record at all, or one of more than 8000 readings.
 
     Warns
     -----
@@ -110,7 +107,7 @@ def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
     True
     """
     found = compensation(calibration, effects=False)
-    _check(calibration, found, record)
+    given, record = record, suited(found, record)
     with naming(record):
         refuse_too_many(record)
     simulated = _simulated(calibration, found, record)
@@ -142,7 +139,7 @@ def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
         runs=tuple(_runs(record, simulated, space, of_calibration + of_noise, dof)),
         noise=sources(noise, declared, record),
         effects=tuple(str(effect["id"]) for effect in calibration.effects),
-        notes=(*filter(None, [worse]), *notes(calibration, record, declared)),
+        notes=(*filter(None, [worse]), *notes(calibration, given, declared)),
         serial=record.serial,
         readings=len(record),
         source=record.source,
@@ -172,35 +169,7 @@ def residuals_of(calibration: Calibration, record: TumbleRecord) -> Array:
         If the record does not suit the calibration, see `compare`.
     """
     found = compensation(calibration, effects=False)
-    _check(calibration, found, record)
-    return _simulated(calibration, found, record).residual
-
-
-def _check(calibration: Calibration, found: Compensation, record: TumbleRecord) -> None:
-    expect(record, TumbleRecord)
-    refuse_several_clampings(record)
-    units = {calibration.output_unit, record.unit} - {None}
-    if len(units) > 1:
-        raise InputError(
-            f"{record.source}: readings in {record.unit}, but the calibration is in"
-            f" {calibration.output_unit}; give readings in its unit"
-        )
-    largest = float(np.abs(record.output).max() / abs(found.K1.at_T0))
-    if largest > _LARGEST:
-        raise InputError(
-            f"{record.source}: readings of up to {largest:.3g} g by this calibration; give readings"
-            " of its accelerometer, in the unit of the calibration"
-        )
-    if found.temperatures is None:
-        return
-    known = record.temperature[np.isfinite(record.temperature)]
-    outside = known[~found.within_temperatures(known)]
-    if outside.size:
-        low, high = found.temperatures
-        raise InputError(
-            f"{record.source}: readings at {outside[0]:g} degC, but the calibration is good from"
-            f" {low:g} to {high:g} degC; compare within them, or calibrate at this temperature"
-        )
+    return _simulated(calibration, found, suited(found, record)).residual
 
 
 def _simulated(calibration: Calibration, found: Compensation, record: TumbleRecord) -> _Simulated:

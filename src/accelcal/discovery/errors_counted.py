@@ -118,6 +118,7 @@ def notes(calibration: Calibration, record: TumbleRecord, declared: Apparatus) -
     """
     if None not in (calibration.serial, record.serial) and calibration.serial != record.serial:
         yield f"the calibration is that of {calibration.serial}, the record that of {record.serial}"
+    yield from _units(calibration, record)
     if record.sha256 and record.sha256 == calibration.provenance.get("sha256"):
         yield "the calibration was fitted to this very file: new readings would agree less well"
     if declared.launch_uncertainty is None:
@@ -128,6 +129,17 @@ def notes(calibration: Calibration, record: TumbleRecord, declared: Apparatus) -
     if declared.head_uncertainty is None:
         yield "head_uncertainty is not declared: errors of the head count as a disagreement"
     yield from _few_degrees(calibration, record)
+
+
+def _units(calibration: Calibration, record: TumbleRecord) -> Iterator[str]:
+    """How the units of both come together."""
+    own, other = record.unit, calibration.output_unit
+    if own is None and other is not None:
+        yield f"the record names no unit: its readings are taken as {other}"
+    elif own is not None and other is None:
+        yield f"the calibration names no unit: it is taken as that of the readings, {own}"
+    elif own != other:
+        yield f"readings in {own} are converted to {other}"
 
 
 def _few_degrees(calibration: Calibration, record: TumbleRecord) -> Iterator[str]:

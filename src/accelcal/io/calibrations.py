@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from accelcal.errors import InputError
+from accelcal.io.of_serial import one_of_serial
 from accelcal.io.text import read_document
 from accelcal.results.calibration import Calibration
 from accelcal.results.documents import calibrations_from_json
@@ -49,20 +49,8 @@ class CalibrationFile(NamedTuple):
         InputError
             If there is none, or several, or no table of this mounting.
         """
-        chosen = self._of_serial(serial)
+        chosen = one_of_serial(self.calibrations, serial, self.name, "calibration")
         return chosen if mounting is None else chosen.of_mounting(mounting)
-
-    def _of_serial(self, serial: str | None) -> Calibration:
-        chosen = [c for c in self.calibrations if serial in (None, c.serial) or c.serial is None]
-        if len(chosen) == 1:
-            return chosen[0]
-        have = ", ".join(str(c.serial) for c in self.calibrations)
-        if not chosen:
-            raise InputError(
-                f"{self.name}: serial {serial} is asked for, but it calibrates {have};"
-                " give the calibration of this accelerometer"
-            )
-        raise InputError(f"{self.name}: it holds serials {have}; choose one by its serial")
 
 
 def read_calibrations(source: str) -> CalibrationFile:

@@ -1,22 +1,81 @@
-"""Files of discoveries."""
+"""Files of discoveries: one chosen by its serial number."""
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from accelcal.errors import InputError
+from accelcal.io.of_serial import one_of_serial
 from accelcal.io.text import Source, read_document
 from accelcal.results.discovery import Discovery
-from accelcal.results.json_text import parse_json
+from accelcal.results.documents import discoveries_from_json
 
-__all__ = ["read_discovery", "read_model"]
+__all__ = ["DiscoveryFile", "read_discovery", "read_models"]
 
 
-def read_discovery(source: Source) -> Discovery:
+class DiscoveryFile(NamedTuple):
+    """A file of discoveries.
+
+    Attributes
+    ----------
+    name : str
+        Name of the file.
+    discoveries : tuple of Discovery
+        What it holds.
+    """
+
+    name: str
+    discoveries: tuple[Discovery, ...]
+
+    def choose(self, serial: str | None = None) -> Discovery:
+        """Choose one discovery.
+
+        Parameters
+        ----------
+        serial : str, optional
+            Serial number; without it the file must hold one discovery.
+
+        Returns
+        -------
+        Discovery
+            The only one, whatever its serial number, as the effects of one unit may be those of its
+            type or stand; of several that of this serial number.
+
+        Raises
+        ------
+        InputError
+            If several are there, and none or more than one of this serial number.
+        """
+        if len(self.discoveries) == 1:
+            return self.discoveries[0]
+        return one_of_serial(self.discoveries, serial, self.name, "discovery")
+
+    def only(self) -> Discovery:
+        """Return the only discovery, for those who take one for many units.
+
+        Raises
+        ------
+        InputError
+            If there are several.
+        """
+        if len(self.discoveries) > 1:
+            have = ", ".join(str(found.serial) for found in self.discoveries)
+            raise InputError(
+                f"{self.name}: it holds the discoveries of {have}, and all tables take one model;"
+                " save one item of the list as a file of its own"
+            )
+        return self.discoveries[0]
+
+
+def read_discovery(source: Source, serial: str | None = None) -> Discovery:
     """Read the file of a discovery.
 
     Parameters
     ----------
     source : path, "-" or file object
         A JSON file; ``"-"`` reads standard input.
+    serial : str, optional
+        Serial number, where the file holds several discoveries.
 
     Returns
     -------
@@ -29,16 +88,14 @@ def read_discovery(source: Source) -> Discovery:
         If the file cannot be read.
     DocumentError
         If it is no file of a discovery.
+    InputError
+        If it holds several, and not one of this serial number.
     """
-
-    def read(text: str) -> Discovery:
-        return Discovery.from_document(parse_json(text, writer=Discovery.WRITER))
-
-    return read_document(source, "model", read)[1]
+    return _read(source).choose(serial)
 
 
-def read_model(source: str) -> Discovery:
-    """Read the file of a discovery whose effects are to be used.
+def read_models(source: str) -> DiscoveryFile:
+    """Read a file of discoveries whose effects are to be used.
 
     Parameters
     ----------
@@ -47,8 +104,8 @@ def read_model(source: str) -> Discovery:
 
     Returns
     -------
-    Discovery
-        The discovery.
+    DiscoveryFile
+        All discoveries in it.
 
     Raises
     ------
@@ -59,9 +116,15 @@ def read_model(source: str) -> Discovery:
     """
     from accelcal.discovery.known import disturbances
 
-    found = read_discovery(source)
+    file = _read(source)
     try:
-        disturbances(found.effects)
+        for found in file.discoveries:
+            disturbances(found.effects)
     except InputError as error:
         raise error.at(source) from None
-    return found
+    return file
+
+
+def _read(source: Source) -> DiscoveryFile:
+    read, discoveries = read_document(source, "model", discoveries_from_json)
+    return DiscoveryFile(read.name, discoveries)

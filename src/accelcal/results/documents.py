@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 from accelcal.results.calibration import SCHEMA, Calibration
 from accelcal.results.damage import read_as
+from accelcal.results.discovery import Discovery
 from accelcal.results.json_text import json_text, parse_json
 
 if TYPE_CHECKING:
-    from accelcal.results.discovery import Discovery
     from accelcal.results.stand import StandDiscovery
 
-__all__ = ["calibrations_from_json", "calibrations_to_json", "discoveries_to_json"]
+__all__ = ["calibrations_from_json", "calibrations_to_json"]
+__all__ += ["discoveries_from_json", "discoveries_to_json"]
 
 
 def calibrations_to_json(calibrations: Sequence[Calibration]) -> str:
@@ -84,3 +85,28 @@ def discoveries_to_json(
     of_stand = None if stand is None else stand.to_document()
     document = {"schema": documents[0]["schema"], "discoveries": documents, "stand": of_stand}
     return json_text(document)
+
+
+def discoveries_from_json(text: str) -> tuple[Discovery, ...]:
+    """Read all discoveries of a JSON document.
+
+    Parameters
+    ----------
+    text : str
+        What `discoveries_to_json` returns.
+
+    Returns
+    -------
+    tuple of Discovery
+        One or more.
+
+    Raises
+    ------
+    DocumentError
+        If the text is not such a document.
+    """
+
+    def read(document: Any) -> tuple[Discovery, ...]:
+        return Discovery.parts(document, "discoveries")
+
+    return read_as(read, parse_json(text, writer=Discovery.WRITER), Discovery.WRITER)

@@ -1,0 +1,83 @@
+"""Whether a record suits a calibration: unit, size and temperatures of its readings."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from accelcal.arguments.kinds import expect
+from accelcal.compensate.coefficients import Compensation
+from accelcal.discovery.one_clamping import refuse_several_clampings
+from accelcal.errors import InputError
+from accelcal.record import TumbleRecord
+from accelcal.units import conversion_factor
+
+__all__ = ["suited"]
+
+_LARGEST = 1e6
+"""Reading of a tumble test above which it is none [g]."""
+
+
+def suited(found: Compensation, record: TumbleRecord) -> TumbleRecord:
+    """Give a record in the unit of the calibration that it is compared with.
+
+    Parameters
+    ----------
+    found : Compensation
+        The calibration.
+    record : TumbleRecord
+        The record.
+
+    Returns
+    -------
+    TumbleRecord
+        The same readings; where one of both names no unit, they are taken as they are.
+
+    Raises
+    ------
+    InputError
+        If it is no record, in a unit of another quantity, of several clampings, far off any
+        reading in g, or outside the calibrated temperatures.
+    """
+    expect(record, TumbleRecord)
+    refuse_several_clampings(record)
+    converted = record if found.output_unit is None else _in_unit(record, found.output_unit)
+    _refuse_far_off(found, converted)
+    return converted
+
+
+def _in_unit(record: TumbleRecord, unit: str) -> TumbleRecord:
+    """Readings, their deviations and their resolution in another unit of the same quantity."""
+    factor = 1.0 if record.unit is None else conversion_factor(record.unit, unit)
+    if factor is None:
+        raise InputError(
+            f"{record.source}: readings in {record.unit}, but the calibration is in {unit}; give"
+            " readings in its unit"
+        )
+    step = record.apparatus.resolution
+    return replace(
+        record.with_apparatus(resolution=None if step is None else step * factor),
+        output=record.output * factor,
+        std=None if record.std is None else record.std * factor,
+        unit=unit,
+    )
+
+
+def _refuse_far_off(found: Compensation, record: TumbleRecord) -> None:
+    largest = float(np.abs(record.output).max() / abs(found.K1.at_T0))
+    if largest > _LARGEST:
+        raise InputError(
+            f"{record.source}: readings of up to {largest:.3g} g by this calibration; give readings"
+            " of its accelerometer, in the unit of the calibration"
+        )
+    if found.temperatures is None:
+        return
+    known = record.temperature[np.isfinite(record.temperature)]
+    outside = known[~found.within_temperatures(known)]
+    if outside.size:
+        low, high = found.temperatures
+        raise InputError(
+            f"{record.source}: readings at {outside[0]:g} degC, but the calibration is good from"
+            f" {low:g} to {high:g} degC; compare within them, or calibrate at this temperature"
+        )

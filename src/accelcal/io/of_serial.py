@@ -1,0 +1,86 @@
+"""One unit chosen by its serial number, among records or among the results of a file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol, TypeVar
+
+from accelcal.errors import InputError
+
+__all__ = ["one_of_serial", "records_of_serial"]
+
+
+class _OfUnit(Protocol):
+    @property
+    def serial(self) -> str | None: ...
+
+
+Item = TypeVar("Item", bound=_OfUnit)
+
+
+def one_of_serial(results: Sequence[Item], serial: str | None, name: str, what: str) -> Item:
+    """Choose one result of a file.
+
+    Parameters
+    ----------
+    results : sequence of object with serial
+        What the file holds.
+    serial : str or None
+        Serial number; without it the file must hold one result.
+    name : str
+        Name of the file.
+    what : str
+        What a result is, such as ``"calibration"``.
+
+    Returns
+    -------
+    object
+        The result of this serial number; one that has none fits any.
+
+    Raises
+    ------
+    InputError
+        If there is none, or several.
+    """
+    chosen = [found for found in results if serial in (None, found.serial) or found.serial is None]
+    if len(chosen) == 1:
+        return chosen[0]
+    have = ", ".join(str(found.serial) for found in chosen or results)
+    if not chosen:
+        raise InputError(
+            f"{name}: serial {serial} is asked for, but it holds the {what} of {have}; give the"
+            f" {what} of this accelerometer"
+        )
+    if len({found.serial for found in chosen}) == 1:
+        raise InputError(
+            f"{name}: it holds {len(chosen)} results of serial {chosen[0].serial}; save one item of"
+            " the list as a file of its own"
+        )
+    raise InputError(f"{name}: it holds serials {have}; choose one by its serial")
+
+
+def records_of_serial(records: Sequence[Item], serial: str | None) -> list[Item]:
+    """Keep the records of one serial number.
+
+    Parameters
+    ----------
+    records : sequence of TumbleRecord
+        The records.
+    serial : str or None
+        Serial number; None keeps all.
+
+    Returns
+    -------
+    list of TumbleRecord
+        Those of this serial number; one that has none fits any.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    kept = [record for record in records if serial is None or record.serial in (serial, None)]
+    if not kept:
+        have = ", ".join(dict.fromkeys(str(record.serial) for record in records))
+        raise InputError(f"no serial {serial!r} in the tables; there is {have}")
+    return kept

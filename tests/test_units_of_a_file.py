@@ -1,0 +1,129 @@
+"""Files of several units: which of them a command takes, and in which unit of the output."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import accelcal
+from accelcal.cli.main import main
+from accelcal.effects.catalogue import effect
+
+HIDDEN = {"A1": effect("backlash").of(2e-5), "B2": effect("hysteresis").of(3e-5)}
+SHORT = accelcal.TumblePlan(temperatures=(20.0,))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Tables of two units with an effect each, one table of both, and what discover makes of it."""
+    folder = tmp_path_factory.mktemp("units")
+    records = []
+    for seed, (serial, hidden) in enumerate(HIDDEN.items(), 3):
+        unit = replace(accelcal.Accelerometer(), serial=serial)
+        records.append(accelcal.simulate(unit, SHORT, effects=[hidden], seed=seed))
+        accelcal.write_table(records[-1], folder / f"{serial}.csv")
+    rows = [
+        f"{serial},{t},{a:g},{k},{y:.7f}"
+        for serial, r in zip(HIDDEN, records, strict=True)
+        for t, a, k, y in zip(r.temperature, r.angle, r.stroke, r.output, strict=True)
+    ]
+    head = "# unit: mA\n# head_uncertainty: 6.7e-6\n# launch_uncertainty: 6.7e-6\n"
+    text = head + "serial,temperature,angle,stroke,output\n" + "\n".join(rows) + "\n"
+    (folder / "both.csv").write_text(text)
+    assert main(["discover", str(folder / "both.csv"), "-o", str(folder / "model.json")]) == 0
+    return folder
+
+
+@pytest.fixture
+def run(folder, capsys, monkeypatch):
+    monkeypatch.chdir(folder)
+
+    def run(*arguments):
+        code = main(list(arguments))
+        return code, *capsys.readouterr()
+
+    return run
+
+
+def test_fit_takes_the_model_of_each_unit(run):
+    code, out, _ = run("fit", "both.csv", "--model", "model.json", "--format", "json")
+    assert code == 0
+    found = {c["serial"]: [e["id"] for e in c["effects"]] for c in json.loads(out)["calibrations"]}
+    assert found == {"A1": ["backlash"], "B2": ["hysteresis"]}
+
+
+def test_a_unit_that_the_models_lack_is_refused(run):
+    code, _, err = run("fit", "A1.csv", "--serial", "C3", "--model", "model.json")
+    assert code == 2
+    assert "model.json: serial C3 is asked for, but it holds the discovery of A1, B2" in err
+
+
+def test_the_only_model_fits_any_unit_and_says_whose_it_is(run, folder):
+    item = json.loads((folder / "model.json").read_text())["discoveries"][0]
+    (folder / "a1.json").write_text(json.dumps(item))
+    code, _, err = run("fit", "B2.csv", "--model", "a1.json")
+    assert code == 0
+    assert "note: B2.csv: of serial B2, but a1.json is that of A1" in err
+
+
+def test_a_batch_takes_one_model(run):
+    code, _, err = run("batch", "A1.csv", "-o", "out.csv", "--model", "model.json")
+    assert code == 2
+    assert "it holds the discoveries of A1, B2, and all tables take one model; save one" in err
+
+
+def test_simulate_makes_the_twin_of_the_serial(run):
+    assert run("simulate", "--model", "model.json", "--serial", "B2", "-o", "twin.csv")[0] == 0
+    assert "hysteresis" in accelcal.read_table("twin.csv").metadata["simulated"]
+    code, _, err = run("simulate", "--model", "model.json", "-o", "twin.csv")
+    assert code == 2
+    assert "it holds serials A1, B2; choose one by its serial" in err
+
+
+def test_a_discovery_is_read_by_its_serial(folder):
+    found = accelcal.read_discovery(str(folder / "model.json"), serial="B2")
+    assert [entry.id for entry in found.effects] == ["hysteresis"]
+
+
+def test_discover_searches_one_unit_of_a_table(run):
+    code, out, _ = run("discover", "both.csv", "--serial", "B2", "--format", "json")
+    document = json.loads(out)
+    assert (code, document["serial"]) == (0, "B2")
+    assert [entry["id"] for entry in document["effects"]] == ["hysteresis"]
+    code, _, err = run("discover", "both.csv", "--serial", "C3")
+    assert (code, err) == (2, "error: no serial 'C3' in the tables; there is A1, B2\n")
+
+
+def test_compare_takes_each_unit_with_its_calibration(run):
+    assert run("fit", "both.csv", "-o", "cal.json")[0] == 0
+    code, out, _ = run("compare", "cal.json", "both.csv", "--format", "json")
+    assert code == 0
+    assert [each["serial"] for each in json.loads(out)["comparisons"]] == ["A1", "B2"]
+    code, out, _ = run("compare", "cal.json", "both.csv", "--serial", "B2", "--format", "json")
+    assert json.loads(out)["serial"] == "B2"
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("A", 1e-3), ("uA", 1e3)])
+def test_compare_converts_the_unit_of_the_readings(unit, factor):
+    first, second = (accelcal.simulate(plan=SHORT, seed=seed) for seed in (1, 2))
+    calibration = accelcal.fit(first)
+    other = replace(
+        second.with_apparatus(resolution=1e-4 * factor), output=second.output * factor, unit=unit
+    )
+    coarse = second.with_apparatus(resolution=1e-4)
+    found, wanted = (accelcal.compare(calibration, record) for record in (other, coarse))
+    assert found.p_value == pytest.approx(wanted.p_value, rel=1e-6)
+    for one, two in zip(found.runs, wanted.runs, strict=True):
+        assert one.bias.value == pytest.approx(two.bias.value, abs=1e-12)
+        assert one.bias.standard_uncertainty == pytest.approx(two.bias.standard_uncertainty)
+    assert f"readings in {unit} are converted to mA" in found.notes
+    assert np.array_equal(other.output, second.output * factor)
+
+
+def test_a_unit_that_is_not_named_is_said():
+    first, second = (accelcal.simulate(plan=SHORT, seed=seed) for seed in (1, 2))
+    said = accelcal.compare(accelcal.fit(first), replace(second, unit=None)).notes
+    assert "the record names no unit: its readings are taken as mA" in said
+    said = accelcal.compare(accelcal.fit(replace(first, unit=None)), second).notes
+    assert "the calibration names no unit: it is taken as that of the readings, mA" in said
