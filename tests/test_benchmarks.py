@@ -36,6 +36,11 @@ def test_apply():
     assert re.search(r"1000 samples.*\nwall \d+\.\d+ s, CPU \d+\.\d+ s, peak \d+ MiB", printed)
 
 
+def test_apply_coverage():
+    printed = run("apply_coverage.py", "--smoke")
+    assert len(re.findall(r"^\| all declared.*(?:\| [\d.]+ \([\d.]+\) ){2}\|$", printed, re.M)) == 1
+
+
 def test_static_effects():
     printed = run("static_effects.py", "--smoke", "--jobs", "1")
     row = re.search(

@@ -73,6 +73,9 @@ def test_agrees_with_the_library(run, calibration):
     assert values(rows, "standard_uncertainty") == pytest.approx(
         expected.standard_uncertainty, rel=5e-3
     )
+    assert values(rows, "expanded_uncertainty") == pytest.approx(
+        expected.expanded_uncertainty, rel=5e-3
+    )
     assert [row["time"] for row in rows] == ["0.0", "0.1"]
     assert [row["inside"] for row in rows] == ["1", "1"]
 

@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import stats
 
 import accelcal
 from accelcal.compensate.apply import compensate
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation, CrossAxis, Launch, Law, Slope
+from accelcal.compensate.covariance import rows
 from accelcal.compensate.inversion import FARTHEST, invert, rising_branch
 from accelcal.error_budget.budget import budget
 from accelcal.errors import AccelcalWarning, InputError
@@ -234,12 +236,91 @@ def test_hysteresis_widens_the_bias(calibration):
     assert u == pytest.approx([1e-4], rel=0.02)
 
 
+def test_the_expanded_uncertainty_has_the_factor_of_its_degrees_of_freedom():
+    """1/dof is the mean of those of the parts, weighted by their shares of the variance."""
+    of_bias, of_launch = 3e-6, 4e-6
+    known = np.zeros((12, 12))
+    known[0, 0] = of_bias**2
+    freedom = (7.0, *[np.inf] * 11)
+    found = dataclasses.replace(TYPICAL, covariance=rows(known), freedom=freedom)
+    alone = compensate(found, [0.0, 1.35], 20.0)
+    assert alone.expanded_uncertainty / alone.standard_uncertainty == pytest.approx(
+        stats.t.ppf(0.975, 7.0), rel=1e-9
+    )
+    shifted = dataclasses.replace(found, launch=Launch(of_launch, 0.0, bias_dof=2.0))
+    both = compensate(shifted, [0.0], 20.0)
+    assert both.standard_uncertainty == pytest.approx([5e-6], rel=1e-3)
+    dof = 1.0 / (0.36 / 7.0 + 0.64 / 2.0)
+    factor = both.expanded_uncertainty / both.standard_uncertainty
+    assert factor == pytest.approx(stats.t.ppf(0.975, dof), rel=1e-3)
+    sure = compensate(dataclasses.replace(found, freedom=()), [0.0], 20.0)
+    assert sure.expanded_uncertainty == pytest.approx(1.959964 * sure.standard_uncertainty)
+
+
+def test_the_second_axis_adds_linearly_with_its_degrees_of_freedom():
+    one, other = np.zeros((12, 12)), np.zeros((4, 4))
+    one[0, 0], other[0, 0] = 1e-12, 9e-12
+    found = dataclasses.replace(
+        TYPICAL,
+        covariance=rows(one),
+        other=CrossAxis("a_o", Law(0.0), 0.0),
+        other_covariance=rows(other),
+        other_freedom=(2.0, np.inf, np.inf, np.inf),
+    )
+    told = compensate(found, [0.0], 20.0, a_o=1.0)
+    assert told.standard_uncertainty == pytest.approx([4e-6], rel=1e-3)
+    factor = stats.t.ppf(0.975, 2.0 / 0.75)
+    assert told.expanded_uncertainty == pytest.approx([factor * 4e-6], rel=2e-3)
+
+
+def test_the_expanded_uncertainty_holds_a_new_launch_that_few_launches_tell():
+    """Launches estimated from n: bias and its scatter by the textbook, each n its own coverage."""
+    random, units, sigma = np.random.default_rng(5), 2000, 1e-5
+    for n in (2, 3, 6):
+        launches = random.normal(0.0, sigma, (units, n))
+        held = 0
+        for own, bias in zip(launches, random.normal(0.0, sigma, units), strict=True):
+            s, known = own.std(ddof=1), np.zeros((12, 12))
+            known[0, 0] = s**2 / n
+            found = dataclasses.replace(
+                TYPICAL,
+                k0=Law(own.mean()),
+                covariance=rows(known),
+                freedom=(n - 1.0, *[np.inf] * 11),
+                launch=Launch(s, 0.0, bias_dof=n - 1.0),
+            )
+            told = compensate(found, [1.35 * bias], 20.0)
+            held += abs(told.value[0]) <= told.expanded_uncertainty[0]
+        assert abs(held / units - 0.95) < 4.0 * (0.95 * 0.05 / units) ** 0.5
+
+
+def test_the_expanded_uncertainty_is_that_of_the_budget():
+    plan = accelcal.TumblePlan(temperatures=(20.0, 80.0, -40.0) * 2)
+    record = accelcal.simulate(plan=plan, seed=4)
+    fit = accelcal.fit(dataclasses.replace(record, apparatus=accelcal.Apparatus()))
+    found, a_i = compensation(fit), np.array([-1.0, 0.0, 0.4, 1.0])
+    assert found.launch.bias_dof < 10.0
+    measured = accelcal.apply(fit, forward(found, a_i, 20.0, 0.3), 20.0, a_p=0.3)
+    told = budget(fit, a_i, a_p=0.3).expanded_uncertainty
+    assert measured.expanded_uncertainty == pytest.approx(told, rel=0.01)
+
+
+def test_a_launch_that_nothing_tells_is_said(one_level):
+    bare = dataclasses.replace(one_level, error_sources=())
+    (said,) = compensation(bare).assumptions
+    assert said.startswith(
+        "nothing tells the shift of the bias and of the scale factor from launch"
+    )
+    assert compensation(bare, same_launch=True).assumptions == ()
+
+
 def test_without_covariance_the_uncertainty_is_not_a_number(one_level):
     table = dataclasses.replace(one_level.tables[0], covariance_names=(), covariance_matrix=())
     bare = dataclasses.replace(one_level, tables=(table,))
     with pytest.warns(AccelcalWarning, match="no covariance"):
         measured = accelcal.apply(bare, [1.35], 20.0)
     assert np.isnan(measured.standard_uncertainty).all()
+    assert np.isnan(measured.expanded_uncertainty).all()
     assert measured.value == pytest.approx([0.9965], abs=1e-3)
 
 

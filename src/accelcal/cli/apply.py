@@ -78,9 +78,9 @@ def apply(
 
     DATA is CSV with a column output, and columns temperature, time, a_p and a_o as far as there are
     any. It may be of any length. Each sample gets its acceleration along the input axis, the
-    standard uncertainty and a flag that says whether it lies inside the calibrated ranges. The
-    uncertainty holds the shift to a new launch, as far as the calibration knows it. "-" reads
-    standard input; without -o the result goes to standard output.
+    standard and the expanded uncertainty (95 %) and a flag that says whether it lies inside the
+    calibrated ranges. The uncertainty holds the shift to a new launch, as far as the calibration
+    knows it. "-" reads standard input; without -o the result goes to standard output.
 
     \b
     Examples:

@@ -1,9 +1,12 @@
-"""From outputs to accelerations with their standard uncertainties."""
+"""From outputs to accelerations with their uncertainties."""
 
 from __future__ import annotations
 
+import math
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +18,7 @@ from accelcal.compensate.coefficients import TEMPERATURE_MARGIN, Compensation
 from accelcal.compensate.inversion import FARTHEST, invert, invert_with, slope
 from accelcal.compensate.static_effects import Samples
 from accelcal.errors import AccelcalWarning, InputError
-from accelcal.numerics.probability import NORMAL_FACTOR
+from accelcal.estimate.uncertainty import Intervals, combined
 from accelcal.results.calibration import Calibration
 
 __all__ = ["MeasuredAcceleration", "apply", "compensate"]
@@ -33,6 +36,8 @@ class MeasuredAcceleration:
         Acceleration a_i, NaN where the output or temperature is missing or has no solution [g].
     standard_uncertainty : ndarray
         Its standard uncertainty, NaN where unknown [g].
+    expanded_uncertainty : ndarray
+        Half width of its 95 % interval, by the degrees of freedom of each part [g].
     within_temperatures : ndarray of bool
         Whether the temperature lies in the calibrated range.
     within_accelerations : ndarray of bool
@@ -42,6 +47,7 @@ class MeasuredAcceleration:
 
     value: Array
     standard_uncertainty: Array
+    expanded_uncertainty: Array
     within_temperatures: NDArray[np.bool_]
     within_accelerations: NDArray[np.bool_]
 
@@ -49,6 +55,13 @@ class MeasuredAcceleration:
     def inside(self) -> NDArray[np.bool_]:
         """Whether a sample lies in the calibrated ranges."""
         return self.within_temperatures & self.within_accelerations
+
+
+class _Part(NamedTuple):
+    """Variance of the bracket from one source [g^2], and the degrees of freedom that tell it."""
+
+    variance: Array
+    dof: Array | float
 
 
 def apply(
@@ -191,7 +204,8 @@ def compensate(
     sample, and C their covariance, the standard uncertainty is sqrt(J C J'). The part of a second
     cross axis, which comes from other tables, is added linearly, as its correlation is not known.
     The shift to the next launch, the hysteresis, and the errors of output and temperature are
-    independent of it and added in squares.
+    independent of it and added in squares. The expanded uncertainty has Student's factor for the
+    degrees of freedom of all parts together, as `accelcal.estimate.uncertainty` combines them.
     """
     check_number(0.0, output_uncertainty=output_uncertainty)
     check_number(0.0, temperature_uncertainty=temperature_uncertainty)
@@ -214,14 +228,21 @@ def _solved(
     target = bracket - samples.bias - samples.tilt
     a_i = _solution(found, samples, target)
     of_coefficients = _coefficient_error(found, a_i, bracket, rise, cross)
-    of_launch = np.hypot(found.launch.bias, found.launch.scale_factor * bracket)
     of_output = output_uncertainty / samples.scale
     of_heat = temperature_uncertainty * _heat_sensitivity(found, bracket, samples, a_i)
-    total = of_coefficients**2 + of_launch**2 + found.hysteresis**2 + of_output**2 + of_heat**2
-    value, uncertainty = _through(found, samples, target, a_i, total)
+    known = found.hysteresis**2 + of_output**2 + of_heat**2
+    launch = found.launch
+    parts = [
+        of_coefficients,
+        _Part(np.full_like(a_i, launch.bias**2), launch.bias_dof),
+        _Part((launch.scale_factor * bracket) ** 2, launch.scale_factor_dof),
+        _Part(known, math.inf),
+    ]
+    value, standard, expanded = _through(found, samples, target, a_i, parts)
     return MeasuredAcceleration(
         value=value,
-        standard_uncertainty=uncertainty,
+        standard_uncertainty=standard,
+        expanded_uncertainty=expanded,
         within_temperatures=found.within_temperatures(rise + (found.T0 or 0.0)),
         within_accelerations=found.within_accelerations(value),
     )
@@ -245,20 +266,23 @@ def _solution(found: Compensation, samples: Samples, target: Array) -> Array:
 
 
 def _through(
-    found: Compensation, samples: Samples, target: Array, a_i: Array, variance: Array
-) -> tuple[Array, Array]:
-    """Acceleration and its standard uncertainty from those of the bracket.
+    found: Compensation, samples: Samples, target: Array, a_i: Array, parts: list[_Part]
+) -> tuple[Array, Array, Array]:
+    """Acceleration, its standard and its expanded uncertainty from those of the bracket.
 
     Where effects may have steps, the interval of the bracket goes through the solution: what it
     holds in 95 % the accelerations between the solutions of its ends hold too.
     """
     if found.effects is None:
-        u = np.sqrt(variance) / slope(a_i, samples.linear, found.k2, found.k3)
-        return a_i, np.where(np.isfinite(a_i), u, np.nan)
-    expanded = NORMAL_FACTOR * np.sqrt(variance + found.effects.variance(samples, a_i))
-    low, high = (_solution(found, samples, target + side) for side in (-expanded, expanded))
+        told = _combined(parts)
+        steepness = slope(a_i, samples.linear, found.k2, found.k3)
+        u = np.where(np.isfinite(a_i), told.standard / steepness, np.nan)
+        return a_i, u, told.factor * u
+    of_effects = (_Part(*part) for part in found.effects.parts(samples, a_i))
+    told = _combined([*parts, *of_effects])
+    low, high = (_solution(found, samples, target + s * told.expanded) for s in (-1.0, 1.0))
     value = np.where(np.isfinite(high - low), 0.5 * (low + high), a_i)
-    return value, 0.5 * (high - low) / NORMAL_FACTOR
+    return value, 0.5 * (high - low) / told.factor, 0.5 * (high - low)
 
 
 def _rise(found: Compensation, temperature: ArrayLike | None) -> Array:
@@ -298,26 +322,48 @@ def _together(*arrays: Array) -> tuple[Array, ...]:
 
 def _coefficient_error(
     found: Compensation, a_i: Array, bracket: Array, rise: Array, cross: list[Array]
-) -> Array:
-    """Standard uncertainty of the bracket of the model from the coefficients [g]."""
+) -> _Part:
+    """Variance of the bracket of the model from the coefficients [g^2]."""
     along, relative = cross[0], bracket / (1.0 + found.K1.change(rise))
     by_bias = np.ones_like(a_i)
     rows = [by_bias, bracket, a_i**2, a_i**3, along, a_i * along]
     for one_side in (np.maximum(rise, 0.0), np.minimum(rise, 0.0)):
         rows += [by_bias * one_side, relative * one_side, along * one_side]
-    total = _propagated(found.covariance, rows)
-    if found.other is not None:
-        along = cross[1]
-        rows = [along, a_i * along, np.maximum(rise, 0.0) * along, np.minimum(rise, 0.0) * along]
-        total = total + _propagated(found.other_covariance, rows)
-    return total
+    main = _propagated(found.covariance, found.freedom, rows)
+    if found.other is None:
+        return main
+    along = cross[1]
+    rows = [along, a_i * along, np.maximum(rise, 0.0) * along, np.minimum(rise, 0.0) * along]
+    return _linear_sum(main, _propagated(found.other_covariance, found.other_freedom, rows))
 
 
-def _propagated(covariance: tuple[tuple[float, ...], ...], rows: list[Array]) -> Array:
-    """sqrt(J C J'), J given by its columns."""
-    jacobian = np.stack(rows, axis=-1)
-    squares = np.einsum("...i,...i->...", jacobian @ np.array(covariance), jacobian)
-    return np.asarray(np.sqrt(np.maximum(squares, 0.0)))
+def _propagated(
+    covariance: tuple[tuple[float, ...], ...], freedom: tuple[float, ...], rows: list[Array]
+) -> _Part:
+    """J C J', J given by its columns; each coefficient counts by its own variance in the dof."""
+    jacobian, matrix = np.stack(rows, axis=-1), np.array(covariance)
+    variance = np.maximum(np.einsum("...i,...i->...", jacobian @ matrix, jacobian), 0.0)
+    if all(map(math.isinf, freedom)):
+        return _Part(variance, math.inf)
+    alone, squares = np.diagonal(matrix), jacobian**2
+    return _Part(variance, _ratio(squares @ alone, squares @ (alone / np.array(freedom))))
+
+
+def _linear_sum(one: _Part, other: _Part) -> _Part:
+    """Sum of two parts that may be fully correlated."""
+    first, second = np.sqrt(one.variance), np.sqrt(other.variance)
+    total = first + second
+    return _Part(total**2, _ratio(total, first / one.dof + second / other.dof))
+
+
+def _ratio(numerator: Array, denominator: Array) -> Array:
+    """Quotient, infinite where the denominator is 0."""
+    endless = np.full(np.shape(numerator), np.inf)
+    return np.asarray(np.divide(numerator, denominator, out=endless, where=denominator != 0.0))
+
+
+def _combined(parts: Sequence[_Part]) -> Intervals:
+    return combined([part.variance for part in parts], [np.asarray(part.dof) for part in parts])
 
 
 def _heat_sensitivity(found: Compensation, bracket: Array, samples: Samples, a_i: Array) -> Array:

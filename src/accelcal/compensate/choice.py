@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from accelcal.arguments.kinds import expect
 from accelcal.compensate.coefficients import (
@@ -18,10 +21,11 @@ from accelcal.compensate.coefficients import (
     Slope,
 )
 from accelcal.compensate.covariance import (
+    Rows,
     covariance_of_laws,
     covariance_of_table,
-    coverage_of_laws,
-    coverage_of_table,
+    freedom_of_laws,
+    freedom_of_table,
     rows,
     standard_uncertainty,
 )
@@ -41,7 +45,7 @@ from accelcal.results.usable import (
 
 __all__ = ["compensation"]
 
-Rows = tuple[tuple[float, ...], ...]
+Array = NDArray[np.float64]
 
 _CROSS_AXES = {"o": "a_p", "p": "a_o"}
 """Axis along the shaft -> acceleration along the cross axis in the plane of rotation."""
@@ -49,6 +53,14 @@ _CROSS_AXES = {"o": "a_p", "p": "a_o"}
 _OF_LAWS = ("K0", "K1", "M")
 _COMMON = ("k2", "k3", "delta_ip")
 """Parameters without a temperature law."""
+
+
+class _OtherAxis(NamedTuple):
+    """A second cross axis, with the covariance of its delta, delta_ip and slopes of delta."""
+
+    axis: CrossAxis
+    covariance: Rows
+    freedom: tuple[float, ...]
 
 
 def compensation(
@@ -107,6 +119,9 @@ def compensation(
         found = _from_laws(calibration, model, tables, launch)
     else:
         found = _from_tables(calibration, tables, launch)
+    if not same_launch:
+        said = (*found.assumptions, *_unknown_launch(calibration))
+        found = replace(found, assumptions=said)
     return _with_effects(calibration, found, taken_up=effects)
 
 
@@ -119,8 +134,12 @@ def _with_effects(calibration: Calibration, found: Compensation, *, taken_up: bo
 
 
 def _next_launch(calibration: Calibration) -> Launch:
-    sizes = {source.name: source.value or 0.0 for source in calibration.error_sources}
-    return Launch(sizes.get("launch", 0.0), sizes.get("launch_sf", 0.0))
+    known = {source.name: source for source in calibration.error_sources if source.value}
+    sizes, freedom = (
+        [getattr(known.get(name), of, None) or none for name in ("launch", "launch_sf")]
+        for of, none in (("value", 0.0), ("dof", math.inf))
+    )
+    return Launch(*sizes, *freedom)
 
 
 def _from_tables(
@@ -145,12 +164,13 @@ def _from_tables(
         k3=values["k3"],
         cross=CrossAxis(_cross_name(main), Law(values["delta"]), values["delta_ip"]),
         covariance=rows(np.pad(covariance_of_table(calibration, main), (0, len(SLOPES)))),
-        coverage=coverage_of_table(calibration, main),
+        freedom=freedom_of_table(calibration, main),
         T0=level,
         temperatures=None if level is None else (level, level),
         accelerations=_tested(main, calibration.delta0_rad),
-        other=other[0] if other else None,
-        other_covariance=other[1] if other else (),
+        other=other.axis if other else None,
+        other_covariance=other.covariance if other else (),
+        other_freedom=other.freedom if other else (),
         launch=launch,
         output_unit=calibration.output_unit,
         local_gravity=calibration.g_local_m_s2,
@@ -190,12 +210,13 @@ def _from_laws(
         k3=values["k3"],
         cross=CrossAxis(_cross_name(main), laws["delta"], values["delta_ip"]),
         covariance=rows(covariance_of_laws(model, laws, alone)),
-        coverage=coverage_of_laws(model, alone),
+        freedom=freedom_of_laws(model, alone),
         T0=T0,
         temperatures=(min(levels), max(levels)),
         accelerations=_tested(main, calibration.delta0_rad),
-        other=other[0] if other else None,
-        other_covariance=other[1] if other else (),
+        other=other.axis if other else None,
+        other_covariance=other.covariance if other else (),
+        other_freedom=other.freedom if other else (),
         launch=launch,
         hysteresis=0.0 if model.hysteresis is None else abs(model.hysteresis.value or 0.0),
         output_unit=calibration.output_unit,
@@ -205,7 +226,7 @@ def _from_laws(
         assumptions=(
             *_one_sided(model),
             *_undetermined(groups),
-            *(_same_at_all_temperatures(other[0], others, T0) if other else []),
+            *(_same_at_all_temperatures(other.axis, others, T0) if other else []),
             *_uncertain(main),
         ),
     )
@@ -284,7 +305,7 @@ def _other_axis(
     model: TemperatureModel | None,
     tables: Sequence[TableCalibration],
     level: float | None,
-) -> tuple[CrossAxis, Rows] | None:
+) -> _OtherAxis | None:
     """The other cross axis by its laws, or by the table nearest in temperature."""
     if not tables:
         return None
@@ -292,13 +313,20 @@ def _other_axis(
     values = _values(calibration, table)
     if model is None or model.delta.at_T0 is None:
         axis = CrossAxis(_cross_name(table), Law(values["delta"]), values["delta_ip"])
-        return axis, rows(np.pad(covariance_of_table(calibration, table)[4:, 4:], (0, 2)))
+        covariance = np.pad(covariance_of_table(calibration, table), (0, len(SLOPES)))
+        return _of_other(axis, covariance, freedom_of_table(calibration, table))
     laws = {name: _law(getattr(model, name), name) for name in ("k0", "K1", "delta")}
     alone = {name: table.error_model[name] for name in _COMMON}
+    covariance = covariance_of_laws(model, laws, alone)
+    axis = CrossAxis(_cross_name(table), laws["delta"], values["delta_ip"])
+    return _of_other(axis, covariance, freedom_of_laws(model, alone))
+
+
+def _of_other(axis: CrossAxis, covariance: Array, freedom: Sequence[float]) -> _OtherAxis:
+    """Keep of the covariance what belongs to the other axis alone."""
     names = (*PARAMETERS, *SLOPES)
     own = [names.index(n) for n in ("delta", "delta_ip", "delta_slope_above", "delta_slope_below")]
-    covariance = covariance_of_laws(model, laws, alone)[np.ix_(own, own)]
-    return CrossAxis(_cross_name(table), laws["delta"], values["delta_ip"]), rows(covariance)
+    return _OtherAxis(axis, rows(covariance[np.ix_(own, own)]), tuple(freedom[i] for i in own))
 
 
 def _tested(table: TableCalibration, delta0: float) -> tuple[float, float]:
@@ -365,6 +393,19 @@ def _unknown_level(level: float | None) -> list[str]:
     if level is not None:
         return []
     return ["the temperature of the calibration is unknown: that of the samples is not checked"]
+
+
+def _unknown_launch(calibration: Calibration) -> list[str]:
+    known = {source.name for source in calibration.error_sources if source.value is not None}
+    names = {"launch": "bias", "launch_sf": "scale factor"}
+    missing = [what for name, what in names.items() if name not in known]
+    if not missing:
+        return []
+    return [
+        f"nothing tells the shift of the {' and of the '.join(missing)} from launch to launch: the"
+        " uncertainty of a new launch does not count it; declare it with the readings, or repeat a"
+        " level"
+    ]
 
 
 def _uncertain(table: TableCalibration) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -122,10 +123,14 @@ class Launch:
         Standard uncertainty of the shift of the bias [g].
     scale_factor : float
         Standard uncertainty of the relative shift of the scale factor.
+    bias_dof, scale_factor_dof : float
+        Degrees of freedom of each; infinite where it was declared.
     """
 
     bias: float = 0.0
     scale_factor: float = 0.0
+    bias_dof: float = math.inf
+    scale_factor_dof: float = math.inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,6 +158,8 @@ class Compensation:
         The other cross axis, where tables in another mounting turned it.
     other_covariance : tuple of tuple of float
         Covariance of its delta and delta_ip and of the slopes of delta above and below.
+    other_freedom : tuple of float
+        Degrees of freedom of these.
     launch : Launch
         Shift to the next launch; zero where it is not known, or left out.
     hysteresis : float
@@ -167,9 +174,9 @@ class Compensation:
         Symbols of the parameters that were not determined; their values are 0.
     assumptions : tuple of str
         What was not determined, and what is assumed in its place.
-    coverage : tuple of float
-        Coverage factors at 95 % of `PARAMETERS` and `SLOPES`, above the normal one where few
-        degrees of freedom tell an uncertainty; empty where all are normal.
+    freedom : tuple of float
+        Degrees of freedom that tell the uncertainties of `PARAMETERS` and `SLOPES`; empty where
+        all are infinite.
     effects : StaticEffects or None
         What the accelerometer adds to the model; None where nothing is known of it.
     """
@@ -185,6 +192,7 @@ class Compensation:
     accelerations: tuple[float, float] = (-1.0, 1.0)
     other: CrossAxis | None = None
     other_covariance: tuple[tuple[float, ...], ...] = ()
+    other_freedom: tuple[float, ...] = ()
     launch: Launch = Launch()
     hysteresis: float = 0.0
     output_unit: str | None = None
@@ -192,7 +200,7 @@ class Compensation:
     serial: str | None = None
     undetermined: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
-    coverage: tuple[float, ...] = ()
+    freedom: tuple[float, ...] = ()
     effects: StaticEffects | None = None
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -9,14 +10,13 @@ from numpy.typing import NDArray
 
 from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Law
 from accelcal.model import ERROR_TERMS
-from accelcal.numerics.probability import NORMAL_FACTOR
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
 
-__all__ = ["Rows", "covariance_of_laws", "coverage_of_laws", "coverage_of_table"]
-__all__ += ["covariance_of_table", "rows", "standard_uncertainty"]
+__all__ = ["Rows", "covariance_of_laws", "covariance_of_table", "freedom_of_laws"]
+__all__ += ["freedom_of_table", "rows", "standard_uncertainty"]
 
 Array = NDArray[np.float64]
 Rows = tuple[tuple[float, ...], ...]
@@ -98,8 +98,8 @@ def covariance_of_laws(
     return covariance
 
 
-def coverage_of_table(calibration: Calibration, table: TableCalibration) -> tuple[float, ...]:
-    """Coverage factors of `PARAMETERS` from a table; those of `SLOPES`, which it has not, normal.
+def freedom_of_table(calibration: Calibration, table: TableCalibration) -> tuple[float, ...]:
+    """Degrees of freedom of `PARAMETERS` from a table; those of `SLOPES`, not in it, are infinite.
 
     Parameters
     ----------
@@ -111,14 +111,14 @@ def coverage_of_table(calibration: Calibration, table: TableCalibration) -> tupl
     Returns
     -------
     tuple of float, length 12
-        The factors.
+        The degrees of freedom.
     """
     known = {**table.error_model, "K1": table.coefficients["K1"]}
-    return _coverage({**known, "delta": calibration.misalignment(table)})
+    return _freedom({**known, "delta": calibration.misalignment(table)})
 
 
-def coverage_of_laws(model: TemperatureModel, common: Mapping[str, Quantity]) -> tuple[float, ...]:
-    """Coverage factors of `PARAMETERS` and `SLOPES`.
+def freedom_of_laws(model: TemperatureModel, common: Mapping[str, Quantity]) -> tuple[float, ...]:
+    """Degrees of freedom of `PARAMETERS` and `SLOPES`.
 
     Parameters
     ----------
@@ -130,20 +130,20 @@ def coverage_of_laws(model: TemperatureModel, common: Mapping[str, Quantity]) ->
     Returns
     -------
     tuple of float, length 12
-        The factors.
+        The degrees of freedom.
     """
     known: dict[str, Quantity | None] = dict(common)
     for name in ("k0", "K1", "delta"):
         law = getattr(model, name)
         known |= {name: law.at_T0, f"{name}_slope_above": law.above}
         known |= {f"{name}_slope_below": law.below}
-    return _coverage(known)
+    return _freedom(known)
 
 
-def _coverage(known: Mapping[str, Quantity | None]) -> tuple[float, ...]:
-    """Factors in the order of the covariance; the normal one where a quantity has none."""
+def _freedom(known: Mapping[str, Quantity | None]) -> tuple[float, ...]:
+    """Degrees of freedom in the order of the covariance; infinite where a quantity has none."""
     quantities = (known.get(name) for name in (*PARAMETERS, *SLOPES))
-    return tuple((q and q.coverage_factor) or NORMAL_FACTOR for q in quantities)
+    return tuple((q and q.dof) or math.inf for q in quantities)
 
 
 def rows(matrix: Array) -> Rows:

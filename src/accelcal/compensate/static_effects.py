@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -15,7 +16,7 @@ from accelcal.results.calibration import Calibration
 if TYPE_CHECKING:
     from accelcal.effects.conditions import Conditions
     from accelcal.effects.effect import Disturbance
-    from accelcal.results.findings import FoundEffect
+    from accelcal.results.quantity import Quantity
 
 __all__ = ["Samples", "StaticEffects", "how_taken_up", "static_effects"]
 
@@ -76,8 +77,8 @@ class StaticEffects:
     ----------
     disturbances : tuple of Disturbance
         The effects.
-    uncertainties : tuple of mapping of str to float
-        Standard uncertainties of the parameters of each.
+    parameters : tuple of mapping of str to Quantity
+        The parameters of each.
     reference : float
         Temperature of the coefficients minus that the effects refer to [degC].
     scale : float
@@ -85,7 +86,7 @@ class StaticEffects:
     """
 
     disturbances: tuple[Disturbance, ...]
-    uncertainties: tuple[Mapping[str, float], ...]
+    parameters: tuple[Mapping[str, Quantity], ...]
     reference: float
     scale: float
 
@@ -108,15 +109,13 @@ class StaticEffects:
         parts = (_value(item, samples, c) for item in self.disturbances)
         return sum(parts, start=np.zeros(a_i.shape))
 
-    def variance(self, samples: Samples, a_i: Array) -> Array:
-        """Square of the standard uncertainty of `total` from the sizes, each on its own [g^2]."""
+    def parts(self, samples: Samples, a_i: Array) -> Iterator[tuple[Array, float]]:
+        """Variance of `total` from each size on its own [g^2], with its degrees of freedom."""
         c = self._conditions(samples, a_i)
-        squares = (
-            (_value(more, samples, c) - _value(item, samples, c)) ** 2
-            for item, uncertain in zip(self.disturbances, self.uncertainties, strict=True)
-            for more in _one_by_one(item, uncertain)
-        )
-        return sum(squares, start=np.zeros(a_i.shape))
+        for item, own in zip(self.disturbances, self.parameters, strict=True):
+            without = _value(item, samples, c)
+            for more, dof in _one_by_one(item, own):
+                yield (_value(more, samples, c) - without) ** 2, dof
 
     def heat_sensitivity(self, samples: Samples, a_i: Array) -> Array:
         """Change of `total` with temperature [g/degC]."""
@@ -150,10 +149,13 @@ def _value(item: Disturbance, samples: Samples, c: Conditions) -> Array:
     return np.asarray(sum((value - without for value in across), start=without))
 
 
-def _one_by_one(item: Disturbance, uncertain: Mapping[str, float]) -> Iterator[Disturbance]:
-    """An effect with one of its parameters larger by its standard uncertainty."""
-    for name, size in uncertain.items():
-        yield replace(item, values={**item.values, name: item.values[name] + size})
+def _one_by_one(
+    item: Disturbance, parameters: Mapping[str, Quantity]
+) -> Iterator[tuple[Disturbance, float]]:
+    """An effect with one of its parameters larger by its standard uncertainty, and the dof."""
+    for name, size in parameters.items():
+        larger = item.values[name] + (size.standard_uncertainty or 0.0)
+        yield replace(item, values={**item.values, name: larger}), size.dof or math.inf
 
 
 def static_effects(
@@ -191,14 +193,10 @@ def static_effects(
     at_T0 = model and model.K1.at_T0 and model.K1.at_T0.value
     return StaticEffects(
         disturbances=tuple(map(disturbance_of, found)),
-        uncertainties=tuple(map(_uncertainties, found)),
+        parameters=tuple(item.parameters for item in found),
         reference=0.0 if level is None or T0 is None else level - T0,
         scale=at_T0 or K1,
     )
-
-
-def _uncertainties(found: FoundEffect) -> dict[str, float]:
-    return {name: q.standard_uncertainty or 0.0 for name, q in found.parameters.items()}
 
 
 def how_taken_up(calibration: Calibration) -> list[str]:

@@ -284,7 +284,8 @@ def _of_calibration(found: Compensation, simulated: _Simulated, dof: float) -> A
     of_slopes = np.stack([at_T0[:, 0], at_T0[:, 1] / gain, at_T0[:, 4]], axis=1)  # k0, K1, delta
     sides = (rise.clip(min=0.0), rise.clip(max=0.0))
     acting = np.hstack([at_T0, *(of_slopes * side[:, None] for side in sides)])
-    larger = np.maximum(np.array(found.coverage or 1.0) / student_quantile(LEVEL, dof), 1.0)
+    factors = np.array([student_quantile(LEVEL, known) for known in found.freedom] or 1.0)
+    larger = np.maximum(factors / student_quantile(LEVEL, dof), 1.0)
     known = np.nan_to_num(np.array(found.covariance)) * np.outer(larger, larger)
     known[0, 0] += found.hysteresis**2  # the bias is on either side of its law
     of_fixture = np.outer(simulated.by_fixture, simulated.by_fixture)

@@ -228,18 +228,19 @@ class AccelerationStream:
         }
         text = "".join(f"# {key}: {value}\n" for key, value in lines.items() if value is not None)
         time = "time," if "time" in self._samples.headings.columns else ""
-        return f"{text}{time}acceleration,standard_uncertainty,inside\n"
+        return f"{text}{time}acceleration,standard_uncertainty,expanded_uncertainty,inside\n"
 
     def _csv(self, block: SampleBlock, measured: MeasuredAcceleration) -> str:
         columns = [
             (measured.value * self._scale).tolist(),
             (measured.standard_uncertainty * self._scale).tolist(),
+            (measured.expanded_uncertainty * self._scale).tolist(),
             measured.inside.tolist(),
         ]
         if block.time is None:
-            return "".join(map("%.15g,%.3g,%d\n".__mod__, zip(*columns, strict=True)))
+            return "".join(map("%.15g,%.3g,%.3g,%d\n".__mod__, zip(*columns, strict=True)))
         time = [_cell(text) for text in block.time] if _needs_quotes(block.time) else block.time
-        return "".join(map("%s,%.15g,%.3g,%d\n".__mod__, zip(time, *columns, strict=True)))
+        return "".join(map("%s,%.15g,%.3g,%.3g,%d\n".__mod__, zip(time, *columns, strict=True)))
 
     # -- after the last sample ---------------------------------------------------------------------
 
