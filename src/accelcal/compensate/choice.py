@@ -11,6 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arguments.kinds import expect
+from accelcal.compensate.assumptions import (
+    lost_symbols,
+    not_determined,
+    one_sided,
+    same_at_all_temperatures,
+    unknown_launch,
+    unknown_level,
+    without_covariance,
+)
 from accelcal.compensate.coefficients import (
     PARAMETERS,
     SLOPES,
@@ -33,7 +42,6 @@ from accelcal.compensate.static_effects import how_taken_up, static_effects
 from accelcal.effects.left_in_use import left_in_use
 from accelcal.errors import InputError
 from accelcal.geometry import accelerations
-from accelcal.model import ERROR_TERMS
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
@@ -120,7 +128,7 @@ def compensation(
     else:
         found = _from_tables(calibration, tables, launch)
     if not same_launch:
-        said = (*found.assumptions, *_unknown_launch(calibration))
+        said = (*found.assumptions, *unknown_launch(calibration))
         found = replace(found, assumptions=said)
     return _with_effects(calibration, found, taken_up=effects)
 
@@ -175,11 +183,11 @@ def _from_tables(
         output_unit=calibration.output_unit,
         local_gravity=calibration.g_local_m_s2,
         serial=calibration.serial,
-        undetermined=tuple(symbol for table in tables for symbol in _lost_symbols([table])),
+        undetermined=tuple(s for t in tables for s in lost_symbols([t], _cross_name(t))),
         assumptions=(
-            *_unknown_level(level),
-            *_undetermined([[table] for table in tables]),
-            *_uncertain(main),
+            *unknown_level(level),
+            *not_determined([[table] for table in tables]),
+            *without_covariance(main),
         ),
     )
 
@@ -222,12 +230,12 @@ def _from_laws(
         output_unit=calibration.output_unit,
         local_gravity=calibration.g_local_m_s2,
         serial=calibration.serial,
-        undetermined=tuple(s for group in groups for s in _lost_symbols(group)),
+        undetermined=tuple(s for g in groups for s in lost_symbols(g, _cross_name(g[0]))),
         assumptions=(
-            *_one_sided(model),
-            *_undetermined(groups),
-            *(_same_at_all_temperatures(other.axis, others, T0) if other else []),
-            *_uncertain(main),
+            *one_sided(model),
+            *not_determined(groups),
+            *(same_at_all_temperatures(other.axis, _nearest(others, T0)) if other else []),
+            *without_covariance(main),
         ),
     )
 
@@ -273,7 +281,7 @@ def _of_main_mounting(tables: Sequence[TableCalibration]) -> list[TableCalibrati
 
 
 def _values(calibration: Calibration, table: TableCalibration) -> dict[str, float]:
-    """`PARAMETERS` of a table, 0 where not determined (which `_undetermined` tells)."""
+    """`PARAMETERS` of a table, 0 where not determined (which `not_determined` tells)."""
     scale_factor = table.coefficients["K1"].value
     if not scale_factor:
         raise InputError(f"run {table.run} has no scale factor K1; fit it with K1 among them")
@@ -335,80 +343,3 @@ def _tested(table: TableCalibration, delta0: float) -> tuple[float, float]:
         return (-1.0, 1.0)
     a_i = accelerations(table.residuals.angle_deg, delta0).input
     return float(a_i.min()), float(a_i.max())
-
-
-# -- assumptions -----------------------------------------------------------------------------------
-
-
-def _undetermined(groups: Sequence[Sequence[TableCalibration]]) -> list[str]:
-    """Say what no table of a group determines, and what then stands for what."""
-    said = []
-    for group in groups:
-        lost = _lost(group)
-        stands = [f"{name} stands for {what}" for name, what in group[0].stands_for.items()]
-        if lost:
-            verb = "was" if len(lost) == 1 else "were"
-            what = f"{', '.join(lost)} {verb} not determined and taken as 0"
-            said.append("; ".join([what, *stands]))
-    return list(dict.fromkeys(said))
-
-
-def _lost(tables: Sequence[TableCalibration]) -> list[str]:
-    """Coefficients of (1) that no table determines."""
-    names = tables[0].coefficients
-    return [n for n in names if all(t.coefficients[n].value is None for t in tables)]
-
-
-def _lost_symbols(tables: Sequence[TableCalibration]) -> list[str]:
-    """Symbols of (2) that no table determines."""
-    axis = CrossAxis(_cross_name(tables[0]), Law(0.0), 0.0)
-    special = {"delta": axis.delta_symbol, "delta_ip": axis.coupling_symbol}
-    symbols = (ERROR_TERMS[name] for name in _lost(tables))
-    return [special.get(symbol, symbol) for symbol in symbols]
-
-
-def _one_sided(model: TemperatureModel) -> list[str]:
-    sides = [side for side in ("above", "below") if getattr(model.k0, side) is None]
-    if len(sides) != 1:
-        return ["no slopes were determined: the coefficients are those at T0"] if sides else []
-    (missing,) = sides
-    measured = "below" if missing == "above" else "above"
-    return [f"no slopes {missing} T0 were determined: those {measured} are taken, +- all of them"]
-
-
-def _same_at_all_temperatures(
-    axis: CrossAxis, tables: Sequence[TableCalibration], T0: float
-) -> list[str]:
-    if axis.delta.above.determined or axis.delta.below.determined:
-        return []
-    level = _nearest(tables, T0).temperature_degC
-    where = "one level" if level is None else f"{level:g} degC"
-    return [
-        f"{axis.delta_symbol}, by which {axis.name} acts, was measured at {where} only, and is"
-        " taken to be the same at all temperatures"
-    ]
-
-
-def _unknown_level(level: float | None) -> list[str]:
-    if level is not None:
-        return []
-    return ["the temperature of the calibration is unknown: that of the samples is not checked"]
-
-
-def _unknown_launch(calibration: Calibration) -> list[str]:
-    known = {source.name for source in calibration.error_sources if source.value is not None}
-    names = {"launch": "bias", "launch_sf": "scale factor"}
-    missing = [what for name, what in names.items() if name not in known]
-    if not missing:
-        return []
-    return [
-        f"nothing tells the shift of the {' and of the '.join(missing)} from launch to launch: the"
-        " uncertainty of a new launch does not count it; declare it with the readings, or repeat a"
-        " level"
-    ]
-
-
-def _uncertain(table: TableCalibration) -> list[str]:
-    if table.covariance_names:
-        return []
-    return ["the calibration has no covariance: accelerations come without uncertainty"]

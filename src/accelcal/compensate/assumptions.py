@@ -1,0 +1,106 @@
+"""What a compensation has to assume, because a calibration does not tell it; a sentence each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from accelcal.compensate.coefficients import CrossAxis, Law
+from accelcal.model import ERROR_TERMS
+from accelcal.results.calibration import Calibration
+from accelcal.results.table import TableCalibration
+from accelcal.results.temperature import TemperatureModel
+
+__all__ = ["lost_symbols", "not_determined", "one_sided", "same_at_all_temperatures"]
+__all__ += ["unknown_launch", "unknown_level", "without_covariance"]
+
+_SHIFTS = {"launch": "bias", "launch_sf": "scale factor"}
+"""Error source -> what it shifts from launch to launch."""
+
+
+def not_determined(groups: Sequence[Sequence[TableCalibration]]) -> list[str]:
+    """Say what no table of a group determines, and what then stands for what."""
+    said = []
+    for group in groups:
+        lost = _lost(group)
+        stands = [f"{name} stands for {what}" for name, what in group[0].stands_for.items()]
+        if lost:
+            verb = "was" if len(lost) == 1 else "were"
+            what = f"{', '.join(lost)} {verb} not determined and taken as 0"
+            said.append("; ".join([what, *stands]))
+    return list(dict.fromkeys(said))
+
+
+def lost_symbols(tables: Sequence[TableCalibration], cross_axis: str) -> list[str]:
+    """List the symbols of (2) that no table determines.
+
+    Parameters
+    ----------
+    tables : sequence of TableCalibration
+        Tables of one mounting.
+    cross_axis : str
+        ``"a_p"`` or ``"a_o"``, which they turned.
+
+    Returns
+    -------
+    list of str
+        Such as ``"k3"`` and ``"delta_ip"``.
+    """
+    axis = CrossAxis(cross_axis, Law(0.0), 0.0)
+    special = {"delta": axis.delta_symbol, "delta_ip": axis.coupling_symbol}
+    symbols = (ERROR_TERMS[name] for name in _lost(tables))
+    return [special.get(symbol, symbol) for symbol in symbols]
+
+
+def _lost(tables: Sequence[TableCalibration]) -> list[str]:
+    """Coefficients of (1) that no table determines."""
+    names = tables[0].coefficients
+    return [n for n in names if all(t.coefficients[n].value is None for t in tables)]
+
+
+def one_sided(model: TemperatureModel) -> list[str]:
+    """Say on which side of T0 no slopes were determined."""
+    sides = [side for side in ("above", "below") if getattr(model.k0, side) is None]
+    if len(sides) != 1:
+        return ["no slopes were determined: the coefficients are those at T0"] if sides else []
+    (missing,) = sides
+    measured = "below" if missing == "above" else "above"
+    return [f"no slopes {missing} T0 were determined: those {measured} are taken, +- all of them"]
+
+
+def same_at_all_temperatures(axis: CrossAxis, table: TableCalibration) -> list[str]:
+    """Say that a second axis without slopes is taken as it was in the table of one level."""
+    if axis.delta.above.determined or axis.delta.below.determined:
+        return []
+    level = table.temperature_degC
+    where = "one level" if level is None else f"{level:g} degC"
+    return [
+        f"{axis.delta_symbol}, by which {axis.name} acts, was measured at {where} only, and is"
+        " taken to be the same at all temperatures"
+    ]
+
+
+def unknown_level(level: float | None) -> list[str]:
+    """Say that temperatures cannot be checked, where the level of a table is None."""
+    if level is not None:
+        return []
+    return ["the temperature of the calibration is unknown: that of the samples is not checked"]
+
+
+def unknown_launch(calibration: Calibration) -> list[str]:
+    """Say which shift to the next launch nothing tells."""
+    known = {source.name for source in calibration.error_sources if source.value is not None}
+    missing = [what for name, what in _SHIFTS.items() if name not in known]
+    if not missing:
+        return []
+    return [
+        f"nothing tells the shift of the {' and of the '.join(missing)} from launch to launch: the"
+        " uncertainty of a new launch does not count it; declare it with the readings, or repeat a"
+        " level"
+    ]
+
+
+def without_covariance(table: TableCalibration) -> list[str]:
+    """Say that there is no uncertainty, where a table has no covariance."""
+    if table.covariance_names:
+        return []
+    return ["the calibration has no covariance: accelerations come without uncertainty"]
