@@ -7,7 +7,15 @@ import pandas as pd
 import pytest
 
 import accelcal
-from accelcal import InputError, Limit, Specification, TumblePlan
+from accelcal import (
+    InputError,
+    Limit,
+    Quantity,
+    Specification,
+    StabilityRecord,
+    TriadRecord,
+    TumblePlan,
+)
 
 PATH = "examples/al15.csv"
 RECORD = accelcal.simulate(plan=TumblePlan(temperatures=20.0, strokes=2), seed=1)
@@ -246,3 +254,29 @@ def test_a_masked_reading_is_missing():
 def test_complex_readings_are_refused():
     with pytest.raises(InputError, match="outputs is list; it is a number or an array of numbers"):
         accelcal.estimate_tables([[1j] * 9], 45.0 * np.arange(9))
+
+
+# -- parts of results, made by hand ----------------------------------------------------------------
+
+LAUNCH = accelcal.Launch("1", [0.0, 1.0, 2.0], [0.1, 0.2, 0.1])
+ROWS = np.eye(3)
+
+
+@pytest.mark.parametrize(
+    ("make", "told"),
+    [
+        (lambda: Quantity("1.35", 1e-6, "g"), "value is '1.35'; it is a finite number"),
+        (lambda: Quantity(np.nan, None, "g"), "value is nan; it is a finite number"),
+        (lambda: Quantity(1.0, -1e-6, "g"), "standard_uncertainty is -1e-06; it is 0 or more"),
+        (lambda: Quantity(1.0, None, "g", np.inf), "expanded_uncertainty is inf; it is a finite"),
+        (lambda: Quantity(1.0, None, "g", None, -1), "dof is -1; it is 0 or more"),
+        (lambda: Quantity(1.0, 1e-6, None), "unit is None; it is a text, in quotes"),
+        (lambda: TriadRecord(ROWS, notes="one"), "notes is 'one'; it is a tuple of texts"),
+        (lambda: TriadRecord(ROWS, notes=(1,)), "notes has 1; it is a tuple of texts"),
+        (lambda: StabilityRecord(LAUNCH, notes=None), "notes is None; it is a tuple of texts"),
+    ],
+)
+def test_a_part_that_is_none_is_refused(make, told):
+    with pytest.raises(InputError) as caught:
+        make()
+    assert str(caught.value).startswith(told)

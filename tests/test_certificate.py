@@ -16,7 +16,8 @@ import accelcal
 from accelcal.certificate.dcc import certificate
 from accelcal.certificate.units import si_unit
 from accelcal.cli.main import main
-from accelcal.io.laboratory import Laboratory, read_laboratory
+from accelcal.errors import InputError
+from accelcal.io.laboratory import Contact, Laboratory, read_laboratory
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 DCC, SI = "{https://ptb.de/dcc}", "{https://ptb.de/si}"
@@ -288,6 +289,58 @@ def test_a_certificate_without_a_day_is_refused(folder, capsys):
     assert main(["report", "cal.json", "--dcc", "c.xml"]) == 2
     assert "states the days of the test" in capsys.readouterr().err
     assert not (folder / "c.xml").exists()
+
+
+@pytest.mark.parametrize(
+    ("written", "day"),
+    [
+        ("20.11.2026", "2026-11-20"),
+        ("2026/11/20 09:30", "2026-11-20"),
+        ("2026-11-20T23:30:00-05:00", "2026-11-20"),  # the day of the laboratory, not that of UTC
+    ],
+)
+def test_the_day_of_a_table_is_read_as_everywhere(calibration, written, day):
+    root = ElementTree.fromstring(certificate(replace(calibration, date=written)))
+    assert root.findtext(f".//{DCC}beginPerformanceDate") == day
+
+
+@pytest.mark.parametrize("written", ["2026-13-45", "11/10/2026", "2026-11-20 to 2026-11-22"])
+def test_what_is_no_day_is_not_certified(calibration, written):
+    with pytest.raises(InputError, match="states the days of the test"):
+        certificate(replace(calibration, date=written))
+
+
+@pytest.mark.parametrize("day", ["2026-11-20", '"20.11.2026"', '"2026-11-20"'])
+def test_days_of_the_file_as_toml_or_text(folder, day):
+    (folder / "lab.toml").write_text(f'schema = "accelcal/laboratory/1"\nperformed_from = {day}\n')
+    assert read_laboratory("lab.toml").performed_from == "2026-11-20"
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: Laboratory(country="Germany"), "country is 'Germany'; it is two capital letters"),
+        (lambda: Laboratory(model=None), "model is None; it is a text of one line"),
+        (lambda: Laboratory(performed_to="soon"), "performed_to is 'soon'; it is a day such as"),
+        (lambda: Laboratory(performed_from=None), "performed_from is None; it is a day such as"),
+        (lambda: Laboratory(performance_location=["x"]), "it is one of laboratory, "),
+        (lambda: Laboratory(customer="Example"), "str in place of a contact; make one by"),
+        (lambda: Laboratory(persons=["A. Person"]), "str in place of a contact; make one by"),
+        (lambda: Laboratory(statements=[3]), "a statement is 3; it is a text of one line"),
+        (lambda: Contact(name=" "), "name is ' '; it is a text of one line"),
+        (lambda: Contact(city="a\nb"), "it is a text of one line"),
+        (lambda: Contact(country="de"), "country is 'de'; it is two capital letters"),
+    ],
+)
+def test_a_laboratory_in_python_keeps_the_same_rules(make, said):
+    with pytest.raises(InputError) as caught:
+        make()
+    assert said in str(caught.value)
+
+
+def test_one_person_and_one_statement_need_no_list():
+    known = Laboratory(persons=Contact(name="A"), statements="made today")
+    assert (known.persons, known.statements) == ((Contact(name="A"),), ("made today",))
 
 
 @pytest.mark.parametrize(

@@ -301,9 +301,12 @@ def test_what_cannot_be_followed_is_told(table, options, message):
         ("2024-05-31T12:00:00+02:00", 54.414),
         ("31.05.2024", 54.413),
         ("2024/05/31", 54.413),
+        ("31.05.2024 12:00", 54.414),  # as a table may have it
+        ("2024/5/31 12:00", 54.414),
         ("2024-05", 54.330),
         ("2024", 53.999),
         ("last spring", None),
+        ("11/10/2026", None),  # the day or the month first?
         ("", None),
         (None, None),
     ],

@@ -49,7 +49,7 @@ FLOORS = (
     {"record", "results", "specification", "accelerometer"},
     {"model"},
     {"geometry", "apparatus"},
-    {"units", "numerics", "atomic", "sentences", "arguments"},
+    {"units", "numerics", "atomic", "sentences", "arguments", "dates"},
     {"errors", "version", "logs"},
     {"escapes"},
 )

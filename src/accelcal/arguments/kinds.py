@@ -45,6 +45,10 @@ _KINDS = {
         "an effect",
         "make one by accelcal.Effect(id=..., ...), or choose one by accelcal.effect('backlash')",
     ),
+    "Contact": (
+        "a contact",
+        "make one by accelcal.io.laboratory.Contact(name='Example Laboratory')",
+    ),
     "HeadCalibration": (
         "a head",
         "make one by accelcal.calibrate_head(records), or by accelcal.read_head('head.csv')",

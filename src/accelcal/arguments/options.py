@@ -16,6 +16,7 @@ __all__ = [
     "check_function",
     "check_options",
     "check_text",
+    "check_texts",
     "check_written",
     "mapping_of",
 ]
@@ -114,6 +115,34 @@ def check_written(**values: str) -> None:
     for name, value in values.items():
         if not isinstance(value, str):
             raise InputError(f"{name} is {as_given(value)}; it is a text, in quotes")
+
+
+def check_texts(**values: tuple[str, ...]) -> None:
+    """Refuse what is no tuple of texts.
+
+    Parameters
+    ----------
+    **values : tuple of str
+        The texts, by the name that the message gives.
+
+    Raises
+    ------
+    InputError
+        If one is something else.
+
+    Examples
+    --------
+    >>> check_texts(notes="read as latin-1")
+    Traceback (most recent call last):
+    ...
+    accelcal.errors.InputError: notes is 'read as latin-1'; it is a tuple of texts
+    """
+    for name, value in values.items():
+        if not isinstance(value, tuple):
+            raise InputError(f"{name} is {as_given(value)}; it is a tuple of texts")
+        for text in value:
+            if not isinstance(text, str):
+                raise InputError(f"{name} has {as_given(text)}; it is a tuple of texts")
 
 
 def check_function(**values: Callable[..., object] | None) -> None:

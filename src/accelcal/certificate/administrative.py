@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from xml.etree.ElementTree import Element
 
 from accelcal.certificate.xml import dcc, named, rich
+from accelcal.dates import date_of
 from accelcal.errors import InputError
 from accelcal.io.laboratory import NOT_STATED, Contact, Laboratory
 from accelcal.results.calibration import Calibration
@@ -73,8 +73,8 @@ def _core_data(calibration: Calibration, known: Laboratory) -> Element:
 
 
 def _days(calibration: Calibration, known: Laboratory) -> tuple[str, str]:
-    found = re.match(r"\d{4}-\d\d-\d\d", calibration.date or "")
-    first = known.performed_from or (found[0] if found else "")
+    found = date_of(calibration.date or "")
+    first = known.performed_from or (found.date().isoformat() if found else "")
     last = known.performed_to or first
     if not first or last < first:
         raise InputError(

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from accelcal.arguments.kinds import each_of, expect, several
+from accelcal.dates import date_of
 from accelcal.errors import InputError
 from accelcal.io.text import read_text
 
@@ -17,6 +19,27 @@ NOT_STATED = "not stated"
 
 PLACES = ("laboratory", "laboratoryBranch", "customer", "customerBranch", "other")
 """Where a test may have taken place."""
+
+_CONTACTS = ("laboratory", "customer", "manufacturer")
+_DAYS = ("performed_from", "performed_to")
+
+
+def _day(place: str, value: Any) -> str:
+    """A day as ISO 8601 has it, of what TOML or a text has; empty where it is not stated."""
+    found = date_of(str(value).strip())
+    if found is None and value != "":
+        raise InputError(f"{place} is {value!r:.40}; it is a day such as 2026-11-21")
+    return found.date().isoformat() if found else ""
+
+
+def _check_line(place: str, value: Any, *, blank: bool = True) -> None:
+    if not isinstance(value, str) or not value.isprintable() or not (blank or value.strip()):
+        raise InputError(f"{place} is {value!r:.40}; it is a text of one line")
+
+
+def _check_country(code: str) -> None:
+    if code and not (len(code) == 2 and code.isascii() and code.isalpha() and code.isupper()):
+        raise InputError(f"country is {code!r}; it is two capital letters, such as DE or CA")
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +54,11 @@ class Contact:
         Where it is found; empty where not stated. The country by two letters, ISO 3166-1.
     role : str
         What a person is responsible for.
+
+    Raises
+    ------
+    InputError
+        If one is no text of one line, the name is blank, or the country no code.
     """
 
     name: str = NOT_STATED
@@ -41,6 +69,11 @@ class Contact:
     city: str = ""
     country: str = ""
     role: str = ""
+
+    def __post_init__(self) -> None:
+        for name in Contact.__slots__:
+            _check_line(name, getattr(self, name), blank=name != "name")
+        _check_country(self.country)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +98,11 @@ class Laboratory:
         Who is responsible, the main signer first.
     statements : tuple of str
         What is stated beside the numbers.
+
+    Raises
+    ------
+    InputError
+        If a value breaks a rule.
     """
 
     identifier: str = ""
@@ -79,9 +117,21 @@ class Laboratory:
     persons: tuple[Contact, ...] = ()
     statements: tuple[str, ...] = ()
 
-
-_CONTACTS = ("laboratory", "customer", "manufacturer")
-_DAYS = ("performed_from", "performed_to")
+    def __post_init__(self) -> None:
+        for name in ("identifier", "country", "model"):
+            _check_line(name, getattr(self, name))
+        _check_country(self.country)
+        if self.performance_location not in PLACES:
+            given = f"performance_location is {self.performance_location!r:.40}"
+            raise InputError(f"{given}; it is one of {', '.join(PLACES)}")
+        for name in _CONTACTS:
+            expect(getattr(self, name), Contact)
+        for name in _DAYS:
+            object.__setattr__(self, name, _day(name, getattr(self, name)))
+        object.__setattr__(self, "persons", each_of(self.persons, Contact))
+        object.__setattr__(self, "statements", several(self.statements))
+        for statement in self.statements:
+            _check_line("a statement", statement, blank=False)
 
 
 def read_laboratory(source: str) -> Laboratory:
@@ -126,13 +176,9 @@ def _laboratory(document: dict[str, Any]) -> Laboratory:
         elif key == "statements":
             given[key] = tuple(_list(key, value, str))
         elif key in Laboratory.__slots__:
-            given[key] = _day(key, value) if key in _DAYS else _text(key, value)
+            given[key] = value if key in _DAYS else _text(key, value)
         else:
             raise InputError(f"unknown key {key!r}; it is one of {', '.join(Laboratory.__slots__)}")
-    place = given.get("performance_location", PLACES[0])
-    if place not in PLACES:
-        raise InputError(f"performance_location is {place!r}; it is one of {', '.join(PLACES)}")
-    _check_country("country", given.get("country", ""))
     return Laboratory(**given)
 
 
@@ -142,15 +188,16 @@ def _contact(place: str, value: Any) -> Contact:
     unknown = [key for key in value if key not in Contact.__slots__]
     if unknown:
         raise InputError(f"{place} has {unknown[0]!r}; it may have {', '.join(Contact.__slots__)}")
-    found = Contact(**{key: _text(f"{place}.{key}", part) for key, part in value.items()})
-    _check_country(f"{place}.country", found.country)
-    return found
+    texts = {key: _text(f"{place}.{key}", part) for key, part in value.items()}
+    try:
+        return Contact(**texts)
+    except InputError as error:
+        raise InputError(f"{place}.{error}") from None
 
 
 def _text(place: str, value: Any) -> str:
-    if not isinstance(value, str) or not value.strip() or not value.isprintable():
-        raise InputError(f"{place} is {value!r:.40}; it is a text of one line")
-    return value.strip()
+    _check_line(place, value, blank=False)
+    return str(value).strip()
 
 
 def _list(place: str, value: Any, kind: type) -> list[Any]:
@@ -158,17 +205,3 @@ def _list(place: str, value: Any, kind: type) -> list[Any]:
         wanted = "tables [[persons]]" if kind is dict else "texts"
         raise InputError(f"{place} is {value!r:.40}; it is a list of {wanted}")
     return [_text(place, item) for item in value] if kind is str else value
-
-
-def _day(place: str, value: Any) -> str:
-    from datetime import date
-
-    try:
-        return (value if type(value) is date else date.fromisoformat(value)).isoformat()
-    except (TypeError, ValueError):
-        raise InputError(f"{place} is {value!r:.40}; it is a day such as 2026-11-21") from None
-
-
-def _check_country(place: str, code: str) -> None:
-    if code and not (len(code) == 2 and code.isascii() and code.isalpha() and code.isupper()):
-        raise InputError(f"{place} is {code!r}; it is two capital letters, such as DE or CA")

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.dates import date_of
 from accelcal.errors import TableError, located
 from accelcal.io.cells import MISSING, Column
 from accelcal.io.columns import CONSTANTS, Engine, Table, choose_columns
@@ -22,7 +23,6 @@ from accelcal.io.layout import Layout, counted, listed, read_layout, shown
 from accelcal.io.readings import Readings, notes_of_midnight, notes_of_turn, read_readings
 from accelcal.io.runs import runs_of
 from accelcal.io.text import Source, SourceText, read_text
-from accelcal.io.times import date_of
 from accelcal.logs import tell
 from accelcal.record import TumbleRecord
 from accelcal.units import is_output_unit, output_unit

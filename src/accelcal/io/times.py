@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.dates import date_of
 from accelcal.io.cells import MISSING, Column, numbers
 from accelcal.io.vocabulary import TIME_UNITS
 
 __all__ = [
     "DAY",
-    "date_of",
     "has_clock_times",
     "has_times_of_day",
     "in_seconds",
@@ -33,9 +33,6 @@ _CLOCKS = (
 )
 _DAY_AND_CLOCK = re.compile(r"(\S+?)[Tt ] *(\d.*)")
 _MIDNIGHT = re.compile(r"[0:.,]+(?:Z|[+-].*)?")
-_AND_CLOCK = r"(?: +(?P<hour>\d{1,2})(?P<rest>:\d\d(?::\d\d(?:\.\d+)?)?))?"
-_DAY_FIRST = re.compile(rf"(?P<day>\d{{1,2}})\.(?P<month>\d{{1,2}})\.(?P<year>\d{{4}}){_AND_CLOCK}")
-_YEAR_FIRST = re.compile(rf"(?P<year>\d{{4}})/(?P<month>\d{{1,2}})/(?P<day>\d{{1,2}}){_AND_CLOCK}")
 
 
 def times(
@@ -178,42 +175,18 @@ def one_date(column: Column, *, timed: bool = False) -> str | None:
     return None if len(found) > 1 or next(iter(found)).casefold() in MISSING else found.pop()
 
 
-def date_of(text: str) -> datetime | None:
-    """Understand a date, with a clock time or without.
-
-    Parameters
-    ----------
-    text : str
-        Such as ``2024-05-31``, ``2024-05-31T14:30:00+02:00``, ``31.05.2024 14:30`` or
-        ``2024/05/31 14:30``.
-
-    Returns
-    -------
-    datetime or None
-        The date, in UTC where the text tells its zone; None where it is no date, or where the day
-        and the month might be taken for each other, as in ``11/10/2026``.
-
-    Examples
-    --------
-    >>> str(date_of("31.5.2024 9:30")), date_of("31.2.2024")
-    ('2024-05-31 09:30:00', None)
-    """
-    written = (_YEAR_FIRST if "/" in text else _DAY_FIRST).fullmatch(text)
-    if written:
-        part = written.groupdict("")
-        clock = f"{part['hour']:0>2}{part['rest'] or ':00'}"
-        text = f"{part['year']}-{part['month']:0>2}-{part['day']:0>2}T{clock}"
-    try:
-        date = datetime.fromisoformat(text)
-        return date.astimezone(UTC).replace(tzinfo=None) if date.tzinfo else date
-    except (ValueError, OverflowError):
-        return None
-
-
 def _dates(column: Column, problem: str, remedy: str) -> NDArray[np.datetime64]:
-    dates = [date_of(str(cell)) for cell in column.cells]
+    dates = [_in_utc(str(cell)) for cell in column.cells]
     column.check(np.array([date is not None for date in dates]), problem, remedy)
     return np.array(dates, dtype="datetime64[us]")
+
+
+def _in_utc(text: str) -> datetime | None:
+    date = date_of(text)
+    try:
+        return date.astimezone(UTC).replace(tzinfo=None) if date and date.tzinfo else date
+    except OverflowError:  # in the first or the last hours of all calendars
+        return None
 
 
 def _days(column: Column) -> NDArray[np.datetime64]:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import UTC
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from accelcal.arguments.kinds import kind_of, several
+from accelcal.dates import date_of
 from accelcal.errors import InputError
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
@@ -24,7 +25,6 @@ _NEEDED = (
     *("k0", "k0_standard_uncertainty", "K1", "K1_standard_uncertainty"),
 )
 Numbers = tuple[float | None, ...]
-_FORMS = ("%d.%m.%Y", "%Y/%m/%d", "%Y-%m", "%Y")
 _SECONDS_OF_A_YEAR = 365.25 * 86400.0
 
 
@@ -101,7 +101,7 @@ def year(date: str | None) -> float | None:
     Parameters
     ----------
     date : str or None
-        Date, such as 2024-05-31, 2024-05-31T14:30:00, 31.05.2024 or 2024-05.
+        Date, as `accelcal.dates.date_of` has it, or a month or year such as 2024-05.
 
     Returns
     -------
@@ -114,18 +114,11 @@ def year(date: str | None) -> float | None:
     (1.0, None)
     """
     text = (date or "").strip()
-    for read in (datetime.fromisoformat, *(_reader(form) for form in _FORMS)):
-        try:
-            found = read(text)
-        except ValueError:
-            continue
-        found = found if found.tzinfo else found.replace(tzinfo=UTC)
-        return float(found.timestamp()) / _SECONDS_OF_A_YEAR
-    return None
-
-
-def _reader(form: str) -> Any:
-    return lambda text: datetime.strptime(text, form).replace(tzinfo=UTC)
+    found = date_of(text) or date_of(f"{text}-01") or date_of(f"{text}-01-01")
+    if found is None:
+        return None
+    found = found if found.tzinfo else found.replace(tzinfo=UTC)
+    return float(found.timestamp()) / _SECONDS_OF_A_YEAR
 
 
 def _of_calibration(calibration: Calibration) -> list[Entry]:

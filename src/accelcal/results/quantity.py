@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from accelcal.arguments.numbers import check_number
+from accelcal.arguments.options import check_written
 from accelcal.results.checked import (
     checked,
     freedom_or_none,
@@ -39,6 +41,16 @@ class Quantity:
         Half width of the 95 % interval.
     dof : float or None
         Effective degrees of freedom of the interval; None where infinite or unknown.
+
+    Raises
+    ------
+    InputError
+        If one is of another kind, no finite number, or a size below 0.
+
+    Examples
+    --------
+    >>> Quantity(3.323e-3, 7.6e-6, "g", 1.5e-5).coverage_factor
+    1.973684210526316
     """
 
     value: float | None
@@ -46,6 +58,14 @@ class Quantity:
     unit: str
     expanded_uncertainty: float | None = None
     dof: float | None = None
+
+    def __post_init__(self) -> None:
+        check_written(unit=self.unit)
+        if self.value is not None:
+            check_number(value=self.value)
+        for name in ("standard_uncertainty", "expanded_uncertainty", "dof"):
+            if getattr(self, name) is not None:
+                check_number(0.0, **{name: getattr(self, name)})
 
     @property
     def coverage_factor(self) -> float | None:

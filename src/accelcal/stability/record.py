@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from accelcal.arguments.kinds import each_of, expect
 from accelcal.arguments.numbers import check_number, number_array
-from accelcal.arguments.options import check_text, check_written
+from accelcal.arguments.options import check_text, check_texts, check_written
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 
@@ -147,6 +147,7 @@ class StabilityRecord:
     def __post_init__(self) -> None:
         check_text(unit=self.unit, serial=self.serial)
         check_written(source=self.source)
+        check_texts(notes=self.notes)
         object.__setattr__(self, "launches", each_of(self.launches, Launch))
         if not self.launches:
             raise InputError("a stability record without launches; give at least one")

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from accelcal.apparatus import Apparatus
 from accelcal.arguments.numbers import number_array
-from accelcal.arguments.options import check_text, check_written
+from accelcal.arguments.options import check_text, check_texts, check_written
 from accelcal.errors import InputError
 
 __all__ = ["AXES", "TriadRecord", "up_of_turn"]
@@ -72,6 +72,7 @@ class TriadRecord:
         Apparatus(local_gravity=self.local_gravity)  # refuses what is found nowhere on Earth
         check_text(unit=self.unit, serial=self.serial)
         check_written(source=self.source)
+        check_texts(notes=self.notes)
         for name in ("output", "up"):
             if name == "output" or self.up is not None:
                 object.__setattr__(self, name, _rows(getattr(self, name), name))
