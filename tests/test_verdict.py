@@ -274,7 +274,7 @@ def test_the_limit_itself_is_kept():
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ((paper(), str(AL15)), "str in place of a data sheet; read one by accelcal.io.spec"),
+        ((paper(), str(AL15)), "str in place of a data sheet; read one by accelcal.read_spec"),
         (("calibration.json", read_specification(AL15)), "str in place of a calibration; make"),
     ],
 )

@@ -7,8 +7,29 @@ from types import MappingProxyType
 
 from accelcal.errors import InputError
 
-__all__ = ["OUTPUT_UNITS", "canonical_unit", "conversion_factor", "is_output_unit"]
-__all__ += ["output_unit"]
+__all__ = [
+    "DAY",
+    "HOUR",
+    "MICRO",
+    "OUTPUT_UNITS",
+    "YEAR",
+    "canonical_unit",
+    "conversion_factor",
+    "is_output_unit",
+    "output_unit",
+]
+
+MICRO = 1e6
+"""So many ug are a g, so many urad a rad, and so many ppm the whole."""
+
+HOUR = 3600.0
+"""Seconds of an hour."""
+
+DAY = 24.0 * HOUR
+"""Seconds of a day."""
+
+YEAR = 365.25 * DAY
+"""Seconds of a year."""
 
 OUTPUT_UNITS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {

@@ -10,7 +10,6 @@ import click
 from accelcal.cli.deliver import deliver
 from accelcal.cli.forms import in_form
 from accelcal.cli.options import (
-    SECONDS,
     durations,
     format_option,
     mounting_option,
@@ -19,6 +18,7 @@ from accelcal.cli.options import (
     output_option,
 )
 from accelcal.cli.stand_budget import asked_for_stand, budget_of_stand, stand_options
+from accelcal.units import HOUR
 
 if TYPE_CHECKING:
     from accelcal.error_budget.random_part import RandomPart
@@ -142,7 +142,7 @@ def _random(calibration: Calibration, options: dict[str, Any]) -> RandomPart:
         return random_part(
             calibration,
             _stability(options["stability"]),
-            drift_rate=None if per_hour is None else per_hour / SECONDS["h"],
+            drift_rate=None if per_hour is None else per_hour / HOUR,
             **{name: options[name] for name in names.split()},
         )
     except DocumentError as error:

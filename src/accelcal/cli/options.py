@@ -11,6 +11,7 @@ from typing import Any, TypeVar, cast
 import click
 
 from accelcal.errors import InputError
+from accelcal.units import HOUR
 
 __all__ = [
     "apparatus_options",
@@ -31,7 +32,7 @@ __all__ = [
     "setting",
 ]
 
-SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0}
+SECONDS = {"s": 1.0, "min": 60.0, "h": HOUR}
 """Units of a duration."""
 
 _LARGEST = 1e12

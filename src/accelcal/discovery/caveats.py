@@ -13,6 +13,7 @@ from accelcal.discovery.noise import dummies
 from accelcal.discovery.solution import changes, solution
 from accelcal.estimate.tables import head_positions
 from accelcal.results.findings import Change
+from accelcal.units import MICRO
 
 __all__ = ["caveats"]
 
@@ -27,7 +28,6 @@ _MOST_RIVALS = 3
 _ALIKE = 0.999
 """Cosine from which two places of an effect are one to the readings."""
 
-_MICRO = 1e6
 _TOLD = {"g": "ug", "1": "ppm", "rad": "urad", "g/g^2": "ug/g^2", "g/g^3": "ug/g^3"}
 
 
@@ -96,7 +96,7 @@ def _apart(one: Change, other: Change) -> float:
 
 
 def _value(change: Change) -> str:
-    value = (change.after.value or 0.0) * _MICRO
+    value = (change.after.value or 0.0) * MICRO
     return f"{change.coefficient} {value:.4g} {_TOLD[change.after.unit]}"
 
 
@@ -133,7 +133,7 @@ def _like_the_head(comparison: Comparison, instances: Sequence[Instance]) -> str
         errors = np.linalg.lstsq(head, size * effect, rcond=1e-6)[0]
         missed = size * effect - head @ errors
         if missed @ missed < (1.0 - _LIKE_THE_HEAD) * size**2 * float(effect @ effect):
-            rms = float(np.sqrt(np.mean(errors**2))) * _MICRO
+            rms = float(np.sqrt(np.mean(errors**2))) * MICRO
             told.append(f"; head errors of {rms:.2g} urad rms would look like {item.effect.id}")
     return "".join(told) or ": errors of the head look like effects of the position alone"
 

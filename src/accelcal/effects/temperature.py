@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions
 from accelcal.effects.effect import Effect, Parameter
+from accelcal.units import HOUR
 
 __all__ = ["EFFECTS"]
 
@@ -124,6 +125,6 @@ EFFECTS = (
         " looks the same",
         acts_on="temperature",
         parameters=(Parameter("rate", "degC/h", "change of temperature with time"),),
-        term=lambda c, rate: rate * c.run_time / 3600.0,
+        term=lambda c, rate: rate * c.run_time / HOUR,
     ),
 )

@@ -11,13 +11,12 @@ from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Effect, Parameter
 from accelcal.errors import InputError
 from accelcal.geometry import accelerations
+from accelcal.units import DAY, HOUR
 
 __all__ = ["EFFECTS"]
 
 Array = NDArray[np.float64]
 
-HOUR = 3600.0  # s
-DAY = 24.0 * HOUR
 
 _SHOWN_BY = 4
 """Readings on either side that a step within a run takes; with fewer, it is an outlier."""

@@ -18,13 +18,13 @@ from accelcal.gates.verdict import reading_name
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
+from accelcal.units import HOUR
 
 __all__ = ["TableStack", "of_one_plan"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_HOUR = 3600.0  # s
 _SCALE_FACTOR = COEFFICIENTS.index("K1")
 
 
@@ -134,7 +134,7 @@ class TableStack:
             return np.full(1, np.nan)
         moment = self.plan.moment
         by_time = (moment == self.time[: len(moment)]).all(axis=1)
-        return np.where(by_time, np.ptp(moment, axis=1) / _HOUR, np.nan)
+        return np.where(by_time, np.ptp(moment, axis=1) / HOUR, np.nan)
 
     @cached_property
     def apart(self) -> ReplicateFit:

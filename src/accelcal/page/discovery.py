@@ -22,18 +22,18 @@ from accelcal.page.blocks import (
 from accelcal.page.pictures import pictures
 from accelcal.page.typeset import typeset
 from accelcal.record import TumbleRecord
-from accelcal.report.discovery import SCALES, change_row, entry_of
+from accelcal.report.discovery import change_row, entry_of
 from accelcal.report.findings import chance, factor_cells, noise_line, probability
 from accelcal.report.names import counted
-from accelcal.report.numbers import significant
+from accelcal.report.numbers import in_small_unit, significant
 from accelcal.report.scale import sized
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import FoundEffect
+from accelcal.units import MICRO
 
 __all__ = ["discovery_chapter"]
 
 _SIZE = (3.8, 2.9)
-_MICRO = 1e6
 
 
 def discovery_chapter(
@@ -102,14 +102,14 @@ def _lede(found: Discovery) -> str:
 
 
 def _highlights(found: Discovery) -> Iterator[Highlight]:
-    before, after = (significant(gap.rms * _MICRO) for gap in (found.before, found.after))
+    before, after = (significant(gap.rms * MICRO) for gap in (found.before, found.after))
     if not found.effects:
         yield Highlight("gap, rms", f"{before} µg", "of all readings")
         return
     yield Highlight("gap of all readings, rms", f"{before} → {after} µg", "before → after")
     held = found.before.heldout_rms, found.after.heldout_rms
     if held[0] is not None and held[1] is not None:
-        shown = " → ".join(significant(value * _MICRO) for value in held if value is not None)
+        shown = " → ".join(significant(value * MICRO) for value in held if value is not None)
         yield Highlight("gap of readings left out", f"{shown} µg", "before → after")
     for effect in found.effects:
         first = next(iter(effect.parameters.values()), None)
@@ -231,7 +231,7 @@ def _gap(found: Discovery, name: str) -> Section:
 
 
 def _gap_row(what: str, before: float, after: float) -> tuple[str, str, str]:
-    return what, f"{significant(before * _MICRO)} µg", f"{significant(after * _MICRO)} µg"
+    return what, f"{significant(before * MICRO)} µg", f"{significant(after * MICRO)} µg"
 
 
 def _changes(found: Discovery, name: str) -> Section | None:
@@ -273,7 +273,7 @@ def _named(identifier: str) -> str:
 
 
 def _scaled(value: float, unit: str) -> tuple[str, str]:
-    scale, shown = SCALES.get(unit, (1.0, unit))
+    scale, shown = in_small_unit(unit)
     return typeset(significant(value * scale)), typeset("" if shown == "1" else shown)
 
 
@@ -293,7 +293,7 @@ def _provenance(found: Discovery) -> Section:
         ("SHA-256 of the input", found.sha256 or "not recorded"),
         ("readings", str(found.readings)),
         ("reference temperature", f"{found.T0_degC:g} °C"),
-        ("fixture angle taken as given", typeset(f"{_MICRO * found.delta0_rad:g} urad")),
+        ("fixture angle taken as given", typeset(f"{MICRO * found.delta0_rad:g} urad")),
         ("false-alarm rate", f"{found.alpha:g} over the whole catalogue"),
         ("chance of noise, over all", typeset(probability(found.p_value))),
         ("software", found.software or "not recorded"),

@@ -24,6 +24,7 @@ from accelcal.report.rows import residual_grid
 from accelcal.report.text import in_micro_g, size_of_source
 from accelcal.report.verdict import limit_row, remark
 from accelcal.results.calibration import Calibration
+from accelcal.units import MICRO
 
 __all__ = ["budget", "checks", "open_questions", "provenance", "residuals", "verdict"]
 
@@ -36,7 +37,6 @@ _SOURCES = {"head": "head position", "launch": "bias, launch to launch"}
 _SOURCES["launch_sf"] = "scale factor, launch to launch"
 _NAMES = {"reading": "readings", "launch": "launches", "launch_sf": "launches (scale factor)"}
 _NOT_RECORDED = "not recorded"
-_MICRO = 1e6
 
 
 def verdict(document: Document) -> Section | None:
@@ -95,7 +95,7 @@ def residuals(calibration: Calibration, document: Document, name: str) -> Sectio
         said = "There are none: as many coefficients were fitted as there are readings."
         return Section("Residuals", [Paragraph(said)])
     rms = [table["residual_rms"] / abs(table["coefficients"]["K1"]["value"]) for table in tables]
-    told = " to ".join(f"{significant(_MICRO * size)}" for size in sorted({min(rms), max(rms)}))
+    told = " to ".join(f"{significant(MICRO * size)}" for size in sorted({min(rms), max(rms)}))
     intro = f"Reading minus model; its rms over the degrees of freedom is {told} µg."
     blocks: list[Block] = [Paragraph(intro), Gallery(_residual_pictures(calibration, name, tables))]
     blocks += [part for table in tables for part in narrowed(_residual_table(table))]
@@ -135,7 +135,7 @@ _NARROW = 60
 def _residual_table(table: Document) -> Table:
     strokes, rows = residual_grid(table)
     cells = [
-        (f"{angle:g}°", *("" if v is None else typeset(f"{_MICRO * v + 0.0:.1f}") for v in values))
+        (f"{angle:g}°", *("" if v is None else typeset(f"{MICRO * v + 0.0:.1f}") for v in values))
         for angle, values in rows
     ]
     caption = f"Residuals [µg], {place(table).replace('Run', 'run', 1)}"
@@ -282,7 +282,7 @@ def open_questions(document: Document) -> Section:
                 f" for {meaning}"
             )
     if document["delta0_rad"]:
-        given = significant(_MICRO * document["delta0_rad"], 4)
+        given = significant(MICRO * document["delta0_rad"], 4)
         items.append(f"a fixture angle of {given} urad was taken as given")
     said = [typeset(item) for item in dict.fromkeys(items)]
     title = "What these readings cannot tell"

@@ -19,6 +19,7 @@ from accelcal.planning.targets import checked_targets, refuse_impossible
 from accelcal.planning.visibility import visibility
 from accelcal.results.designs import DesignComparison, TestDesign, Visibility
 from accelcal.simulation import NoiseComponents, TumblePlan
+from accelcal.units import HOUR
 from accelcal.version import __version__
 
 __all__ = ["PACE", "POSITIONS", "STAND", "STROKES", "TEMPERATURES"]
@@ -156,7 +157,7 @@ def blank_plan(pace: Pace, resolution: float, accelerometer: Accelerometer) -> T
     return TumblePlan(
         resolution=resolution * accelerometer.scale_factor.at_reference,
         seconds_per_reading=pace.reading + pace.turn,
-        seconds_between_runs=3600.0 * pace.soak,
+        seconds_between_runs=HOUR * pace.soak,
         timed=True,
     )
 

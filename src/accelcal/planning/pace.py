@@ -12,12 +12,12 @@ from accelcal.effects.conditions import SECONDS_PER_READING
 from accelcal.errors import InputError
 from accelcal.geometry import turn_angles
 from accelcal.simulation import TumblePlan
+from accelcal.units import HOUR
 
 __all__ = ["Pace", "hours_of", "per_run", "stops_of", "strokes_within"]
 
 Array = NDArray[np.float64]
 
-_HOUR = 3600.0
 _MOST_STROKES = 1000
 
 
@@ -90,7 +90,7 @@ def hours_of(plan: TumblePlan, pace: Pace) -> float:
     """
     stops = stops_of(plan)
     turns = 1 + plan.strokes * np.count_nonzero(np.diff(stops))
-    run = (plan.strokes * stops.size * pace.reading + turns * pace.turn) / _HOUR
+    run = (plan.strokes * stops.size * pace.reading + turns * pace.turn) / HOUR
     runs = len(plan.temperatures) * len(plan.mountings)
     return float(runs * (run + pace.soak) + len(plan.mountings) * pace.mount)
 
@@ -125,7 +125,7 @@ def per_run(plan: TumblePlan, pace: Pace, hours: float) -> float:
             f"{hours:g} h for a test whose soaks and mountings alone take {waiting:g} h; allow more"
             " hours, or fewer levels and mountings"
         )
-    return (hours - waiting) / runs * _HOUR
+    return (hours - waiting) / runs * HOUR
 
 
 def strokes_within(plan: TumblePlan, pace: Pace, hours: float) -> int:

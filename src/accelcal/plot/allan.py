@@ -13,6 +13,7 @@ from accelcal.plot.style import canvas, canvases, palette, styled
 from accelcal.report.scale import readable
 from accelcal.stability.noise_terms import TERMS
 from accelcal.stability.record import StabilityRecord
+from accelcal.units import HOUR
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -95,7 +96,7 @@ def bias_in_time(stability: Stability, record: StabilityRecord, ax: Axes | None)
     expect(record, StabilityRecord)
     ax, launches = canvas(ax, (5.6, 4.2)), stability.launches
     longest = max((launch.duration_s for launch in launches), default=1.0)
-    size, name = (3600.0, "h") if longest > 7200 else (60.0, "min") if longest > 120 else (1.0, "s")
+    size, name = (HOUR, "h") if longest > 7200 else (60.0, "min") if longest > 120 else (1.0, "s")
     centre = math.fsum(launch.level for launch in launches) / max(len(launches), 1)
     factor, unit = readable(stability.unit, [e.fluctuation.value or 0.0 for e in launches])
     resting = [launch for launch in record.launches if launch.is_at_rest]

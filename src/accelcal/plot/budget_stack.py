@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from accelcal.plot.style import SMALL, canvases, palette, styled
 from accelcal.report.budget import joint_variance, place
+from accelcal.units import MICRO
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,7 +17,6 @@ __all__ = ["budget_stack", "shares"]
 Document = Mapping[str, Any]
 Table = Mapping[str, list[float]]
 
-_MICRO = 1e6
 _COEFFICIENTS = "all coefficients together"
 _LABELLED = 16  # bars; of more, the axis has numbers only
 _HATCHES = ("", "////", "....")
@@ -56,7 +56,7 @@ def _draw(panels: Sequence[Axes], points: Sequence[Document]) -> dict[str, Any]:
     for ax, title, table, total in zip(panels, titles, tables, totals, strict=True):
         ax.grid(visible=False, axis="x")
         shown = _stack(ax, table, looks) | shown
-        sums = [_MICRO * point[total] for point in points]
+        sums = [MICRO * point[total] for point in points]
         ink = palette().ink
         shown["total"] = ax.plot(range(len(points)), sums, "D", color=ink, ms=4, label="total")[0]
         ax.set(title=title[0].upper() + title[1:], ylabel="error [µg]")
@@ -70,7 +70,7 @@ def _parts(points: Sequence[Document], key: str) -> dict[str, list[float]]:
     table: dict[str, list[float]] = {}
     for point in points:
         for part in point["components"]:
-            table.setdefault(_label(part), []).append(_MICRO * part[key])
+            table.setdefault(_label(part), []).append(MICRO * part[key])
     return {name: sizes for name, sizes in table.items() if any(sizes)}
 
 
@@ -104,7 +104,7 @@ def _label(part: Document) -> str:
 
 def _per_variance(point: Document) -> float:
     variance = point["standard_uncertainty"] ** 2
-    return _MICRO * point["expanded_uncertainty"] / variance if variance > 0.0 else 0.0
+    return MICRO * point["expanded_uncertainty"] / variance if variance > 0.0 else 0.0
 
 
 def _stack(ax: Axes, table: Table, looks: Mapping[str, Mapping[str, str]]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from accelcal.plot.style import canvases, palette, styled
-from accelcal.report.discovery import SCALES
+from accelcal.report.numbers import in_small_unit
 from accelcal.results.designs import DesignComparison, TestDesign
 from accelcal.results.optimal_design import OptimalDesign
 
@@ -91,7 +91,7 @@ def _draw(
         forecast = design.forecast(name)
         if forecast is None:
             continue
-        factor, unit = SCALES[forecast.unit]
+        factor, unit = in_small_unit(forecast.unit)
         x, y = design.hours, factor * forecast.standard_uncertainty
         colour = colours[_kind(design)]
         inside = "none" if forecast.stands_for else colour

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from accelcal.numerics.probability import NORMAL_FACTOR
 from accelcal.plot.style import canvases, entitled, palette, styled
 from accelcal.report.scale import readable
 
@@ -69,7 +70,7 @@ def _draw(ax: Axes, trend: Trend) -> None:
     stated = np.array([p.measured.expanded_uncertainty or 0.0 for p in trend.points])
     middle = trend.reference if trend.symbol == "K1" else 0.0
     factor, unit = readable(trend.points[0].measured.unit, values, stated)
-    whole = np.hypot(stated, 1.96 * trend.scatter)
+    whole = np.hypot(stated, NORMAL_FACTOR * trend.scatter)
     drawn: Any = {"ls": "", "color": colours.series[0]}
     ax.errorbar(dates, factor * values, factor * whole, lw=0.7, capsize=0, alpha=0.7, **drawn)
     label = "calibration, 95 % (thin: with the scatter)"

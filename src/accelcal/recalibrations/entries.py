@@ -14,6 +14,7 @@ from accelcal.dates import date_of
 from accelcal.errors import InputError
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
+from accelcal.units import YEAR
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,7 +26,6 @@ _NEEDED = (
     *("k0", "k0_standard_uncertainty", "K1", "K1_standard_uncertainty"),
 )
 Numbers = tuple[float | None, ...]
-_SECONDS_OF_A_YEAR = 365.25 * 86400.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +118,7 @@ def year(date: str | None) -> float | None:
     if found is None:
         return None
     found = found if found.tzinfo else found.replace(tzinfo=UTC)
-    return float(found.timestamp()) / _SECONDS_OF_A_YEAR
+    return float(found.timestamp()) / YEAR
 
 
 def _of_calibration(calibration: Calibration) -> list[Entry]:

@@ -26,6 +26,7 @@ from accelcal.recalibrations.regression import Fit, fit_line
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.unit_history import History, Jump, Point, Trend
+from accelcal.units import YEAR
 from accelcal.version import __version__
 
 if TYPE_CHECKING:
@@ -35,7 +36,6 @@ __all__ = ["history", "history_of"]
 
 Array = NDArray[np.float64]
 
-_SECONDS_OF_A_YEAR = 365.25 * 86400.0
 _QUANTITIES = 2
 
 
@@ -213,4 +213,4 @@ def _told(fit: Fit, place: int, unit: str) -> Quantity:
 
 
 def _date(years: float) -> str:
-    return datetime.fromtimestamp(round(years * _SECONDS_OF_A_YEAR), UTC).date().isoformat()
+    return datetime.fromtimestamp(round(years * YEAR), UTC).date().isoformat()

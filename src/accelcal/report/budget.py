@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from accelcal.report.columns import aligned
 from accelcal.report.names import visible_lines
 from accelcal.report.numbers import significant
+from accelcal.report.paragraphs import hanging
+from accelcal.units import MICRO
 
 __all__ = ["TOGETHER", "budget_text", "joint_variance", "place"]
 
@@ -23,8 +24,6 @@ _ABOUT_THE_BOUND = (
     " counts all in full"
 )
 
-_WIDTH = 100
-_MICRO = 1e6
 _IN_FULL = 4  # points; of more, only the worst is split by component
 
 
@@ -48,7 +47,7 @@ def budget_text(document: Document) -> str:
         "All errors in ug (1e-6 local g); error = systematic part, +- its band",
     ]
     notes = [_ABOUT_THE_BOUND, *document["warnings"]]
-    lines += [line for note in notes for line in _wrapped(f"note: {note}")]
+    lines += [line for note in notes for line in hanging(f"note: {note}", indent="  ")]
     if len(points) > 1:
         lines += ["", *_totals(points)]
     for point in points if len(points) <= _IN_FULL else [max(points, key=_size)]:
@@ -151,7 +150,7 @@ def joint_variance(point: Document) -> float:
 def _jointly(point: Document, variance: float) -> tuple[str, ...]:
     """Correlated errors cancel in part, so only together they have a share."""
     joint = joint_variance(point)
-    u = significant(_MICRO * joint**0.5, 2)
+    u = significant(MICRO * joint**0.5, 2)
     return (TOGETHER, "", "", "", u, _percent(joint, variance), "calibration")
 
 
@@ -161,7 +160,7 @@ def _component(part: Document, variance: float = 0.0) -> tuple[str, ...]:
         part["symbol"],
         _micro(part["value"]) if part["value"] else "",
         _micro(part["bound"]) if part["bound"] else "",
-        significant(_MICRO * part["standard_uncertainty"], 2),
+        significant(MICRO * part["standard_uncertainty"], 2),
         _percent(part["standard_uncertainty"] ** 2, variance),
         part["origin"],
     )
@@ -173,7 +172,7 @@ def _sum(point: Document) -> tuple[str, ...]:
         "",
         _micro(point["systematic"]),
         _micro(point["bound"]),
-        significant(_MICRO * point["standard_uncertainty"], 2),
+        significant(MICRO * point["standard_uncertainty"], 2),
         "100 %" if point["standard_uncertainty"] else "",
         "",
     )
@@ -193,8 +192,4 @@ def _percent(part: float, whole: float) -> str:
 
 
 def _micro(value: float) -> str:
-    return f"{_MICRO * value:.1f}"
-
-
-def _wrapped(sentence: str) -> list[str]:
-    return textwrap.wrap(sentence, _WIDTH, initial_indent="  ", subsequent_indent="    ")
+    return f"{MICRO * value:.1f}"

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from accelcal.report.columns import aligned
-from accelcal.report.discovery import SCALES
 from accelcal.report.names import visible_lines
-from accelcal.report.numbers import significant
+from accelcal.report.numbers import SMALL_UNITS, in_small_unit, significant
 from accelcal.results.designs import DesignComparison, Forecast, TestDesign, Visibility
+from accelcal.units import MICRO
 
 __all__ = ["comparison_text", "scaled", "stand_line"]
 
@@ -99,7 +99,7 @@ def stand_line(stand: Mapping[str, float], *, declared: bool = True) -> str:
 
 def scaled(size: float, unit: str) -> str:
     """Write a size in the unit in which a person reads it."""
-    factor, shown = SCALES.get(unit, (1.0, unit))
+    factor, shown = in_small_unit(unit)
     return f"{significant(size * factor, 3)} {shown}"
 
 
@@ -111,7 +111,7 @@ def _table(
     place = ["temperatures", "mountings"] if several else []
     head = ["test", *place, "readings", "hours"]
     fronts = {name: found.front(name) for name in names}
-    rows = [[*head, *(f"{name} [{SCALES[units[name]][1]}]" for name in names)]]
+    rows = [[*head, *(f"{name} [{SMALL_UNITS[units[name]]}]" for name in names)]]
     for i, design in enumerate(found.designs):
         where = [" ".join(f"{t:g}" for t in design.temperatures), " ".join(design.mountings)]
         cells = [_cell(design.forecast(n), i in fronts[n], expanded=expanded) for n in names]
@@ -136,7 +136,7 @@ def _cell(forecast: Forecast | None, on_front: bool, *, expanded: bool) -> str:
         return "?   "
     sum_of = "~" if forecast.stands_for else " "
     letter = _LETTERS.get(forecast.mostly_from, " ")
-    number = significant(value * SCALES[forecast.unit][0], 3)
+    number = significant(value * in_small_unit(forecast.unit)[0], 3)
     return f"{number} {letter}{'*' if on_front else ' '}{sum_of}"
 
 
@@ -255,8 +255,8 @@ def _effect_table(designs: Sequence[TestDesign], hidden: set[str]) -> Iterator[s
     for name in ids:
         own = [_of(d.effects, name) for d in designs]
         unit = next((v.unit for v in own if v is not None and v.unit), "")
-        factor, shown = SCALES.get(unit, (1e6, f"1e-6 {unit}") if unit else (1.0, ""))
-        rows.append([name, *(_seen(v, factor) for v in own), shown])
+        shown = SMALL_UNITS.get(unit, f"1e-6 {unit}") if unit else ""
+        rows.append([name, *(_seen(v, MICRO if unit else 1.0) for v in own), shown])
     yield from (f"  {line}" for line in aligned(rows, right=set(range(1, len(designs) + 1))))
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from accelcal.report.columns import aligned
-from accelcal.report.findings import chance, factor_rows, noise_line, wrapped
+from accelcal.report.findings import chance, factor_rows, noise_line
 from accelcal.report.names import visible_lines
 from accelcal.report.numbers import matching_digits, significant
+from accelcal.report.paragraphs import wrapped
 from accelcal.results.disagreement import Disagreement
 from accelcal.results.quantity import Quantity
 

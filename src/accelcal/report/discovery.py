@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 from accelcal.errors import InputError
 from accelcal.report.columns import aligned
-from accelcal.report.findings import chance, factor_rows, noise_line, wrapped
+from accelcal.report.findings import chance, factor_rows, noise_line
 from accelcal.report.names import visible_lines
-from accelcal.report.numbers import matching_digits, significant
+from accelcal.report.numbers import in_small_unit, matching_digits, significant
+from accelcal.report.paragraphs import wrapped
 from accelcal.report.scale import plain, readable, sized
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import Change, Detectable, FoundEffect
@@ -18,7 +19,7 @@ from accelcal.results.quantity import Quantity
 if TYPE_CHECKING:
     from accelcal.effects.effect import Effect
 
-__all__ = ["SCALES", "change_row", "discovery_text", "entry_of", "told"]
+__all__ = ["change_row", "discovery_text", "entry_of", "told"]
 
 
 def discovery_text(found: Discovery) -> str:
@@ -141,22 +142,9 @@ def _changes(found: Discovery) -> Iterator[str]:
     yield from (f"  {line}" for line in aligned(rows, right={1, 2, 3}))
 
 
-SCALES = {
-    "g": (1e6, "ug"),
-    "1": (1e6, "ppm"),
-    "rad": (1e6, "urad"),
-    "g/g^2": (1e6, "ug/g^2"),
-    "g/g^3": (1e6, "ug/g^3"),
-    "g/degC": (1e6, "ug/degC"),
-    "1/degC": (1e6, "ppm/degC"),
-    "rad/degC": (1e6, "urad/degC"),
-}
-"""Unit -> factor and unit in which a person reads it."""
-
-
 def change_row(item: Change) -> tuple[str, str, str, str, str]:
     """Tell a coefficient: symbol, before, after, change, unit."""
-    scale, unit = SCALES.get(item.after.unit, (1.0, item.after.unit))
+    scale, unit = in_small_unit(item.after.unit)
     before, after = ((q.value or 0.0) * scale for q in (item.before, item.after))
     shown = [_digits(value, item, scale) for value in (before, after, after - before)]
     if item.coefficient == "K1":  # relative to the fit that the search started from

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from textwrap import fill
 
 from accelcal.report.columns import aligned
-from accelcal.report.numbers import significant
+from accelcal.report.numbers import in_small_unit, significant
 from accelcal.results.findings import Share
 from accelcal.results.quantity import ErrorSource
 
-__all__ = ["chance", "factor_cells", "factor_rows", "noise_line", "probability", "wrapped"]
+__all__ = ["chance", "factor_cells", "factor_rows", "noise_line", "probability"]
 
-_WIDTH = 100
 _SHOWN_P = 0.05
-_READABLE = {"g": (1e6, "ug"), "rad": (1e6, "urad"), "1": (1e6, "ppm"), "degC": (1.0, "degC")}
 _NAMES = {"launch_sf": "launch scale factor"}
 
 
@@ -27,7 +24,7 @@ def _source(source: ErrorSource) -> str:
     name = _NAMES.get(source.name, source.name)
     if source.value is None:
         return f"{name} {source.source}"
-    factor, unit = _READABLE[source.unit]
+    factor, unit = in_small_unit(source.unit)
     dof = f", {source.dof:g} degrees of freedom" if source.dof is not None else ""
     value = significant(source.value * factor, 2) if source.value else "0"
     return f"{name} {value} {unit} ({source.source}{dof})"
@@ -61,10 +58,3 @@ def chance(p: float) -> str:
 def probability(p: float) -> str:
     """Write a p-value with the digits that it is worth."""
     return f"{p:.2f}" if p >= 0.1 else f"{p:.1g}" if p > 1e-15 else "below 1e-15"
-
-
-def wrapped(text: str, lead: str = "") -> Iterator[str]:
-    """Fill lines, those after the first indented by the length of its lead."""
-    yield from fill(
-        text, _WIDTH, initial_indent=lead, subsequent_indent=" " * len(lead)
-    ).splitlines()

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterator
 
 from accelcal.report.columns import aligned
 from accelcal.report.names import visible_lines
 from accelcal.report.numbers import matching_digits, significant
+from accelcal.report.paragraphs import hanging, wrapped
 from accelcal.results.head_calibration import HeadCalibration
 from accelcal.results.quantity import Quantity
+from accelcal.units import MICRO
 
 __all__ = ["head_text"]
 
-_WIDTH = 100
-_MICRO = 1e6
 _TOLD = 0.5
 """Share of the declared variance below which a harmonic counts as not told."""
 
@@ -41,10 +40,10 @@ def head_text(found: HeadCalibration) -> str:
 
 
 def _head(found: HeadCalibration) -> Iterator[str]:
-    yield from textwrap.wrap(f"Head, {found.origin} from {found.source}", _WIDTH)
-    told = f"{len(found.errors)} positions, {_MICRO * found.uncertainty:.3g} urad rms uncertainty"
+    yield from wrapped(f"Head, {found.origin} from {found.source}")
+    told = f"{len(found.errors)} positions, {MICRO * found.uncertainty:.3g} urad rms uncertainty"
     if found.declared_uncertainty is not None:
-        told += f"; {_MICRO * found.declared_uncertainty:.3g} urad declared"
+        told += f"; {MICRO * found.declared_uncertainty:.3g} urad declared"
     yield told
 
 
@@ -77,13 +76,11 @@ def _units(found: HeadCalibration) -> Iterator[str]:
 def _gates(found: HeadCalibration) -> Iterator[str]:
     for gate in found.gates:
         verdict = "WARNING" if gate.verdict == "warn" else gate.verdict
-        yield from textwrap.wrap(
-            f"- {verdict}: {gate.name}: {gate.finding}", _WIDTH, subsequent_indent="  "
-        )
+        yield from hanging(f"- {verdict}: {gate.name}: {gate.finding}")
 
 
 def _micro(quantity: Quantity) -> tuple[str, str]:
-    value, u = _MICRO * (quantity.value or 0.0), quantity.expanded_uncertainty
+    value, u = MICRO * (quantity.value or 0.0), quantity.expanded_uncertainty
     if not u:
         return significant(value), "0"
-    return matching_digits(value, _MICRO * u)
+    return matching_digits(value, MICRO * u)

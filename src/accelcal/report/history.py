@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterator
 
 from accelcal.escapes import visible
 from accelcal.report.columns import aligned
 from accelcal.report.names import counted, visible_lines
-from accelcal.report.numbers import matching_digits, significant
+from accelcal.report.numbers import SMALL_UNITS, matching_digits, significant
+from accelcal.report.paragraphs import hanging
 from accelcal.results.quantity import Quantity
 from accelcal.results.unit_history import History, Trend
+from accelcal.units import MICRO
 
 __all__ = ["history_text"]
 
-_WIDTH = 100
-_MICRO = 1e6
-_UNITS = {"g": "ug", "1": "ppm"}
 _SHOWN = 40
 
 
@@ -37,7 +35,7 @@ def history_text(history: History) -> str:
     for trend in history.trends:
         lines += ["", *_trend(trend, history.alpha)]
     for note in history.notes:
-        lines += textwrap.wrap(f"note: {visible(note)}", _WIDTH, subsequent_indent="  ")
+        lines += hanging(f"note: {visible(note)}")
     return visible_lines(lines)
 
 
@@ -53,11 +51,11 @@ def _heading(history: History) -> Iterator[str]:
 
 
 def _trend(trend: Trend, alpha: float) -> Iterator[str]:
-    unit = _UNITS[trend.points[0].measured.unit]
+    unit = SMALL_UNITS[trend.points[0].measured.unit]
     where = "" if not trend.reference else f", from {trend.reference:.9g} {trend.reference_unit}"
     yield f"{trend.name} {trend.symbol}{where} [{unit}]"
     yield f"  drift    {_interval(trend.drift)} {unit}/year{_significance(trend.drift)}"
-    scatter = significant(_MICRO * trend.scatter, 2) if trend.scatter else "0"
+    scatter = significant(MICRO * trend.scatter, 2) if trend.scatter else "0"
     yield f"  scatter  {scatter} {unit} from one calibration to the next, beyond what is stated"
     for jump in trend.jumps:
         size, chance = _interval(jump.size), _p(jump.p_value)
@@ -72,10 +70,10 @@ def _points(trend: Trend) -> Iterator[str]:
     rows = [("date", "value", "U", "less line", "from")]
     for point in trend.points[:_SHOWN]:
         expanded = point.measured.expanded_uncertainty
-        wide = None if expanded is None else _MICRO * expanded
+        wide = None if expanded is None else MICRO * expanded
         found = point.measured.value or 0.0
-        value, half = matching_digits(_MICRO * found, wide)
-        apart = matching_digits(_MICRO * (found - point.line), wide)[0]
+        value, half = matching_digits(MICRO * found, wide)
+        apart = matching_digits(MICRO * (found - point.line), wide)[0]
         rows.append((point.date, value, half, apart, visible(point.source)[-50:]))
     yield from aligned(rows, right={1, 2, 3})
     if len(trend.points) > _SHOWN:
@@ -84,8 +82,8 @@ def _points(trend: Trend) -> Iterator[str]:
 
 def _interval(quantity: Quantity) -> str:
     wide = quantity.expanded_uncertainty
-    scaled = None if wide is None else _MICRO * wide
-    return " +- ".join(matching_digits(_MICRO * (quantity.value or 0.0), scaled))
+    scaled = None if wide is None else MICRO * wide
+    return " +- ".join(matching_digits(MICRO * (quantity.value or 0.0), scaled))
 
 
 def _significance(quantity: Quantity) -> str:

@@ -11,6 +11,7 @@ from accelcal.report.numbers import matching_digits, significant
 from accelcal.report.scale import readable
 from accelcal.report.verdict import limit_row, remark
 from accelcal.results.quantity import Gate, Quantity
+from accelcal.units import MICRO
 
 if TYPE_CHECKING:
     from accelcal.effects.effect import Effect
@@ -38,7 +39,6 @@ __all__ = [
 
 _MOST_ROWS = 60
 _INTERVAL = ("value", "U (95 %)", "unit")
-_MICRO = 1e6
 
 
 def discovery_html(discovery: Discovery) -> str:
@@ -341,7 +341,7 @@ def _cut(rows: Sequence[object]) -> str:
 
 
 def _micro(value: float | None) -> str:
-    return "" if value is None else significant(_MICRO * value) if value else "0"
+    return "" if value is None else significant(MICRO * value) if value else "0"
 
 
 def _p(chance: float) -> str:

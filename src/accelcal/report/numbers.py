@@ -4,10 +4,48 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["matching_digits", "significant"]
+from accelcal.units import MICRO
+
+__all__ = ["SMALL_UNITS", "in_small_unit", "matching_digits", "significant"]
 
 _MOST_DECIMALS = 10
 _LAST_DIGIT = 1e-12  # below this share of the value an uncertainty is rounding error
+
+SMALL_UNITS = {
+    "g": "ug",
+    "g/g^2": "ug/g^2",
+    "g/g^3": "ug/g^3",
+    "g/degC": "ug/degC",
+    "rad": "urad",
+    "rad/day": "urad/day",
+    "rad/degC": "urad/degC",
+    "1": "ppm",
+    "1/degC": "ppm/degC",
+}
+"""Unit of a result -> the millionth of it, in which a report tells it."""
+
+
+def in_small_unit(unit: str) -> tuple[float, str]:
+    """Tell the unit in which a report has values of some unit.
+
+    Parameters
+    ----------
+    unit : str
+        Unit of a result.
+
+    Returns
+    -------
+    factor : float
+        Number shown over number in the unit of the result.
+    shown : str
+        Unit shown: that of `SMALL_UNITS`, else the unit itself.
+
+    Examples
+    --------
+    >>> in_small_unit("g/degC"), in_small_unit("mA/g")
+    ((1000000.0, 'ug/degC'), (1.0, 'mA/g'))
+    """
+    return (MICRO, SMALL_UNITS[unit]) if unit in SMALL_UNITS else (1.0, unit)
 
 
 def matching_digits(value: float, uncertainty: float | None) -> tuple[str, str]:

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 
 from accelcal.report.columns import aligned
 from accelcal.report.names import visible_lines
 from accelcal.report.numbers import significant
+from accelcal.report.paragraphs import WIDTH, hanging, wrapped
 from accelcal.results.stability import Estimate, Stability
 from accelcal.stability.noise_terms import TERMS
+from accelcal.units import HOUR
 
 __all__ = ["stability_text"]
 
-_WIDTH = 100
 _NAMES = {
     "sigma_L": "bias, launch to launch",
     "k0L": "  bound t_P sigma_L",
@@ -84,7 +84,7 @@ def _launches(result: Stability) -> Iterator[str]:
     factor, unit = _prefix(result.unit, [e.fluctuation.value for e in result.launches])
     for launch in result.launches[:_SHOWN_LAUNCHES]:
         mean = None if launch.initial_mean is None else factor * (launch.initial_mean - centre)
-        drift = launch.drift.times(3600.0 * factor)
+        drift = launch.drift.times(HOUR * factor)
         low_high = launch.temperature_degC
         rows.append(
             (
@@ -129,15 +129,13 @@ def _open(result: Stability) -> Iterator[str]:
     if sentences:
         yield from ("", "What to know")
     for sentence in sentences:
-        yield from textwrap.wrap(
-            f"- {sentence}", _WIDTH, initial_indent="  ", subsequent_indent="    "
-        )
+        yield from hanging(f"- {sentence}", indent="  ")
 
 
 def _row(name: str, symbol: str, estimate: Estimate) -> tuple[str, ...]:
     """Cells of an estimate in a readable unit."""
     if estimate.unit.endswith("/s") and "sqrt" not in estimate.unit:
-        estimate = estimate.times(3600.0, estimate.unit[:-1] + "h")
+        estimate = estimate.times(HOUR, estimate.unit[:-1] + "h")
     numbers = (estimate.value, estimate.lower, estimate.upper)
     factor, unit = _prefix(estimate.unit, numbers)
     value, lower, upper = (None if x is None else factor * x for x in numbers)
@@ -162,13 +160,11 @@ def _table(rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
     yield "  " + lines[0]
     for line, row in zip(lines[1:], rows, strict=True):
         long = f"  {line}  {row[-1]}".rstrip()
-        if len(long) <= _WIDTH:
+        if len(long) <= WIDTH:
             yield long
         else:
             yield f"  {line}"
-            yield from textwrap.wrap(
-                row[-1], _WIDTH, initial_indent=" " * 6, subsequent_indent=" " * 6
-            )
+            yield from wrapped(row[-1], " " * 6)
 
 
 def _indented(lines: Iterable[str]) -> Iterator[str]:
@@ -191,7 +187,7 @@ def _short(number: float | None) -> str:
 
 
 def _time(seconds: float) -> str:
-    for size, unit in ((3600.0, "h"), (60.0, "min")):
+    for size, unit in ((HOUR, "h"), (60.0, "min")):
         if seconds >= 2.0 * size:
             return f"{seconds / size:.3g} {unit}"
     return f"{seconds:.3g} s"

@@ -6,10 +6,11 @@ from collections.abc import Iterator
 from statistics import median
 
 from accelcal.report.columns import aligned
-from accelcal.report.discovery import SCALES, told
-from accelcal.report.findings import chance, probability, wrapped
+from accelcal.report.discovery import told
+from accelcal.report.findings import chance, probability
 from accelcal.report.names import visible_lines
-from accelcal.report.numbers import matching_digits, significant
+from accelcal.report.numbers import in_small_unit, matching_digits, significant
+from accelcal.report.paragraphs import wrapped
 from accelcal.results.findings import Change
 from accelcal.results.stand import HeadPosition, StandDiscovery, StandEffect
 
@@ -124,7 +125,7 @@ def _gain(changes: tuple[Change, ...]) -> tuple[tuple[str, ...], float]:
     known = [(before, after) for before, after in pairs if before and after]
     if not known:
         return (name, "", "", "", ""), 0.0
-    scale, shown = SCALES.get(unit, (1.0, unit))
+    scale, shown = in_small_unit(unit)
     before, after = (median(column) * scale for column in zip(*known, strict=True))
     shrunk = 1.0 - median(after / before for before, after in known)
     row = (name, significant(before), significant(after), f"{100.0 * shrunk:.1f} %", shown)

@@ -3,36 +3,23 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from accelcal.report.columns import aligned
 from accelcal.report.names import counted, visible_lines
-from accelcal.report.numbers import significant
+from accelcal.report.numbers import in_small_unit, significant
+from accelcal.report.paragraphs import hanging
+from accelcal.units import MICRO
 
 __all__ = ["shares", "shown_unit", "stand_budget_text"]
 
 Document = Mapping[str, Any]
 
-_WIDTH = 100
 _NAMED = 3  # components of a coefficient that are named; beside Monte Carlo one less
 _MANY = 9999.0  # degrees of freedom that are shown as infinite
 _WHOLE = 0.01  # residuals below this part of an effect show nothing of it
 _IN_PART = 0.1  # of the largest coefficient in g; smaller ones are not named
-_SMALL_UNITS = {
-    "g": ("ug", 1e6),
-    "g/g^2": ("ug/g^2", 1e6),
-    "g/g^3": ("ug/g^3", 1e6),
-    "rad": ("urad", 1e6),
-    "g/degC": ("ug/degC", 1e6),
-    "1/degC": ("ppm/degC", 1e6),
-    "rad/degC": ("urad/degC", 1e6),
-    "rad/day": ("urad/day", 1e6),
-    "1": ("ppm", 1e6),
-    "V": ("uV", 1e6),
-    "degC": ("degC", 1.0),
-}
 _RELATIVE = ("K1", "K1 per m/s^2")
 _OF_ONE_TABLE = ("k0", "K1", "k2", "k3", "delta", "delta_ip")
 
@@ -52,9 +39,9 @@ def stand_budget_text(document: Document) -> str:
     """
     lines = [
         f"Budget of the stand: {document['stand']}",
-        *_wrapped(f"from {document['source']}"),
-        *_wrapped(f"Test: {document['test']}"),
-        *(line for note in document["warnings"] for line in _wrapped(f"note: {note}")),
+        *hanging(f"from {document['source']}"),
+        *hanging(f"Test: {document['test']}"),
+        *(line for note in document["warnings"] for line in hanging(f"note: {note}")),
         "",
         *_coefficients(document),
         "",
@@ -91,8 +78,9 @@ def shown_unit(coefficient: Document) -> tuple[str, float]:
         return "ppm", 1e6 / abs(coefficient["value"])
     unit = coefficient["unit"]
     if unit.startswith("mA"):
-        return f"n{unit[1:]}", 1e6
-    return _SMALL_UNITS.get(unit, (unit, 1.0))
+        return f"n{unit[1:]}", MICRO
+    factor, shown = in_small_unit(unit)
+    return shown, factor
 
 
 def shares(document: Document, place: int) -> list[tuple[str, float]]:
@@ -123,13 +111,13 @@ def shares(document: Document, place: int) -> list[tuple[str, float]]:
 def _coefficients(document: Document) -> Iterator[str]:
     """Table of the coefficients of the table nearest to T0, slopes, and reversed mountings."""
     trials = document["monte_carlo"]
-    yield from _wrapped(
+    yield from hanging(
         "Uncertainty of each coefficient: u standard, U expanded (95 %), U without its first"
         " component, % of u^2 by component"
     )
     if trials is not None:
         stable = "" if trials["stable"] else ", not yet stable"
-        yield from _wrapped(
+        yield from hanging(
             f"Monte Carlo (JCGM 101): {trials['trials']} trials, seed {trials['seed']}{stable};"
             " low and high: its 95 % interval less the value; linear: whether U agrees with it to"
             " the numerical tolerance (clause 8)"
@@ -175,7 +163,7 @@ def _trial(own: Document, trial: Document, factor: float) -> list[str]:
 
 
 def _components(document: Document) -> Iterator[str]:
-    yield from _wrapped(
+    yield from hanging(
         "What each component does: its standard uncertainty, its independent errors, the part of"
         " its effect that the residuals show, and what goes into the coefficients of the first"
         " table by one u (k0, k2, k3, delta_ip in ug, delta in urad, K1 in ppm)"
@@ -185,10 +173,10 @@ def _components(document: Document) -> Iterator[str]:
     yield from (f"  {line}" for line in aligned(rows, right=(1, 3, 4)))
     silent = [p["name"] for p in document["components"] if not p["acts"]]
     if silent:
-        yield from _wrapped(f"Below 0.1 % of every u here: {', '.join(silent)}.")
+        yield from hanging(f"Below 0.1 % of every u here: {', '.join(silent)}.")
     hidden = [p["name"] for p in document["components"] if p["acts"] and _hidden(p)]
     if hidden:
-        yield from _wrapped(
+        yield from hanging(
             f"Systematic and unseen: {', '.join(hidden)}. No residual shows them and no stroke"
             " averages them: each is a bias of the coefficients behind it."
         )
@@ -199,8 +187,13 @@ def _hidden(part: Document) -> bool:
     return not part["averages"] and (seen is None or seen < _WHOLE)
 
 
+def _of_instrument(unit: str) -> tuple[float, str]:
+    """Factor and unit in which the error of an instrument is told; a voltmeter's in uV."""
+    return (MICRO, "uV") if unit == "V" else in_small_unit(unit)
+
+
 def _component(document: Document, part: Document) -> tuple[str, ...]:
-    unit, factor = _SMALL_UNITS.get(part["unit"], (part["unit"], 1.0))
+    factor, unit = _of_instrument(part["unit"])
     seen = part["residual"]
     return (
         f"{part['name']}{' (fixed)' if part['fixed'] else ''}",
@@ -273,7 +266,7 @@ def _instruments(document: Document) -> Iterator[str]:
     yield "What each instrument must be, as a standard uncertainty (fixed components stay)"
     rows = [("", "", "now", "alone", "equal shares", "all alike", "alone is limited by")]
     for item in document["requirements"]["instruments"]:
-        unit, factor = _SMALL_UNITS.get(item["unit"], (item["unit"], 1.0))
+        factor, unit = _of_instrument(item["unit"])
         names = ("present", "alone", "equal_shares", "proportional")
         now, alone, *shared = (_size(item[name], factor) for name in names)
         rows.append(
@@ -287,7 +280,7 @@ def _instruments(document: Document) -> Iterator[str]:
             )
         )
     yield from (f"  {line}" for line in aligned(rows, right=range(2, 6)))
-    yield from _wrapped(
+    yield from hanging(
         "alone: largest with all others as they are, 0 where not even a perfect one would do;"
         " equal shares and all alike: two allocations that keep all targets within reach. A half"
         " width goes with its standard uncertainty."
@@ -320,8 +313,4 @@ def _data_sheet(document: Document) -> Iterator[str]:
     yield from (f"  {line}" for line in aligned(rows, right=(3, 4, 5)))
     for note in dict.fromkeys(limit["note"] for limit in limits if limit["note"]):
         named = ", ".join(limit["name"] for limit in limits if limit["note"] == note)
-        yield from _wrapped(f"  {named}: {note}")
-
-
-def _wrapped(text: str) -> Iterator[str]:
-    yield from textwrap.wrap(text, _WIDTH, subsequent_indent="  ")
+        yield from hanging(f"  {named}: {note}")

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from accelcal.escapes import visible
 from accelcal.report.columns import aligned
 from accelcal.report.names import counted, visible_lines
-from accelcal.report.numbers import matching_digits, significant
+from accelcal.report.numbers import in_small_unit, matching_digits, significant
+from accelcal.report.paragraphs import hanging
 from accelcal.report.residuals import residual_lines
 from accelcal.report.rows import (
     alarms,
@@ -20,6 +20,7 @@ from accelcal.report.rows import (
 )
 from accelcal.report.scale import sized
 from accelcal.results.quantity import Quantity
+from accelcal.units import MICRO
 
 __all__ = [
     "calibration_text",
@@ -34,10 +35,7 @@ __all__ = [
 
 Document = Mapping[str, Any]
 
-_WIDTH = 100
 _STANDARD_GRAVITY = 9.80665  # m/s^2, 3rd CGPM 1901
-_MICRO = 1e6
-_READABLE = {"rad": (_MICRO, "urad"), "g": (_MICRO, "ug"), "1": (_MICRO, "ppm")}
 
 
 def calibration_text(document: Document) -> str:
@@ -77,7 +75,7 @@ def _apart(lines: Iterable[str]) -> list[str]:
 def _heading(document: Document) -> Iterator[str]:
     name = f"serial {document['serial']}, " if document["serial"] else ""
     date = f", {document['date']}" if document["date"] else ""
-    yield from _wrapped(visible(f"Calibration of {name}{document['source']}{date}"))
+    yield from hanging(visible(f"Calibration of {name}{document['source']}{date}"))
     tables = document["tables"]
     readings = counted(sum(table["readings"] for table in tables), "reading")
     robust = ", robust" if document["robust"] else ""
@@ -90,7 +88,7 @@ def _heading(document: Document) -> Iterator[str]:
 
 def _bare(document: Document) -> Iterator[str]:
     for sentence in without_uncertainty(document):
-        yield from _wrapped(visible(f"NO UNCERTAINTY: {sentence}"))
+        yield from hanging(visible(f"NO UNCERTAINTY: {sentence}"))
 
 
 def _alarms(document: Document) -> Iterator[str]:
@@ -132,7 +130,7 @@ def scale_factor_elsewhere(table: Document, local_gravity: float | None) -> Iter
     quantity = table["coefficients"]["K1"]
     value, expanded = quantity["value"], quantity["expanded_uncertainty"]
     if expanded is not None:
-        yield f"  scale factor known to {significant(expanded / abs(value) * _MICRO, 2)} ppm (U)"
+        yield f"  scale factor known to {significant(expanded / abs(value) * MICRO, 2)} ppm (U)"
     if not local_gravity:
         return
     unit = quantity["unit"].removesuffix("/g")
@@ -147,7 +145,7 @@ def scale_factor_elsewhere(table: Document, local_gravity: float | None) -> Iter
 def _correlations(table: Document) -> Iterator[str]:
     pairs = [f"{a} with {b} {r:+.2f}" for a, b, r in strong_correlations(table)]
     if pairs:
-        yield from _wrapped(f"strongly correlated: {', '.join(pairs)}", indent="  ")
+        yield from hanging(f"strongly correlated: {', '.join(pairs)}", indent="  ")
 
 
 def _temperature(document: Document) -> Iterator[str]:
@@ -189,15 +187,15 @@ def fixture_angle_rows(found: Document) -> list[tuple[str, str, str, str, str]]:
 def in_microradians(quantity: Document) -> tuple[str, str, str]:
     """Tell an angle: value, half width of the 95 % interval, unit."""
     expanded = quantity["expanded_uncertainty"]
-    u = None if expanded is None else _MICRO * expanded
-    return (*matching_digits(_MICRO * quantity["value"], u), "urad")
+    u = None if expanded is None else MICRO * expanded
+    return (*matching_digits(MICRO * quantity["value"], u), "urad")
 
 
 def _effects(effects: Sequence[Document]) -> Iterator[str]:
     if effects:
         yield "Effects taken out of the readings, with their sizes in this record"
     for effect in effects:
-        gaps = [significant(effect[f"gap_{when}"] * _MICRO) for when in ("before", "after")]
+        gaps = [significant(effect[f"gap_{when}"] * MICRO) for when in ("before", "after")]
         yield from _item(effect["name"], f"{sizes_of(effect)}; gap {gaps[0]} -> {gaps[1]} ug rms")
 
 
@@ -228,7 +226,7 @@ def size_of_source(source: Document) -> str:
     dof = f", {_degrees(source['dof'])}" if source["dof"] is not None else ""
     if source["value"] == 0.0 and source["source"] == "estimated":
         return f"none shows above the reading noise (estimated{dof})"
-    factor, unit = _READABLE.get(source["unit"], (1.0, source["unit"]))
+    factor, unit = in_small_unit(source["unit"])
     return f"{significant(factor * source['value'])} {unit} ({source['source']}{dof})"
 
 
@@ -237,7 +235,7 @@ def in_micro_g(source: Document, table: Document) -> str:
     scale_factor = table["coefficients"]["K1"]["value"]
     if source["value"] is None or not scale_factor:
         return ""
-    return f" = {significant(abs(source['value'] / scale_factor) * _MICRO)} ug"
+    return f" = {significant(abs(source['value'] / scale_factor) * MICRO)} ug"
 
 
 def _record_gates(gates: Sequence[Document]) -> Iterator[str]:
@@ -257,7 +255,7 @@ def _gates(gates: Sequence[Document]) -> Iterator[str]:
     for verdict, said in (("warn", "gates that WARN, see above"), ("pass", "gates passed")):
         names = [gate["name"] for gate in gates if gate["verdict"] == verdict]
         if names:
-            yield from _wrapped(f"{said}: {', '.join(names)}", indent="  ")
+            yield from hanging(f"{said}: {', '.join(names)}", indent="  ")
     for gate in gates:
         if gate["verdict"] not in ("warn", "pass"):
             yield from _item("not assessed", f"{gate['name']}: {gate['finding']}")
@@ -276,8 +274,4 @@ def _items(mark: str, sentences: Iterable[str]) -> Iterator[str]:
 
 def _item(mark: str, sentence: str) -> list[str]:
     mark = mark if mark == "-" else f"{mark}:"
-    return _wrapped(visible(f"{mark} {sentence}"), indent="  ")
-
-
-def _wrapped(text: str, indent: str = "") -> list[str]:
-    return textwrap.wrap(text, _WIDTH, initial_indent=indent, subsequent_indent=indent + "  ")
+    return hanging(visible(f"{mark} {sentence}"), indent="  ")

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterator, Mapping
 
 from accelcal.report.columns import aligned
 from accelcal.report.names import visible_lines
 from accelcal.report.numbers import matching_digits, significant
+from accelcal.report.paragraphs import hanging
 from accelcal.results.quantity import Quantity
 from accelcal.results.triad import TriadCalibration
 
 __all__ = ["triad_text"]
 
-_WIDTH = 100
 _FRAMES = {
     "block": "axes of the block, by the attitudes as given",
     "x": "axis x along the sensitive axis of channel x, that of y in the plane xy",
@@ -89,4 +88,4 @@ def _gates(found: TriadCalibration) -> Iterator[str]:
     sentences = [f"{g.verdict}: {g.name}: {g.finding}" for g in found.gates] + list(found.notes)
     for sentence in sentences:
         text = sentence.replace("warn: ", "WARNING: ", 1)
-        yield from textwrap.wrap(f"- {text}", _WIDTH, subsequent_indent="  ")
+        yield from hanging(f"- {text}")

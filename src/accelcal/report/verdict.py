@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -10,12 +9,12 @@ from typing import Any
 from accelcal.report.columns import aligned
 from accelcal.report.names import visible_lines
 from accelcal.report.numbers import matching_digits
+from accelcal.report.paragraphs import hanging
 
 __all__ = ["limit_row", "remark", "verdict_text"]
 
 Document = Mapping[str, Any]
 
-_WIDTH = 100
 _HEADING = ("", "", "value", "+- U", "limit", "")
 
 
@@ -49,15 +48,15 @@ def _lines(document: Document) -> Iterator[str]:
     limits = document["limits"]
     counts = Counter(limit["outcome"] for limit in limits)
     told = ", ".join(f"{count} {outcome}" for outcome, count in counts.items())
-    yield from _wrapped(
-        f"Verdict against {document['specification']}: {document['outcome'].upper()} ({told})", ""
+    yield from hanging(
+        f"Verdict against {document['specification']}: {document['outcome'].upper()} ({told})"
     )
     rows = [_HEADING, *map(limit_row, limits)]
     yield from (f"  {line}" for line in aligned(rows, right={2, 3}))
     for limit in limits:
         if said := remark(limit):
-            yield from _wrapped(f"{limit['symbol']}: {said}")
-    yield from _wrapped(f"decision rule: {document['rule_statement']}")
+            yield from hanging(f"{limit['symbol']}: {said}", indent="  ")
+    yield from hanging(f"decision rule: {document['rule_statement']}", indent="  ")
 
 
 def limit_row(limit: Document) -> tuple[str, ...]:
@@ -104,7 +103,3 @@ def _percent(probability: float) -> str:
     if not 0.001 <= probability <= 0.999:
         return "below 0.1 %" if probability < 0.001 else "above 99.9 %"
     return f"{100.0 * probability:.1f} %"
-
-
-def _wrapped(sentence: str, indent: str = "  ") -> list[str]:
-    return textwrap.wrap(sentence, _WIDTH, initial_indent=indent, subsequent_indent=f"{indent}  ")

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from accelcal.errors import InputError
 from accelcal.escapes import visible
+from accelcal.numerics.probability import NORMAL_FACTOR
 from accelcal.results.checked import (
     checked,
     list_of,
@@ -32,7 +33,6 @@ SCHEMA = "accelcal/head/1"
 Array = NDArray[np.float64]
 Rows = tuple[tuple[float, ...], ...]
 
-_LEVEL = 1.959963984540054
 _LEAST = 1e-12
 """Information below it, over that of each position alone, is rounding."""
 
@@ -224,7 +224,8 @@ class HeadCalibration(StoredResult):
         """Errors with their uncertainties, position by position."""
         sizes = np.sqrt(np.diagonal(np.array(self.covariance))).tolist()
         return tuple(
-            Quantity(e, u, "rad", _LEVEL * u) for e, u in zip(self.errors, sizes, strict=True)
+            Quantity(e, u, "rad", NORMAL_FACTOR * u)
+            for e, u in zip(self.errors, sizes, strict=True)
         )
 
     def without(self, sha256: str | None) -> HeadCalibration:

@@ -22,6 +22,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.numerics.probability import NORMAL_FACTOR
 from accelcal.results.stability import AllanDeviation, Estimate
 
 __all__ = ["TERMS", "NoiseTerm", "noise_terms"]
@@ -37,7 +38,6 @@ _STEPS = 8
 _KNOWN_TO = 1e-3  # relative, of an Allan variance
 _FLAT = 2.0 * math.log(2.0) / math.pi
 _FEWEST_POINTS = 4
-_Z = 1.959964  # 95 %, two-sided
 
 
 def _step(frequency: Array) -> Array:
@@ -239,7 +239,7 @@ def _estimate(name: str, fit: _Fit, tau: Array, unit: str) -> Estimate:
         return Estimate(None, unit + term.unit, finding=finding)
     at = fit.names.index(name)
     square, error = float(fit.squares[at]), float(fit.covariance[at, at]) ** 0.5
-    relative = _Z * error / (2.0 * square)  # of the coefficient, in logarithm
+    relative = NORMAL_FACTOR * error / (2.0 * square)  # of the coefficient, in logarithm
     value = square**0.5
     lower, upper = value * math.exp(-relative), value * math.exp(relative)
     return Estimate(value, unit + term.unit, lower, upper, 2.0 * (square / error) ** 2)

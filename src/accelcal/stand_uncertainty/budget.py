@@ -33,6 +33,7 @@ from accelcal.stand_uncertainty.requirements import requirements
 from accelcal.stand_uncertainty.sizes import BASE_UNITS
 from accelcal.stand_uncertainty.stand import Stand, StandComponent
 from accelcal.stand_uncertainty.sufficiency import sufficiency
+from accelcal.units import HOUR
 
 __all__ = ["stand_budget"]
 
@@ -214,7 +215,7 @@ def _warnings(stand: Stand, readings: Readings, estimator: Estimator) -> Iterato
         yield f"the angles do not determine {', '.join(lost)}, which the others take in"
     kinds = {part.kind for part in stand.components}
     if "foundation-drift" in kinds or "foundation-daily" in kinds:
-        hours = readings.time.max() / 3600.0
+        hours = readings.time.max() / HOUR
         yield f"the foundation moves over the {hours:.3g} h from the first reading to the last"
     temperature = {"chamber-temperature", "chamber-gradient"}
     if not kinds & temperature:

@@ -9,7 +9,8 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.stand_uncertainty.readings import SECONDS_PER_DAY, Readings, StandError
+from accelcal.stand_uncertainty.readings import Readings, StandError
+from accelcal.units import DAY
 
 __all__ = ["KINDS", "Kind"]
 
@@ -116,14 +117,14 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
             "angle/day",
             (),
             "tilt of the foundation in the plane of rotation, linear in time",
-            _scaled(lambda r: r.time / SECONDS_PER_DAY),
+            _scaled(lambda r: r.time / DAY),
         ),
         "foundation-daily": Kind(
             "turn",
             "angle",
             (),
             "tilt of the foundation in the plane of rotation, once a day, of unknown phase",
-            lambda r, _: _wave(2.0 * np.pi * r.time / SECONDS_PER_DAY),
+            lambda r, _: _wave(2.0 * np.pi * r.time / DAY),
         ),
         "chamber-temperature": Kind(
             "temperature",

@@ -152,7 +152,7 @@ def effective_dof(contributions: Sequence[Array], dof: Sequence[float]) -> Array
     Examples
     --------
     >>> import numpy as np
-    >>> effective_dof([np.array([3.0]), np.array([4.0])], [9.0, 16.0]).tolist()
+    >>> effective_dof([np.array([3.0]), np.array([4.0])], [9.0, 16.0]).round(9).tolist()
     [25.0]
     """
     parts = np.abs(np.array(contributions))

@@ -29,12 +29,10 @@ from accelcal.geometry import accelerations
 from accelcal.record import TumbleRecord
 from accelcal.units import conversion_factor
 
-__all__ = ["CHANNELS", "CLASSES", "SAME_VOLTAGE", "SECONDS_PER_DAY", "Readings", "StandConditions"]
+__all__ = ["CHANNELS", "CLASSES", "SAME_VOLTAGE", "Readings", "StandConditions"]
 __all__ += ["StandError", "readings_of"]
 
 Array = NDArray[np.float64]
-
-SECONDS_PER_DAY = 86400.0
 
 
 class StandError(InputError):

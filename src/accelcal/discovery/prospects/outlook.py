@@ -21,6 +21,7 @@ from accelcal.discovery.space import whitener_of
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.estimate.tables import head_positions
 from accelcal.record import TumbleRecord
+from accelcal.units import HOUR
 
 __all__ = ["Left", "Outlook", "outlooks"]
 
@@ -174,7 +175,7 @@ def _head(c: Conditions, declared: Apparatus) -> Array:
 def _hours(whole: TumbleRecord, before: int) -> float | None:
     if whole.time is None:
         return None
-    return float(whole.time[before:].max() - whole.time[:before].max()) / 3600.0
+    return float(whole.time[before:].max() - whole.time[:before].max()) / HOUR
 
 
 def _foreseen(
