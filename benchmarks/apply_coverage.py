@@ -1,9 +1,10 @@
-"""How often the uncertainties of ``accelcal apply`` hold the acceleration of a new launch.
+"""How often the uncertainties of ``accelcal apply`` hold the acceleration, in a new launch or not.
 
 The tests are drawn here, by numpy alone: reading noise, errors of the head that stay at their
 position, and shifts of bias and scale factor from run to run. Each is calibrated as a user would,
-and the calibration is applied to outputs of a launch that it has not seen. Run
-``python benchmarks/apply_coverage.py`` (two minutes) or with ``--smoke`` (seconds)::
+and the calibration is applied to outputs of a launch that it has not seen, and of its last run by
+``same_launch``. Run ``python benchmarks/apply_coverage.py`` (two minutes) or with ``--smoke``
+(seconds)::
 
     python benchmarks/apply_coverage.py --units 300
 """
@@ -36,10 +37,12 @@ class Case(NamedTuple):
     name: str
     levels: tuple[float, ...]
     declared: tuple[str, ...] = ()
+    laws: str = "tables"
 
 
 CASES = (
     Case("all declared, 20, 80, -40 degC", (20.0, 80.0, -40.0), tuple(SIZES)),
+    Case("the same, laws from all readings", (20.0, 80.0, -40.0), tuple(SIZES), "readings"),
     Case("nothing declared, 20, 80, -40 degC twice", 2 * (20.0, 80.0, -40.0)),
     Case("nothing declared, 20 degC three times, 80, -40 degC", (20.0, 20.0, 20.0, 80.0, -40.0)),
     Case("the same, the head declared", (20.0, 20.0, 20.0, 80.0, -40.0), ("head_uncertainty",)),
@@ -57,16 +60,16 @@ def output(angle, temperature, bias=0.0, scale_factor=0.0):
     return K1 * (k0 + terms)
 
 
-def calibrated(case: Case, random: np.random.Generator) -> accelcal.Calibration:
-    """Draw the readings of a test, and calibrate."""
+def calibrated(
+    case: Case, random: np.random.Generator
+) -> tuple[accelcal.Calibration, tuple[float, float]]:
+    """Draw the readings of a test, and calibrate; shifts of the last run."""
     order = np.arange(POSITIONS + 1)
     place = np.concatenate([order[:: (-1) ** k] for k in range(STROKES)])
     angle = 2.0 * np.pi * place / POSITIONS
     angle = angle + random.normal(0.0, HEAD, POSITIONS)[place % POSITIONS]
-    runs = [
-        output(angle, T, random.normal(0.0, LAUNCH), random.normal(0.0, LAUNCH_SF))
-        for T in case.levels
-    ]
+    shifts = [(random.normal(0.0, LAUNCH), random.normal(0.0, LAUNCH_SF)) for _ in case.levels]
+    runs = [output(angle, T, *shift) for T, shift in zip(case.levels, shifts, strict=True)]
     size = len(case.levels)
     columns = {
         "temperature": np.repeat(case.levels, place.size),
@@ -77,20 +80,29 @@ def calibrated(case: Case, random: np.random.Generator) -> accelcal.Calibration:
     }
     declared = {name: SIZES[name] for name in case.declared}
     known = {"unit": "mA", "reference_temperature": T0, **declared}
-    return accelcal.fit(accelcal.read_arrays(columns, overrides=known))
+    record = accelcal.read_arrays(columns, overrides=known)
+    return accelcal.fit(record, temperature_laws=case.laws), shifts[-1]
 
 
-def held(case: Case, seed: int) -> np.ndarray:
-    """Whether 1.96 u and U hold the acceleration at each point."""
+def held(case: Case, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Whether 1.96 u and U hold the acceleration at each point: new launch, and last run."""
     warnings.simplefilter("ignore", accelcal.AccelcalWarning)
     random = np.random.default_rng(seed)
-    calibration = calibrated(case, random)
+    calibration, last = calibrated(case, random)
     shift = random.normal(0.0, LAUNCH), random.normal(0.0, LAUNCH_SF)
-    shown = output(IN_USE, TEMPERATURES, *shift)
-    found = accelcal.apply(calibration, shown, TEMPERATURES, np.sin(IN_USE))
-    error = np.abs(found.value - np.cos(IN_USE))
-    widths = 1.96 * found.standard_uncertainty, found.expanded_uncertainty
-    return np.array([error <= width for width in widths])
+
+    def holds(at: np.ndarray, temperature: np.ndarray, shift: tuple, *, same: bool) -> np.ndarray:
+        shown = output(at, temperature, *shift)
+        found = accelcal.apply(calibration, shown, temperature, np.sin(at), same_launch=same)
+        error = np.abs(found.value - np.cos(at))
+        widths = 1.96 * found.standard_uncertainty, found.expanded_uncertainty
+        return np.array([error <= width for width in widths])
+
+    there = np.full(5, case.levels[-1])
+    return (
+        holds(IN_USE, TEMPERATURES, shift, same=False),
+        holds(IN_USE[:5], there, last, same=True),
+    )
 
 
 def main() -> None:
@@ -99,13 +111,14 @@ def main() -> None:
     parser.add_argument("--units", type=int, default=300)
     parser.add_argument("--smoke", action="store_true", help="few units, to see that it works")
     options = parser.parse_args()
-    print("| what is known | % by 1.96 u (worst point) | % by U (worst point) |")
-    print("| --- | --- | --- |")
+    print("| what is known | % by 1.96 u (worst point) | % by U (worst point) |", end="")
+    print(" last run, by 1.96 u | by U |")
+    print("| --- " * 5 + "|")
     for case in CASES[:1] if options.smoke else CASES:
-        seeds = range(2 if options.smoke else options.units)
-        share = 100.0 * np.mean([held(case, seed) for seed in seeds], axis=0)
-        told = [f"{own.mean():.1f} ({own.min():.1f})" for own in share]
-        print(f"| {case.name} | {told[0]} | {told[1]} |", flush=True)
+        found = [held(case, seed) for seed in range(2 if options.smoke else options.units)]
+        shares = [100.0 * np.mean(own, axis=0) for own in zip(*found, strict=True)]
+        told = [f"{own.mean():.1f} ({own.min():.1f})" for both in shares for own in both]
+        print(f"| {case.name} | {' | '.join(told)} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 Run ``python benchmarks/coverage.py`` (minutes) or with ``--smoke`` (seconds). The tables come from
 `tumble`, which shares no code with accelcal. Each regime is fitted as a user would fit it. A figure
 passes where it lies in 93.5 .. 96.5 %; regimes marked with a star stand outside that promise and
-say why.
+say why. ``--choices`` prints the same of estimates that were tried in place of those of accelcal.
 """
 
 from __future__ import annotations
@@ -14,14 +14,17 @@ import sys
 import time
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
+from unittest.mock import patch
 
 import numpy as np
 from tumble import Stand, Unit, readings
 
 import accelcal
+from accelcal.estimate.uncertainty import combined
 
 COEFFICIENTS = ("K0", "K1", "K2", "K3", "M", "M_ip")
 LOWEST, HIGHEST = 93.5, 96.5
@@ -41,12 +44,21 @@ class Regime:
     strokes: int = 6
     laws: str = ""
     aside: str = ""
+    returns: bool = True
 
 
 HEAD = 2e-5
 NOISE = 1.35 * 5e-6  # in the unit of the output
 NO_HEAD = {"head_uncertainty": 0.0}
 LAUNCH = {"launch_uncertainty": 1e-5, "launch_sf_uncertainty": 1e-5}
+TWO_STROKES = Regime(
+    "two strokes at 3 temperatures, laws from all readings",
+    Stand(),
+    NO_HEAD,
+    THREE,
+    strokes=2,
+    laws="readings",
+)
 REGIMES = (
     Regime("noise only, head declared 0", Stand(), NO_HEAD),
     Regime("head 2e-5 declared", Stand(head=HEAD), {"head_uncertainty": HEAD}),
@@ -116,9 +128,32 @@ REGIMES = (
         THREE,
         laws="readings",
     ),
+    TWO_STROKES,
     Regime("* noise only, nothing declared", Stand(), aside="wider than needed"),
     Regime(
         "* one stroke, 8 positions, no head error", Stand(), strokes=1, aside="wider than needed"
+    ),
+    Regime(
+        "* one stroke, 8 positions, head 5e-6",
+        Stand(head=5e-6),
+        strokes=1,
+        aside="wider than needed",
+    ),
+    *(
+        Regime(f"* two strokes, {text}", stand, strokes=2, aside="wider than needed")
+        for text, stand in (("no head error", Stand()), ("head 5e-6", Stand(head=5e-6)))
+    ),
+    *(
+        Regime(
+            f"* one stroke without the return, {positions} positions, {text}",
+            stand,
+            positions=positions,
+            strokes=1,
+            aside="no honest interval: the report says so",
+            returns=False,
+        )
+        for positions in (9, 12, 16, 20)
+        for text, stand in (("no head error", Stand()), ("head 2e-5", Stand(head=HEAD)))
     ),
     Regime(
         "* launch neither declared nor repeated",
@@ -146,6 +181,39 @@ def record_of(columns: dict[str, list[float]], declared: dict[str, float]) -> ac
     )
 
 
+class Choice(NamedTuple):
+    """Another value of what the estimates use, and the regimes that told against it."""
+
+    name: str
+    what: str
+    value: float
+    regimes: tuple[Regime, ...]
+
+
+CHOICES = (
+    Choice(
+        "head estimated with all of the noise taken off",
+        "accelcal.estimate.head._CAUTION",
+        0.0,
+        tuple(
+            Regime(f"head {size:g} estimated", Stand(head=size)) for size in (3e-6, 5e-6, 6.7e-6)
+        ),
+    ),
+    Choice(
+        "one stroke, all of the head taken off the residuals",
+        "accelcal.estimate.unrepeated._HEAD_SHARE",
+        1.0,
+        (Regime("12 positions, no head error", Stand(), positions=12, strokes=1),),
+    ),
+    Choice(
+        "laws from all readings, each run weighted by its own scatter",
+        "accelcal.temperature.pooled_noise._SIGNIFICANT",
+        1.1,
+        (TWO_STROKES,),
+    ),
+)
+
+
 def any_unit(rng: np.random.Generator) -> Unit:
     """Draw a unit like the AL-15, so that no step of the voltmeter falls on the same digits."""
     near = {"K1": 1.35, "k0": 3.324e-3, "k2": 105e-6, "k3": 87e-6, "delta": 1.15e-3}
@@ -153,7 +221,7 @@ def any_unit(rng: np.random.Generator) -> Unit:
 
 
 def one_table(
-    regime: Regime, seed: int, number: int
+    regime: Regime, choice: Choice | None, seed: int, number: int
 ) -> tuple[dict[tuple[str, str], bool], dict[tuple[str, str], float]]:
     """Which intervals hold the truth, and how wide they are."""
     rng = np.random.default_rng([seed, number])
@@ -166,9 +234,13 @@ def one_table(
         strokes=regime.strokes,
         temperatures=regime.temperatures,
     )
-    calibration = accelcal.fit(
-        record_of(columns, regime.declared), temperature_laws=regime.laws or "tables"
-    )
+    if not regime.returns:
+        columns = {name: values[:-1] for name, values in columns.items()}
+    instead = patch(choice.what, choice.value) if choice else nullcontext()
+    with instead:
+        calibration = accelcal.fit(
+            record_of(columns, regime.declared), temperature_laws=regime.laws or "tables"
+        )
     compared = (
         laws_against_truth(calibration, unit)
         if regime.laws
@@ -211,10 +283,11 @@ def laws_against_truth(calibration: accelcal.Calibration, unit: Unit) -> Compare
 
 
 def measure(
-    regime: Regime, tables: int, seed: int, pool: Any
+    regime: Regime, choice: Choice | None, tables: int, seed: int, pool: Any
 ) -> dict[tuple[str, str], tuple[float, float]]:
     """Coverage [%] and median half width [g] of each coefficient of each table."""
-    results = list(pool.map(partial(one_table, regime, seed), range(tables), chunksize=25))
+    one = partial(one_table, regime, choice, seed)
+    results = list(pool.map(one, range(tables), chunksize=25))
     return {
         key: (
             100.0 * float(np.mean([hits[key] for hits, _ in results])),
@@ -231,6 +304,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--seed", type=int, default=2026)
     parser.add_argument("--only", default="", help="regimes whose names contain this")
+    parser.add_argument("--choices", action="store_true", help="other estimates that were tried")
     parser.add_argument("--smoke", action="store_true", help="60 tables a regime, no verdict")
     options = parser.parse_args(arguments)
     tables = 60 if options.smoke else options.tables
@@ -240,12 +314,44 @@ def main(arguments: Sequence[str] | None = None) -> int:
     missed = []
     start = time.monotonic()
     with ProcessPoolExecutor(options.jobs) as pool:
-        for regime in (r for r in REGIMES if options.only in r.name):
-            figures = measure(regime, tables, options.seed, pool)
-            missed += _show(regime, figures)
+        if options.choices:
+            _choices(tables, options.seed, pool)
+        for regime in (r for r in REGIMES if options.only in r.name and not options.choices):
+            missed += _show(regime, measure(regime, None, tables, options.seed, pool))
     print(f"{time.monotonic() - start:.0f} s with {options.jobs} processes")
     print("outside 93.5 .. 96.5 %: " + (", ".join(missed) or "none"))
     return 1 if missed and not options.smoke else 0
+
+
+def _choices(tables: int, seed: int, pool: Any) -> None:
+    """Print the coverage of estimates that were tried."""
+    for choice in CHOICES:
+        print(f"\n## {choice.name}")
+        for regime in choice.regimes:
+            _show(regime, measure(regime, choice, tables, seed, pool))
+    print(
+        "\n## One source of two degrees of freedom beside known ones, by its share of the variance"
+    )
+    print(f"{'share':>8s}{'by squares (GUM G.4)':>24s}{'by shares':>12s}")
+    for share in np.linspace(0.0, 1.0, 11):
+        welch, harmonic = _of_two_sources(share, 200 * tables, seed)
+        print(f"{share:8.1f}{welch:24.1f}{harmonic:12.1f}")
+
+
+def _of_two_sources(share: float, draws: int, seed: int) -> tuple[float, float]:
+    """Coverage [%] by Welch and Satterthwaite, and by the mean of the degrees of freedom."""
+    rng = np.random.default_rng(seed)
+    error = np.abs(rng.standard_normal((draws, 1)))
+    found = share * rng.chisquare(2, (draws, 1)) / 2
+    rest = np.full_like(found, 1.0 - share)
+    dof = np.full_like(found, 2.0)
+    # the harmonic mean of dof / share is what Welch and Satterthwaite have
+    with np.errstate(divide="ignore"):
+        squared = combined(
+            [found, rest], [dof * (found + rest) / found, np.full_like(found, np.inf)]
+        )
+    plain = combined([found, rest], [dof, np.full_like(found, np.inf)])
+    return tuple(100.0 * float(np.mean(error <= one.expanded)) for one in (squared, plain))
 
 
 def _show(regime: Regime, figures: dict[tuple[str, str], tuple[float, float]]) -> list[str]:

@@ -16,7 +16,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -64,6 +64,28 @@ REGIMES = (
     Regime("noise only, 2 strokes", Stand(), {"head_uncertainty": 0.0}, strokes=2),
     ONE,
     ALL,
+)
+
+
+@dataclass(frozen=True)
+class Unlike:
+    """Clean tables whose readings declare a `std`, drawn anew for each, and their noise.
+
+    Those with a star declare another noise than they have: no gate promises anything of them.
+    """
+
+    name: str
+    lowest: float  # std [ug]
+    highest: float
+    noise: Callable[[np.ndarray], np.ndarray] = lambda std: std
+
+
+UNLIKE = (
+    Unlike("std of 4 to 8 ug", 4.0, 8.0),
+    Unlike("std of 3 to 12 ug", 3.0, 12.0),
+    Unlike("std of 2 to 20 ug", 2.0, 20.0),
+    Unlike("* std of 2 to 8 ug, noise of 6 ug", 2.0, 8.0, lambda std: 6.0 + 0.0 * std),
+    Unlike("* std of 1 to 6 ug, 6 ug of noise beside", 1.0, 6.0, lambda std: np.hypot(std, 6.0)),
 )
 
 
@@ -161,12 +183,28 @@ def warned(regime: Regime, fault: str, seed: int, number: int) -> tuple[set[str]
         as_arrays = {name: np.array(values) for name, values in columns.items()}
         FAULTS[fault][1](as_arrays)
         columns = {name: values.tolist() for name, values in as_arrays.items()}
-    calibration = accelcal.fit(record_of(columns, regime.declared))
+    return told(record_of(columns, regime.declared))
+
+
+def told(record: accelcal.TumbleRecord) -> tuple[set[str], set[str]]:
+    """Gates that warn of a record, and gates that looked at it."""
+    calibration = accelcal.fit(record)
     gates = [*calibration.gates, *(gate for table in calibration.tables for gate in table.gates)]
     return (
         {gate.name for gate in gates if gate.verdict == "warn"},
         {gate.name for gate in gates if gate.verdict != "not assessed"},
     )
+
+
+def warned_of_unlike(kind: int, seed: int, number: int) -> tuple[set[str], set[str]]:
+    """Gates that warn of a table with a `std` a reading, and of the same without it."""
+    rng, case = np.random.default_rng([seed, kind, number]), UNLIKE[kind]
+    columns = readings(Unit(), Stand(reading=0.0), rng)
+    record = record_of(columns, {"head_uncertainty": 0.0})
+    std = rng.uniform(case.lowest, case.highest, len(record))
+    noise = case.noise(std) * rng.standard_normal(std.size)
+    alike = replace(record, output=record.output + 1e-6 * Unit().K1 * noise)
+    return told(replace(alike, std=1e-6 * Unit().K1 * std))[0], told(alike)[0]
 
 
 SHARED = (1, 3, 12)
@@ -200,11 +238,24 @@ def rates(regime: Regime, fault: str, records: int, seed: int, pool: Any) -> dic
     return {name: 100.0 * warnings[name] / records for name in (*sorted(looked), "any gate")}
 
 
+def unlike_rates(kind: int, tables: int, seed: int, pool: Any) -> dict[str, list[float]]:
+    """Share of the tables of which each gate warns, with their std and without [%]."""
+    one = partial(warned_of_unlike, kind, seed)
+    pairs = list(pool.map(one, range(tables), chunksize=25))
+    return {
+        name: [100.0 * sum(name in pair[side] for pair in pairs) / tables for side in (0, 1)]
+        for name in TESTS_OF_A_TABLE
+    }
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print both tables; exit 1 where a gate warns too often of clean records."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
-        "--tables", type=int, default=10000, help="tables a regime; a twentieth a fault"
+        "--tables",
+        type=int,
+        default=10000,
+        help="tables a regime; a fifth with a std a reading, a twentieth a fault",
     )
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--seed", type=int, default=2026)
@@ -215,6 +266,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     start = time.monotonic()
     with ProcessPoolExecutor(options.jobs) as pool:
         too_many = _clean(tables, options.seed, pool)
+        too_many += _unlike(20 if options.smoke else tables // 5, options.seed, pool)
         _faulty(max(tables // 20, 15), options.seed, pool)
     _shared(max(tables // 20, 15), options.seed)
     print(f"{time.monotonic() - start:.0f} s with {options.jobs} processes")
@@ -245,6 +297,24 @@ def _clean(tables: int, seed: int, pool: Any) -> list[str]:
             if name != "any gate" and rate > (allowed if name in TESTS else 0.0):
                 too_many.append(f"{regime.name}, {name}: {rate:.2f}")
         sys.stdout.flush()
+    return too_many
+
+
+def _unlike(tables: int, seed: int, pool: Any) -> list[str]:
+    """Print the false alarms where readings declare unlike noise; return gates with too many."""
+    too_many = []
+    allowed = 1.0 + 300.0 * math.sqrt(0.01 * 0.99 / tables)
+    print(f"\nclean tables with a warning [%], {tables} each, with a std for each reading;")
+    print(f"in brackets without it; 1 % by chance stays below {allowed:.2f}")
+    print(f"  {'':42s}" + "".join(f"{name:>22s}" for name in TESTS_OF_A_TABLE))
+    for kind, case in enumerate(UNLIKE):
+        shares = unlike_rates(kind, tables, seed, pool)
+        cells = (f"{own:13.1f} ({alike:6.1f})" for own, alike in shares.values())
+        print(f"  {case.name:42s}" + "".join(cells))
+        sys.stdout.flush()
+        if not case.name.startswith("*"):
+            over = {name: own for name, (own, _) in shares.items() if own > allowed}
+            too_many += [f"{case.name}, {name}: {own:.2f}" for name, own in over.items()]
     return too_many
 
 

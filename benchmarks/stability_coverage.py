@@ -3,9 +3,12 @@
 python benchmarks/stability_coverage.py [launches]
 
 Each launch has 600 samples, 1 s apart, of one kind of noise and no drift. Prints the share of
-launches whose interval holds the truth, beside that of the textbook interval of a slope. The truth
-of sigma_F is its root mean square over all launches. Then the same for the coefficients of the
-Allan deviation, in records of 4000 samples: of one noise each, and of a ramp in white noise.
+launches whose interval holds the truth, beside that of the textbook interval of a slope; and the
+width of the interval of gamma_D over that of one which would hold the truth in 95 % with the noise
+known. The truth of sigma_F is its root mean square over all launches. Then the same for the
+coefficients of the Allan deviation, in records of 4000 samples: of one noise each, and of a ramp in
+white noise. A sample is the mean over its interval, as an integrating voltmeter gives it; B and K
+once more where it is the value at an instant.
 """
 
 import argparse
@@ -56,52 +59,57 @@ NOISES = {
 
 
 def covered(make, launches, seed=1):
-    """Shares of launches whose textbook, gamma_D and sigma_F intervals hold the truth."""
+    """Shares of launches whose textbook, gamma_D and sigma_F intervals hold the truth; width."""
     random = np.random.default_rng(seed)
     time = np.arange(float(SAMPLES))
     textbook = drift = 0
-    fluctuations = []
+    fluctuations, trends = [], []
     for _ in range(launches):
         output = make(random)
         (slope, _), covariance = np.polyfit(time, output, 1, cov=True)
         textbook += abs(slope) < 1.96 * covariance[0, 0] ** 0.5
         trend = fit_trend(Launch("1", time, output))
         drift += trend.lower <= 0.0 <= trend.upper
+        trends.append((trend.slope, trend.upper - trend.lower))
         fluctuations.append(deviation(trend.sum_of_squares, trend.dof, "g", trend.effective_dof))
     truth = np.mean([f.value**2 for f in fluctuations]) ** 0.5
     fluctuation = sum(f.lower <= truth <= f.upper for f in fluctuations)
-    return textbook / launches, drift / launches, fluctuation / launches
+    slopes, widths = np.array(trends).T
+    width = np.median(widths) / (2.0 * np.quantile(np.abs(slopes), 0.95))
+    return textbook / launches, drift / launches, fluctuation / launches, width
 
 
 def walk(random):
-    """Random walk, each sample the mean of eight steps."""
-    return np.cumsum(random.normal(size=8 * RECORD)).reshape(-1, 8).mean(axis=1) / 8**0.5
+    """Random walk, eight steps a sample; shape (`RECORD`, 8)."""
+    return np.cumsum(random.normal(size=8 * RECORD)).reshape(-1, 8) / 8**0.5
 
 
-def averaged_flicker(random):
-    """Flicker noise by its spectrum, each sample the mean of sixteen."""
+def flicker_by_spectrum(random):
+    """Flicker noise by its spectrum, sixteen values a sample; shape (`RECORD`, 16)."""
     size = 4 * 16 * RECORD
     frequency = np.fft.rfftfreq(size)[1:]
     parts = random.normal(size=(2, frequency.size)) * np.sqrt(size / (4.0 * np.pi * frequency))
     noise = np.fft.irfft(np.concatenate([[0.0], parts[0] + 1j * parts[1]]), size)
-    return noise[: 16 * RECORD].reshape(-1, 16).mean(axis=1)
+    return noise[: 16 * RECORD].reshape(-1, 16)
 
 
 TERMS = {
     "N": lambda random: random.normal(size=RECORD),
-    "B": averaged_flicker,
+    "B": lambda random: flicker_by_spectrum(random).mean(axis=1),
     "R": lambda random: 100.0 * random.normal(size=RECORD) + np.arange(float(RECORD)),
-    "K": walk,
+    "K": lambda random: walk(random).mean(axis=1),
     "Q": lambda random: np.diff(random.normal(size=RECORD + 1)),
+    "B, instants": lambda random: flicker_by_spectrum(random)[:, 0],
+    "K, instants": lambda random: walk(random)[:, 0],
 }
-"""Records in which one coefficient is 1."""
+"""Records in which the coefficient that a name begins with is 1."""
 
 
 def covered_term(name, records, seed=1):
     """Share of records whose interval of a coefficient holds the truth; not identified: missed."""
     random = np.random.default_rng(seed)
     found = (
-        noise_terms(overlapping_allan([TERMS[name](random)]), "g")[name] for _ in range(records)
+        noise_terms(overlapping_allan([TERMS[name](random)]), "g")[name[0]] for _ in range(records)
     )
     return (
         sum(term.value is not None and term.lower <= 1.0 <= term.upper for term in found) / records
@@ -115,7 +123,7 @@ def main():
     parser.add_argument("--smoke", action="store_true", help="five launches a noise")
     options = parser.parse_args()
     launches = 5 if options.smoke else options.launches
-    print(f"{'noise':24s}{'textbook':>10s}{'gamma_D':>10s}{'sigma_F':>10s}")
+    print(f"{'noise':24s}{'textbook':>10s}{'gamma_D':>10s}{'sigma_F':>10s}{'width':>10s}")
     for name, make in NOISES.items():
         print(f"{name:24s}" + "".join(f"{share:10.3f}" for share in covered(make, launches)))
     for name in TERMS:

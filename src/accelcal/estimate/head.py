@@ -36,9 +36,9 @@ _MANY = 128
 # The share dof / (dof + this) of the reading noise is taken off the lack of fit when the head's
 # variance is estimated from it. Were it all (restricted maximum likelihood), the estimate would be
 # zero too often where head error and noise are alike, and the 95 % intervals on 8 positions would
-# hold the truth in 89 to 92 %. This way they hold it in 93.5 % or more whatever the head error,
-# and in 98 % where there is none (benchmarks/coverage.py, regimes "estimated" and "nothing
-# declared"). Many contrasts need less of this caution.
+# hold the truth in 90 to 93 % (benchmarks/coverage.py --choices). This way they hold it in 93.5 %
+# or more whatever the head error, and in 98 % where there is none (benchmarks/coverage.py, regimes
+# "estimated" and "nothing declared"). Many contrasts need less of this caution.
 _CAUTION = 6.0
 
 

@@ -10,8 +10,8 @@ harmonic and weighted by their shares of the variance,
 The formula of Welch and Satterthwaite (GUM G.4) weights by the squares of the shares. It trusts a
 variance that happened to come out small, and with the two degrees of freedom of a head error on 8
 positions it holds the truth in 92 to 95 % where 95 % are meant. The formula here holds it in 94.2
-to 96.3 %, whatever the shares (benchmarks/coverage.py). Where one component is all there is, both
-give Student's interval.
+to 96.3 %, whatever the shares (benchmarks/coverage.py --choices). Where one component is all there
+is, both give Student's interval.
 """
 
 from __future__ import annotations

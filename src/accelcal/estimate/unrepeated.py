@@ -21,9 +21,10 @@ __all__ = ["ToldApart", "told_apart"]
 Array = NDArray[np.float64]
 
 # Share of the head's variance that is taken off the residuals when the noise is estimated from
-# them. With all of it (restricted maximum likelihood) the intervals of K2 and K3 hold the truth in
-# 92 to 93 % on 12 positions where there is no head error, as too much is put down to it. With a
-# third all hold it in 93.4 to 96.8 %, from 8 to 36 positions and whatever the head error.
+# them. With all of it (restricted maximum likelihood) the interval of K2 holds the truth in 92.6 %
+# on 12 positions where there is no head error, as too much is put down to it (choices of
+# benchmarks/coverage.py). With a third all hold it in 93.4 to 96.8 %, from 8 to 36 positions and
+# whatever the head error (its regimes "one stroke").
 _HEAD_SHARE = 1.0 / 3.0
 
 _POINTS = 2000
