@@ -21,7 +21,7 @@ author = "The accelcal authors"
 copyright = author
 release = version = __version__
 
-extensions = ["sphinx.ext.autodoc", "sphinx.ext.mathjax", "myst_nb", "numpydoc"]
+extensions = ["sphinx.ext.autodoc", "mathml", "myst_nb", "numpydoc"]
 exclude_patterns = ["_build"]
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
@@ -35,6 +35,7 @@ autodoc_member_order = "bysource"
 autodoc_default_options = {"show-inheritance": True}
 numpydoc_show_class_members = False
 
+html_math_renderer = "mathml"
 html_theme = "furo"
 html_title = f"accelcal {release}"
 
