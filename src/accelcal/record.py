@@ -157,7 +157,7 @@ class TumbleRecord:
                 raise InputError(f"{name} of a record is {as_given(value)}; it is {rule}")
         for name in ("run_labels", "notes"):
             try:
-                "".join(getattr(self, name))  # the quickest look at all of them
+                "".join(getattr(self, name))  # fails on what is no text; quicker than a loop
             except TypeError as error:
                 raise InputError(f"{name} of a record: {error}; it is a tuple of texts") from None
 

@@ -27,7 +27,8 @@ Array = NDArray[np.float64]
 _AT_A_TIME = 2000
 """Records of a plan: with 3 tables of 54 readings each their calibrations take 50 MB together."""
 
-_LONG = 1000  # readings of a record
+_LONG = 1000
+"""Readings of a record from which on one row alone is long enough for numpy to be quick."""
 
 _of_plan = attrgetter("angle", "clamping", "stroke", "run", "mounting", "std", "count")
 
@@ -126,9 +127,9 @@ class OnePlan(NamedTuple):
 
 
 def _of_table(values: Array, mask: NDArray[np.bool_]) -> Array:
-    """Values of one table in all records, laid out so that numpy is quick to go along the rows."""
+    """Values of one table in all records, in the order in memory that numpy is quick with."""
     if mask.size < _LONG:
-        return values[:, mask]  # this puts those of one reading side by side
+        return values[:, mask]  # column by column: the records of one reading lie side by side
     return values.compress(mask, axis=1)
 
 
@@ -177,7 +178,8 @@ def plans_of(
 def _grouped(keys: Iterable[Hashable]) -> list[list[int]]:
     """Places of equal keys, in the order of the first of them."""
     places: dict[Hashable, list[int]] = {}
-    # neighbours are mostly alike, and keys of kilobytes are compared faster than hashed
+    # Neighbours mostly have equal keys, and comparing two keys of kilobytes is quicker than hashing
+    # one. So runs of equal neighbours are found first, and each is hashed once.
     for key, run in groupby(enumerate(keys), key=itemgetter(1)):
         places.setdefault(key, []).extend(place for place, _ in run)
     return list(places.values())
@@ -189,7 +191,8 @@ def _plan_keys(records: Sequence[TumbleRecord], delta0: float | None) -> Iterato
     content: Hashable = None
     for record in records:
         arrays = _of_plan(record)
-        # mostly they are the very arrays of the record before: so the reader of many tables cuts
+        # The reader of many tables gives neighbours the very same arrays. Where it does, their
+        # content need not be looked at.
         if not (before and all(map(is_, arrays, before))):
             before = arrays
             content = tuple(None if a is None else (a.dtype, a.tobytes()) for a in arrays)
@@ -206,7 +209,8 @@ def _level_keys(levels: Array) -> list[bytes]:
     """What counts of the temperatures of each record: which differ, and in which direction."""
     step = levels[:, None, :] - levels[:, :, None]
     away = np.abs(step)
-    # a step of just this size is one for some, and none for others
+    # A step of exactly SAME_LEVEL is another level to some rules of the fit and none to others, so
+    # it has a size of its own here: 1, where smaller steps have 0 and larger ones 2.
     sign = np.sign(step) * (1.0 * (away >= SAME_LEVEL) + (away > SAME_LEVEL))
     order = np.sort(levels, axis=1)  # NaN come last
     breaks = np.diff(order, axis=1) > SAME_LEVEL

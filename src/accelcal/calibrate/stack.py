@@ -45,7 +45,8 @@ __all__ = ["CalibrationStack", "calibration_stack"]
 
 Array = NDArray[np.float64]
 
-_MISPRINTED = "printed"  # laws of misprinted coefficients are no laws
+_MISPRINTED = "printed"
+"""The method whose coefficients are misprinted: no temperature law is fitted to them."""
 
 
 @dataclass(frozen=True)
@@ -223,7 +224,9 @@ class CalibrationStack:
         scatter = [median(self.tables[t].scatter) for t in places]
         step = self.plan.records[0].apparatus.resolution
         rows = len(self) * len(places)
-        plan, count = self.plan, len(self)  # not self: its gates hold what tells the lines
+        # `line` below must not hold self: self keeps its gates, and they keep `line`. Such a circle
+        # would stay in memory until the garbage collector comes.
+        plan, count = self.plan, len(self)
         return TableStack(
             table=self.tables[places[0]],
             output=np.ascontiguousarray(np.concatenate([self.plan.outputs[t] for t in places]).T),
@@ -314,7 +317,7 @@ def _at_rest(
 
 
 def _prepared(record: TumbleRecord, delta0: float, options: Options) -> list[PreparedTable]:
-    check_names(options.coefficients)  # no table is at fault
+    check_names(options.coefficients)  # first, as no table is to be named for a wrong one
     found = []
     for table in record.tables():
         with naming(table):

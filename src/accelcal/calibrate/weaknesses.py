@@ -21,17 +21,23 @@ __all__ = ["Fitted", "Warned", "warnings_of"]
 Mask = NDArray[np.bool_]
 
 _FEW_REPEATS = 5
+"""Degrees of freedom of a variance below which a report says that it is hardly known."""
 
-# Up to this many times the noise of its most telling contrast, a head error of two degrees of
-# freedom is not told from the noise: the intervals then held the truth in 93.9 to 99.0 %, with 1,
-# 2 and 6 strokes on 8 positions and a head error of 0 or 5e-6 (benchmarks/coverage.py).
+# A head error that is estimated with few degrees of freedom, and that is no more than so many times
+# the noise in the contrast which shows it best, cannot be told from the noise. With two degrees of
+# freedom the 95 % intervals then held the truth in 93.9 to 99.0 %, with 1, 2 and 6 strokes on 8
+# positions and a head error of 0 or 5e-6 (benchmarks/coverage.py).
 _AS_LARGE_AS_NOISE = 4.0
 
-# Without the return and with fewer residuals than this, one stroke held the truth in 91 to 96 %.
+# One stroke without the return to the first position needs this many residuals. With fewer, its
+# 95 % intervals held the truth in 91 to 96 % only.
 _FEW_RESIDUALS = 15
-_FEW_DOF = 3  # nor with fewer than this, return or not
 
-_USUAL_ERROR = 0.1  # degC, that of the temperature in a good chamber
+_FEW_DOF = 3
+"""Residual degrees of freedom that one stroke needs even with the return."""
+
+_USUAL_ERROR = 0.1
+"""Error of the temperature in a good chamber [degC]."""
 
 _OF_METHOD = {
     "printed": (
@@ -209,7 +215,7 @@ def _of_noise_and_head(estimate: JointStack) -> Iterator[Sentence]:
 
 def _of_estimated_head(estimate: JointStack) -> Iterator[Sentence]:
     head = estimate.head
-    # of some records nothing is seen of the head while it is estimated in the others
+    # one source stands for the whole stack; a record that shows nothing of its head has dof 0
     estimated = (head.source == "estimated") & (head.dof > 0.0)
     yield Sentence(
         estimated & _rests_on_few_residuals(estimate),

@@ -128,7 +128,7 @@ def _progress() -> Iterator[Callable[[int, int], None] | None]:
         length=0, file=sys.stderr, show_pos=True, item_show_func=lambda rate: rate
     ) as bar:
         began = time.monotonic()
-        before = -1  # files of a former run, which tell nothing about the rate
+        before = -1  # files of an earlier run, which tell nothing of the rate; -1: not yet known
 
         def tell(done: int, total: int) -> None:
             nonlocal before

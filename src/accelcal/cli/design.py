@@ -230,7 +230,7 @@ def _optimum(options: dict[str, Any], given: dict[str, Any]) -> Any:
         raise InputError("--optimal needs --hours, the time that the test may take")
     if options["spacing"] is not None:
         given["spacing"] = options["spacing"]
-    given["effects"] = False  # the text has no room for them; compare the angles to see them
+    given["effects"] = False  # the text has no room for them: give its angles to `design` instead
     chosen = {name: value for name, value in given.items() if name != "strokes" or value}
     return optimal_design(options["optimal"], seed=options["seed"], **chosen)
 

@@ -211,7 +211,7 @@ def compensate(
     check_number(0.0, temperature_uncertainty=temperature_uncertainty)
     rise, across = _rise(found, temperature), _cross(found, {"a_p": a_p, "a_o": a_o})
     Y, rise, *cross = _together(number_array(output, "output"), rise, *across)
-    with np.errstate(over="ignore", invalid="ignore"):  # of what gets no solution
+    with np.errstate(over="ignore", invalid="ignore"):  # of outputs that have no solution
         return _solved(found, Y, rise, cross, output_uncertainty, temperature_uncertainty)
 
 
@@ -224,7 +224,7 @@ def _solved(
     temperature_uncertainty: float,
 ) -> MeasuredAcceleration:
     samples = _samples(found, rise, cross, found.K1.at_T0 * (1.0 + found.K1.change(rise)))
-    bracket = Y / samples.scale  # k0 + a_i + ...
+    bracket = Y / samples.scale  # the bracket of the product model, k0 + a_i + ... [g]
     target = bracket - samples.bias - samples.tilt
     a_i = _solution(found, samples, target)
     of_coefficients = _coefficient_error(found, a_i, bracket, rise, cross)

@@ -129,7 +129,8 @@ def invert_with(
     def excess(a: Array) -> Array:
         return np.asarray(_cubic(a, of_a, second, third) + effects(a) - target)
 
-    def steepness(a: Array) -> Array:  # by steps that no kink spreads beyond what is close
+    def steepness(a: Array) -> Array:
+        # by differences over +- CLOSE, so that a kink is smeared over no more than that
         of_effects = (effects(a + CLOSE) - effects(a - CLOSE)) / (2.0 * CLOSE)
         return np.asarray(slope(a, of_a, second, third) + of_effects)
 

@@ -31,7 +31,10 @@ SIDES = ("above T0", "below T0")
 """Sides of a bilinear law, as they stand behind a blank in the names of slopes."""
 
 _STEPS = 5
+"""Most steps of Gauss and Newton."""
+
 _RANK = 1e-9
+"""Singular values below this share of the largest are rounding errors."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -223,7 +226,7 @@ def _law(excess: Array) -> tuple[Array, list[str]]:
         (np.maximum(excess, 0.0), f" {SIDES[0]}"),
         (np.minimum(excess, 0.0), f" {SIDES[1]}"),
     ):
-        if np.ptp(side) >= LEVEL_CHANGE:  # of one level alone it is a constant
+        if np.ptp(side) >= LEVEL_CHANGE:  # one level alone tells no slope
             columns.append(side)
             names.append(name)
     return np.stack(columns, axis=1), names

@@ -34,7 +34,10 @@ VISIBLE = 0.01
 """Part of an effect that the base model must leave for the effect to be looked for."""
 
 _PHASES = 12
+"""Mixtures of two amplitudes that are tried, evenly over half a turn."""
+
 _FINER = 3
+"""The first search tries so many values of a parameter for each one that an effect lists."""
 
 
 class Instance(NamedTuple):
@@ -192,7 +195,7 @@ def _mixtures(effect: Effect) -> list[tuple[float, ...]]:
     if amplitudes == 1:
         return [(1.0,), (-1.0,)] if effect.acts_on == "temperature" else [(1.0,)]
     first = [(1.0, *[0.0] * (amplitudes - 1))] if amplitudes > 2 else []
-    phases = np.pi * (np.arange(_PHASES) + 0.5) / _PHASES  # never one amplitude alone
+    phases = np.pi * (np.arange(_PHASES) + 0.5) / _PHASES  # between: none is one amplitude alone
     lead = (0.0,) * (amplitudes - 2)
     return first + [(*lead, float(np.cos(phi)), float(np.sin(phi))) for phi in phases]
 

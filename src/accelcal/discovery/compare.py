@@ -262,7 +262,8 @@ def _space(
     spread = covariance(c, noise, declared, head, _step(found, record))
     spread = spread + of_calibration / noise.sigma**2
     whitener = whitener_of(spread, noise.sigma)
-    # noise of no degrees of freedom is known: no replicates tell it anew
+    # Noise without degrees of freedom is taken as known. All that is left then counts as repeating,
+    # and no replicates are set apart to estimate the noise anew.
     repeating = saturated(c, record.mounting) if noise.dof else np.eye(len(record))
     return space_of(whitener, np.empty((len(record), 0)), repeating)
 

@@ -215,7 +215,7 @@ def _excess_kurtosis(error: Array, projector: Array, variance: float) -> float:
 def _autocorrelation(error: Array, projector: Array, run: NDArray[np.int64]) -> tuple[float, float]:
     """Correlation of neighbours and the variance, both with their expectations matched."""
     neighbours = np.where(run[1:] == run[:-1], 1.0, 0.0)
-    shifted = np.zeros_like(projector)  # D projector, D the sum of products of neighbours
+    shifted = np.zeros_like(projector)  # D P, where e' D e sums products of neighbours
     shifted[:-1] += 0.5 * neighbours[:, None] * projector[1:]
     shifted[1:] += 0.5 * neighbours[:, None] * projector[:-1]
     of_products = _lag_sums(projector @ shifted, run)

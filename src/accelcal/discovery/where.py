@@ -113,7 +113,7 @@ def structure(c: Conditions, runs: Sequence[str], factor: str, shape: Array) -> 
     str
         What it follows, its harmonic, its size and where it is largest.
     """
-    # the first of those that are alike, as rounding would choose among them
+    # Of readings that are equally far off, the first is named: argmax alone would follow rounding.
     largest = int(np.argmax(np.abs(shape) > (1.0 - 1e-6) * np.abs(shape).max()))
     size = float(np.sqrt(np.mean(shape**2)))
     sense = "forward" if c.rotation[largest] > 0 else "back"

@@ -25,7 +25,8 @@ __all__ = ["budget"]
 
 Array = NDArray[np.float64]
 
-_DECIMALS = 4  # of 1/dof: many points share a factor, which it changes by less than 0.1 %
+_DECIMALS = 4
+"""1/dof is rounded to so many, so that many points share one coverage factor: by 0.1 % at most."""
 
 
 def budget(

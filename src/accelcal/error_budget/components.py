@@ -113,7 +113,7 @@ def _slope_of_error(coefficients: Coefficients, points: Conditions) -> Array:
 def _at_reference(name: str, quantity: Quantity, points: Conditions) -> ErrorComponent:
     x = sensitivity(name, points)
     value, standard = quantity.value or 0.0, quantity.standard_uncertainty or 0.0
-    if name == "K1":  # the reading is divided by this very K1: no error, but its uncertainty
+    if name == "K1":  # (4) takes the reading over this K1: only its uncertainty is an error
         value, standard = 0.0, standard / abs(value)
     return ErrorComponent(
         name=AT_T0[name],

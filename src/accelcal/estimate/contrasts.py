@@ -11,8 +11,8 @@ __all__ = ["LackOfFit", "SeenErrors"]
 
 Array = NDArray[np.float64]
 
-# A contrast in which the head shows less than this much of what it shows in the best one is left
-# out where the size of the head error is estimated: it tells of the noise only.
+# Where the size of the head error is estimated, contrasts are left out in which it acts with less
+# than this share of its action on the contrast that shows it best: they tell of the noise only.
 _LEAST_STRENGTH = 0.05
 
 

@@ -25,12 +25,12 @@ __all__ = ["HeadError", "head_error", "lack_of_fit"]
 
 Array = NDArray[np.float64]
 
-# Between tables there are contrasts that rest on small differences of their coefficients, which
-# noise and rounding make as well; below this share of the head's action they are left out.
+# Some contrasts between tables rest on small differences of their coefficients, such as noise and
+# rounding make. Those in which the head shows less than this share of its action are left out.
 _LEAST_SHOWN = 1e-4
 
-# Above so many positions J, what the contrasts tell is summed up without working them out, which
-# would take a time as J^3 and matrices J by J.
+# With more positions J than this, sums over the contrasts are formed without the contrasts, which
+# would take a time that grows as J^3 and matrices of J by J (see `many_positions`).
 _MANY = 128
 
 # The share dof / (dof + this) of the reading noise is taken off the lack of fit when the head's
@@ -115,7 +115,7 @@ def lack_of_fit(
         rate = k @ own.rate.T / noise.factor[:, None]
         whole = np.maximum(whole, (np.abs(rate) * own.largest).max(axis=1))
         rates.append(rate * own.norms)
-        # taking the fit off first keeps the digits: the contrasts ignore it anyway
+        # the contrasts are blind to the fit; without it, more digits of the rest are kept
         readings.append(own.of_readings(y - k @ table.design.T) / noise.factor[:, None])
     if root is None and _are_many(means) and not np.isnan(whole).any():
         number = sum(own.places.size - own.model.shape[1] for own in means)

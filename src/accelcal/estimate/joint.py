@@ -213,7 +213,8 @@ def estimate_stack(
     if method != METHODS[0]:
         whole = [e.coefficients(y) for e, y in zip(estimators, readings, strict=True)]
     coefficients = [
-        # two terms, because taking the small one off the readings would round them
+        # The small term is subtracted here and not from the readings, whose last digits it would
+        # round.
         k - estimator.expand(small)
         for estimator, k, small in zip(estimators, whole, errors.predicted(), strict=True)
     ]
@@ -277,7 +278,7 @@ def _judge(
         positions = distinct(np.concatenate([table.at_head[0] for table in tables]))
         declared, root = known.spread_over(positions)
     found = lack_of_fit(tables, readings, noises, coefficients, root)
-    # noise that is not declared is known in the same way in all records
+    # one record speaks for all: noise that is not declared has the same source in each of them
     sources = {source for noise in noises for source in noise.source[:1].tolist()}
     if found.number.any() and sources == {"residuals"}:
         told = told_apart(found, float(noises[0].dof[0]), declared)

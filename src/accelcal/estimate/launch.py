@@ -19,7 +19,8 @@ SAME_LEVEL = 1.0
 # Runs must span this much for their common slope to be worth anything [degC].
 _TELLING_RANGE = 5.0
 
-# As for the head: half of the variance that other errors explain is taken off the scatter.
+# Share of the variance which other errors explain that is taken off the scatter of the runs. All of
+# it would put the shift at zero too often, as for the head (see `_CAUTION` of `estimate.head`).
 _OTHERS_SHARE = 0.5
 
 

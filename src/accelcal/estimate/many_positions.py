@@ -26,12 +26,14 @@ __all__ = ["ManyPositions", "SeenAtMany"]
 
 Array = NDArray[np.float64]
 
-# A position in which the head shows less than this share of the most tells of the noise only.
+# Positions in which the head shows less than this share of what it shows in the best one tell of
+# the noise only.
 _LEAST_STRENGTH = 0.05
 
-# What shows less than this share of the most rests on small differences of coefficients, which
-# noise and rounding make as well. The noise is taken to be at least as large, so that no head error
-# drowns it there; and where only what shows is asked for, it does not count.
+# As in `head`, contrasts in which the head shows less than this share of the most rest on small
+# differences of coefficients, such as noise and rounding make. Here no contrast is worked out, so
+# none can be left out. Instead the noise is taken to be at least as large as the head error shows
+# in them, and `against` takes off what they hold.
 _LEAST_SHOWN = 1e-4
 
 
@@ -183,7 +185,8 @@ class ManyPositions(NamedTuple):
     def _information(self, noise: Array, head: Array) -> Array:
         ratio, _ = self._ratio(noise, head)
         slope, bend = self._slope(ratio)
-        # s^2 / (1 + t s^2) and its derivative are (1 - x) / t and -(1 - x)^2 / t^2 of x = 1 / all
+        # The sum of x^2 with x = 1 / (1 + t s^2), as s^2 / (1 + t s^2) is (1 - x) / t and its
+        # derivative by t is -(1 - x)^2 / t^2.
         return np.asarray(self.contrasts - 2.0 * ratio * slope - ratio**2 * bend)
 
     def _slope(self, ratio: Array) -> tuple[Array, Array]:
@@ -199,7 +202,8 @@ class ManyPositions(NamedTuple):
     def against(self, head: Array) -> tuple[Array, Array]:
         """Number of contrasts that show the head, and their squares over their variances, (...)."""
         one = np.ones_like(head)
-        far = (_LEAST_SHOWN * self.strongest) ** -2.0  # an error that drowns all but what is hidden
+        # a head variance so large that all contrasts but the hidden ones are nothing beside it
+        far = (_LEAST_SHOWN * self.strongest) ** -2.0
         squares, hidden = (self._deviance(one, variance)[1] for variance in (head**2, far))
         return np.round(far * self._slope(far)[0]), np.maximum(squares - hidden, 0.0)
 

@@ -12,8 +12,11 @@ from numpy.typing import DTypeLike, NDArray
 __all__ = ["Memory"]
 
 
-_LARGEST = 500_000  # 4 MB; blocks of tables that are chosen with care need less
-_LINE = 64  # bytes
+_LARGEST = 500_000
+"""Numbers of the largest array that is kept, 4 MB: no block of tables needs more."""
+
+_LINE = 64
+"""Bytes of a line of the cache."""
 
 
 class Memory(threading.local):

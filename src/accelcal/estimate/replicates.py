@@ -24,7 +24,8 @@ Array = NDArray[np.float64]
 
 _MEMORY = Memory()
 
-_GULP = 400  # tables that are in the cache together with their transpose
+_GULP = 400
+"""Tables that are transposed at a time, so that the cache holds them and their transpose."""
 
 
 class Means(NamedTuple):
@@ -69,7 +70,7 @@ class Means(NamedTuple):
     def of_gaps(cls, strokes: Array) -> Means:
         """Those of tables with NaN at gaps, shape (m, g, T), overwritten, about their mean."""
         missing = np.isnan(strokes, out=_MEMORY.array("missing", strokes.shape, np.bool_))
-        few = np.min_scalar_type(len(strokes))  # a byte mostly, which is quickest to count in
+        few = np.min_scalar_type(len(strokes))  # mostly a byte, the quickest
         gaps = np.add.reduce(missing, axis=0, dtype=few)
         weight = np.subtract(len(strokes), gaps, out=_MEMORY.array("weight", gaps.shape))
         np.copyto(strokes, 0.0, where=missing)
@@ -156,7 +157,7 @@ class Replicates(NamedTuple):
         rows, gaps = _MEMORY.array(name, values.T.shape), False
         for at in range(0, len(values), _GULP):
             some = values[at : at + _GULP]
-            largest = some.max()  # reading them in order fetches them into the cache
+            largest = some.max()  # NaN where there is one; and all are in the cache after it
             gaps |= bool(largest != largest)
             rows[self.place, at : at + _GULP] = some.T
         return rows.reshape(self.size, -1, len(values)), gaps

@@ -29,9 +29,9 @@ __all__ = ["pseudo_values"]
 Array = NDArray[np.float64]
 
 _BEND = 1.345  # 95 % efficiency on normal errors (Huber 1981)
-_NORMAL_PAIRS = 1.0483  # standard deviation of a normal distribution over that median difference
-_PARTNERS = 32  # so many times as many pairs as replicates tell their scale as well as all
-_SETTLED = 1e-9  # a step smaller than this, in standard deviations of a centre, is the last
+_NORMAL_PAIRS = 1.0483  # of normal errors: sigma over the median |difference| of two of them
+_PARTNERS = 32  # pairs of each replicate; all pairs tell the scale hardly better
+_SETTLED = 1e-9  # the last step is smaller than this, in standard deviations of a centre
 
 
 def pseudo_values(
@@ -84,7 +84,7 @@ def pseudo_values(
     weight = np.where(np.isnan(y), 0.0, 1.0 / np.asarray(scatter, dtype=np.float64))
     places = [np.flatnonzero(index == k) for k in range(members.size)]
     scale = _scale(y, weight, places)
-    unit = weight / np.where(scale > 0.0, scale, np.inf)  # without a scale the medians stay
+    unit = weight / np.where(scale > 0.0, scale, np.inf)  # no scale: medians stay
     medians = np.concatenate([_medians(y[:, place]) for place in places], axis=1)
     cells = _Cells(index, members)
     centre = _settled(np.nan_to_num(y), unit, np.nan_to_num(medians), cells, iterations)

@@ -23,7 +23,7 @@ __all__ = ["Rounding", "rounding"]
 Array = NDArray[np.float64]
 
 _WHOLE = 1.0 / 12.0  # variance of a rounding error, in steps
-_NOISES = np.linspace(0.0, 1.5, 301)  # beyond, nothing of the rounding is common
+_NOISES = np.linspace(0.0, 1.5, 301)  # in steps; beyond, replicates share no rounding error
 
 
 class Rounding(NamedTuple):
@@ -91,7 +91,7 @@ def _common_variance() -> Array:
     """Variance of the mean rounding error at `_NOISES`."""
     k = np.arange(1.0, 200.0)[:, None]
     series = np.exp(-((2.0 * np.pi * k * _NOISES) ** 2)) / (2.0 * (np.pi * k) ** 2)
-    # the tail of the series matters at noise 0 only, where the sum is known
+    # these terms are enough but at noise 0, where the sum of the whole series is known
     common = np.where(_NOISES > 0.0, series.sum(axis=0), _WHOLE)
     common[-1] = 0.0  # in place of 1e-40
     return common

@@ -37,9 +37,11 @@ _Step = Callable[[Array], tuple[Array, Array]]
 
 _MEMORY = Memory()
 
-_MANY = 0.5  # where a larger share of a stack has gaps, the rest is solved in the same way
+_MANY = 0.5
+"""Where more than this share of the tables have gaps, all are solved in the way made for gaps."""
 
-# Multiplications in a product; OpenBLAS shares more among threads that wait for one another.
+# Multiplications in a product of matrices up to which OpenBLAS works in one thread. Larger ones it
+# shares among threads, which here spend more time on waiting for one another than they save.
 _ALONE = 2**18
 
 _WELL_CONDITIONED = 100.0  # below it, one correction from the residuals is enough

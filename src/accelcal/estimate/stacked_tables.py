@@ -26,8 +26,8 @@ __all__ = ["TableEstimates", "estimate_tables"]
 
 Array = NDArray[np.float64]
 
-# Tables at a time. To broadcast, numpy copies rows of up to 4096, half its buffer; OpenBLAS leaves
-# products of 6 coefficients at 9 positions to one thread for up to 4854.
+# Tables at a time. OpenBLAS leaves products of 6 coefficients at 9 positions to one thread up to
+# 4854 tables. Above 4096, half its buffer, numpy broadcasts rows without copying them.
 _BLOCK = 4800
 _ROBUST_BLOCK = 2048  # a robust fit works on all pairs of replicates, so fewer fill the cache
 _READINGS = 500_000  # at a time at most, 4 MB

@@ -66,7 +66,7 @@ class Component(NamedTuple):
     @property
     def variances(self) -> Array:
         """Variance of each estimate, shape (..., p)."""
-        return np.array(np.einsum("...pp->...p", self.covariance))  # a copy reads faster
+        return np.array(np.einsum("...pp->...p", self.covariance))  # contiguous
 
 
 class Interval(NamedTuple):

@@ -28,6 +28,7 @@ Array = NDArray[np.float64]
 _HEAD_SHARE = 1.0 / 3.0
 
 _POINTS = 2000
+"""Points of the grid on which the likelihood is searched."""
 
 
 class ToldApart(NamedTuple):
@@ -108,7 +109,7 @@ def _noise_beside(
         return np.asarray(spread + squares + rest_dof[:, None] * np.log(noise) + rest / noise)
 
     best, least = _between(1e-8, dof).least(misfit)
-    one = np.ones_like(best)  # exact without a head error
+    one = np.ones_like(best)  # the exact answer without a head error, which no grid point hits
     best = np.where(misfit(one) < least, one, best)
     noise_dof = rest_dof + found.information(best, np.full_like(best, head**2))[:, 0]
     little = noise_dof < 1.0

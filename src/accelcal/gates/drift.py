@@ -162,6 +162,7 @@ def _moved(stack: TableStack) -> Array:
     last, first = (pick(moment, axis=1) for pick in (np.argmax, np.argmin))
     change = (trend.bias[row, last] - trend.bias[row, first]).T
     bias = (change * coefficients[: len(change)]).sum(axis=0)
-    # the time goes from -1 to 1; a turn forward makes cos th less, by its sine
+    # The time goes from -1 to 1, so that a slope counts twice. A turn forward by d lowers cos th by
+    # d sin th, hence the sign of the last.
     of_time = [2.0 * coefficients[own].sum(axis=0) for own in _places(trend)[1:]]
     return np.array([bias, of_time[0], -of_time[1]]) / stack.scale

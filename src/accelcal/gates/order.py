@@ -293,7 +293,8 @@ def _best_order(stack: TableStack, fit: _Fit) -> _Found:
     found = _Found(np.full(len(stack), np.inf), nothing, nothing.copy())
     if not groups.names:
         return found
-    # no order of a group fits better than leaving the group out
+    # Leaving a group out fits at least as well as any order of it: where even that is not much
+    # better, no order need be tried.
     without = plan.left_out.squares(fit)
     rows = np.flatnonzero(without <= fit.squares / _MUCH_BETTER)
     if rows.size == 0:

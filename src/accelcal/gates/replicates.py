@@ -29,7 +29,8 @@ __all__ = ["closure", "forward_against_back", "outlier"]
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 
-_LEAST_FREE = 1e-6  # a reading that a mean and a trend follow wholly tells nothing of itself
+_LEAST_FREE = 1e-6
+"""Share of a reading that mean and trend leave free; below it, the residual says nothing of it."""
 
 
 def closure(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
@@ -100,7 +101,7 @@ def _contrasts_of_returns(plan: TablePlan) -> Array:
         total = np.bincount(stroke[own], precision[own], strokes.size)
         weight[own] = sign * precision[own] / total[stroke[own]]
         variance += np.where(readings > 0, readings, np.inf) / np.where(readings > 0, total, 1.0)
-    share = 1.0 / variance  # nothing where the stroke lacks either
+    share = 1.0 / variance  # 0 where the stroke lacks its first or its last reading
     weight *= (share / (share.sum() or 1.0))[stroke]
     return np.column_stack([weight, np.where(plan.stroke % 2 == 1, weight, -weight)])
 

@@ -66,7 +66,8 @@ def _visible_step(output: Array) -> Array:
     """The largest step of which all readings are multiples but for a constant; 0 for none."""
     digit = decimal_steps(output.T)
     factor = _common_factor(output[:_GLANCE], digit)
-    # what divides the differences of all divides those of some: no more than 1 where these have 1
+    # A common factor of all differences is one of the first few as well: where these have none but
+    # 1, the others need no look.
     open_ = np.flatnonzero((factor != 1) & (digit > 0.0))
     factor[open_] = _common_factor(output[:, open_], digit[open_])
     return digit * factor

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 
 _BLOCK = 256  # readings whose swaps with all others are judged at a time, to bound the memory
-_NUMBERS = 2**20  # in one such block of tables
+_NUMBERS = 2**20  # numbers of such a block over all tables, for the same reason
 _ROUNDING = 1e-6
 
 

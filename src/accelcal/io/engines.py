@@ -130,7 +130,7 @@ def columns_by_pandas(layout: Layout, used: Sequence[int], needed: int) -> Colum
     rows = _even_rows(layout, needed)
     comma = layout.separator != "," and any("," in row for row in rows)
     options = _options(layout, used, "," if comma else ".")
-    if _version(pd.__version__) < (3, 1):  # later ones have no other converter
+    if _version(pd.__version__) < (3, 1):  # from then on this is the only converter
         options["float_precision"] = "round_trip"
     try:
         frame = pd.read_csv(io.StringIO("\n".join(rows)), **options)

@@ -40,7 +40,8 @@ MARKERS = (999.0, 9999.0, 99999.0, 999999.0, 999.9, 999.99, 9999.9, 9999.99)
 FEWEST_IN_TURN = 5
 """Positions from 1 to the return, where a turn is to be told from a few."""
 
-_FAR = 10.0  # times the largest other output, where such a number is no reading
+_FAR = 10.0
+"""One of `MARKERS` is no reading where it is so many times the largest other output."""
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -231,7 +232,7 @@ def _refuse_markers(columns: Iterable[Column], outputs: Floats) -> None:
     size = np.abs(outputs[~marker & ~np.isnan(outputs)]).max(initial=0.0)
     if not marker.any() or size == 0.0:
         return
-    far = marker & (np.abs(outputs) / _FAR > size)  # in this order nothing overflows
+    far = marker & (np.abs(outputs) / _FAR > size)  # no product, which could overflow
     for column, wrong in zip(columns, far.T, strict=True):
         problem = "{} looks like a marker of a missing reading"
         column.check(~wrong, problem, "leave the cell empty")

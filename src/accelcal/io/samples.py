@@ -171,7 +171,7 @@ class SampleReader:
             "quoting": 3,  # csv.QUOTE_NONE
             "skip_blank_lines": False,
         }
-        if tuple(map(int, version.split(".")[:2])) < (3, 1):  # later ones have no other converter
+        if tuple(map(int, version.split(".")[:2])) < (3, 1):  # then the only converter
             options["float_precision"] = "round_trip"
         return options
 

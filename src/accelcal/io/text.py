@@ -276,7 +276,7 @@ def _utf16(data: bytes) -> str:
         return "utf-16"
     start = data[:400]
     zeros = start[0::2].count(0), start[1::2].count(0)
-    enough = 0.2 * len(start)  # of the at most half that are zero in Latin text
+    enough = 0.2 * len(start)  # Latin text has nearly half its bytes zero, every other one
     if max(zeros) <= enough or min(zeros) > 0:
         return ""
     return "utf-16-le" if zeros[1] else "utf-16-be"

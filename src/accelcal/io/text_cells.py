@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _MINUS, _ZERO, _COMMA, _END = b"-0,\n"
-_POINT = (ord(".") - _ZERO) % 256  # as a digit
+_POINT = (ord(".") - _ZERO) % 256  # what a point is where a digit is expected
 
 _LONGEST = 22
 """Characters of a number up to which its power of ten is one of 53 bits."""
@@ -130,7 +130,7 @@ def _differ_from_last(cells: TextCells) -> Mask:
     size = cells.end - cells.start
     differ = np.asarray(size[1:] != size[:-1])
     if size.max() > _LONGEST_LABEL:
-        return np.ones_like(differ)  # one by one is quicker then
+        return np.ones_like(differ)  # so each is read as text, which is quicker for long labels
     for place in range(1, int(size.max()) + 1):
         character = cells.characters[cells.end - place]
         differ |= (character[1:] != character[:-1]) & (size[1:] >= place)
@@ -178,7 +178,7 @@ def _whole_numbers(cells: TextCells, size: Ints) -> tuple[Ints, Ints, Mask]:
     for place in range(min(int(size.max()), _LONGEST)):
         digit = cells.characters[at] - np.uint8(_ZERO)
         if place >= shortest:
-            digit *= size > place  # products, as masks take ten times as long
+            digit *= size > place  # a product, as assigning by a mask takes ten times as long
         point = digit == _POINT
         if point.any():
             good &= ~point | ((places == 0) & (place > 0))
@@ -189,7 +189,7 @@ def _whole_numbers(cells: TextCells, size: Ints) -> tuple[Ints, Ints, Mask]:
         if place < _MOST_DIGITS:
             whole += digit * np.int64(10**place)
         at -= 1
-    whole = np.where(places > 0, (whole - fraction) // 10 + fraction, whole)  # a point took a place
+    whole = np.where(places > 0, (whole - fraction) // 10 + fraction, whole)  # without its point
     good &= places < _LONGEST
     return whole * good, places * good, good
 

@@ -7,7 +7,9 @@ from numpy.typing import NDArray
 
 __all__ = ["decimal_step", "decimal_steps"]
 
-_GLANCE = 3  # so many values mostly tell that a step is too large
+_GLANCE = 3
+"""Values that are looked at first: mostly they rule out a step that is too large."""
+
 _STEPS = np.array([10.0**-digits for digits in range(13)])
 _STEPS_IN_ONE = np.array([10.0**digits for digits in range(13)])
 
@@ -55,11 +57,12 @@ def decimal_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
     >>> decimal_steps(np.array([[1.2503, -0.71], [1.0, 1.0 / 3.0]])).tolist()
     [0.0001, 0.0]
     """
-    if len(values) > values.shape[1]:  # short rows take three times as long to go through
-        values = np.asfortranarray(values)
+    if len(values) > values.shape[1]:
+        values = np.asfortranarray(values)  # to go along many short rows takes three times as long
     size = _STEPS_IN_ONE[:, None] * np.abs(values).max(axis=1)
     few = np.multiply.outer(_STEPS_IN_ONE, values.T[:_GLANCE])
-    # a hundred steps or more, or all small values would be multiples of a large step
+    # The largest value must have a hundred steps: values much smaller than a step would all pass
+    # for zero times the step.
     possible = (size >= 100.0) & (size <= 1e12) & _whole(few).all(axis=1)
     step = np.zeros(len(values))
     rows = np.flatnonzero(possible.any(axis=0))

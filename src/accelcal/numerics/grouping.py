@@ -20,9 +20,14 @@ __all__ = [
     "sums_of_groups",
 ]
 
-_CACHED = 2**17  # numbers of some groups that a cache holds
-_FEW = 100  # products of a row, which are soon written out
-_SMALL = 2**17  # numbers in a matrix that a cache holds
+_CACHED = 2**17
+"""Numbers of the groups that are worked on at a time, 1 MB, so that the cache holds them."""
+
+_FEW = 100
+"""Products of a row up to which all of them are written down, and summed afterwards."""
+
+_SMALL = 2**17
+"""Groups times values up to which sums are a product with a matrix, which the cache holds."""
 
 
 def grouped(values: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.intp], NDArray[np.intp]]:
@@ -120,7 +125,7 @@ def group_after_group(index: NDArray[np.intp], members: NDArray[np.intp]) -> NDA
     [1, 0, 2]
     """
     if members.size <= np.iinfo(np.int16).max:
-        index = index.astype(np.int16)  # sorted digit by digit, several times as fast
+        index = index.astype(np.int16)  # numpy sorts them by radix, several times as fast
     return np.argsort(index, kind="stable")
 
 

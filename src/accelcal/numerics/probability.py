@@ -34,8 +34,8 @@ Number = Any  # a float, or an array of them: what both can do is written once
 LEVEL = 0.95
 """Probability of all intervals that are told, and so of every expanded uncertainty."""
 
-_TINY = 1e-300
-_SETTLED = 1e-15
+_TINY = 1e-300  # in place of zero in a denominator
+_SETTLED = 1e-15  # relative change that ends a continued fraction
 _AS_GOOD_AS_INFINITE = 1e15  # degrees of freedom
 _WORTH_ARRAYS = 24  # fewer numbers are faster one by one
 
@@ -177,7 +177,7 @@ def student_quantile(level: float, dof: float) -> float:
     for _ in range(200):
         step = (student_survival(t, dof) - tail) / _student_density(t, dof)
         t += step
-        if abs(step) <= 1e-9 * t:  # Newton's next step would be of the order of its square
+        if abs(step) <= 1e-9 * t:  # Newton's next step would be about the square of this one
             break
     return t
 

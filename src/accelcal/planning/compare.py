@@ -176,7 +176,7 @@ def _fitting(
                 found.append(plan)
                 _refuse_too_many(len(found), plan.readings)
     if not found:
-        per_run(choices[0], pace, hours or 0.0)  # tells where soaks alone take too long
+        per_run(choices[0], pace, hours or 0.0)  # refuses it where the soaks alone take too long
         raise InputError(
             f"no test of these fits into {hours:g} h; allow more hours, or fewer positions,"
             " strokes, levels or mountings"

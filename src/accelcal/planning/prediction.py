@@ -42,9 +42,9 @@ AT_T0 = {"k0 at T0": ("k0", "g"), "K1 at T0": ("K1", "1"), "delta at T0": ("delt
 """Name of a value at T0, from the runs at all levels -> law and unit."""
 
 _UNITS = {"K1": "1", "M": "rad"} | {name: f"g/g^{n}" for name, n in POWERS.items() if n > 1}
-_NO_NOISE = 1e-12  # g: stands for none, as a reading without any cannot be declared
-_STEP = 1e-3
-_QUIET = 0.1  # of the noise is left of a hundred times the strokes
+_NO_NOISE = 1e-12  # g; in place of zero, which is no standard deviation of a reading
+_STEP = 1e-3  # relative, by which the variance of a source is raised to find its share
+_QUIET = 0.1  # noise that a hundred times the strokes leave, over the noise
 _SOURCES = ("reading", "head", "launch", "launch_sf", "temperature")
 
 

@@ -134,7 +134,7 @@ def changes(discovery: Discovery, ax: Axes | None) -> Axes:
     ax.set_ylim(len(shown) - 0.4, -0.6)
     ax.set(xlabel="change, over the 95 % half width without the effects [1]")
     low, high = ax.get_xlim()
-    ax.set_xlim(min(low, -3.0), max(high, 3.0))  # where nothing moves, the band is not all there is
+    ax.set_xlim(min(low, -3.0), max(high, 3.0))  # or the band from -1 to 1 could fill the picture
     return entitled(ax, "What the effects change in the coefficients")
 
 

@@ -33,7 +33,7 @@ _MARKERS = (">", "<")
 _APART = 2.5  # deg between the means of forward and back strokes
 _MOST_NAMED = 12  # angles or runs that have each its own label
 _CROWDED = 400  # points; more of them are drawn fainter
-_PIXELS = 3000  # points or cells; more of them are pixels where a picture has both, as in SVG
+_PIXELS = 3000  # points or cells; more of them are drawn as pixels even in SVG and PDF
 
 
 def tables_of(calibration: Calibration, run: str | int | None) -> tuple[TableCalibration, ...]:

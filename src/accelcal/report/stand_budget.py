@@ -18,8 +18,8 @@ Document = Mapping[str, Any]
 
 _NAMED = 3  # components of a coefficient that are named; beside Monte Carlo one less
 _MANY = 9999.0  # degrees of freedom that are shown as infinite
-_WHOLE = 0.01  # residuals below this part of an effect show nothing of it
-_IN_PART = 0.1  # of the largest coefficient in g; smaller ones are not named
+_WHOLE = 0.01  # an error is wholly taken up where its residuals are less than this part of it
+_IN_PART = 0.1  # changes smaller than this share of the largest one [g] are not named
 _RELATIVE = ("K1", "K1 per m/s^2")
 _OF_ONE_TABLE = ("k0", "K1", "k2", "k3", "delta", "delta_ip")
 

@@ -112,7 +112,7 @@ class _Curve:
         at = [list(TERMS).index(name) for name in names]
         own = self.products[np.ix_(at, at)]
         covariance = np.einsum("i,j,ijkl->kl", squares, squares, own)
-        # what is no noise still has its rounding, and no variance is known better than that
+        # A floor: a record without noise still has rounding errors, and keeps the matrix definite.
         floor = (_KNOWN_TO * np.maximum(expected, self.variance)) ** 2
         return np.linalg.cholesky(covariance + np.diag(floor))
 
@@ -220,7 +220,8 @@ def _fit(names: tuple[str, ...], curve: _Curve) -> _Fit | None:
     if (squares <= 0.0).any():
         return None
     left = np.linalg.solve(root, curve.variance - design @ squares)
-    # the logarithm of the determinant keeps too large a fit from looking good
+    # The covariance grows with the fit. Without the logarithm of its determinant, as the likelihood
+    # has it, a fit that is too large would look good.
     chi2 = float(left @ left) + 2.0 * float(np.log(np.diagonal(root)).sum())
     return _Fit(names, squares, np.linalg.inv(normal), chi2)
 
@@ -239,7 +240,7 @@ def _estimate(name: str, fit: _Fit, tau: Array, unit: str) -> Estimate:
         return Estimate(None, unit + term.unit, finding=finding)
     at = fit.names.index(name)
     square, error = float(fit.squares[at]), float(fit.covariance[at, at]) ** 0.5
-    relative = NORMAL_FACTOR * error / (2.0 * square)  # of the coefficient, in logarithm
+    relative = NORMAL_FACTOR * error / (2.0 * square)  # of the logarithm of the root
     value = square**0.5
     lower, upper = value * math.exp(-relative), value * math.exp(relative)
     return Estimate(value, unit + term.unit, lower, upper, 2.0 * (square / error) ** 2)

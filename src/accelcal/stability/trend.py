@@ -29,7 +29,9 @@ BLOCKS = 60
 SHARES = (0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.98, 1.0)
 """Shares of flicker noise or random walk in the scatter about the line that are weighed."""
 
-_SHORTEST = 0.4  # time constant over block length, which suits means of blocks
+_SHORTEST = 0.4
+"""Shortest time constant of flicker noise, over the length of a block: shorter are white."""
+
 _WHITE_PRIOR = 2.0 * len(SHARES)
 _FLICKER_PRIOR = 1.0
 _RANDOM_WALK_PRIOR = 3.0  # chosen by coverage, see the page on stability

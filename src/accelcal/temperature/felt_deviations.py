@@ -41,10 +41,16 @@ Mask = NDArray[np.bool_]
 Places = NDArray[np.intp]
 
 _FOLLOWS = 0.5
-_SURE = 3.0
-_MUCH = 0.5  # degC; 0.25 degC off the mean is 130 ppm of the scale factor of the AL-15
+"""Readings follow their temperatures where surely more than this share of the changes is felt."""
 
-_AT_A_TIME = 20_000  # readings: with some dozens of unknowns each, they take a few MB
+_SURE = 3.0
+"""Standard uncertainties within which a felt share of 1 is taken for just that."""
+
+_MUCH = 0.5
+"""Span of a run's temperatures that is told [degC]: the AL-15 changes by 130 ppm in half of it."""
+
+_AT_A_TIME = 20_000
+"""Readings: with some dozens of unknowns each, they take a few MB."""
 
 
 class _Moving(NamedTuple):
@@ -154,7 +160,8 @@ def _first_laws(moving: _Moving, chosen: Sequence[int]) -> LawsOfRecords:
 
 def _change(fit: ProductFit, state: Solution) -> Array:
     """What brings each reading to the mean temperature of its run, shape (R, n) [output unit]."""
-    # what may be felt in full counts as that: a part of its own would take out noise as well
+    # A share that may well be 1 is taken as 1. Were it estimated for each run, it would follow the
+    # noise of the readings, and take some of it out.
     in_full = np.abs(1.0 - state.felt) < _SURE * state.doubt
     felt = np.where(in_full, 1.0, felt_beside_noise(fit, state.felt))
     return to_the_mean(fit, state, fit.readings.at(felt))

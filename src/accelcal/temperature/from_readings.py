@@ -21,6 +21,7 @@ __all__ = ["laws_from_readings"]
 Array = NDArray[np.float64]
 
 _UNFELT = 0.5
+"""Most of a recorded scatter is the sensor's where surely less than this share of it is felt."""
 
 _TOLD = ("value", "standard_uncertainty")
 

@@ -47,11 +47,11 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Places = NDArray[np.intp]
 
-_SIGNIFICANT = 0.001
+_SIGNIFICANT = 0.001  # chance below which levels off their law are told
 _ROUNDING = 1e-9  # g, relative or rad: below it a misfit is of no interest
 _PARTS = [f"{law} {part}" for law in ("k0", "K1", "delta") for part in ("at_T0", "above", "below")]
 _NAMES = (*_PARTS, "hysteresis")
-_WITHOUT, _UNDETERMINED = -1, -2  # in place of a group
+_WITHOUT, _UNDETERMINED = -1, -2  # for the group of a record that has no laws, or unknown ones
 
 
 class _Group(NamedTuple):

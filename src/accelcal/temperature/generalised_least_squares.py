@@ -9,7 +9,7 @@ __all__ = ["law_maps"]
 
 Array = NDArray[np.float64]
 
-_ALMOST_NOTHING = 1e-12  # keeps a matrix of correlations definite
+_ALMOST_NOTHING = 1e-12  # added to a diagonal of ones, so that the matrix stays definite
 
 
 def law_maps(law: Array, pairs: Array, covariance: Array) -> Array:
@@ -64,7 +64,7 @@ def _generalised(design: Array, covariance: Array) -> Array:
     root = np.linalg.cholesky(np.where(known[..., None, None], among, 0.0) + least)
     inverse = np.linalg.inv(root)
     whitened = inverse @ (design / sigma[..., None])
-    norms = np.sqrt((whitened**2).sum(axis=-2, keepdims=True))  # slopes are far from the values
+    norms = np.sqrt((whitened**2).sum(axis=-2, keepdims=True))  # as slopes are tiny
     basis, triangle = np.linalg.qr(whitened / norms)
     solved = np.linalg.solve(triangle, basis.swapaxes(-2, -1)) / norms.swapaxes(-2, -1)
     return np.asarray(solved @ inverse / sigma[..., None, :])

@@ -218,7 +218,7 @@ def levels_of(stack: LevelStack) -> Levels:
     Levels
         The quotients.
     """
-    # the records last here: all else is too short for a loop over numbers in a row
+    # The records are the last axis here: all others are too short for numpy to be quick along them.
     k, at = np.ascontiguousarray(stack.coefficients.T), stack.place[:, [_K0, _K1, _M]].T
     k1, at_k1, one = k[_K1], at[1], np.ones_like(k[_K1])
     over = np.stack([k1, one, k1])

@@ -54,7 +54,7 @@ def pooled_noise(noises: Sequence[NoiseStack], bare: Sequence[bool]) -> list[Noi
     >>> [(noise.factor.round(3).tolist(), noise.dof.tolist()) for noise in pooled]
     [([1.105], [20.0]), ([1.105], [20.0])]
     """
-    # noise that is not declared is known in the same way in all records
+    # one record speaks for all: noise that is not declared has the same source in each of them
     own = [n for n, is_bare in zip(noises, bare, strict=True) if is_bare and n.source[0] != _OF_ALL]
     if not own or any(noise.source[0] != "replicates" for noise in own):
         return list(noises)

@@ -29,7 +29,7 @@ __all__ = ["estimator", "scale_factor_is_told", "solved"]
 Array = NDArray[np.float64]
 
 _MOST_STEPS = 30
-_SURE = 3.0
+_SURE = 3.0  # standard uncertainties by which a scale factor must differ from zero
 _CONVERGED = 1e-6  # of the noise of a reading
 
 
@@ -134,7 +134,7 @@ class _System(NamedTuple):
         found = self._solved(right)
         of_felt = found[:, -felt:]
         variance = np.einsum("rii->ri", of_felt[..., 1:])
-        doubt = np.sqrt(np.clip(variance, 0.0, 1.0))  # but for rounding, no more than before
+        doubt = np.sqrt(np.clip(variance, 0.0, 1.0))  # 1 before the fit
         return found[:, : self.size.shape[1], 0] / self.size, of_felt[..., 0], doubt
 
     def map(self) -> Array:

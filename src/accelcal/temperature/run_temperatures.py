@@ -40,7 +40,7 @@ def stacked_temperature_uncertainty(
     """
     changes = [np.count_nonzero(own[:, 1:] != own[:, :-1], axis=1) for own in temperatures]
     taken = 1.0 + np.stack(changes, axis=1)
-    scatter = np.zeros_like(taken)  # of equal values it would be a rounding error
+    scatter = np.zeros_like(taken)  # where all are equal; std would give a rounding error
     for table, own in enumerate(temperatures):
         moves = taken[:, table] > 1.0
         if moves.any():

@@ -96,7 +96,7 @@ def _of_loop(loop: Hysteresis, shift_source: str) -> Iterator[Sentence]:
 
 
 def _told(widths: Sequence[float]) -> str:
-    half = len(widths) // 2  # the levels follow
+    half = len(widths) // 2  # so many half widths, and then the level of each
     levels = zip(widths[:half], widths[half:], strict=True)
     return ", ".join(f"{1e6 * h:.3g} ug at {at:.3g} degC" for h, at in levels)
 

@@ -68,6 +68,6 @@ def from_known_attitudes(output: Array, up: Array) -> Solution:
 def _covariance(inverse: Array, residual: Array, dof: int) -> Array:
     """Covariance in the order b_x, b_y, b_z, S_xx, S_xy ..., S_zz."""
     of_channels = residual.T @ residual / dof
-    whole = np.kron(of_channels, inverse)  # channel by channel: b, S along x, y, z
+    whole = np.kron(of_channels, inverse)  # in the order b_x, S_xx, S_xy, S_xz, b_y ...
     order = [4 * i for i in range(3)] + [4 * i + 1 + j for i in range(3) for j in range(3)]
     return np.asarray(whole[np.ix_(order, order)])

@@ -29,9 +29,9 @@ Array = NDArray[np.float64]
 FRAMES = {"x": "S is lower triangular", "z": "S is upper triangular"}
 
 _STEPS = 100
-_DONE = 1e-10
+_DONE = 1e-10  # relative gain, or step, that is the last
 _ROUNDING = 1e-12
-_FLATTEST = 0.05
+_FLATTEST = 0.05  # range of a channel over the largest range, below which it was hardly turned
 _REMEDY = (
     "turn the block about two axes or more, so that up takes all directions in it, and give mean"
     " outputs at rest"
@@ -87,7 +87,7 @@ def from_unknown_attitudes(output: Array, frame: str = "x", *, aligned: bool = F
     middle, half = _range(output)
     parameters = _start((output - middle) / half)
     weight = np.ones(3)
-    for _ in range(3):  # the scale factors set the weights of the channels
+    for _ in range(3):  # the weights of the channels follow from the scale factors that are found
         parameters = _fitted((output - middle) / half, parameters, free, weight)
         weight = 1.0 / np.linalg.norm(_sensitivity(parameters), axis=1)
     return _solution(output, middle, half, parameters, free)
@@ -149,7 +149,7 @@ def _distance(u: Array, parameters: Array, weight: Array) -> _Distance:
     shape = weight[:, None] * _sensitivity(parameters)
     off = (u - parameters[:3]) * weight
     attitude = _nearest(off, shape)
-    normal = attitude @ np.linalg.pinv(shape)  # of the ellipsoid |S^-1 y| = 1 at its point S a
+    normal = attitude @ np.linalg.pinv(shape)  # normal to |S^-1 y| = 1 at S a
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     value = np.sum(normal * (off - attitude @ shape.T), axis=1)
     by_bias = -normal * weight
@@ -183,7 +183,7 @@ def _solution(
     scale = np.linalg.norm(sensitivity, axis=1)
     found = _distance(output, np.concatenate([bias, sensitivity.ravel()]), 1.0 / scale)
     jacobian = found.jacobian[:, list(free)]
-    unit = np.concatenate([scale, np.repeat(scale, 3)])[list(free)]  # of one g in each channel
+    unit = np.concatenate([scale, np.repeat(scale, 3)])[list(free)]  # 1 g in each channel
     names = tuple(NAMES[i] for i in free)
     weakness, condition = refuse_rank(jacobian * unit, names, _REMEDY)
     dof = len(output) - len(free)

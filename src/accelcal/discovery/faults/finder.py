@@ -105,7 +105,8 @@ def faults(
     single, mended = _of_single_readings(scene, step, 0.0, alpha)
     rest = _scene(mended, reference_temperature, delta0) if single else scene
     step = step or visible_step(ordered.output, _scatter(rest))
-    # a step makes the scatter of a cell depend on where in the step its mean lies
+    # Where readings are rounded to a visible step, the scatter of a cell depends on where in a step
+    # its mean lies. That would pass for vibration, so it is not looked for.
     chance = 1.0 if step else chance_of_vibration(rest.view, rest.c, mended.mounting)
     shaken: tuple[Fault, ...] = ()
     if chance < alpha:

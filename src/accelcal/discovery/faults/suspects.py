@@ -32,12 +32,23 @@ Pairs = NDArray[np.intp]
 _TRIES = 7.0
 """Factor on the chance of an outlier for what the tails of few readings do not tell, measured."""
 
-_TRIES_OF_PAIRS = 1000.0  # the same for an exchange, whose chance is that under normal noise
-_CONFIRMED = 3.0  # standard deviations that the replicates of the same run contradict it by
-_CONSISTENT = 1e-4  # chance below which an exchange leaves too much of its two readings
-_DECAYS = (0.01, 0.03, 0.1, 0.3)  # time constants over the length of a run
+_TRIES_OF_PAIRS = 1000.0
+"""The same factor for an exchange of two readings, whose chance is computed for normal noise."""
+
+_CONFIRMED = 3.0
+"""Standard deviations by which the replicates of its own run must contradict a suspect."""
+
+_CONSISTENT = 1e-4
+"""An exchange is none where what it leaves of its two readings has a smaller chance than this."""
+
+_DECAYS = (0.01, 0.03, 0.1, 0.3)
+"""Time constants of decays that could look like a suspect, over the length of a run."""
+
 _FEWEST = 8.0
-_IN_VAIN = 5  # suspects in a row that chance explains, after which the search ends
+"""Degrees of freedom of the replicates that it takes to suspect any reading."""
+
+_IN_VAIN = 5
+"""The search ends after so many suspects in a row that chance explains."""
 
 
 class Views(NamedTuple):

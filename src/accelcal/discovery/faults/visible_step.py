@@ -14,12 +14,23 @@ __all__ = ["VisibleStep", "visible_step"]
 
 Array = NDArray[np.float64]
 
-_VISIBLE = 1.5  # step over the noise without it
-_LOCKED = 0.8  # mean resultant of the phases of readings that are multiples of a step
+_VISIBLE = 1.5
+"""A step shows where it is so many times the noise that is left without it."""
+
+_LOCKED = 0.8
+"""Mean resultant of the places within a step, as angles, from which on readings lie on steps."""
+
 _FEWEST_LEVELS = 5
-_NEAR = 0.03  # largest relative error of the first guess of a step
-_MOST = 20_000  # guesses
+"""Different outputs that it takes to look for a step between them."""
+
+_NEAR = 0.03
+"""Largest relative error of the first guess of a step."""
+
+_MOST = 20_000
+"""Steps that are tried about one guess."""
+
 _BLOCK = 500
+"""Steps that are tried at once, to bound the memory."""
 
 
 class VisibleStep(NamedTuple):
@@ -100,7 +111,8 @@ def _guesses(output: Array) -> list[tuple[float, float]]:
 def _locked(output: Array, guess: float, near: float) -> VisibleStep | None:
     """The step next to a guess, if the readings are multiples of it."""
     centred = output - output.mean()
-    spacing = 0.2 * guess / float(np.abs(centred).max())  # relative, a fifth of a turn at the ends
+    # relative: from one step tried to the next, the outermost reading moves by a fifth of a step
+    spacing = 0.2 * guess / float(np.abs(centred).max())
     count = int(min(np.ceil(near / spacing), _MOST // 2))
     steps = guess / (1.0 + spacing * np.arange(-count, count + 1))
     lengths = np.concatenate(

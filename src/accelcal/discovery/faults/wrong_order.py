@@ -42,7 +42,7 @@ def wrong_orders(record: TumbleRecord, delta0: float) -> tuple[tuple[Fault, ...]
     """
     found: list[Fault] = []
     for places in _tables(record):
-        # a table of few strokes may hide a second wrong one behind the first
+        # with few strokes, a second wrong one may show only when the first is put right
         for _ in range(int(distinct(record.stroke[places]).size)):
             table = prepare(_part(record, places), delta0=delta0)
             other = order_of_strokes(table, delta0)
@@ -140,7 +140,8 @@ def _within_the_turn(
 ) -> NDArray[np.float64]:
     """The angles of a stroke within the turn in which they were given."""
     start = 360.0 * np.floor(given.min() / 360.0)
-    turned = turned + 360.0 * np.round((given.mean() - turned.mean()) / 360.0)  # for a mirror
+    # a stroke that was mirrored may have ended whole turns away
+    turned = turned + 360.0 * np.round((given.mean() - turned.mean()) / 360.0)
     over = (turned > start + 360.0 + 1e-6) * 360.0
     under = (turned < start - 1e-6) * 360.0
     return np.asarray(turned - over + under)

@@ -209,7 +209,7 @@ def absorbed_by(effect: Effect, model: BaseModel, parameters: Array) -> tuple[st
         lost = {}
         for name in kept:
             others = [n != name and n in kept for n in model.names]
-            lost[name] = round(_left(places[:, others], wanted), 6)  # a tie is a tie
+            lost[name] = round(_left(places[:, others], wanted), 6)  # ties not by rounding errors
         least = min(kept, key=lost.__getitem__)
         if lost[least] > _CARRIED:
             break
