@@ -293,6 +293,13 @@ SECOND = toml() + toml(id='"other"', formula='"a_i +"')
         (toml(formula='"abs(a_x)"'), 6, "formula has 'a_x'; it takes numbers, a_i"),
         (toml(acts_on='"readings"'), 7, "acts_on is 'readings'; it is one of output, angle"),
         (toml(term='"x"'), 7, "key 'term' is unknown; there are id, name"),
+        (toml(static='"yes"'), 7, "static is 'yes'; it is true or false"),
+        (
+            toml(formula='"r * sin(theta) * t"', static="true"),
+            7,
+            "static is true, but the formula has r, t, th; a static effect has a_i, a_p and dT",
+        ),
+        (toml(acts_on='"angle"', static="true"), 3, "mine: static, and acts on the angle; leave"),
         (SECOND, 12, "formula 'a_i +' is none"),
         (toml() + toml(), 9, "id 'mine' is there twice; choose another"),
         ('effect = [{id = "mine"}]', None, "key 'name' is missing"),
@@ -356,6 +363,43 @@ def test_the_way_of_an_effect_from_a_file_through_the_commands(run):
     assert code == 2
     assert "'rayleigh-hysteresis' is not in the catalogue" in err
     assert "--effects" in err
+
+
+FIFTH = toml(id='"fifth"', formula='"abs(a_i)^5 * (1 + 0 * dT * a_p * pi)"', static="true")
+TRUE = np.cos(np.radians(np.arange(10.0, 360.0, 20.0)))  # no angle of the test
+
+
+def test_a_static_effect_of_a_file_is_taken_up_by_apply(run):
+    """The outputs are those of (1) at T0 with the effect: what comes back is what went in."""
+    Path("mine.toml").write_text(FIFTH)
+    (fifth,) = accelcal.read_effects("mine.toml")
+    with registered(fifth):
+        plan = accelcal.TumblePlan(positions=36, temperatures=20.0)
+        record = accelcal.simulate(plan=plan, effects=[fifth.of(3e-4)], seed=1)
+        found = accelcal.discover(record, effects=[fifth])
+        assert [item.id for item in found.effects] == ["fifth"]
+        accelcal.fit(record, model=found).to_json("cal.json")
+    unit, across = accelcal.AL15, np.sqrt(1.0 - TRUE**2) * np.repeat([1.0, -1.0], 9)
+    indicated = 3.324e-3 + TRUE + 105e-6 * TRUE**2 + 87e-6 * TRUE**3 + 3e-4 * np.abs(TRUE) ** 5
+    indicated += 1.15e-3 * across + 20e-6 * TRUE * across
+    assert (unit.bias.at_reference, unit.k2, unit.k3) == (3.324e-3, 105e-6, 87e-6)
+    rows = zip(1.35 * indicated, across, strict=True)
+    stream = "output,a_p,a_o\n" + "".join(f"{y:.12f},{a:.12f},0\n" for y, a in rows)
+    Path("flight.csv").write_text(stream)
+
+    def errors(options):
+        code, out, err = run(f"apply cal.json flight.csv {options}")
+        lines = [line for line in out.splitlines() if not line.startswith("#")]
+        found = np.array([float(line.split(",")[0]) for line in lines[1:]])
+        assert code == 0
+        return np.abs(found - TRUE).max(), err
+
+    with_it, told = errors("--effects mine.toml")
+    assert "fifth: taken up with the size that the fit found" in told
+    assert with_it < 60e-6  # of a head, launches and readings with errors
+    without, told = errors("")
+    assert "fifth: the fit took it out of the readings" in told
+    assert without > 200e-6
 
 
 def test_the_list_of_effects_has_those_of_a_file(run):

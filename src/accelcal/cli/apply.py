@@ -11,7 +11,13 @@ from typing import IO, TYPE_CHECKING, Any, cast
 import click
 
 from accelcal.cli.deliver import refuse_to_overwrite, remark
-from accelcal.cli.options import data_argument, mounting_option, number, output_option
+from accelcal.cli.options import (
+    data_argument,
+    effects_option,
+    mounting_option,
+    number,
+    output_option,
+)
 from accelcal.errors import AccelcalWarning, InputError
 
 if TYPE_CHECKING:
@@ -64,6 +70,7 @@ __all__ = ["apply"]
     is_flag=True,
     help="Leave the shift from launch to launch out of the uncertainty.",
 )
+@effects_option
 def apply(
     calibration: str,
     data: str,

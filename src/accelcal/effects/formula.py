@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
 
-__all__ = ["FUNCTIONS", "SYMBOLS", "Formula"]
+__all__ = ["FUNCTIONS", "STATIC", "SYMBOLS", "Formula"]
 
 Array = NDArray[np.float64]
 Value = Callable[[Conditions], Array]
@@ -31,6 +32,9 @@ SYMBOLS: dict[str, tuple[str, Value]] = {
     "pi": ("3.14159...", lambda _: np.array(np.pi)),
 }
 """Symbol -> what it means, and its value for each reading."""
+
+STATIC = frozenset({"a_i", "a_p", "dT", "pi"})
+"""Symbols that are known in use, where there is no test: those of a static effect."""
 
 FUNCTIONS: dict[str, tuple[int, Callable[..., Array]]] = {
     "abs": (1, np.abs),
@@ -89,6 +93,12 @@ t_run, r, h, pi, + - * / ^ ( ) and abs, sign, sqrt, exp, sin, cos, min, max
 
     def __post_init__(self) -> None:
         _value_of(self.text)
+
+    @property
+    def symbols(self) -> frozenset[str]:
+        """Symbols in it, such as ``a_i``."""
+        names = re.findall(r"[A-Za-z_]\w*", self.text.replace("theta", "th"))
+        return frozenset(names) & SYMBOLS.keys()
 
     def __call__(self, conditions: Conditions, coefficient: float = 1.0) -> Array:
         """Evaluate the formula for each reading.

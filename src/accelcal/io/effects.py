@@ -9,14 +9,14 @@ from typing import Any, NamedTuple, cast
 
 from accelcal.effects.catalogue import refuse
 from accelcal.effects.effect import ActsOn, Effect, Parameter
-from accelcal.effects.formula import Formula
+from accelcal.effects.formula import STATIC, Formula
 from accelcal.errors import InputError, TableError, located
 from accelcal.io.text import Source, SourceText, read_text
 
 __all__ = ["read_effects"]
 
 _NEEDED = ("id", "name", "physics", "formula")
-_MORE = ("unit", "acts_on", "signature", "to_tell_apart")
+_TEXTS = (*_NEEDED, "unit", "acts_on", "signature", "to_tell_apart")
 _ACTS_ON = {"output": ("", "g"), "angle": ("th", "rad"), "temperature": ("T", "degC")}
 """What an effect adds to -> its symbol, and its unit."""
 
@@ -31,7 +31,8 @@ def read_effects(source: Source) -> tuple[Effect, ...]:
     source : path, "-" or file object
         A TOML file with an ``[[effect]]`` for each: the texts id, name, physics and formula, see
         `accelcal.effects.formula`, and, if you like, unit (of the coefficient, by default "g"),
-        acts_on ("output", "angle" or "temperature"), signature and to_tell_apart.
+        acts_on ("output", "angle" or "temperature"), signature, to_tell_apart and static (true
+        where it is the accelerometer's own, so that `accelcal.apply` takes it up).
 
     Returns
     -------
@@ -41,8 +42,8 @@ def read_effects(source: Source) -> tuple[Effect, ...]:
     Raises
     ------
     TableError
-        If the file cannot be read or is not TOML; if a key is unknown, missing or no text; if a
-        formula has anything but what it may have; if an id is in the catalogue already.
+        If the file cannot be read or is not TOML; if a key is unknown, missing or of another kind;
+        if a formula has anything but what it may have; if an id is in the catalogue already.
 
     Examples
     --------
@@ -107,21 +108,35 @@ def _entries(given: SourceText) -> list[Mapping[str, Any]]:
 
 
 def _effect(entry: Mapping[str, Any], place: _Place) -> Effect:
+    _check_keys(entry, place)
+    for key, check in (("formula", Formula), ("acts_on", _check_acts_on)):
+        if key in entry:
+            located(check, entry[key], source=place.given.name, line=place.line(key))
+    made = _made(**{k: " ".join(v.split()) if k in _TEXTS else v for k, v in entry.items()})
+    located(_check_static, made, source=place.given.name, line=place.line("static"))
+    located(refuse, made, source=place.given.name, line=place.line("id"))
+    return made
+
+
+def _check_keys(entry: Mapping[str, Any], place: _Place) -> None:
     for key, value in entry.items():
-        if key not in _NEEDED + _MORE:
-            known = ", ".join(_NEEDED + _MORE)
-            raise place.error(f"key {key!r} is unknown; there are {known}", key)
-        if not isinstance(value, str) or not value.strip():
+        if key == "static" and not isinstance(value, bool):
+            raise place.error(f"static is {value!r}; it is true or false", key)
+        if key not in (*_TEXTS, "static"):
+            raise place.error(f"key {key!r} is unknown; there are {', '.join(_TEXTS)}, static", key)
+        if key in _TEXTS and (not isinstance(value, str) or not value.strip()):
             raise place.error(f"{key} is {value!r}; it is a text in quotes", key)
     for key in _NEEDED:
         if key not in entry:
             raise place.error(f"key {key!r} is missing; add {key} = ...")
-    for key, check in (("formula", Formula), ("acts_on", _check_acts_on)):
-        if key in entry:
-            located(check, entry[key], source=place.given.name, line=place.line(key))
-    made = _made(**{key: " ".join(value.split()) for key, value in entry.items()})
-    located(refuse, made, source=place.given.name, line=place.line("id"))
-    return made
+
+
+def _check_static(made: Effect) -> None:
+    """Refuse as static what depends on more than is known in use."""
+    other = sorted(cast("Formula", made.term).symbols - STATIC)
+    if made.static and other:
+        has = f"static is true, but the formula has {', '.join(other)}"
+        raise InputError(f"{has}; a static effect has a_i, a_p and dT, so leave static out")
 
 
 def _check_acts_on(acts_on: str) -> None:
