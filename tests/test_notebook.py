@@ -8,6 +8,7 @@ import pytest
 
 import accelcal
 from accelcal.error_budget.budget import budget
+from accelcal.escapes import visible
 from accelcal.io.specification import read_specification
 from accelcal.io.stability_record import read_stability
 from accelcal.results.findings import Fault, FoundEffect, Gap, Unexplained
@@ -73,6 +74,8 @@ def results(calibration, discovery):
         notes=(EVIL,),
     )
     record = replace(accelcal.simulate(seed=2), serial=EVIL, notes=(EVIL,))
+    triad = accelcal.read_triad("examples/triad.csv")
+    stand_of_paper = accelcal.read_stand("examples/paper-stand.toml")
     stability = replace(analyse(read_stability("examples/stability.csv")), serial=EVIL)
     return {
         "Calibration": calibration,
@@ -86,12 +89,17 @@ def results(calibration, discovery):
         "History": history,
         "TumbleRecord": record,
         "Effect": accelcal.effect("backlash"),
+        "DesignComparison": accelcal.design(positions=(8,), strokes=(2,), effects=False),
+        "HeadCalibration": replace(accelcal.calibrate_head([record]), source=EVIL),
+        "TriadCalibration": replace(accelcal.calibrate_triad(triad), source=EVIL),
+        "StandBudget": replace(accelcal.stand_budget(stand_of_paper, record), stand=EVIL),
     }
 
 
 NAMES = (
     *("Calibration", "Discovery", "Disagreement", "StandDiscovery", "Stability", "ErrorBudget"),
-    *("Verdict", "Gate", "History", "TumbleRecord", "Effect"),
+    *("Verdict", "Gate", "History", "TumbleRecord", "Effect", "DesignComparison"),
+    *("HeadCalibration", "TriadCalibration", "StandBudget"),
 )
 
 
@@ -103,6 +111,20 @@ def test_html_is_well_formed_and_escaped(results, name):
     for table in root.iter("table"):
         assert len({len(row) for row in table.iter("tr")}) == 1, "rows differ in length"
         assert table.find("caption").text
+
+
+def test_a_result_without_html_of_its_own_shows_its_text(results):
+    budget = results["StandBudget"]
+    root = ElementTree.fromstring(budget._repr_html_())
+    assert root.tag == "pre"
+    assert [*map(visible, str(budget).split("\n"))] == "".join(root.itertext()).split("\n")
+
+
+def test_parts_of_results_fit_into_a_line(results):
+    parts = [*results["Calibration"].tables, *results["DesignComparison"].designs]
+    assert all(len(repr(part)) < 100 for part in parts)
+    assert repr(parts[0]) == "<TableCalibration run 1 at 20.00 degC, mounting o+: 54 readings>"
+    assert repr(parts[-1]).startswith("<TestDesign 8 x 2: 54 readings, 8.325 h")
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -136,9 +158,11 @@ def test_the_verdict_is_a_table(calibration):
 # -- frames ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "name", ["Calibration", "Discovery", "Disagreement", "ErrorBudget", "Stability", "History"]
-)
+FRAMES = ("Calibration", "Discovery", "Disagreement", "ErrorBudget", "Stability", "History")
+FRAMES += ("HeadCalibration", "TriadCalibration", "StandBudget", "DesignComparison")
+
+
+@pytest.mark.parametrize("name", FRAMES)
 def test_frames_have_units(results, name):
     frame = results[name].to_frame()
     assert len(frame)

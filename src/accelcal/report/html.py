@@ -7,7 +7,7 @@ from html import escape
 
 from accelcal.escapes import visible
 
-__all__ = ["heading", "items", "safe", "table"]
+__all__ = ["heading", "items", "preformatted", "safe", "table"]
 
 
 def safe(text: str) -> str:
@@ -88,6 +88,28 @@ def items(found: Iterable[str]) -> str:
     """
     lines = "".join(f"<li>{item}</li>" for item in dict.fromkeys(found))
     return f"<ul>{lines}</ul>" if lines else ""
+
+
+def preformatted(text: str) -> str:
+    r"""Write a text that is set in columns, line by line.
+
+    Parameters
+    ----------
+    text : str
+        The text.
+
+    Returns
+    -------
+    str
+        The same lines.
+
+    Examples
+    --------
+    >>> preformatted("K1  1.35\nk0  <1")
+    '<pre>K1  1.35\nk0  &lt;1</pre>'
+    """
+    lines = "\n".join(map(safe, text.split("\n")))
+    return f"<pre>{lines}</pre>"
 
 
 def _line(tag: str, cells: Iterable[str]) -> str:

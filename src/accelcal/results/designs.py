@@ -134,6 +134,9 @@ class TestDesign:
         """Return the test as it stands in the JSON document."""
         return asdict(self)
 
+    def __repr__(self) -> str:
+        return f"<TestDesign {self.label}: {self.readings} readings, {self.hours:.4g} h>"
+
 
 @dataclass(frozen=True, slots=True)
 class DesignComparison(JsonResult, TabularResult):
@@ -236,6 +239,9 @@ class DesignComparison(JsonResult, TabularResult):
         from accelcal.report.designs import comparison_text
 
         return comparison_text(self)
+
+    def __repr__(self) -> str:
+        return f"<DesignComparison of {len(self.designs)} tests>"
 
 
 def _rows(

@@ -24,7 +24,7 @@ from accelcal.results.checked import (
 )
 from accelcal.results.findings import Change
 from accelcal.results.quantity import Gate, Quantity, fields_document
-from accelcal.results.result import StoredResult
+from accelcal.results.result import StoredResult, TabularResult
 
 __all__ = ["SCHEMA", "HeadCalibration", "HeadHarmonic", "UnitOnHead", "posterior"]
 
@@ -149,7 +149,7 @@ class UnitOnHead:
 
 
 @dataclass(frozen=True, slots=True)
-class HeadCalibration(StoredResult):
+class HeadCalibration(StoredResult, TabularResult):
     """Errors of the positions of a head, true minus nominal, with their covariance.
 
     Attributes
@@ -227,6 +227,11 @@ class HeadCalibration(StoredResult):
             Quantity(e, u, "rad", NORMAL_FACTOR * u)
             for e, u in zip(self.errors, sizes, strict=True)
         )
+
+    def rows(self) -> list[dict[str, Any]]:
+        """List the errors of the positions, a flat dictionary each."""
+        found = zip(self.angles_deg, self.quantities(), strict=True)
+        return [{"angle_deg": angle, **error.to_document()} for angle, error in found]
 
     def without(self, sha256: str | None) -> HeadCalibration:
         """Return what the other records tell, so that no reading is used twice.

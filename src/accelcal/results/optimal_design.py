@@ -91,3 +91,6 @@ class OptimalDesign(JsonResult, TabularResult):
         from accelcal.report.optimal_design import optimal_text
 
         return optimal_text(self)
+
+    def __repr__(self) -> str:
+        return f"<OptimalDesign {self.criterion}: {len(self.stops())} angles, {self.best!r}>"

@@ -177,3 +177,8 @@ class TabularResult(ABC):
         from accelcal.results.frames import frame_of
 
         return frame_of(self.rows())
+
+    def _repr_html_(self) -> str:
+        from accelcal.report.html import preformatted
+
+        return preformatted(str(self))

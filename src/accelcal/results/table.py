@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from accelcal.escapes import visible
 from accelcal.geometry import MOUNTINGS
 from accelcal.results.checked import (
     checked,
@@ -105,6 +106,11 @@ class TableCalibration:
         covariance = self.covariance
         sigma = np.sqrt(np.diagonal(covariance))
         return np.asarray(covariance / np.outer(sigma, sigma))
+
+    def __repr__(self) -> str:
+        level = "" if self.temperature_degC is None else f" at {self.temperature_degC:.2f} degC"
+        what = f"run {self.run}{level}, mounting {self.mounting}: {self.readings} readings"
+        return visible(f"<TableCalibration {what}>")
 
     def meaning(self, name: str) -> str:
         """Say what a coefficient really estimates at these angles.
