@@ -145,6 +145,16 @@ REGIMES = (
     ),
     *(
         Regime(
+            f"* one stroke, 7 positions, {text}",
+            stand,
+            positions=7,
+            strokes=1,
+            aside="no honest interval: the report says so",
+        )
+        for text, stand in (("no head error", Stand()), ("head 2e-5", Stand(head=HEAD)))
+    ),
+    *(
+        Regime(
             f"* one stroke without the return, {positions} positions, {text}",
             stand,
             positions=positions,
@@ -152,7 +162,7 @@ REGIMES = (
             aside="no honest interval: the report says so",
             returns=False,
         )
-        for positions in (9, 12, 16, 20)
+        for positions in (8, 9, 12, 16, 20)
         for text, stand in (("no head error", Stand()), ("head 2e-5", Stand(head=HEAD)))
     ),
     Regime(
