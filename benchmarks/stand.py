@@ -26,7 +26,7 @@ from rivals.trial import _record
 
 import accelcal
 from accelcal.discovery.base import base_model
-from accelcal.results.stand import StandDiscovery
+from accelcal.results.stand_discovery import StandDiscovery
 
 OF_STANDS = ("backlash", "position-error", "foundation-tilt")
 OF_UNITS = (

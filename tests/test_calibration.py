@@ -21,7 +21,7 @@ from accelcal.results.findings import FoundEffect
 from accelcal.results.mapping import FrozenMapping, frozen
 from accelcal.results.quantity import ErrorSource, Gate, Quantity, Residuals
 from accelcal.results.table import TableCalibration
-from accelcal.results.temperature import BilinearLaw, TemperatureModel
+from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.results.verdict import OUTCOMES, Judgement, Verdict
 
 GOLDEN = Path(__file__).parent / "golden" / "calibration-1.json"
@@ -305,7 +305,7 @@ class Parts:
         return ErrorSource(text(), self.maybe(size), text(), self.maybe(self.freedom), text())
 
     def law(self):
-        return BilinearLaw(*(self.maybe(self.quantity) for _ in range(3)))
+        return TemperatureLaw(*(self.maybe(self.quantity) for _ in range(3)))
 
     def laws(self):
         hysteresis = self.maybe(self.quantity)

@@ -17,13 +17,13 @@ from accelcal.cli.main import main
 from accelcal.discovery.base import base_model, solve
 from accelcal.discovery.candidates import Instance, column_of
 from accelcal.discovery.comparison import compared
+from accelcal.discovery.stand.discover import discover_stand
 from accelcal.discovery.stand.joint_fit import coefficients, known, shared_columns
 from accelcal.discovery.stand.mean_unit import Unit, mean_unit
 from accelcal.discovery.stand.one_value import one_value
-from accelcal.discovery.stand.whole import discover_stand
 from accelcal.effects.catalogue import effect
 from accelcal.errors import DocumentError, InputError
-from accelcal.results.stand import StandDiscovery
+from accelcal.results.stand_discovery import StandDiscovery
 
 T0 = 20.0
 HEAD = 2e-5

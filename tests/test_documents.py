@@ -23,7 +23,7 @@ from accelcal.cli.main import main
 from accelcal.errors import DocumentError
 from accelcal.io.specification import read_specification
 from accelcal.results.documents import calibrations_to_json, discoveries_to_json
-from accelcal.results.stand import StandDiscovery
+from accelcal.results.stand_discovery import StandDiscovery
 from accelcal.verdict import judge
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

@@ -13,7 +13,7 @@ from accelcal.io.specification import read_specification
 from accelcal.io.stability_record import read_stability
 from accelcal.results.findings import Fault, FoundEffect, Gap, Unexplained
 from accelcal.results.quantity import ErrorSource, Gate, Quantity
-from accelcal.results.stand import HeadPosition, StandDiscovery, StandEffect
+from accelcal.results.stand_discovery import HeadPosition, StandDiscovery, StandEffect
 from accelcal.stability.analysis import analyse
 from accelcal.verdict import judge
 

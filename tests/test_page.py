@@ -16,7 +16,7 @@ from accelcal.page.render import html, markdown
 from accelcal.page.write import form_of, report_page
 from accelcal.report.numbers import matching_digits
 from accelcal.results.quantity import Residuals
-from accelcal.results.stand import HeadPosition, StandDiscovery, StandEffect
+from accelcal.results.stand_discovery import HeadPosition, StandDiscovery, StandEffect
 from accelcal.verdict import judge
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

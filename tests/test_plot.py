@@ -19,7 +19,7 @@ from accelcal.plot.style import SMALL, canvas, picture, theme
 from accelcal.report.scale import readable
 from accelcal.results.findings import Change, Share
 from accelcal.results.quantity import Quantity
-from accelcal.results.stand import HeadPosition, StandDiscovery, StandEffect
+from accelcal.results.stand_discovery import HeadPosition, StandDiscovery, StandEffect
 from accelcal.stability.analysis import analyse
 
 BACKLASH = accelcal.effect("backlash").of(5e-5)

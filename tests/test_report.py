@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import accelcal
+from accelcal.report.calibration import calibration_text
+from accelcal.report.calibration_rows import residual_grid
 from accelcal.report.numbers import matching_digits, significant
-from accelcal.report.rows import residual_grid
-from accelcal.report.text import calibration_text
 
 COUNTS = 1.35e9
 

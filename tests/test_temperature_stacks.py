@@ -16,7 +16,7 @@ from accelcal.gates.record import RecordStack, gates_of_records
 from accelcal.simulation import NoiseComponents, TumblePlan
 from accelcal.temperature.bilinear import bilinear_design
 from accelcal.temperature.generalised_least_squares import law_maps
-from accelcal.temperature.of_record import laws_of_stack
+from accelcal.temperature.laws import laws_of_stack
 from accelcal.temperature.product_errors import errors_at, product_fit
 from accelcal.temperature.product_fit import estimator, solved
 

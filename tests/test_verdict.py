@@ -20,7 +20,7 @@ from accelcal.io.specification import read_specification
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource, Quantity, Residuals
 from accelcal.results.table import TableCalibration
-from accelcal.results.temperature import BilinearLaw, TemperatureModel
+from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.simulation import TumblePlan
 from accelcal.specification import QUANTITIES, RULES, Limit, Specification, conversion_factor
 from accelcal.verdict import judge
@@ -62,7 +62,7 @@ def paper(relative=None):
 
     def law(at_T0, above, below, unit, slope_unit):
         parts = (at_T0, unit), (above, slope_unit), (below, slope_unit)
-        return BilinearLaw(
+        return TemperatureLaw(
             *(quantity(x, relative and relative * max(abs(x), 1e-9), unit) for x, unit in parts)
         )
 

@@ -78,7 +78,7 @@ if TYPE_CHECKING:
     from accelcal.compensate.apply import apply as apply
     from accelcal.discovery.compare import compare as compare
     from accelcal.discovery.discover import discover as discover
-    from accelcal.discovery.stand.whole import discover_stand as discover_stand
+    from accelcal.discovery.stand.discover import discover_stand as discover_stand
     from accelcal.discovery.twin import Twin as Twin
     from accelcal.discovery.twin import twin as twin
     from accelcal.effects.catalogue import catalogue as catalogue
@@ -131,8 +131,8 @@ if TYPE_CHECKING:
     from accelcal.results.optimal_design import OptimalDesign as OptimalDesign
     from accelcal.results.quantity import Quantity as Quantity
     from accelcal.results.stability import Stability as Stability
-    from accelcal.results.stand import StandDiscovery as StandDiscovery
     from accelcal.results.stand_budget import StandBudget as StandBudget
+    from accelcal.results.stand_discovery import StandDiscovery as StandDiscovery
     from accelcal.results.triad import TriadCalibration as TriadCalibration
     from accelcal.results.unit_history import History as History
     from accelcal.results.verdict import Verdict as Verdict
@@ -282,7 +282,7 @@ _HOME = {
     "Stand": "accelcal.stand_uncertainty.stand",
     "StandBudget": "accelcal.results.stand_budget",
     "StandComponent": "accelcal.stand_uncertainty.stand",
-    "StandDiscovery": "accelcal.results.stand",
+    "StandDiscovery": "accelcal.results.stand_discovery",
     "TableError": "accelcal.errors",
     "TableEstimates": "accelcal.estimate.stacked_tables",
     "TestDesign": "accelcal.results.designs",
@@ -304,7 +304,7 @@ _HOME = {
     "design": "accelcal.planning.compare",
     "design_matrix": "accelcal.model",
     "discover": "accelcal.discovery.discover",
-    "discover_stand": "accelcal.discovery.stand.whole",
+    "discover_stand": "accelcal.discovery.stand.discover",
     "distribution": "accelcal.stand_uncertainty.distribution",
     "effect": "accelcal.effects.catalogue",
     "estimate_tables": "accelcal.estimate.stacked_tables",

@@ -21,8 +21,8 @@ from accelcal.reference import fixture_angle, has_reference_temperature, referen
 from accelcal.results.calibration import Calibration
 from accelcal.results.mapping import frozen
 from accelcal.results.quantity import Gate
-from accelcal.temperature.of_record import RecordLaws
-from accelcal.temperature.of_tables import Slopes
+from accelcal.temperature.error_component import Slopes
+from accelcal.temperature.laws import RecordLaws
 from accelcal.version import __version__
 
 if TYPE_CHECKING:

@@ -31,7 +31,7 @@ from accelcal.reference import fixture_angle, has_reference_temperature
 from accelcal.results.calibration import Calibration
 from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.at_rest import AtRest
-from accelcal.temperature.of_record import (
+from accelcal.temperature.laws import (
     RecordLaws,
     StackLaws,
     laws_of_stack,

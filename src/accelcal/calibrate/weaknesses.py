@@ -14,7 +14,7 @@ from accelcal.estimate.noise import NoiseStack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.record import TumbleRecord
 from accelcal.sentences import Sentence, first_of, of_each
-from accelcal.temperature.of_tables import Slopes
+from accelcal.temperature.error_component import Slopes
 
 __all__ = ["Fitted", "Warned", "warnings_of"]
 

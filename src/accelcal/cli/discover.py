@@ -29,7 +29,7 @@ from accelcal.errors import InputError
 
 if TYPE_CHECKING:
     from accelcal.record import TumbleRecord
-    from accelcal.results.stand import StandDiscovery
+    from accelcal.results.stand_discovery import StandDiscovery
 
 __all__ = ["discover"]
 
@@ -127,7 +127,7 @@ def _stand(
     records: Sequence[TumbleRecord], asked: dict[str, Any]
 ) -> tuple[StandDiscovery | None, str]:
     """What the units tell of their stand, or why they tell nothing."""
-    from accelcal.discovery.stand.whole import discover_stand
+    from accelcal.discovery.stand.discover import discover_stand
 
     try:
         return discover_stand(records, **asked), ""

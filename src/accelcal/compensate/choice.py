@@ -45,7 +45,7 @@ from accelcal.geometry import accelerations
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
-from accelcal.results.temperature import BilinearLaw, TemperatureModel
+from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.results.usable import (
     refuse_misprinted,
     refuse_undetermined_laws,
@@ -290,7 +290,7 @@ def _values(calibration: Calibration, table: TableCalibration) -> dict[str, floa
     return {**errors, "delta": delta, "K1": scale_factor}
 
 
-def _law(law: BilinearLaw, name: str) -> Law:
+def _law(law: TemperatureLaw, name: str) -> Law:
     """Law in plain numbers; a slope that is missing is that of the other side, +- all of it."""
     if law.at_T0 is None or law.at_T0.value is None:
         raise InputError(f"the temperature law of {name} has no value at T0; choose one run")

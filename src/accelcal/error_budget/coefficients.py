@@ -14,7 +14,7 @@ from accelcal.model import ERROR_TERMS
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
-from accelcal.results.temperature import BilinearLaw, TemperatureModel
+from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 
 __all__ = ["Coefficients", "coefficients_of"]
 
@@ -30,7 +30,7 @@ class Coefficients:
     at_T0 : mapping of str to Quantity
         k0 [g], K1 [output unit / g], k2, k3, and of the axes that were tested delta_O, delta_P
         [rad], delta_ip, delta_io [g/g^2].
-    slopes : mapping of str to BilinearLaw
+    slopes : mapping of str to TemperatureLaw
         Slopes of k0 [g/degC], K1 [1/degC] and of delta_O, delta_P [rad/degC], the axis of the laws
         first.
     correlations : mapping of (str, str) to float
@@ -44,7 +44,7 @@ class Coefficients:
     """
 
     at_T0: Mapping[str, Quantity]
-    slopes: Mapping[str, BilinearLaw]
+    slopes: Mapping[str, TemperatureLaw]
     correlations: Mapping[tuple[str, str], float]
     reference: float | None
     range: tuple[float, float] | None

@@ -11,7 +11,7 @@ from accelcal.results.checked import checked, schema_of
 from accelcal.results.damage import read_as
 from accelcal.results.discovery import Discovery
 from accelcal.results.json_text import parse_json
-from accelcal.results.stand import StandDiscovery
+from accelcal.results.stand_discovery import StandDiscovery
 
 __all__ = ["ResultFile", "read_results"]
 

@@ -8,14 +8,14 @@ from typing import Any
 from accelcal.page.blocks import Block, Bullets, Gallery, Paragraph, Section, Table
 from accelcal.page.pictures import pictures
 from accelcal.page.typeset import typeset
-from accelcal.report.numbers import significant
-from accelcal.report.rows import coefficient_rows, strong_correlations, temperature_rows
-from accelcal.report.text import (
+from accelcal.report.calibration import (
     fixture_angle_rows,
     reversed_mountings,
     scale_factor_elsewhere,
     sizes_of,
 )
+from accelcal.report.calibration_rows import coefficient_rows, strong_correlations, temperature_rows
+from accelcal.report.numbers import significant
 from accelcal.results.calibration import Calibration
 
 __all__ = ["coefficients", "effects", "fixture_angles", "place", "temperature"]

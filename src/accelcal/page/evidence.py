@@ -19,9 +19,9 @@ from accelcal.page.blocks import (
 from accelcal.page.coefficients import place
 from accelcal.page.pictures import pictures
 from accelcal.page.typeset import typeset
+from accelcal.report.calibration import in_micro_g, size_of_source
+from accelcal.report.calibration_rows import residual_grid
 from accelcal.report.numbers import significant
-from accelcal.report.rows import residual_grid
-from accelcal.report.text import in_micro_g, size_of_source
 from accelcal.report.verdict import limit_row, remark
 from accelcal.results.calibration import Calibration
 from accelcal.units import MICRO

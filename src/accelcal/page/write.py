@@ -13,12 +13,12 @@ from accelcal.page.calibration import calibration_chapter
 from accelcal.page.discovery import discovery_chapter
 from accelcal.page.paper import pdf
 from accelcal.page.render import html, markdown
-from accelcal.page.stand import stand_chapter
+from accelcal.page.stand_discovery import stand_chapter
 from accelcal.record import TumbleRecord
 from accelcal.report.names import counted
 from accelcal.results.calibration import Calibration
 from accelcal.results.discovery import Discovery
-from accelcal.results.stand import StandDiscovery
+from accelcal.results.stand_discovery import StandDiscovery
 from accelcal.version import __version__
 
 __all__ = ["FORMS", "Result", "form_of", "report_page", "write_report"]

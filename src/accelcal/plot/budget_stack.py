@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from accelcal.plot.style import SMALL, canvases, palette, styled
-from accelcal.report.budget import joint_variance, place
+from accelcal.report.error_budget import joint_variance, place
 from accelcal.units import MICRO
 
 if TYPE_CHECKING:

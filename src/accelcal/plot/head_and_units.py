@@ -14,7 +14,7 @@ from accelcal.report.scale import readable
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from accelcal.results.stand import StandDiscovery, StandEffect
+    from accelcal.results.stand_discovery import StandDiscovery, StandEffect
 
 __all__ = ["head", "sizes"]
 

@@ -14,7 +14,7 @@ from accelcal.report.scale import readable
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
-from accelcal.results.temperature import BilinearLaw, TemperatureModel
+from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -176,7 +176,7 @@ def _law(calibration: Calibration, name: str, at: Array) -> tuple[Array, Array] 
     model, reference = calibration.temperature_model, calibration.T0_degC
     if model is None or reference is None:
         return None
-    law: BilinearLaw = getattr(model, name)
+    law: TemperatureLaw = getattr(model, name)
     if law.at_T0 is None or law.at_T0.value is None:
         return None
     rise = at - reference
@@ -194,7 +194,7 @@ def _law(calibration: Calibration, name: str, at: Array) -> tuple[Array, Array] 
 
 
 def _half_width(
-    model: TemperatureModel, law: BilinearLaw, name: str, columns: Array, scale: float
+    model: TemperatureModel, law: TemperatureLaw, name: str, columns: Array, scale: float
 ) -> Array:
     """Half width of the 95 % band, from the covariance of value and slopes."""
     names = [f"{name} {part}" for part in _PARTS]

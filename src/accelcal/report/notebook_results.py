@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from accelcal.results.error_budget import ErrorBudget
     from accelcal.results.findings import Share
     from accelcal.results.stability import Estimate, Stability
-    from accelcal.results.stand import StandDiscovery
+    from accelcal.results.stand_discovery import StandDiscovery
     from accelcal.results.unit_history import History
 
 __all__ = [

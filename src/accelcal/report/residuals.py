@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
+from accelcal.report.calibration_rows import residual_grid
 from accelcal.report.columns import aligned
-from accelcal.report.rows import residual_grid
 
 __all__ = ["residual_lines"]
 

@@ -125,7 +125,7 @@ class Calibration(StoredResult, TabularResult):
     provenance: FrozenMapping[Any] = FrozenMapping({})  # noqa: RUF009  (it is frozen)
 
     def __str__(self) -> str:
-        from accelcal.report.text import calibration_text
+        from accelcal.report.calibration import calibration_text
 
         return calibration_text(self.to_document())
 
@@ -135,7 +135,7 @@ class Calibration(StoredResult, TabularResult):
         return visible(f"<Calibration {name}: {self.method}, {count}>")
 
     def _repr_html_(self) -> str:
-        from accelcal.report.notebook import calibration_html
+        from accelcal.report.notebook_calibration import calibration_html
 
         return calibration_html(self.to_document())
 

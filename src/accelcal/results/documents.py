@@ -11,7 +11,7 @@ from accelcal.results.discovery import Discovery
 from accelcal.results.json_text import json_text, parse_json
 
 if TYPE_CHECKING:
-    from accelcal.results.stand import StandDiscovery
+    from accelcal.results.stand_discovery import StandDiscovery
 
 __all__ = ["calibrations_from_json", "calibrations_to_json"]
 __all__ += ["discoveries_from_json", "discoveries_to_json"]

@@ -107,7 +107,7 @@ class ErrorBudget(JsonResult, TabularResult):
     source: str = "<table>"
 
     def __str__(self) -> str:
-        from accelcal.report.budget import budget_text
+        from accelcal.report.error_budget import budget_text
 
         return budget_text(self.to_document())
 

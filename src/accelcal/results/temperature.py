@@ -9,11 +9,11 @@ from typing import Any
 from accelcal.results.checked import Covariance, checked, covariance, list_of, or_none, text
 from accelcal.results.quantity import Document, Quantity
 
-__all__ = ["BilinearLaw", "TemperatureModel"]
+__all__ = ["TemperatureLaw", "TemperatureModel"]
 
 
 @dataclass(frozen=True, slots=True)
-class BilinearLaw:
+class TemperatureLaw:
     """A quantity at T0 and its slopes above and below, continuous at T0.
 
     Attributes
@@ -36,7 +36,7 @@ class BilinearLaw:
         }
 
     @classmethod
-    def from_document(cls, document: Document) -> BilinearLaw:
+    def from_document(cls, document: Document) -> TemperatureLaw:
         """Read the law from its place in a JSON document."""
         return cls(*(checked(document, name, _quantity) for name in ("at_T0", "above", "below")))
 
@@ -47,11 +47,11 @@ class TemperatureModel:
 
     Attributes
     ----------
-    k0 : BilinearLaw
+    k0 : TemperatureLaw
         Bias k0 [g] and slopes lam1, lam2 [g/degC].
-    K1 : BilinearLaw
+    K1 : TemperatureLaw
         Scale factor [output unit / g] and relative slopes beta1, beta2 [1/degC].
-    delta : BilinearLaw
+    delta : TemperatureLaw
         Misalignment [rad] and slopes gam1, gam2 [rad/degC].
     hysteresis : Quantity or None
         h_T: half the bias after heating less the bias after cooling, at the levels reached both
@@ -64,9 +64,9 @@ class TemperatureModel:
         among them.
     """
 
-    k0: BilinearLaw
-    K1: BilinearLaw
-    delta: BilinearLaw
+    k0: TemperatureLaw
+    K1: TemperatureLaw
+    delta: TemperatureLaw
     hysteresis: Quantity | None = None
     warnings: tuple[str, ...] = ()
     covariance_names: tuple[str, ...] = ()
@@ -102,9 +102,9 @@ class TemperatureModel:
         unknown: Covariance = ((), ())
         names, matrix = checked(document, "covariance", covariance, unknown)
         return cls(
-            k0=checked(document, "k0", BilinearLaw.from_document),
-            K1=checked(document, "K1", BilinearLaw.from_document),
-            delta=checked(document, "delta", BilinearLaw.from_document),
+            k0=checked(document, "k0", TemperatureLaw.from_document),
+            K1=checked(document, "K1", TemperatureLaw.from_document),
+            delta=checked(document, "delta", TemperatureLaw.from_document),
             hysteresis=checked(document, "hysteresis", _quantity, None),
             warnings=checked(document, "warnings", list_of(text), ()),
             covariance_names=names,

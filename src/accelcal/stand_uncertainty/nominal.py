@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from accelcal.accelerometer import Accelerometer, BilinearLaw
 from accelcal.errors import InputError
-from accelcal.results import temperature
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
+from accelcal.results.temperature import TemperatureLaw
 
 __all__ = ["accelerometer_of"]
 
@@ -66,7 +66,7 @@ def _distance(table: TableCalibration, reference: float) -> float:
     return 0.0 if known is None else abs(known - reference)
 
 
-def _law(law: temperature.BilinearLaw | None, at_rest: Quantity) -> BilinearLaw:
+def _law(law: TemperatureLaw | None, at_rest: Quantity) -> BilinearLaw:
     if law is None or law.at_T0 is None:
         return BilinearLaw(_value(at_rest))
     return BilinearLaw(*(_value(part) for part in (law.at_T0, law.above, law.below)))

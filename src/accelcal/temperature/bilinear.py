@@ -17,7 +17,7 @@ from accelcal.estimate.uncertainty import (
 )
 from accelcal.model import coefficient_unit
 from accelcal.results.quantity import Quantity
-from accelcal.results.temperature import BilinearLaw, TemperatureModel
+from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 
 __all__ = [
     "LEAST_RISE",
@@ -323,12 +323,12 @@ def misfit(left: Array, covariance: Array) -> Array:
 
 def _law(
     values: Array, found: Sequence[Interval], sides: Sequence[str], units: tuple[str, str]
-) -> BilinearLaw:
+) -> TemperatureLaw:
     quantities = {
         name: quantity(float(value), interval, units[name != "at_T0"])
         for name, value, interval in zip(("at_T0", *sides), values, found, strict=True)
     }
-    return BilinearLaw(*(quantities.get(name) for name in ("at_T0", "above", "below")))
+    return TemperatureLaw(*(quantities.get(name) for name in ("at_T0", "above", "below")))
 
 
 def quantity(value: float, interval: Interval, unit: str) -> Quantity:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from accelcal.estimate.joint import JointStack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
-from accelcal.results.temperature import BilinearLaw, TemperatureModel
+from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.temperature.bilinear import named_model
 from accelcal.temperature.from_tables import tables_of_one_mounting
 from accelcal.temperature.product_errors import Errors, ProductFit, Solution, product_fit
@@ -89,7 +89,7 @@ def laws_from_readings(
     )
 
 
-def _values(law: BilinearLaw, sides: Sequence[str]) -> Array:
+def _values(law: TemperatureLaw, sides: Sequence[str]) -> Array:
     return np.array([getattr(law, name).value for name in ("at_T0", *sides)])
 
 

@@ -18,7 +18,7 @@ from accelcal.estimate.joint import JointEstimate, JointStack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, Intervals, combined, propagate
 from accelcal.numerics.probability import f_survival
-from accelcal.results.temperature import BilinearLaw, TemperatureModel
+from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.sentences import of_each
 from accelcal.temperature.bilinear import (
     LawStack,
@@ -142,7 +142,7 @@ class LawsOfRecords(NamedTuple):
         """Laws of one record; None where there is one level only, or a temperature is unknown."""
         group = int(self.group[index])
         if group == _UNDETERMINED:
-            nothing = BilinearLaw(None, None, None)
+            nothing = TemperatureLaw(None, None, None)
             return TemperatureModel(nothing, nothing, nothing, warnings=self.warnings[index])
         return None if group < 0 else self.groups[group].model(int(self.member[index]))
 

@@ -8,8 +8,8 @@ from accelcal.page.typeset import typeset
 from accelcal.report.findings import chance, probability
 from accelcal.report.numbers import matching_digits
 from accelcal.report.scale import sized
-from accelcal.report.stand import gain_rows
-from accelcal.results.stand import StandDiscovery, StandEffect
+from accelcal.report.stand_discovery import gain_rows
+from accelcal.results.stand_discovery import StandDiscovery, StandEffect
 
 __all__ = ["stand_chapter"]
 

@@ -14,13 +14,13 @@ from accelcal.estimate.reversal import free_of_fixture_angle
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.results.temperature import TemperatureModel
+from accelcal.temperature.error_component import Slopes, stacked_temperature_component
 from accelcal.temperature.from_tables import (
     LawsOfRecords,
     laws_of_records,
     tables_of_one_mounting,
 )
 from accelcal.temperature.levels import level_stack
-from accelcal.temperature.of_tables import Slopes, stacked_temperature_component
 from accelcal.temperature.run_temperatures import stacked_temperature_uncertainty
 
 __all__ = ["RecordLaws", "StackLaws", "laws_of_stack", "with_misalignment"]

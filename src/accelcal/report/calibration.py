@@ -6,18 +6,18 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from accelcal.escapes import visible
-from accelcal.report.columns import aligned
-from accelcal.report.names import counted, visible_lines
-from accelcal.report.numbers import in_small_unit, matching_digits, significant
-from accelcal.report.paragraphs import hanging
-from accelcal.report.residuals import residual_lines
-from accelcal.report.rows import (
+from accelcal.report.calibration_rows import (
     alarms,
     coefficient_rows,
     strong_correlations,
     temperature_rows,
     without_uncertainty,
 )
+from accelcal.report.columns import aligned
+from accelcal.report.names import counted, visible_lines
+from accelcal.report.numbers import in_small_unit, matching_digits, significant
+from accelcal.report.paragraphs import hanging
+from accelcal.report.residuals import residual_lines
 from accelcal.report.scale import sized
 from accelcal.results.quantity import Quantity
 from accelcal.units import MICRO

@@ -21,13 +21,19 @@ from accelcal.discovery.stand.mean_unit import (
 )
 from accelcal.discovery.stand.one_value import FEWEST, one_value
 from accelcal.discovery.stand.own_effects import Looker
-from accelcal.discovery.stand.whose import Own, common_effects, head_of, instances_in, own_effects
+from accelcal.discovery.stand.ownership import (
+    Own,
+    common_effects,
+    head_of,
+    instances_in,
+    own_effects,
+)
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.record import TumbleRecord, refuse_twice
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
-from accelcal.results.stand import StandDiscovery
+from accelcal.results.stand_discovery import StandDiscovery
 
 __all__ = ["discover_stand"]
 

@@ -5,9 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from accelcal.report.calibration_rows import (
+    alarms,
+    coefficient_rows,
+    temperature_rows,
+    without_uncertainty,
+)
 from accelcal.report.html import heading, items, safe, table
 from accelcal.report.notebook_results import verdict_html
-from accelcal.report.rows import alarms, coefficient_rows, temperature_rows, without_uncertainty
 
 __all__ = ["calibration_html"]
 

@@ -17,7 +17,7 @@ from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.numerics.sorting import distinct
 from accelcal.results.discovery import Discovery
 from accelcal.results.quantity import Quantity
-from accelcal.results.stand import HeadPosition, StandEffect
+from accelcal.results.stand_discovery import HeadPosition, StandEffect
 
 __all__ = ["Own", "common_effects", "head_of", "instances_in", "own_effects"]
 

@@ -12,7 +12,7 @@ from accelcal.report.names import visible_lines
 from accelcal.report.numbers import in_small_unit, matching_digits, significant
 from accelcal.report.paragraphs import wrapped
 from accelcal.results.findings import Change
-from accelcal.results.stand import HeadPosition, StandDiscovery, StandEffect
+from accelcal.results.stand_discovery import HeadPosition, StandDiscovery, StandEffect
 
 __all__ = ["gain_rows", "stand_text"]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from accelcal.results.stand import StandDiscovery
+    from accelcal.results.stand_discovery import StandDiscovery
 
 __all__ = ["StandPlot"]
 

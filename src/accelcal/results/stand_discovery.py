@@ -16,7 +16,7 @@ from accelcal.results.result import StoredResult
 if TYPE_CHECKING:
     from os import PathLike
 
-    from accelcal.plot.stand import StandPlot
+    from accelcal.plot.stand_discovery import StandPlot
 
 __all__ = ["VERDICTS", "HeadPosition", "StandDiscovery", "StandEffect"]
 
@@ -149,7 +149,7 @@ class StandDiscovery(StoredResult):
     alpha: float = 0.01
 
     def __str__(self) -> str:
-        from accelcal.report.stand import stand_text
+        from accelcal.report.stand_discovery import stand_text
 
         return stand_text(self)
 
@@ -165,7 +165,7 @@ class StandDiscovery(StoredResult):
     @property
     def plot(self) -> StandPlot:
         """Pictures, each a method that returns matplotlib axes."""
-        from accelcal.plot.stand import StandPlot
+        from accelcal.plot.stand_discovery import StandPlot
 
         return StandPlot(self)
 
