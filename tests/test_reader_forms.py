@@ -17,6 +17,7 @@ import pytest
 from accelcal.errors import InputError, TableError
 from accelcal.io.description import describe, summary
 from accelcal.io.tables import read_table, read_tables, survey
+from accelcal.io.vocabulary import read_heading
 
 GUIDE = Path(__file__).parents[1] / "docs" / "csv-forms.md"
 
@@ -787,3 +788,35 @@ def test_several_dates_without_clock_times_are_set_aside():
     assert read(clocked(*cells, headings="date,time", above=above)).date == "2024-06-30"
     empty = read(clocked(",0", ",60", headings="date,time"))
     assert empty.notes == ("column date is empty and was set aside",)
+
+
+# -- headings as people write them -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "headings",
+    [
+        "Temperature T,Position J,Stroke k,Output Y",
+        "TEMP_C,POS_NO,STROKE_NO,OUTPUT_V",
+        "T / °C,Pos. No.,Stroke #,Y / mA",
+        "Temperatur,Stellung Nr.,Durchgang Nr.,Messwert",
+        "temperature,position number,stroke number,output signal [V]",
+    ],
+)
+def test_a_symbol_or_a_number_beside_the_word(headings):
+    record = read(headings + "\n20,1,1,1.3\n20,5,1,-1.3\n20,5,2,-1.2\n")
+    assert record.position.tolist() == [1, 5, 5]
+    assert record.stroke.tolist() == [1, 1, 2]
+    assert record.output.tolist() == [1.3, -1.3, -1.2]
+
+
+@pytest.mark.parametrize("form", ["Y_J{}", "YJ{}", "Y_J{}^T", "Y_{{J{}}}^T", "Y_J{} [mA]", "k={}"])
+def test_the_strokes_as_the_paper_has_them(form):
+    record = read(f"T,J,{form.format(1)},{form.format(2)}\n20,1,1.3,1.4\n20,5,-1.3,-1.2\n")
+    assert record.stroke.tolist() == [1, 2, 1, 2]
+    assert record.output.tolist() == [1.3, 1.4, -1.3, -1.2]
+
+
+@pytest.mark.parametrize("heading", ["Reading No.", "output T", "run time", "position t", "T_ref"])
+def test_a_heading_of_two_meanings_has_none(heading):
+    assert read_heading(heading).role is None

@@ -115,7 +115,11 @@ _ROLES = {name: role for role, names in COLUMNS.items() for name in names}
 _CANONICAL_KEYS = {name: key for key, names in KEYS.items() for name in names}
 _BRACKET = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]")
 _SUFFIX = re.compile(r"(.+?)\s*[/,]\s*(.+)|(.+)[_ ]([^_ ]+)")
-_STROKE = re.compile(r"(?:y|k|stroke|output|reading|hub|durchlauf|durchgang)?_?([0-9]{1,6})")
+_STROKES = (
+    re.compile(r"(?:y|k|stroke|output|reading|hub|durchlauf|durchgang)?[_=]?([0-9]{1,6})"),
+    re.compile(r"y_?\{?j,?([0-9]{1,6})\}?(?:\^\{?t\}?)?"),  # Y_JK^T, as the paper has it
+)
+_COUNTED = re.compile(r"(.+)_(?:no|nr|number|#)")
 
 
 class Heading(NamedTuple):
@@ -274,13 +278,30 @@ def _known(text: str, name: str, unit: str | None) -> Heading:
     folded = _folded(name)
     if folded == "t":
         return Heading(text, _temperature_or_time(name, unit), unit)
-    if folded in _ROLES:
-        in_degrees = _ROLES[folded] == "position" and unit and has_unit("angle", unit)
-        return Heading(text, "angle" if in_degrees else _ROLES[folded], unit)
-    stroke = _STROKE.fullmatch(folded)
+    role = _role(folded)
+    if role:
+        in_degrees = role == "position" and unit and has_unit("angle", unit)
+        return Heading(text, "angle" if in_degrees else role, unit)
+    stroke = next(filter(None, (form.fullmatch(folded) for form in _STROKES)), None)
     if stroke:
         return Heading(text, "strokes", unit, int(stroke[1]))
     return Heading(text, None)
+
+
+def _role(folded: str) -> str | None:
+    """Role of a name, alone, beside its symbol as ``position_j``, or counted as ``stroke_no``.
+
+    A number of readings counts them; it is not what was read.
+    """
+    counted = _COUNTED.fullmatch(folded)
+    if counted and _ROLES.get(counted[1]) in ("position", "stroke", "run"):
+        folded = counted[1]
+    if folded in _ROLES:
+        return _ROLES[folded]
+    first, *others = folded.split("_")
+    role = _ROLES.get(first)
+    symbols = {"t"} if role in ("temperature", "time") else set()
+    return role if all(_ROLES.get(word) == role or word in symbols for word in others) else None
 
 
 def _temperature_or_time(name: str, unit: str | None) -> str:
