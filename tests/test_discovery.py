@@ -312,6 +312,28 @@ def test_text_reads_like_a_finding(discovery):
 # -- the loop: fit with it, compare with it, simulate it ---------------------------------------
 
 
+def test_a_width_that_a_record_does_not_have_is_zero_with_its_uncertainty():
+    """Half of such records have a least-squares width below zero, and no width is."""
+    plan = TumblePlan(temperatures=20.0)
+    width, drift = effect("hysteresis"), effect("bias-drift").of(1e-4)
+    model = accelcal.discover(accelcal.simulate(plan=plan, effects=[width.of(2e-5), drift], seed=3))
+    assert [item.id for item in model.effects] == ["bias-drift", "hysteresis"]
+    without = replace(model, effects=model.effects[:1])
+    sizes = []
+    for seed in range(100, 120):
+        record = accelcal.simulate(plan=plan, effects=[drift], seed=seed)
+        rate, size = (e["parameters"] for e in accelcal.fit(record, model=model).effects)
+        sizes.append((size["half_width"]["value"], size["half_width"]["standard_uncertainty"]))
+        if sizes[-1][0] == 0.0:  # the other one is estimated as if it were alone
+            alone = accelcal.fit(record, model=without).effects[0]["parameters"]["rate"]
+            assert rate["rate"]["value"] == pytest.approx(alone["value"], rel=1e-12)
+    values, uncertainties = np.transpose(sizes)
+    assert 4 <= (values == 0.0).sum() <= 16  # of twenty, each with a chance of one half
+    assert (uncertainties > 0.0).all()
+    assert (values >= 0.0).all()
+    assert (values < 3.5 * uncertainties).all()
+
+
 def test_fit_with_a_model_gets_the_coefficients_back(discovery):
     hidden = [effect("hysteresis").of(2e-5), effect("scale-factor-asymmetry").of(2e-4)]
     record = accelcal.simulate(effects=hidden, seed=4)

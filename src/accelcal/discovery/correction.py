@@ -92,7 +92,7 @@ def correction(
     comparison = compared(record, reference_temperature, delta0, tuple(instances))
     shown = [_is_visible(comparison, item) for item in instances]
     fitted = [item for item, is_shown in zip(instances, shown, strict=True) if is_shown]
-    new = iter(parameters_of(comparison, fitted) if fitted else ())
+    new = iter(_sizes(comparison, fitted))
     effects = tuple(
         replace(found, parameters=next(new)) if is_shown else found
         for found, is_shown in zip(model.effects, shown, strict=True)
@@ -108,6 +108,29 @@ def _is_visible(comparison: Comparison, item: Instance) -> bool:
     column = column_of(item, comparison.model.conditions)
     seen, whole = comparison.space.see(column), comparison.space.whitener @ column
     return bool(np.sqrt(seen @ seen) > VISIBLE * np.sqrt(whole @ whole))
+
+
+def _sizes(comparison: Comparison, fitted: Sequence[Instance]) -> list[dict[str, Quantity]]:
+    """Estimate the parameters of effects in this record.
+
+    What cannot be below zero, such as a width, and comes out so is zero with the same uncertainty,
+    and the others are estimated without it: least squares under that condition.
+    """
+    if not fitted:
+        return []
+    free = parameters_of(comparison, fitted)
+    bound = [_at_zero(item, found) for item, found in zip(fitted, free, strict=True)]
+    if not any(bound):
+        return list(free)
+    others = [item for item, zero in zip(fitted, bound, strict=True) if not zero]
+    again = iter(_sizes(comparison, others))
+    return [found | zero if zero else next(again) for found, zero in zip(free, bound, strict=True)]
+
+
+def _at_zero(item: Instance, found: dict[str, Quantity]) -> dict[str, Quantity]:
+    """Amplitudes of an effect at zero, where one is below; none where all are as they may be."""
+    below = [p for p in item.amplitudes if (found[p.name].value or 0.0) < p.minimum]
+    return {p.name: replace(found[p.name], value=0.0) for p in item.amplitudes} if below else {}
 
 
 def _columns(comparison: Comparison, effects: Sequence[FoundEffect]) -> tuple[Array, Array, Array]:
