@@ -848,3 +848,26 @@ def test_rows_from_arrays_are_those_of_calibrations(tmp_path, monkeypatch, optio
     assert len(expected.tables) > 30
     for one, other in zip(found, expected, strict=True):
         pd.testing.assert_frame_equal(one, other, rtol=1e-8, atol=1e-14)
+
+
+@pytest.mark.parametrize("guarded", [True, False])
+def test_a_script_beside_threads_needs_a_guard(tmp_path, guarded):
+    """Processes are spawned then, and each reads the script."""
+    write_archive(tmp_path / "in", 3)
+    begin = "if __name__ == '__main__':" if guarded else "if True:"
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import threading\nimport accelcal\nfrom accelcal.archive import through\n"
+        "through.LEAST_FILES = 1\n"
+        f"{begin}\n"
+        "    threading.Thread(target=threading.Event().wait, daemon=True).start()\n"
+        "    print(len(accelcal.batch('in', jobs=2).tables))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, script], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    if guarded:
+        assert (done.returncode, done.stdout, done.stderr) == (0, "3\n", "")
+    else:
+        assert done.returncode == 1
+        assert "if __name__ == '__main__':, which" in done.stderr.splitlines()[-1]

@@ -9,7 +9,7 @@ import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Executor, Future
+from concurrent.futures import Executor, Future, as_completed
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from itertools import islice
 from queue import Empty, SimpleQueue
@@ -38,6 +38,11 @@ _TIMES = 200  # and so often, until it is ended at once
 _KILLED = (
     "a worker was killed, most often for want of memory; what is finished is kept, go on with"
     " --resume and fewer --jobs"
+)
+
+_UNGUARDED = (
+    "the processes of jobs cannot start; put what a script does under"
+    " if __name__ == '__main__':, which each of them reads too, or give jobs=1"
 )
 
 
@@ -211,6 +216,8 @@ def _processes(jobs: int) -> Iterator[tuple[Executor, int]]:
     context = get_context("fork" if alone else "spawn")
     pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_start_worker)
     try:
+        if not alone:
+            _require_start(pool, jobs)
         yield _Interruptible(pool) if _hears_interrupts() else pool, jobs
     except BaseException:
         pool.shutdown(wait=False, cancel_futures=True)
@@ -219,6 +226,16 @@ def _processes(jobs: int) -> Iterator[tuple[Executor, int]]:
     pool.shutdown(wait=False)
     for idle in set(active_children()) - others:
         idle.terminate()  # or it might wait for a lock of one that was killed
+
+
+def _require_start(pool: Executor, jobs: int) -> None:
+    """Wait for the first of processes that read the script again, and end where it starts them."""
+    from concurrent.futures.process import BrokenProcessPool
+
+    try:
+        next(as_completed([pool.submit(abs, 0) for _ in range(jobs)])).result()
+    except BrokenProcessPool:
+        raise InputError(_UNGUARDED) from None
 
 
 def _hears_interrupts() -> bool:
