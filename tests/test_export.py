@@ -73,6 +73,11 @@ def test_values_are_those_of_the_calibration(al15):
             row = rows[symbol + suffix]
             assert (row["value"], row["unit"]) == (part.value, part.unit)
             assert row["standard_uncertainty"] == pytest.approx(part.standard_uncertainty)
+            assert row["expanded_uncertainty"] == pytest.approx(part.expanded_uncertainty)
+    table = al15.tables[0].error_model
+    for symbol, name in (("k2", "k2"), ("k3", "k3"), ("delta_ip", "delta_ip")):
+        told = rows[symbol]["expanded_uncertainty"]
+        assert told == pytest.approx(table[name].expanded_uncertainty)
 
 
 def test_ieee_1293_turns_the_sign_of_delta_p_only():

@@ -92,13 +92,15 @@ def _comment(content: Mapping[str, Any]) -> Iterator[str]:
             text = value if isinstance(value, str) else json.dumps(value)
             yield from wrap(_harmless(f"{key}: {text}"), 96, subsequent_indent="    ")
     yield ""
-    yield "symbol, value, standard uncertainty, unit, meaning (null: not determined)"
+    yield "symbol, value, standard and expanded (95 %) uncertainty, unit, meaning (null: not known)"
     for row in content["coefficients"]:
         cells = ("null" if item is None else str(item) for item in row.values())
         yield _harmless("  " + ", ".join(cells))
     yield ""
     launch = content["new_launch"]
-    sizes = ", ".join(f"{key} {value}" for key, value in launch.items() if key != "note")
+    sizes = ", ".join(
+        f"{key} {value}" for key, value in launch.items() if key != "note" and value is not None
+    )
     for text in (content["covariance"]["note"], f"{launch['note']} {sizes}"):
         yield from wrap(_harmless(text), 96, subsequent_indent="    ")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -14,10 +15,13 @@ from accelcal.compensate.coefficients import (
     Law,
     Slope,
 )
+from accelcal.effects.left_in_use import static_in_use
+from accelcal.errors import InputError
+from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.calibration import Calibration
 from accelcal.version import __version__
 
-__all__ = ["SIGN_CONVENTION", "covariance_rows", "export_content"]
+__all__ = ["SIGN_CONVENTION", "covariance_rows", "export_content", "refuse_effects"]
 
 SIGN_CONVENTION = (
     "Misalignment terms are added with + for both cross axes, + delta_O a_p + delta_P a_o, as in"
@@ -37,7 +41,7 @@ _COVARIANCE = (
 _LAUNCH = (
     "Standard uncertainties of the shift to a new launch, of the bias [g] and of the scale factor"
     " (relative), and the hysteresis of the bias [g], which are not in the covariance; add them in"
-    " squares."
+    " squares. The degrees of freedom are infinite where null."
 )
 
 
@@ -63,7 +67,8 @@ def export_content(
     Raises
     ------
     InputError
-        As `accelcal.compensate.choice.compensation`.
+        As `accelcal.compensate.choice.compensation`; or if the calibration has effects that
+        `accelcal.apply` takes up, which an export cannot.
 
     Examples
     --------
@@ -72,6 +77,7 @@ def export_content(
     >>> content["validity"]["temperature_degC"], content["coefficients"][0]["symbol"]
     ([-40.0, 80.0], 'k0')
     """
+    refuse_effects(calibration)
     found = compensation(calibration, run, effects=False)
     return {
         "schema": "accelcal/export/1",
@@ -95,7 +101,9 @@ def export_content(
         "new_launch": {
             "note": _LAUNCH,
             "bias": found.launch.bias,
+            "bias_dof": _known(found.launch.bias_dof),
             "scale_factor": found.launch.scale_factor,
+            "scale_factor_dof": _known(found.launch.scale_factor_dof),
             "hysteresis": found.hysteresis,
         },
         "covariance": {
@@ -104,6 +112,28 @@ def export_content(
             "matrix": [[_known(value) for value in row] for _, row in covariance_rows(found)],
         },
     }
+
+
+def refuse_effects(calibration: Calibration) -> None:
+    """Refuse a calibration whose coefficients alone do not give the acceleration.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+
+    Raises
+    ------
+    InputError
+        If it has effects that are functions of acceleration and temperature.
+    """
+    names = [str(item["id"]) for item in static_in_use(calibration)]
+    if names:
+        raise InputError(
+            f"{', '.join(names)}: the coefficients are free of it, the outputs are not, and an"
+            " export has no more than the coefficients; use accelcal apply, or export a fit without"
+            " --model"
+        )
 
 
 def covariance_rows(found: Compensation) -> list[tuple[str, list[float]]]:
@@ -119,7 +149,7 @@ def covariance_rows(found: Compensation) -> list[tuple[str, list[float]]]:
 
 
 def coefficients(found: Compensation) -> list[dict[str, Any]]:
-    """List the coefficients, a dictionary each with symbol, value, uncertainty, unit, meaning."""
+    """List the coefficients, a dictionary each: symbol, value, uncertainties, unit, meaning."""
     unit = found.output_unit or "output unit"
     at_T0 = np.sqrt(np.diagonal(found.covariance))[: len(PARAMETERS)]
     sigma = dict(zip(found.symbols, at_T0, strict=False))
@@ -127,6 +157,7 @@ def coefficients(found: Compensation) -> list[dict[str, Any]]:
     if found.other is not None:
         spread = np.sqrt(np.diagonal(found.other_covariance))
         sigma |= {found.other.delta_symbol: spread[0], found.other.coupling_symbol: spread[1]}
+    freedom = _freedom(found)
     rows = [
         *_law_rows("k0", found.k0, ("g", "g/degC"), "bias"),
         *_law_rows("K1", found.K1, (f"{unit}/g", "1/degC"), "scale factor"),
@@ -143,7 +174,20 @@ def coefficients(found: Compensation) -> list[dict[str, Any]]:
             row["value"] = None
         elif row["symbol"] in sigma:
             row["standard_uncertainty"] = _known(float(sigma[row["symbol"]]))
+        if row["standard_uncertainty"] is not None:
+            factor = student_quantile(LEVEL, freedom.get(row["symbol"], math.inf))
+            row["expanded_uncertainty"] = factor * row["standard_uncertainty"]
     return rows
+
+
+def _freedom(found: Compensation) -> dict[str, float]:
+    """Degrees of freedom by symbol, of both cross axes."""
+    freedom = dict(zip(found.symbols, found.freedom, strict=bool(found.freedom)))
+    if found.other is None:
+        return freedom
+    delta = found.other.delta_symbol
+    names = (delta, found.other.coupling_symbol, f"{delta}_slope_above", f"{delta}_slope_below")
+    return freedom | dict(zip(names, found.other_freedom, strict=bool(found.other_freedom)))
 
 
 def _law_rows(symbol: str, law: Law, units: tuple[str, str], meaning: str) -> list[dict[str, Any]]:
@@ -170,6 +214,7 @@ def _row(symbol: str, value: float | None, unit: str, meaning: str) -> dict[str,
         "symbol": symbol,
         "value": value,
         "standard_uncertainty": None,
+        "expanded_uncertainty": None,
         "unit": unit,
         "meaning": meaning,
     }
