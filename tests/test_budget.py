@@ -22,6 +22,7 @@ from accelcal.geometry import Acceleration
 from accelcal.model import error_bounds
 from accelcal.plot.style import picture
 from accelcal.results.quantity import Quantity
+from accelcal.results.stability import DRIFTS_DIFFER
 from accelcal.results.temperature import TemperatureModel
 from accelcal.simulation import NoiseComponents, TumblePlan
 
@@ -309,17 +310,48 @@ def test_runs_at_one_level_tell_the_launch_with_their_degrees_of_freedom():
     assert budget(calibration, 0.0).coverage_factor[0] == pytest.approx(4.303, rel=0.02)
 
 
-def test_a_drift_that_the_stability_test_does_not_identify_is_told(al15):
-    components = STABILITY["components"] | {
-        "gamma_D": {"value": None, "lower": -1e-9, "upper": 2e-9}
-    }
-    random = random_part(al15, STABILITY | {"components": components})
+def with_drift(**drift):
+    return STABILITY | {"components": STABILITY["components"] | {"gamma_D": drift}}
+
+
+def test_a_drift_that_the_stability_test_does_not_identify_counts_by_its_limit(al15):
+    random = random_part(al15, with_drift(value=None, lower=-1e-9, upper=2e-9))
     found = budget(al15, 0.0, time=3600.0, random=random)
     (drift,) = (part for part in found.components if part.symbol == "k0D")
-    assert (drift.bound[0], drift.standard_uncertainty[0]) == (0.0, 0.0)
+    assert random.drift.bound == pytest.approx(2e-9)
+    assert drift.standard_uncertainty[0] == pytest.approx(2e-9 * 3600.0 / math.sqrt(3.0))
     told = " ".join(found.warnings)
-    assert "does not tell the drift (k0D) from none" in told
+    assert "does not tell the drift (k0D) from none: it counts by the limit" in told
     assert "drift (k0D)," not in told  # something tells it
+
+
+def test_a_drift_of_one_launch_may_be_as_large_as_its_interval(al15):
+    random = random_part(al15, with_drift(value=-1e-9, lower=-3e-9, upper=1e-10, dof=None))
+    assert random.drift.bound == 1e-9  # what (4) takes
+    assert random.drift.standard_uncertainty == pytest.approx(3e-9 / math.sqrt(3.0), rel=1e-6)
+    told = " ".join(budget(al15, 0.0, random=random).warnings)
+    assert "taken as alike in all: three launches or more" in told
+
+
+@pytest.mark.parametrize("mean", [0.0, 3.0])
+@pytest.mark.parametrize("launches", [3, 5, 10])
+def test_the_interval_of_the_drift_of_a_new_launch_covers(al15, launches, mean):
+    """Mean slope with the interval of Student's quantile, or the root mean square of slopes."""
+    generator, held = np.random.default_rng(launches), 0
+    t = stats.t.ppf(0.975, launches - 1)
+    for _ in range(400):
+        slopes = 1e-9 * generator.normal(mean, 1.0, launches)
+        middle, half = slopes.mean(), t * slopes.std(ddof=1) / launches**0.5
+        told = {"value": middle, "lower": middle - half, "upper": middle + half}
+        if mean == 0.0:
+            rms = float((slopes**2).mean() ** 0.5)
+            told = {"value": rms, "lower": 0.1 * rms, "upper": 9.0 * rms, "finding": DRIFTS_DIFFER}
+        dof = launches - (mean != 0.0)
+        drift = random_part(al15, with_drift(dof=dof, **told)).drift
+        factor = stats.t.ppf(0.975, drift.dof)
+        new_launch = 1e-9 * generator.normal(mean, 1.0)
+        held += abs(new_launch) <= factor * drift.standard_uncertainty
+    assert stats.binomtest(held, 400, 0.95, alternative="less").pvalue > 1e-3
 
 
 @pytest.mark.parametrize("dof", [0.0, -1.0, math.nan])

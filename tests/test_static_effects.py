@@ -9,6 +9,7 @@ import accelcal
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.inversion import invert, invert_with
 from accelcal.effects.effect import Effect, Parameter
+from accelcal.error_budget.budget import budget
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.export.content import export_content
 from accelcal.geometry import accelerations
@@ -184,6 +185,34 @@ def test_discovered_fitted_and_applied():
     assert (error < 2.5 * measured.standard_uncertainty).all()
 
 
+# -- in the error budget ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("temperature", [20.0, 55.0])
+@pytest.mark.parametrize(("name", "size"), SIZES.items())
+def test_the_error_budget_counts_an_effect_that_was_simulated(exact, name, size, temperature):
+    """What the effect changes in Y over K1 at T0, to the first order that (4) has."""
+    effect = accelcal.effect(name).of(size)
+    (shown, acted), (plain, _) = (
+        in_use(*effects, temperature=temperature) for effects in ([effect], [])
+    )
+    K1 = exact.temperature_model.K1.at_T0.value
+    point = {"a_i": acted.input, "a_p": acted.pendulous, "temperature": temperature}
+    told = budget(with_effects(exact, effect), **point)
+    changed = told.systematic - budget(exact, **point).systematic
+    assert changed == pytest.approx((shown - plain) / K1, rel=0.03, abs=2e-7)
+    (part,) = (part for part in told.components if part.symbol == name)
+    assert part.value == pytest.approx(changed, abs=1e-15)
+
+
+def test_the_error_budget_counts_the_uncertainty_of_the_size(exact):
+    effect = accelcal.effect("scale-factor-asymmetry").of(2e-4)
+    told = budget(with_effects(exact, effect, uncertainty=3e-5), [-1.0, 0.0, 0.5])
+    (part,) = (part for part in told.components if part.symbol == "scale-factor-asymmetry")
+    assert part.standard_uncertainty == pytest.approx([3e-5, 0.0, 1.5e-5], abs=1e-15)
+    assert any(text.startswith("scale-factor-asymmetry: taken up") for text in told.warnings)
+
+
 # -- what is said, and what is left ----------------------------------------------------------------
 
 
@@ -195,10 +224,13 @@ def test_what_has_a_memory_or_is_not_known_is_left_and_told(exact):
     assert "neither the accelerations" in told[1]
 
 
-def test_exports_have_no_effects_and_say_so(exact):
+def test_exports_cannot_hold_static_effects_and_refuse_them(exact):
     fit = with_effects(exact, accelcal.effect("fourth-order").of(1e-4))
-    (told,) = export_content(fit)["assumptions"]
-    assert told.startswith("fourth-order: the fit took it out")
+    with pytest.raises(InputError, match="fourth-order: the coefficients are free of it"):
+        export_content(fit)
+    others = with_effects(exact, accelcal.effect("warm-up").of(1e-4))
+    (told,) = export_content(others)["assumptions"]
+    assert told.startswith("warm-up: the fit took it out")
 
 
 def modulus(**fields):

@@ -16,7 +16,7 @@ from accelcal.arguments.options import check_flag
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import TEMPERATURE_MARGIN, Compensation
 from accelcal.compensate.inversion import FARTHEST, invert, invert_with, slope
-from accelcal.compensate.static_effects import Samples
+from accelcal.effects.static import Samples
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.estimate.uncertainty import Intervals, combined
 from accelcal.results.calibration import Calibration

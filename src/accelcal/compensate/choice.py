@@ -38,8 +38,8 @@ from accelcal.compensate.covariance import (
     rows,
     standard_uncertainty,
 )
-from accelcal.compensate.static_effects import how_taken_up, static_effects
 from accelcal.effects.left_in_use import left_in_use
+from accelcal.effects.static import how_taken_up, static_effects
 from accelcal.errors import InputError
 from accelcal.geometry import accelerations
 from accelcal.results.calibration import Calibration

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.compensate.static_effects import StaticEffects
+from accelcal.effects.static import StaticEffects
 
 __all__ = [
     "ACCELERATION_MARGIN",

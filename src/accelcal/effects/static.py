@@ -109,6 +109,11 @@ class StaticEffects:
         parts = (_value(item, samples, c) for item in self.disturbances)
         return sum(parts, start=np.zeros(a_i.shape))
 
+    def each(self) -> Iterator[StaticEffects]:
+        """Each effect by itself."""
+        for item, own in zip(self.disturbances, self.parameters, strict=True):
+            yield replace(self, disturbances=(item,), parameters=(own,))
+
     def parts(self, samples: Samples, a_i: Array) -> Iterator[tuple[Array, float]]:
         """Variance of `total` from each size on its own [g^2], with its degrees of freedom."""
         c = self._conditions(samples, a_i)

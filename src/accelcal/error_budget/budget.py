@@ -14,9 +14,10 @@ from accelcal.error_budget.coefficients import coefficients_of
 from accelcal.error_budget.components import random_components, systematic_components
 from accelcal.error_budget.conditions import conditions
 from accelcal.error_budget.correlation import correlated_symbols, covariance
+from accelcal.error_budget.effects import effect_components
 from accelcal.error_budget.random_part import RandomPart, random_part
 from accelcal.error_budget.weaknesses import weaknesses
-from accelcal.numerics.probability import LEVEL, student_quantile
+from accelcal.estimate.uncertainty import combined
 from accelcal.results.calibration import Calibration
 from accelcal.results.error_budget import ErrorBudget, ErrorComponent
 from accelcal.results.usable import refuse_misprinted, refuse_undetermined_laws
@@ -24,9 +25,6 @@ from accelcal.results.usable import refuse_misprinted, refuse_undetermined_laws
 __all__ = ["budget"]
 
 Array = NDArray[np.float64]
-
-_DECIMALS = 4
-"""1/dof is rounded to so many, so that many points share one coverage factor: by 0.1 % at most."""
 
 
 def budget(
@@ -81,7 +79,9 @@ def budget(
     Equation (4), with the bias bound (3). The error is that of a reading turned into acceleration
     by K1N alone. In the GUM sum each bound counts by its standard uncertainty, without the factor
     0.5 of (3), and the calibration uncertainty of each coefficient counts as well, with the
-    correlations of `accelcal.error_budget.correlation.covariance`.
+    correlations of `accelcal.error_budget.correlation.covariance`. Effects of the calibration that
+    depend on acceleration and temperature alone (`Effect.static`) are systematic parts, as the
+    model does not have them; their sizes count as uncorrelated with the coefficients.
 
     Examples
     --------
@@ -103,6 +103,7 @@ def budget(
         *systematic_components(
             coefficients, points, temperature_uncertainty=temperature_uncertainty, exact=exact
         ),
+        *effect_components(calibration, coefficients, points),
         *random_components(random, points),
     )
     correlated = correlated_symbols(coefficients)
@@ -138,15 +139,5 @@ def _combined(
     added = np.maximum(added, -alone)  # correlations are rounded, and no variance is below zero
     joint = np.divide(alone + added, alone, out=np.ones_like(alone), where=alone > 0.0)
     shares = np.where(together[:, None], joint, 1.0) * variances
-    factor = _coverage_factor(shares, np.array([part.dof for part in parts]))
-    return added, np.sqrt(variances.sum(axis=0) + added), factor
-
-
-def _coverage_factor(variances: Array, dof: Array) -> Array:
-    """Student's factor for 1/dof = sum (share / dof), as in `accelcal.estimate.uncertainty`."""
-    total = variances.sum(axis=0)
-    shares = np.divide(variances, total, out=np.zeros_like(variances), where=total > 0.0)
-    inverse = (shares / dof).sum(axis=0).round(_DECIMALS)
-    found, place = np.unique(inverse, return_inverse=True)
-    factors = [student_quantile(LEVEL, 1.0 / x if x > 0.0 else np.inf) for x in found.tolist()]
-    return np.array(factors)[place]
+    told = combined(shares, [part.dof for part in parts])
+    return added, np.sqrt(variances.sum(axis=0) + added), told.factor

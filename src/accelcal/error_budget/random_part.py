@@ -19,9 +19,10 @@ from accelcal.results.checked import (
     number_or_none,
     one_of,
     schema_of,
+    text,
 )
 from accelcal.results.damage import read_as
-from accelcal.results.stability import Stability
+from accelcal.results.stability import DRIFTS_DIFFER, Stability
 
 __all__ = [
     "NOT_IDENTIFIED",
@@ -35,8 +36,11 @@ __all__ = [
 USUAL_FACTOR = 3.0
 """t_P of (3) where none is given: the paper takes it from 2.7 to 3."""
 
-NOT_IDENTIFIED = "stability test, not identified"
-"""Origin of a drift that a stability test cannot tell from none, and that is taken as zero."""
+NOT_IDENTIFIED = "stability test, limit of what it does not identify"
+"""Origin of a drift that a stability test cannot tell from none, and that may be as large."""
+
+FEW_LAUNCHES = "stability test, launches taken as alike"
+"""Origin of a drift that one or two launches tell, and not how they differ."""
 
 _RECTANGULAR = math.sqrt(3.0)  # GUM 4.3.7
 _TWO_POINTS = 1.0  # either of two values, half the distance each: the standard deviation
@@ -165,8 +169,10 @@ def random_part(
 
     Notes
     -----
-    A drift rate and a threshold are bounds of a rectangular distribution. The hysteresis of a
-    calibration is half the difference of two branches: the bias is on the one or the other.
+    A drift rate and a threshold are bounds of a rectangular distribution. The drift rate of a
+    stability test may be as large as the interval of its mean slope lets that of a new launch be;
+    where launches drift differently, its root mean square is a standard deviation. The hysteresis
+    of a calibration is half the difference of two branches: the bias is on the one or the other.
 
     Examples
     --------
@@ -217,27 +223,55 @@ def _from_stability(document: Any) -> dict[str, RandomBound]:
     sizes = {name: abs(component.value) for name, component in known.items() if component.value}
     found = {
         name: RandomBound(
-            sizes[bound], sizes[bound] / sizes[sigma], "stability test", known[sigma].dof
+            sizes[bound],
+            sizes[bound] / sizes[sigma],
+            "stability test",
+            known[sigma].dof or math.inf,
         )
         for name, bound, sigma in (("launch", "k0L", "sigma_L"), ("fluctuation", "k0F", "sigma_F"))
         if bound in sizes and sigma in sizes
     }
-    for name, symbol in (("drift", "gamma_D"), ("threshold", "threshold")):
-        component = known.get(symbol)
-        if component is not None and component.value is not None:
-            found[name] = RandomBound(abs(component.value), _RECTANGULAR, "stability test")
+    step = known.get("threshold")
+    if step is not None and step.value is not None:
+        found["threshold"] = RandomBound(abs(step.value), _RECTANGULAR, "stability test")
     drift = known.get("gamma_D")
-    if drift is not None and drift.value is None and drift.has_interval:
-        found["drift"] = RandomBound(0.0, _RECTANGULAR, NOT_IDENTIFIED)
-    return found
+    return found if drift is None else found | _drift(drift)
 
 
 class _Component(NamedTuple):
-    """Value of a component of a stability test [g, g/s], its degrees of freedom and interval."""
+    """Component of a stability test [g, g/s], with its interval, degrees of freedom and finding."""
 
     value: float | None
-    dof: float
-    has_interval: bool
+    lower: float | None
+    upper: float | None
+    dof: float | None
+    finding: str
+
+
+def _drift(found: _Component) -> dict[str, RandomBound]:
+    """Bound of the drift in a launch to come, from the mean slope of those tested."""
+    if found.lower is None or found.upper is None:
+        size = found.value and abs(found.value)
+        return {"drift": RandomBound(size, _RECTANGULAR, "stability test")} if size else {}
+    if found.value is not None and found.finding == DRIFTS_DIFFER:
+        scatter = RandomBound(abs(found.value), 1.0, "stability test", found.dof or math.inf)
+        return {"drift": scatter}
+    limit = _largest_drift(found.lower, found.upper, found.dof)
+    if found.value:
+        divisor = _RECTANGULAR * abs(found.value) / limit
+        origin = FEW_LAUNCHES if found.dof is None else "stability test"
+        return {"drift": RandomBound(abs(found.value), divisor, origin)}
+    return {"drift": RandomBound(limit, _RECTANGULAR, NOT_IDENTIFIED)}
+
+
+def _largest_drift(lower: float, upper: float, dof: float | None) -> float:
+    """Largest drift of a launch by the interval of the mean slope.
+
+    With dof + 1 slopes of standard deviation s about it, the half width of that interval is
+    t s / sqrt(dof + 1), and that of the slope of a new launch t s sqrt(1 + 1 / (dof + 1)).
+    """
+    wider = 1.0 if dof is None else math.sqrt(dof + 2.0)
+    return abs(0.5 * (lower + upper)) + 0.5 * wider * (upper - lower)
 
 
 def _stability_components(document: Any) -> dict[str, _Component]:
@@ -247,8 +281,10 @@ def _stability_components(document: Any) -> dict[str, _Component]:
 
 
 def _component(estimate: Any) -> _Component:
-    dof = checked(estimate, "dof", freedom_or_none, None)
-    upper = checked(estimate, "upper", number_or_none, None)
     return _Component(
-        checked(estimate, "value", number_or_none), dof or math.inf, upper is not None
+        checked(estimate, "value", number_or_none),
+        checked(estimate, "lower", number_or_none, None),
+        checked(estimate, "upper", number_or_none, None),
+        checked(estimate, "dof", freedom_or_none, None),
+        checked(estimate, "finding", text, ""),
     )

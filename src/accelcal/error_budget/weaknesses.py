@@ -7,10 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.effects.left_in_use import left_in_use
+from accelcal.effects.left_in_use import left_in_use, static_in_use
+from accelcal.effects.static import how_taken_up
 from accelcal.error_budget.coefficients import Coefficients, coefficients_of
 from accelcal.error_budget.conditions import Conditions
-from accelcal.error_budget.random_part import NOT_IDENTIFIED, RandomPart
+from accelcal.error_budget.random_part import FEW_LAUNCHES, NOT_IDENTIFIED, RandomPart
 from accelcal.results.calibration import Calibration
 
 __all__ = ["weaknesses"]
@@ -57,7 +58,9 @@ def weaknesses(
         A sentence for each weakness.
     """
     coefficients = coefficients_of(calibration)
-    yield from left_in_use(calibration)
+    yield from how_taken_up(calibration)
+    taken_up = [str(item["id"]) for item in static_in_use(calibration)]
+    yield from left_in_use(calibration, taken_up)
     if points.extrapolated.any():
         yield "temperatures marked * lie outside the calibrated ones; (4) is extrapolated there"
     largest = float(np.abs(points.acceleration).max())
@@ -69,7 +72,7 @@ def weaknesses(
     missing = [name for key, name in _RANDOM_NAMES.items() if not getattr(random, key).origin]
     if missing:
         yield f"nothing tells these random errors, they are taken as 0: {', '.join(missing)}"
-    yield from _drift_not_identified(random)
+    yield from _drift(random)
     absent = [name for name in ("k2", "k3") if name not in coefficients.at_T0]
     if absent:
         yield f"the calibration did not determine {', '.join(absent)}; taken as 0"
@@ -80,11 +83,16 @@ def weaknesses(
         yield from _first_order(coefficients, points, expanded)
 
 
-def _drift_not_identified(random: RandomPart) -> Iterator[str]:
+def _drift(random: RandomPart) -> Iterator[str]:
     if random.drift.origin == NOT_IDENTIFIED:
         yield (
-            "the stability test does not tell the drift (k0D) from none: it is taken as 0, where"
-            " the interval of that test allows more; --drift-rate counts one"
+            "the stability test does not tell the drift (k0D) from none: it counts by the limit of"
+            " its interval; a longer test, or more launches, make that smaller"
+        )
+    if random.drift.origin == FEW_LAUNCHES:
+        yield (
+            "the drift (k0D) is that of one or two launches, and is taken as alike in all: three"
+            " launches or more tell how far they differ"
         )
 
 

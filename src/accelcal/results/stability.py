@@ -12,9 +12,13 @@ from accelcal.results.result import JsonResult, TabularResult
 if TYPE_CHECKING:
     from accelcal.plot.stability import StabilityPlot
 
-__all__ = ["SCHEMA", "AllanDeviation", "BiasBound", "Estimate", "LaunchTrend", "Stability"]
+__all__ = ["DRIFTS_DIFFER", "SCHEMA", "AllanDeviation", "BiasBound", "Estimate"]
+__all__ += ["LaunchTrend", "Stability"]
 
 SCHEMA = "accelcal/stability/1"
+
+DRIFTS_DIFFER = "launches drift differently: root mean square of their slopes"
+"""Finding of a drift that has another slope in each launch, and no mean."""
 
 
 @dataclass(frozen=True, slots=True)

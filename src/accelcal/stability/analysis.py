@@ -15,7 +15,13 @@ from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Gate
-from accelcal.results.stability import AllanDeviation, Estimate, LaunchTrend, Stability
+from accelcal.results.stability import (
+    DRIFTS_DIFFER,
+    AllanDeviation,
+    Estimate,
+    LaunchTrend,
+    Stability,
+)
 from accelcal.stability.allan import overlapping_allan
 from accelcal.stability.bound import coverage_factor, random_bias
 from accelcal.stability.noise_terms import noise_terms
@@ -263,9 +269,8 @@ def _drift(trends: list[Trend], unit: str) -> Estimate:
         above = sum((t.upper - t.slope) ** 2 for t in trends) ** 0.5 / slopes.size
         lower, upper = mean - below, mean + above
     if lower <= 0.0 <= upper and _some_drift(trends):
-        finding = "launches drift differently: root mean square of their slopes"
-        squares = float(slopes @ slopes)
-        return replace(deviation(squares, slopes.size, unit + "/s", slopes.size), finding=finding)
+        found = deviation(float(slopes @ slopes), slopes.size, unit + "/s", slopes.size)
+        return replace(found, finding=DRIFTS_DIFFER)
     if lower <= 0.0 <= upper:
         finding = "not identified: the interval holds zero"
         return Estimate(None, unit + "/s", lower, upper, dof, finding)
