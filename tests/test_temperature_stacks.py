@@ -19,6 +19,7 @@ from accelcal.temperature.generalised_least_squares import law_maps
 from accelcal.temperature.laws import laws_of_stack
 from accelcal.temperature.product_errors import errors_at, product_fit
 from accelcal.temperature.product_fit import estimator, solved
+from accelcal.temperature.recorded import RecordedTemperatures
 
 DECLARED = {"head_uncertainty": 1e-5, "launch_uncertainty": 2e-6}
 THREE = (20.0, 80.0, -40.0)
@@ -54,11 +55,12 @@ def stacked(made, reference=20.0):
     tables = [prepare(table) for table in made[0].tables()]
     masks = list(made[0].table_masks())
     outputs = [np.array([one.output[mask] for one in made]) for mask in masks]
-    temperatures = [np.array([one.temperature[mask] for one in made]) for mask in masks]
-    levels = np.stack([own.mean(axis=1) for own in temperatures], axis=1)
+    readings = [np.array([one.temperature[mask] for one in made]) for mask in masks]
+    levels = np.stack([own.mean(axis=1) for own in readings], axis=1)
+    temperatures = RecordedTemperatures(readings, levels, np.full(len(made), reference))
     estimate = estimate_stack(tables, outputs, levels, made[0].apparatus)
     assert OnePlan.of(made).can_be_stacked().all()
-    laws = laws_of_stack(tables, estimate, temperatures, levels, np.full(len(made), reference))
+    laws = laws_of_stack(tables, estimate, temperatures)
     return tables, estimate, laws
 
 
@@ -202,16 +204,9 @@ def moving_fit(**declared):
     made = list(records(THREE, scatter=0.1, **declared))
     tables, estimate, laws = stacked(made)
     plan = OnePlan.of(made)
-    fit = product_fit(
-        tables,
-        estimate,
-        [0, 1, 2],
-        np.arange(RECORDS),
-        plan.recorded,
-        plan.levels,
-        np.full(RECORDS, 20.0),
-        ("above", "below"),
-    )
+    temperatures = RecordedTemperatures(plan.recorded, plan.levels, np.full(RECORDS, 20.0))
+    sides = ("above", "below")
+    fit = product_fit(tables, estimate, temperatures, [0, 1, 2], np.arange(RECORDS), sides)
     (group,) = laws.main.groups
     return fit, group.laws.values[laws.main.member]
 

@@ -37,6 +37,7 @@ from accelcal.temperature.laws import (
     laws_of_stack,
     with_misalignment,
 )
+from accelcal.temperature.recorded import RecordedTemperatures
 
 if TYPE_CHECKING:
     from accelcal.discovery.correction import Correction
@@ -156,10 +157,7 @@ class CalibrationStack:
         from accelcal.temperature.from_readings import laws_from_readings
 
         moving = self.estimate._replace(outputs=self.moving)
-        recorded, levels = self.plan.recorded, self.plan.levels
-        found = laws_from_readings(
-            self.tables, moving, record, laws, recorded, levels, self.references
-        )
+        found = laws_from_readings(self.tables, moving, self.temperatures, record, laws)
         return with_misalignment(found, laws) if self._has_both_sides else found
 
     @cached_property
@@ -172,13 +170,17 @@ class CalibrationStack:
         """T0 of each record, shape (R,); NaN where no temperature is known [degC]."""
         return self.plan.references(self.options.reference_temperature)
 
+    @property
+    def temperatures(self) -> RecordedTemperatures:
+        """Temperatures of all records."""
+        return RecordedTemperatures(self.plan.recorded, self.plan.levels, self.references)
+
     @cached_property
     def laws(self) -> StackLaws:
         """Temperature laws of all records from their tables."""
         if self.options.method == _MISPRINTED:
             return StackLaws(None, None, None)
-        recorded, levels, unfelt = self.plan.recorded, self.plan.levels, self.at_rest.unfelt
-        return laws_of_stack(self.tables, self.estimate, recorded, levels, self.references, unfelt)
+        return laws_of_stack(self.tables, self.estimate, self.temperatures, self.at_rest.unfelt)
 
     @cached_property
     def components(self) -> Mapping[str, Component]:
@@ -313,7 +315,8 @@ def _at_rest(
     from accelcal.temperature.felt_deviations import brought_to_rest
 
     reference = plan.references(options.reference_temperature)
-    return brought_to_rest(tables, estimate, plan.outputs, plan.recorded, plan.levels, reference)
+    temperatures = RecordedTemperatures(plan.recorded, plan.levels, reference)
+    return brought_to_rest(tables, estimate, plan.outputs, temperatures)
 
 
 def _prepared(record: TumbleRecord, delta0: float, options: Options) -> list[PreparedTable]:

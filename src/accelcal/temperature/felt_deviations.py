@@ -32,6 +32,7 @@ from accelcal.temperature.product_errors import (
     unfelt_share,
 )
 from accelcal.temperature.product_fit import scale_factor_is_told, solved
+from accelcal.temperature.recorded import RecordedTemperatures
 from accelcal.temperature.run_temperatures import stacked_temperature_uncertainty
 
 __all__ = ["brought_to_rest"]
@@ -58,9 +59,7 @@ class _Moving(NamedTuple):
 
     tables: Sequence[PreparedTable]
     estimate: JointStack
-    temperatures: Sequence[Array]
-    levels: Array
-    reference: Array
+    temperatures: RecordedTemperatures
     span: Array
 
 
@@ -68,9 +67,7 @@ def brought_to_rest(
     tables: Sequence[PreparedTable],
     estimate: JointStack,
     outputs: Sequence[Array],
-    temperatures: Sequence[Array],
-    levels: Array,
-    reference: Array,
+    temperatures: RecordedTemperatures,
 ) -> AtRest:
     """Bring the readings to the mean temperature of their run, where they follow the recorded one.
 
@@ -82,23 +79,19 @@ def brought_to_rest(
         Their coefficients, which tell the laws well enough.
     outputs : sequence of ndarray, shape (R, n)
         Readings of each table [output unit].
-    temperatures : sequence of ndarray, shape (R, n)
-        Temperatures of the readings of each table, those unknown at their mean [degC].
-    levels : ndarray, shape (R, tables)
-        Mean temperature of each table [degC]; NaN where unknown.
-    reference : ndarray, shape (R,)
-        T0 [degC]; NaN where there is none.
+    temperatures : RecordedTemperatures
+        Those of the records.
 
     Returns
     -------
     AtRest
         The readings; as they were where temperatures stand, or no law is known.
     """
-    span = np.stack([np.ptp(own, axis=1) for own in temperatures], axis=1)
+    span = temperatures.span
     at_rest = AtRest.of(outputs)
     if not (span > 0.0).any():
         return at_rest
-    moving = _Moving(tables, estimate, temperatures, levels, reference, span)
+    moving = _Moving(tables, estimate, temperatures, span)
     at_rest = at_rest._replace(outputs=tuple(y.copy() for y in outputs))
     changed, unknown = np.zeros(span.shape, dtype=np.bool_), np.nan_to_num(span)
     for chosen, rows, fit, laws in _fits(moving):
@@ -135,26 +128,16 @@ def _fits(moving: _Moving) -> Iterator[tuple[list[int], Places, ProductFit, Arra
         own = np.flatnonzero(known & (laws.group == place))
         for start in range(0, own.size, few):
             rows = own[start : start + few]
-            fit = product_fit(
-                moving.tables,
-                estimate,
-                chosen,
-                rows,
-                moving.temperatures,
-                moving.levels,
-                moving.reference,
-                group.laws.sides,
-            )
+            sides = group.laws.sides
+            fit = product_fit(moving.tables, estimate, moving.temperatures, chosen, rows, sides)
             yield chosen, rows, fit, group.laws.values[laws.member[rows]]
 
 
 def _first_laws(moving: _Moving, chosen: Sequence[int]) -> LawsOfRecords:
     declared = moving.tables[0].record.apparatus.temperature_uncertainty
-    uncertain = stacked_temperature_uncertainty(moving.temperatures, declared)
+    uncertain = stacked_temperature_uncertainty(moving.temperatures.readings, declared)
     return laws_of_records(
-        level_stack(
-            moving.tables, moving.estimate, chosen, moving.levels, uncertain, moving.reference
-        )
+        level_stack(moving.tables, moving.estimate, moving.temperatures, uncertain, chosen)
     )
 
 
@@ -171,10 +154,8 @@ def _what_was_done(moving: _Moving, record: int, changed: Mask) -> tuple[str, ..
     places = np.flatnonzero(changed).tolist()
     if not places:
         return ()
-    away = max(
-        float(np.abs(moving.temperatures[i][record] - moving.levels[record, i]).max())
-        for i in places
-    )
+    readings, levels = moving.temperatures.readings, moving.temperatures.levels
+    away = max(float(np.abs(readings[i][record] - levels[record, i]).max()) for i in places)
     return (
         f"{_runs([moving.tables[i] for i in places])}: the temperature moves, by up to {away:.2g}"
         " degC from its mean, and the readings follow; they were brought to the mean temperature"

@@ -15,6 +15,7 @@ from accelcal.temperature.bilinear import named_model
 from accelcal.temperature.from_tables import tables_of_one_mounting
 from accelcal.temperature.product_errors import Errors, ProductFit, Solution, product_fit
 from accelcal.temperature.product_fit import estimator, scale_factor_is_told, solved
+from accelcal.temperature.recorded import RecordedTemperatures
 
 __all__ = ["laws_from_readings"]
 
@@ -29,11 +30,9 @@ _TOLD = ("value", "standard_uncertainty")
 def laws_from_readings(
     tables: Sequence[PreparedTable],
     estimate: JointStack,
+    temperatures: RecordedTemperatures,
     record: int,
     start: TemperatureModel,
-    temperatures: Sequence[Array],
-    levels: Array,
-    reference: Array,
 ) -> TemperatureModel:
     """Fit the temperature laws of one record of a stack to all of its readings.
 
@@ -43,16 +42,12 @@ def laws_from_readings(
         The tables of any of R records of one plan.
     estimate : JointStack
         Their coefficients, reading noise and head error.
+    temperatures : RecordedTemperatures
+        Those of the records.
     record : int
         Place of the record.
     start : TemperatureModel
         Its laws from the tables, to start from; the hysteresis is kept.
-    temperatures : sequence of ndarray, shape (R, n)
-        Temperatures of the readings of each table, those unknown at their mean [degC].
-    levels : ndarray, shape (R, tables)
-        Mean temperature of each table [degC].
-    reference : ndarray, shape (R,)
-        T0 [degC].
 
     Returns
     -------
@@ -74,7 +69,7 @@ def laws_from_readings(
         return start
     sides = [side for side in ("above", "below") if getattr(start.k0, side) is not None]
     rows = np.array([record])
-    fit = product_fit(tables, estimate, chosen, rows, temperatures, levels, reference, sides)
+    fit = product_fit(tables, estimate, temperatures, chosen, rows, sides)
     laws = np.concatenate([_values(law, sides) for law in (start.k0, start.K1, start.delta)])
     state = solved(fit, laws[None])
     through, errors = estimator(fit, state)

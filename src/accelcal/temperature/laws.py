@@ -21,6 +21,7 @@ from accelcal.temperature.from_tables import (
     tables_of_one_mounting,
 )
 from accelcal.temperature.levels import level_stack
+from accelcal.temperature.recorded import RecordedTemperatures
 from accelcal.temperature.run_temperatures import stacked_temperature_uncertainty
 
 __all__ = ["RecordLaws", "StackLaws", "laws_of_stack", "with_misalignment"]
@@ -79,9 +80,7 @@ class StackLaws(NamedTuple):
 def laws_of_stack(
     tables: Sequence[PreparedTable],
     estimate: JointStack,
-    temperatures: Sequence[Array],
-    levels: Array,
-    reference: Array,
+    temperatures: RecordedTemperatures,
     unfelt: Array | float = 1.0,
 ) -> StackLaws:
     """Fit the temperature laws of both axes of many records, to the coefficients of the tables.
@@ -92,12 +91,8 @@ def laws_of_stack(
         The tables of any of the R records, which are of one plan.
     estimate : JointStack
         Their coefficients.
-    temperatures : sequence of ndarray, shape (R, n)
-        Temperatures of the readings of each table, those unknown at their mean [degC].
-    levels : ndarray, shape (R, tables)
-        Mean temperature of each table [degC]; NaN where unknown.
-    reference : ndarray, shape (R,)
-        T0 [degC]; NaN where there is none.
+    temperatures : RecordedTemperatures
+        Those of the records.
     unfelt : ndarray, shape (R, tables), or 1
         Share of the recorded scatter, as a variance, that the accelerometer did not feel.
 
@@ -109,12 +104,12 @@ def laws_of_stack(
     """
     free = free_of_fixture_angle(tables, estimate)
     declared = tables[0].record.apparatus.temperature_uncertainty
-    uncertain = stacked_temperature_uncertainty(temperatures, declared, unfelt)
+    uncertain = stacked_temperature_uncertainty(temperatures.readings, declared, unfelt)
 
     def of(chosen: list[int]) -> LawsOfRecords | None:
         if len(chosen) < 2:
             return None
-        return laws_of_records(level_stack(tables, free, chosen, levels, uncertain, reference))
+        return laws_of_records(level_stack(tables, free, temperatures, uncertain, chosen))
 
     chosen = tables_of_one_mounting(tables, estimate)
     if not chosen:
@@ -124,8 +119,8 @@ def laws_of_stack(
     second = of(tables_of_one_mounting(tables, estimate, "p" if axis == "o" else "o"))
     if main is None:
         return StackLaws(None, second, None)
-    rise = levels - reference[:, None]
-    heat = stacked_temperature_component(tables, estimate, Slopes.of(main), rise, uncertain)
+    slopes = Slopes.of(main)
+    heat = stacked_temperature_component(tables, estimate, slopes, temperatures.rise, uncertain)
     return StackLaws(main, second, heat)
 
 

@@ -18,6 +18,7 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.model import COEFFICIENTS, ERROR_TERMS
 from accelcal.temperature.bilinear import LEAST_RISE
+from accelcal.temperature.recorded import RecordedTemperatures
 
 __all__ = ["LevelStack", "Levels", "alike", "joint_covariance", "level_stack", "levels_of"]
 
@@ -90,10 +91,9 @@ class LevelStack(NamedTuple):
 def level_stack(
     tables: Sequence[PreparedTable],
     estimate: JointStack,
-    chosen: Sequence[int],
-    temperature: Array,
+    temperatures: RecordedTemperatures,
     uncertain: tuple[Array, Array],
-    reference: Array,
+    chosen: Sequence[int],
 ) -> LevelStack:
     """Take the chosen tables of R records of one plan.
 
@@ -103,14 +103,12 @@ def level_stack(
         The tables of any of the records.
     estimate : JointStack
         Their coefficients in all records.
+    temperatures : RecordedTemperatures
+        Those of the records.
+    uncertain : tuple of ndarray, shape (R, tables)
+        Standard uncertainty of the level of each table [degC], and its degrees of freedom.
     chosen : sequence of int
         Tables of one mounting that mean the same by K0, K1 and M.
-    temperature : ndarray, shape (R, tables)
-        Mean temperature of each table [degC]; NaN where unknown.
-    uncertain : tuple of ndarray, shape (R, tables)
-        Its standard uncertainty [degC], and the degrees of freedom.
-    reference : ndarray, shape (R,)
-        T0 [degC]; NaN where there is none.
 
     Returns
     -------
@@ -120,10 +118,10 @@ def level_stack(
     own = [tables[i] for i in chosen]
     coefficients = [estimate.coefficients[i] for i in chosen]
     return LevelStack(
-        temperature=temperature[:, chosen],
+        temperature=temperatures.levels[:, chosen],
         uncertainty=uncertain[0][:, chosen],
         dof=uncertain[1][:, chosen],
-        reference=reference,
+        reference=temperatures.reference,
         coefficients=np.stack(coefficients, axis=1),
         components={**estimate.components, **estimate.alike},
         place=np.array([_places(estimate.names, i) for i in chosen]),

@@ -23,6 +23,7 @@ from accelcal.temperature.apart_from_head import HeadErrors
 from accelcal.temperature.hysteresis import Branches, branches_of
 from accelcal.temperature.pooled_noise import pooled_noise
 from accelcal.temperature.product_model import Point, Readings
+from accelcal.temperature.recorded import RecordedTemperatures
 from accelcal.temperature.run_temperatures import stacked_temperature_uncertainty
 
 __all__ = [
@@ -137,11 +138,9 @@ class Errors(NamedTuple):
 def product_fit(
     tables: Sequence[PreparedTable],
     estimate: JointStack,
+    temperatures: RecordedTemperatures,
     chosen: Sequence[int],
     rows: Places,
-    temperatures: Sequence[Array],
-    levels: Array,
-    reference: Array,
     sides: Sequence[str],
 ) -> ProductFit:
     """Set up the fit of records of one plan whose levels have one course.
@@ -152,16 +151,12 @@ def product_fit(
         The tables of any of the records of a stack.
     estimate : JointStack
         Their coefficients.
+    temperatures : RecordedTemperatures
+        Those of the records of the stack.
     chosen : sequence of int
-        Those of one mounting.
+        The tables of one mounting.
     rows : ndarray of int, shape (R,)
         The records.
-    temperatures : sequence of ndarray, shape (records, n)
-        Temperatures of the readings of each table, those unknown at their mean [degC].
-    levels : ndarray, shape (records, tables)
-        Mean temperature of each table [degC].
-    reference : ndarray, shape (records,)
-        T0 [degC].
     sides : sequence of str
         See `accelcal.temperature.bilinear.measured_sides`.
 
@@ -173,8 +168,8 @@ def product_fit(
     own = [tables[i] for i in chosen]
     design = np.concatenate([table.design for table in own])
     table = np.repeat(np.arange(len(own)), [len(t.record) for t in own])
-    recorded = tuple(temperatures[i][rows] for i in chosen)
-    mean = levels[np.ix_(rows, np.array(chosen))]
+    recorded = tuple(temperatures.readings[i][rows] for i in chosen)
+    mean = temperatures.levels[np.ix_(rows, np.array(chosen))]
     loop = branches_of(mean[0], np.argsort([t.run for t in own], kind="stable"))
     names = estimate.names[chosen[0]]
     common = design[:, [COEFFICIENTS.index(name) for name in _COMMON if name in names]]
@@ -184,7 +179,7 @@ def product_fit(
         cross=design[:, COEFFICIENTS.index("M")],
         # the hysteresis is a part of the bias, +h after heating
         common=np.column_stack([common, loop.paired[table]]),
-        rise=mean[:, table] - reference[rows, None],
+        rise=mean[:, table] - temperatures.reference[rows, None],
         deviation=np.concatenate(recorded, axis=1) - mean[:, table],
         table=table,
         sides=sides,
