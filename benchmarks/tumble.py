@@ -7,6 +7,7 @@ reading, and keeps the truth.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,10 +64,17 @@ def readings(
     positions: int = 8,
     strokes: int = 6,
     temperatures: tuple[float, ...] = (20.0,),
+    head: Sequence[float] | None = None,
+    side: float = 1.0,
 ) -> dict[str, list[float]]:
-    """Columns run, temperature, angle [deg], stroke and output of one test."""
+    """Columns run, temperature, angle [deg], stroke and output of one test.
+
+    `head` are the errors of the positions [rad], by default those of a new head; on the side -1 the
+    unit is turned by 180 deg about its input axis.
+    """
     step = 2.0 * math.pi / positions
-    head = rng.standard_normal(positions) * stand.head
+    if head is None:
+        head = (rng.standard_normal(positions) * stand.head).tolist()
     columns: dict[str, list[float]] = {
         name: [] for name in ("run", "temperature", "angle", "stroke", "output")
     }
@@ -79,7 +87,7 @@ def readings(
             walk = range(positions + 1) if stroke % 2 else range(positions, -1, -1)
             for j in walk:
                 angle = j * step + head[j % positions]
-                a_i, a_p = math.cos(angle), math.sin(angle)
+                a_i, a_p = math.cos(angle), side * math.sin(angle)
                 output = (
                     bias
                     + scale * a_i

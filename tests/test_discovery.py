@@ -406,7 +406,7 @@ def test_a_typo_does_not_pass_for_agreement():
     from dataclasses import replace
 
     calibration, record = accelcal.fit(accelcal.simulate(seed=1)), accelcal.simulate(seed=2)
-    assert accelcal.compare(calibration, record).notes == ()
+    assert accelcal.compare(calibration, record, same_head=False).notes == ()
     typo = replace(record, output=np.where(np.arange(len(record)) == 0, 13.5, record.output))
     with pytest.warns(accelcal.AccelcalWarning, match="such noise hides disagreements"):
         found = accelcal.compare(calibration, typo)
@@ -419,14 +419,14 @@ def test_an_error_that_the_calibration_estimated_from_little_counts_as_larger():
     first, second = (replace(accelcal.simulate(seed=s), apparatus=undeclared) for s in (1, 2))
     calibration = accelcal.fit(first)
     (head,) = (source for source in calibration.error_sources if source.name == "head")
-    found = accelcal.compare(calibration, second)
+    found = accelcal.compare(calibration, second, same_head=False)
     (counted,) = (source for source in found.noise if source.name == "head")
     assert (head.dof, counted.source) == (2.0, "calibration")
     assert counted.value == pytest.approx(head.value * 4.3027 / 1.9600, rel=1e-4)
     assert "from 2 degrees of freedom" in found.notes[-1]
     # what the record declares is taken as it is
     declared = replace(second, apparatus=replace(undeclared, head_uncertainty=1e-5))
-    found = accelcal.compare(calibration, declared)
+    found = accelcal.compare(calibration, declared, same_head=False)
     assert [s.value for s in found.noise if s.name == "head"] == [1e-5]
     assert found.notes == ()
 
@@ -437,7 +437,7 @@ def test_readings_of_the_calibration_itself_are_told(tmp_path):
     own, new = (accelcal.read_table(tmp_path / f"{seed}.csv") for seed in (1, 2))
     calibration = accelcal.fit(own)
     assert "fitted to this very file" in accelcal.compare(calibration, own).notes[0]
-    assert accelcal.compare(calibration, new).notes == ()
+    assert accelcal.compare(calibration, new, same_head=False).notes == ()
 
 
 @pytest.mark.parametrize("sides", [("o+",), ("o-",), ("o+", "o-")])

@@ -21,11 +21,23 @@ __all__ = ["compare"]
 @click.option(
     "--serial", metavar="TEXT", help="Compare this unit only, where a file holds several."
 )
+@click.option(
+    "--same-head/--other-head",
+    "same_head",
+    default=None,
+    help="Whether both were measured on one head, clamped alike; by default by their lines"
+    " '# head: NAME'.",
+)
 @effects_option
 @apparatus_options
 @format_option("text", "json")
 def compare(
-    calibration: str, data: str, serial: str | None, form: str, **declared: float | None
+    calibration: str,
+    data: str,
+    serial: str | None,
+    same_head: bool | None,
+    form: str,
+    **declared: float | None,
 ) -> None:
     """Show where the readings of DATA and what CAL.json simulates disagree.
 
@@ -46,7 +58,7 @@ def compare(
 
     known = read_calibrations(calibration)
     found = [
-        simulate_and_compare(known.choose(serial or record.serial), record)
+        simulate_and_compare(known.choose(serial or record.serial), record, same_head=same_head)
         for record in records_of_serial(read_tables(data, overrides=declared), serial)
     ]
     deliver(_json(found) if form == "json" else "\n\n".join(map(str, found)), words=form == "text")

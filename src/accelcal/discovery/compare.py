@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
 from accelcal.compensate.choice import compensation
-from accelcal.compensate.coefficients import Compensation, Law
-from accelcal.discovery.errors_counted import counted, notes, sources
+from accelcal.compensate.coefficients import Compensation
+from accelcal.discovery.calibration_errors import CalibrationErrors, calibration_errors
+from accelcal.discovery.errors_counted import counted, head_notes, notes, sources
 from accelcal.discovery.factors import blocks
-from accelcal.discovery.known import contribution, disturbances
 from accelcal.discovery.noise import (
     ReadingNoise,
     covariance,
@@ -23,20 +23,21 @@ from accelcal.discovery.noise import (
     refuse_too_many,
     saturated,
 )
+from accelcal.discovery.one_head import head_difference, is_same_head, is_turned_over
 from accelcal.discovery.repeatability import KnownNoise, known_noise, worse_than_known
+from accelcal.discovery.simulated import SHAFT, Simulated, simulated_readings
 from accelcal.discovery.space import Space, space_of, whitener_of
 from accelcal.discovery.suited import suited
 from accelcal.discovery.where import pattern, shares, structure
-from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.estimate.tables import head_positions
 from accelcal.numerics.decimal_steps import decimal_step
 from accelcal.numerics.probability import LEVEL, student_quantile
+from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord, naming
-from accelcal.reference import fixture_angle
 from accelcal.results.calibration import Calibration
 from accelcal.results.disagreement import Disagreement, RunChange
-from accelcal.results.findings import FoundEffect
+from accelcal.results.findings import Share
 from accelcal.results.quantity import Quantity
 from accelcal.version import __version__
 
@@ -47,24 +48,34 @@ Array = NDArray[np.float64]
 _SIGNIFICANT = 0.01
 
 
-class _Simulated(NamedTuple):
-    """What a calibration says about a record: conditions, reading and simulation over K1 [g].
+class _Seen(NamedTuple):
+    """A record beside what its calibration simulates, with all that is uncertain in both."""
 
-    Beside them the change by each coefficient, and by the standard uncertainty of a fixture angle.
-    """
+    record: TumbleRecord
+    simulated: Simulated
+    noise: ReadingNoise
+    dof: float
+    declared: Apparatus
+    errors: CalibrationErrors
+    step: float
 
-    conditions: Conditions
-    reading: Array
-    simulated: Array
-    by_coefficient: Array
-    by_fixture: Array
+
+class _Judged(NamedTuple):
+    """What disagrees, by what was taken as uncertain."""
+
+    where: tuple[Share, ...]
+    reduced_chi2: float
+    structure: str
+    runs: tuple[RunChange, ...]
 
     @property
-    def residual(self) -> Array:
-        return self.reading - self.simulated
+    def p_value(self) -> float:
+        return min(share.p_value for share in self.where)
 
 
-def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
+def compare(
+    calibration: Calibration, record: TumbleRecord, *, same_head: bool | None = None
+) -> Disagreement:
     """Show where a calibration and a record disagree.
 
     Parameters
@@ -73,6 +84,9 @@ def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
         The calibration, with the effects that it has.
     record : TumbleRecord
         Readings, of the same accelerometer.
+    same_head : bool, optional
+        Whether both were measured on one head, with the fixture clamped alike. By default the lines
+        ``# head: NAME`` of both tell it, or ``# stand: NAME``.
 
     Returns
     -------
@@ -107,39 +121,36 @@ def compare(calibration: Calibration, record: TumbleRecord) -> Disagreement:
     True
     """
     found = compensation(calibration, effects=False)
-    given, record = record, suited(found, record)
+    converted = suited(found, record)
     with naming(record):
         refuse_too_many(record)
-    simulated = _simulated(calibration, found, record)
-    declared = counted(calibration, record)
+    simulated = simulated_readings(calibration, found, converted)
     known = known_noise(calibration, found.K1.at_T0)
-    noise = _noise(known, found, record, simulated)
-    dof = float(noise.dof) or (known.dof if known else np.inf)
+    noise = _noise(known, found, converted, simulated)
     worse = worse_than_known(noise, known)
     if worse:
         warnings.warn(f"{record.source}: {worse}", AccelcalWarning, stacklevel=2)
-    of_calibration = _of_calibration(found, simulated, dof)
-    of_noise = noise.sigma**2 * np.eye(len(record))
-    space = _space(record, simulated, noise, declared, found, of_calibration)
-    c, seen = simulated.conditions, space.see(simulated.residual)
-    factors = blocks(space, c, first="run")
-    where = shares(space, seen, factors, dof)
-    worst = max(range(len(where)), key=lambda i: (where[i].p_value < _SIGNIFICANT, where[i].share))
-    shape = pattern(space, seen, factors[worst])
+    dof = float(noise.dof) or (known.dof if known else np.inf)
+    declared, errors = counted(calibration, record), calibration_errors(calibration, found)
+    step = _step(found, converted)
+    seen = _Seen(converted, simulated, noise, dof, declared, errors, step)
+    same = is_same_head(calibration, record, errors, same_head)
+    judged = _whatever_the_head(seen, same, is_turned_over(calibration, record))
     return Disagreement(
         rms=float(np.sqrt(np.mean(simulated.residual**2))),
-        reduced_chi2=float(seen @ seen) / seen.size,
-        p_value=min(share.p_value for share in where),
-        where=where,
-        structure=(
-            structure(c, record.run_labels, factors[worst].factor, shape)
-            if where[worst].p_value < _SIGNIFICANT
-            else ""
-        ),
-        runs=tuple(_runs(record, simulated, space, of_calibration + of_noise, dof)),
+        reduced_chi2=judged.reduced_chi2,
+        p_value=judged.p_value,
+        where=judged.where,
+        structure=judged.structure,
+        runs=judged.runs,
         noise=sources(noise, declared, record),
+        same_head=same,
         effects=tuple(str(effect["id"]) for effect in calibration.effects),
-        notes=(*filter(None, [worse]), *notes(calibration, given, declared)),
+        notes=(
+            *filter(None, [worse]),
+            *notes(calibration, record, declared),
+            *head_notes(calibration, record, declared, same),
+        ),
         serial=record.serial,
         readings=len(record),
         source=record.source,
@@ -169,74 +180,11 @@ def residuals_of(calibration: Calibration, record: TumbleRecord) -> Array:
         If the record does not suit the calibration, see `compare`.
     """
     found = compensation(calibration, effects=False)
-    return _simulated(calibration, found, suited(found, record)).residual
-
-
-def _simulated(calibration: Calibration, found: Compensation, record: TumbleRecord) -> _Simulated:
-    freed = _freed(calibration, record)
-    delta0 = fixture_angle(record, freed.value or None)
-    reference = 0.0 if found.T0 is None else found.T0
-    c = conditions_of(record, reference, delta0)
-    rise, a_i, a_p = c.excess, c.input, c.cross
-    tilt, coupling = _cross(found, record)
-    gain = 1.0 + found.K1.change(rise)
-    delta = _at(tilt, record, rise)
-    inside = (
-        _at(dict.fromkeys(tilt, found.k0), record, rise)
-        + a_i
-        + found.k2 * a_i**2
-        + found.k3 * a_i**3
-        + delta * a_p
-        + coupling * a_i * a_p
-    )
-    heat = found.k0.local_slope(rise) + found.K1.local_slope(rise) * inside / gain
-    full = replace(c, axial=a_i + delta * a_p, indicated=inside, gain=gain)
-    full = replace(full, per_degree=heat, per_degree_falling=heat)
-    effects = tuple(FoundEffect.from_document(effect) for effect in calibration.effects)
-    added = [contribution(item, full) for item in disturbances(effects)]
-    terms = (np.ones_like(a_i), inside, a_i**2, a_i**3, a_p, a_i * a_p)
-    return _Simulated(
-        conditions=full,
-        reading=record.output / found.K1.at_T0,
-        simulated=np.sum([gain * inside, *added], axis=0),
-        by_coefficient=gain[:, None] * np.stack(terms, axis=1),
-        by_fixture=gain * c.per_radian * (freed.standard_uncertainty or 0.0),
-    )
-
-
-def _freed(calibration: Calibration, record: TumbleRecord) -> Quantity:
-    """Fixture angle that both sides of an axis told apart, else the one taken as given."""
-    axes = {str(mounting)[0] for mounting in record.mounting}
-    taken = Quantity(calibration.delta0_rad, 0.0, "rad")
-    return next((f.angle for f in calibration.fixture_angle if f.axis in axes), taken)
-
-
-def _cross(found: Compensation, record: TumbleRecord) -> tuple[dict[str, Law], Array]:
-    """Law of the misalignment by axis along the shaft, and cross-coupling of each reading."""
-    axes = {axis.name: axis for axis in found.axes}
-    shaft = {"o": "a_p", "p": "a_o"}
-    along = np.array([str(mounting)[0] for mounting in record.mounting])
-    missing = [axis for axis in sorted(set(along)) if shaft[axis] not in axes]
-    if missing:
-        raise InputError(
-            f"{record.source}: mounting {missing[0]}, which the calibration has not; compare a"
-            f" record in mounting {' or '.join(a for a, name in shaft.items() if name in axes)}"
-        )
-    coupling = np.array([axes[shaft[axis]].delta_ip for axis in along])
-    return {axis: axes[shaft[axis]].delta for axis in sorted(set(along))}, coupling
-
-
-def _at(laws: dict[str, Law], record: TumbleRecord, rise: Array) -> Array:
-    """Value of a law at each reading, by the axis along the shaft."""
-    value = np.zeros(rise.size)
-    for axis, law in laws.items():
-        here = np.char.startswith(record.mounting, axis)
-        value = np.where(here, law.at_T0 + law.change(rise), value)
-    return value
+    return simulated_readings(calibration, found, suited(found, record)).residual
 
 
 def _noise(
-    known: KnownNoise | None, found: Compensation, record: TumbleRecord, simulated: _Simulated
+    known: KnownNoise | None, found: Compensation, record: TumbleRecord, simulated: Simulated
 ) -> ReadingNoise:
     """Noise of the readings from replicates, else as the calibration had it."""
     c = simulated.conditions
@@ -249,74 +197,106 @@ def _noise(
         return ReadingNoise(known.sigma, 0.0, 0, np.inf)
 
 
-def _space(
-    record: TumbleRecord,
-    simulated: _Simulated,
-    noise: ReadingNoise,
-    declared: Apparatus,
-    found: Compensation,
-    of_calibration: Array,
-) -> Space:
-    c = simulated.conditions
-    head = head_positions(record.angle)
-    spread = covariance(c, noise, declared, head, _step(found, record))
-    spread = spread + of_calibration / noise.sigma**2
-    whitener = whitener_of(spread, noise.sigma)
-    # Noise without degrees of freedom is taken as known. All that is left then counts as repeating,
-    # and no replicates are set apart to estimate the noise anew.
-    repeating = saturated(c, record.mounting) if noise.dof else np.eye(len(record))
-    return space_of(whitener, np.empty((len(record), 0)), repeating)
-
-
 def _step(found: Compensation, record: TumbleRecord) -> float:
     """Step of the readings, as declared or as their digits show it [g]."""
     step = max(record.apparatus.resolution or 0.0, decimal_step(record.output))
     return step / abs(found.K1.at_T0)
 
 
-def _of_calibration(found: Compensation, simulated: _Simulated, dof: float) -> Array:
-    """Covariance that the errors of the calibration give to the readings (n, n) [g^2].
+def _whatever_the_head(seen: _Seen, same: bool | None, turned_over: bool) -> _Judged:
+    """Judge by one head, or by two; where nothing tells which, by what is more uncertain.
 
-    The tests refer to Student's distribution with the degrees of freedom of the noise; what the
-    calibration tells with fewer ones counts as larger.
+    On the same side of an axis two heads always leave more uncertain than one.
     """
-    rise, gain = simulated.conditions.excess, simulated.conditions.gain
-    at_T0 = simulated.by_coefficient
-    of_slopes = np.stack([at_T0[:, 0], at_T0[:, 1] / gain, at_T0[:, 4]], axis=1)  # k0, K1, delta
-    sides = (rise.clip(min=0.0), rise.clip(max=0.0))
-    acting = np.hstack([at_T0, *(of_slopes * side[:, None] for side in sides)])
-    factors = np.array([student_quantile(LEVEL, known) for known in found.freedom] or 1.0)
-    larger = np.maximum(factors / student_quantile(LEVEL, dof), 1.0)
-    known = np.nan_to_num(np.array(found.covariance)) * np.outer(larger, larger)
-    known[0, 0] += found.hysteresis**2  # the bias is on either side of its law
-    of_fixture = np.outer(simulated.by_fixture, simulated.by_fixture)
-    return np.asarray(acting @ known @ acting.T + of_fixture)
+    if same is not None or not turned_over or not seen.errors.positions.size:
+        return _judged(seen, bool(same))
+    one, two = _judged(seen, same=True), _judged(seen, same=False)
+    nearer = max(one, two, key=lambda judged: judged.p_value)
+    runs = tuple(map(_wider, one.runs, two.runs))
+    return nearer._replace(runs=runs)
 
 
-def _runs(
-    record: TumbleRecord, simulated: _Simulated, space: Space, judged: Array, dof: float
-) -> Iterator[RunChange]:
+def _wider(one: RunChange, two: RunChange) -> RunChange:
+    """Changes of a run with the wider interval of each."""
+    names = ("bias", "scale_factor", "misalignment")
+    pairs = {name: (getattr(one, name), getattr(two, name)) for name in names}
+    wider = {n: max(pair, key=lambda q: q.expanded_uncertainty) for n, pair in pairs.items()}
+    return replace(one, **wider)
+
+
+def _judged(seen: _Seen, same: bool) -> _Judged:
+    """Judge with the head of the calibration under the record, or with another one."""
+    c, errors, by_error = seen.simulated.conditions, seen.errors, seen.simulated.by_error
+    of_calibration = by_error @ errors.covariance(seen.dof, head=not same) @ by_error.T
+    space = _space(seen, of_calibration, same)
+    coordinates = space.see(seen.simulated.residual)
+    factors = blocks(space, c, first="run")
+    where = shares(space, coordinates, factors, seen.dof)
+    worst = max(range(len(where)), key=lambda i: (where[i].p_value < _SIGNIFICANT, where[i].share))
+    told, factor = "", factors[worst]
+    if where[worst].p_value < _SIGNIFICANT:
+        shape = pattern(space, coordinates, factor)
+        told = structure(c, seen.record.run_labels, factor.factor, shape)
+    known_by_few = of_calibration + seen.noise.sigma**2 * np.eye(len(seen.record))
+    return _Judged(
+        where=where,
+        reduced_chi2=float(coordinates @ coordinates) / coordinates.size,
+        structure=told,
+        runs=tuple(_runs(seen, space, known_by_few)),
+    )
+
+
+def _space(seen: _Seen, of_calibration: Array, same: bool) -> Space:
+    record, noise, c = seen.record, seen.noise, seen.simulated.conditions
+    own = replace(seen.declared, head_uncertainty=None) if same else seen.declared
+    spread = covariance(c, noise, own, head_positions(record.angle), seen.step)
+    if same:
+        left = head_difference(seen.errors, seen.simulated, record)
+        size = (seen.declared.head_uncertainty or 0.0) / noise.sigma
+        spread = spread + size**2 * left @ left.T
+    whitener = whitener_of(spread + of_calibration / noise.sigma**2, noise.sigma)
+    # Noise without degrees of freedom is taken as known. All that is left then counts as repeating,
+    # and no replicates are set apart to estimate the noise anew.
+    repeating = saturated(c, record.mounting) if noise.dof else np.eye(len(record))
+    return space_of(whitener, np.empty((len(record), 0)), repeating)
+
+
+def _runs(seen: _Seen, space: Space, judged: Array) -> Iterator[RunChange]:
     """Bias, scale factor and misalignment of each run beside those of the calibration.
 
-    `judged` is that part of the covariance which is known with some degrees of freedom only.
+    Each cross axis has a misalignment of its own. `judged` is that part of the covariance which is
+    known with some degrees of freedom only.
     """
-    c, residual = simulated.conditions, simulated.residual
-    axes = c.gain[:, None] * np.stack([np.ones_like(c.input), c.indicated, c.cross], axis=1)
+    record, c, residual = seen.record, seen.simulated.conditions, seen.simulated.residual
+    columns = c.gain[:, None] * np.stack([np.ones_like(c.input), c.indicated, c.cross], axis=1)
     root = np.linalg.inv(space.whitener)  # of the covariance
-    for index, label in enumerate(record.run_labels):
-        own = c.run == index
-        if not own.any():
-            continue
+    for label, own in _runs_and_axes(record):
         whole, here = root[own] @ root[own].T, np.ix_(own, own)
         whitener = np.linalg.inv(np.linalg.cholesky(whole))
-        weights = np.linalg.pinv(whitener @ axes[own]) @ whitener
-        told = [
-            _quantity(float(w @ residual[own]), w @ whole @ w, w @ judged[here] @ w, dof, unit)
+        weights = np.linalg.pinv(whitener @ columns[own]) @ whitener
+        bias, scale_factor, misalignment = (
+            _quantity(float(w @ residual[own]), w @ whole @ w, w @ judged[here] @ w, seen.dof, unit)
             for w, unit in zip(weights, ("g", "1", "rad"), strict=True)
-        ]
+        )
         level = record.select(own).mean_temperature
-        rms = float(np.sqrt(np.mean(residual[own] ** 2)))
-        yield RunChange(label, level if np.isfinite(level) else None, rms, *told)
+        yield RunChange(
+            run=label,
+            temperature_degC=level if np.isfinite(level) else None,
+            rms=float(np.sqrt(np.mean(residual[own] ** 2))),
+            bias=bias,
+            scale_factor=scale_factor,
+            misalignment=misalignment,
+            mounting=", ".join(distinct(record.mounting[own]).tolist()),
+        )
+
+
+def _runs_and_axes(record: TumbleRecord) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+    """Readings of each run and cross axis."""
+    for index, label in enumerate(record.run_labels):
+        for axis in SHAFT:
+            own = (record.run == index) & np.char.startswith(record.mounting, axis)
+            if own.any():
+                yield label, own
 
 
 def _quantity(value: float, variance: float, judged: float, dof: float, unit: str) -> Quantity:

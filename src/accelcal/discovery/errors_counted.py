@@ -7,12 +7,13 @@ from dataclasses import replace
 
 from accelcal.apparatus import Apparatus
 from accelcal.discovery.noise import FEWEST_REPLICATES, ReadingNoise
+from accelcal.discovery.one_head import is_same_file
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource
 
-__all__ = ["counted", "notes", "sources"]
+__all__ = ["counted", "head_notes", "notes", "sources"]
 
 _FROM_CALIBRATION = ("head", "launch", "launch_sf")
 _FEW = 10.0
@@ -119,7 +120,7 @@ def notes(calibration: Calibration, record: TumbleRecord, declared: Apparatus) -
     if None not in (calibration.serial, record.serial) and calibration.serial != record.serial:
         yield f"the calibration is that of {calibration.serial}, the record that of {record.serial}"
     yield from _units(calibration, record)
-    if record.sha256 and record.sha256 == calibration.provenance.get("sha256"):
+    if is_same_file(calibration, record):
         yield "the calibration was fitted to this very file: new readings would agree less well"
     if declared.launch_uncertainty is None:
         yield (
@@ -129,6 +130,43 @@ def notes(calibration: Calibration, record: TumbleRecord, declared: Apparatus) -
     if declared.head_uncertainty is None:
         yield "head_uncertainty is not declared: errors of the head count as a disagreement"
     yield from _few_degrees(calibration, record)
+
+
+def head_notes(
+    calibration: Calibration, record: TumbleRecord, declared: Apparatus, same: bool | None
+) -> Iterator[str]:
+    """Say what the head and the side of the mounting leave open.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    record : TumbleRecord
+        The record.
+    declared : Apparatus
+        The errors, from `counted`.
+    same : bool or None
+        Whether both were measured on one head.
+
+    Yields
+    ------
+    str
+        A sentence for each.
+    """
+    if same is None and declared.head_uncertainty:
+        yield (
+            "nothing tells whether both were measured on one head, clamped alike: the intervals are"
+            " the wider ones of both cases; name the head in a line '# head: NAME' of both tables,"
+            " or give --same-head or --other-head"
+        )
+    sides = {table.mounting for table in calibration.tables}
+    freed = {told.axis for told in calibration.fixture_angle}
+    for mounting in sorted({str(side) for side in record.mounting} - sides):
+        if mounting[0] not in freed:
+            yield (
+                f"mounting {mounting} is the other side of what was calibrated: twice the fixture"
+                " angle counts as a change of the misalignment; calibrate on both sides"
+            )
 
 
 def _units(calibration: Calibration, record: TumbleRecord) -> Iterator[str]:

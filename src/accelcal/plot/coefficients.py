@@ -51,7 +51,7 @@ def coefficients(calibration: Calibration, axes: Any) -> Any:
 def run_changes(disagreement: Disagreement, axes: Any) -> Any:
     """Draw `DisagreementPlot.runs`."""
     panels = canvases(axes, 1, 3, (10.0, 3.4))
-    names = [change.run for change in disagreement.runs]
+    names = disagreement.run_names
     for ax, name in zip(panels, ("bias", "scale_factor", "misalignment"), strict=True):
         _draw_runs(ax, [getattr(change, name) for change in disagreement.runs], names)
         ax.axhline(0.0, color=palette().ink, lw=0.8)

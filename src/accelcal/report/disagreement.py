@@ -42,6 +42,9 @@ def _head(found: Disagreement) -> Iterator[str]:
     if found.effects:
         yield from wrapped(f"effects in the calibration: {', '.join(found.effects)}")
     yield from wrapped(noise_line(found.noise))
+    if found.same_head is not None:
+        heads = "one, whose errors are common to" if found.same_head else "one each, of"
+        yield f"heads: {heads} calibration and record"
 
 
 def _verdict(found: Disagreement) -> Iterator[str]:
@@ -66,14 +69,14 @@ def _runs(found: Disagreement) -> Iterator[str]:
     rows = [("run", "degC", "rms/ug", "bias/ug", "scale factor/ppm", "misalignment/urad")]
     rows += [
         (
-            change.run,
+            name,
             "" if change.temperature_degC is None else f"{change.temperature_degC:.1f}",
             significant(change.rms * 1e6, 3),
             _micro(change.bias),
             _micro(change.scale_factor),
             _micro(change.misalignment),
         )
-        for change in found.runs
+        for name, change in zip(found.run_names, found.runs, strict=True)
     ]
     yield from (f"  {line}" for line in aligned(rows, right={1, 2, 3, 4, 5}))
 

@@ -92,8 +92,8 @@ def disagreement_html(found: Disagreement) -> str:
     parts = [heading(f"Comparison of {found.serial or found.source}", *told)]
     parts.append(_where(found.where))
     rows = [
-        (change.run, name.replace("_", " "), *_interval(getattr(change, name)))
-        for change in found.runs
+        (run, name.replace("_", " "), *_interval(getattr(change, name)))
+        for run, change in zip(found.run_names, found.runs, strict=True)
         for name in ("bias", "scale_factor", "misalignment")
     ]
     parts.append(table("changes since the calibration", ("run", "", *_INTERVAL), rows[:_MOST_ROWS]))

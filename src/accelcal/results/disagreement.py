@@ -32,6 +32,8 @@ class RunChange:
         Of reading minus simulation [g].
     bias, scale_factor, misalignment : Quantity
         Change of k0 [g], of K1 (relative) and of delta [rad].
+    mounting : str
+        Mounting; both sides of one axis where the run has both, as in ``"o+, o-"``.
     """
 
     run: str
@@ -40,6 +42,7 @@ class RunChange:
     bias: Quantity
     scale_factor: Quantity
     misalignment: Quantity
+    mounting: str = "o+"
 
     def to_document(self) -> dict[str, Any]:
         """Return the change as it stands in the JSON document."""
@@ -67,6 +70,9 @@ class Disagreement(JsonResult, TabularResult):
         What has changed in each run.
     noise : tuple of ErrorSource
         What was taken as uncertain.
+    same_head : bool or None
+        Whether calibration and record were measured on one head, whose errors are common to both;
+        None where nothing tells it.
     effects : tuple of str
         Ids of the effects that the calibration has.
     notes : tuple of str
@@ -86,6 +92,7 @@ class Disagreement(JsonResult, TabularResult):
     structure: str
     runs: tuple[RunChange, ...]
     noise: tuple[ErrorSource, ...]
+    same_head: bool | None = None
     effects: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     serial: str | None = None
@@ -111,6 +118,12 @@ class Disagreement(JsonResult, TabularResult):
         return disagreement_html(self)
 
     @property
+    def run_names(self) -> list[str]:
+        """Name of each of `runs`, with its mounting where there are several."""
+        several = len({change.mounting for change in self.runs}) > 1
+        return [f"{each.run}, {each.mounting}" if several else each.run for each in self.runs]
+
+    @property
     def plot(self) -> DisagreementPlot:
         """Pictures, each a method that returns matplotlib axes."""
         from accelcal.plot.disagreement import DisagreementPlot
@@ -127,6 +140,7 @@ class Disagreement(JsonResult, TabularResult):
             "serial": self.serial,
             "readings": self.readings,
             "noise": {source.name: fields_document(source) for source in self.noise},
+            "same_head": self.same_head,
             "gap": {"rms": self.rms, "reduced_chi2": self.reduced_chi2},
             "p_value": self.p_value,
             "where": [plain(share) for share in self.where],
@@ -142,6 +156,7 @@ class Disagreement(JsonResult, TabularResult):
             {
                 "serial": self.serial,
                 "run": change.run,
+                "mounting": change.mounting,
                 "temperature_degC": change.temperature_degC,
                 "change": name,
                 **getattr(change, name).to_document(),

@@ -1,0 +1,297 @@
+"""Errors of a calibration: what the head did to it, position by position, and all the rest.
+
+A new record on the same head has the same errors of the positions. What they did to the calibration
+they do to the record again, so that most of it is not a difference. To know how much, the errors of
+the coefficients are split: with A the change of the coefficients by the error of each position and
+u the standard uncertainty of one, C = u^2 A A' + rest.
+
+Least squares of a table gives A = X+ Z, Z what the errors of the positions do to the readings and
+X+ the estimator. It takes out what the lack of fit shows of the head, by best linear prediction:
+with Q the projector off the model and s the noise of a reading, what is missed of the errors is
+(1 + u^2/s^2 sum Z'QZ)^-1 times them, the sum over all tables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.compensate.coefficients import PARAMETERS, Compensation
+from accelcal.discovery.repeatability import known_noise
+from accelcal.discovery.simulated import (
+    ERRORS,
+    SHAFT,
+    Simulated,
+    axis_of,
+    freed_angle,
+    simulated_readings,
+)
+from accelcal.estimate.linear import METHODS, LinearEstimator, linear_estimator
+from accelcal.estimate.tables import head_positions, prepare
+from accelcal.model import COEFFICIENTS
+from accelcal.numerics.probability import LEVEL, student_quantile
+from accelcal.numerics.sorting import distinct
+from accelcal.record import TumbleRecord
+from accelcal.results.calibration import Calibration
+from accelcal.results.table import TableCalibration
+
+__all__ = ["CalibrationErrors", "calibration_errors"]
+
+Array = NDArray[np.float64]
+
+_DELTA, _OTHER, _DELTA0 = (ERRORS.index(name) for name in ("delta", "other delta", "delta0"))
+_MAIN = [*range(len(PARAMETERS))]
+_ACROSS = [*_MAIN[:_DELTA], _OTHER, _OTHER + 1]
+"""Places of the parameters of a table in either cross axis."""
+
+
+class CalibrationErrors(NamedTuple):
+    """Errors of a calibration, over `ERRORS`.
+
+    Attributes
+    ----------
+    rest : ndarray, shape (18, 18)
+        Covariance of all but those by the head.
+    dof : ndarray, shape (18,)
+        Degrees of freedom of each error, that by the head among it.
+    by_head : ndarray, shape (18, J)
+        What the error of each head position does to them [per rad].
+    positions : ndarray, shape (J,)
+        The head positions [deg].
+    head, head_dof : float
+        Standard uncertainty of a position as the calibration had it [rad], and its degrees of
+        freedom.
+    hysteresis : float
+        The bias is on either side of its law by as much [g].
+    """
+
+    rest: Array
+    dof: Array
+    by_head: Array
+    positions: Array
+    head: float
+    head_dof: float
+    hysteresis: float
+
+    def covariance(self, dof: float, *, head: bool) -> Array:
+        """Covariance, in which what few degrees of freedom tell counts as larger.
+
+        Parameters
+        ----------
+        dof : float
+            Degrees of freedom of Student's distribution that the covariance is used with.
+        head : bool
+            Count the errors by the head, as of another head than that of the record.
+
+        Returns
+        -------
+        ndarray, shape (18, 18)
+            The covariance.
+        """
+        of_head = self.head**2 * self.by_head @ self.by_head.T
+        whole = self.rest + of_head
+        freedom = self.dof if head else self._freedom_of_rest(whole, of_head)
+        told = np.array([student_quantile(LEVEL, each) for each in freedom.tolist()])
+        larger = np.maximum(told / student_quantile(LEVEL, dof), 1.0)
+        found = (whole if head else self.rest) * np.outer(larger, larger)
+        found[0, 0] += self.hysteresis**2
+        return np.asarray(found)
+
+    def _freedom_of_rest(self, whole: Array, of_head: Array) -> Array:
+        """Degrees of freedom without the head: 1/dof is the mean over the shares of a variance."""
+        variance = np.diagonal(whole)
+        share = np.diagonal(of_head) / np.where(variance > 0.0, variance, 1.0)
+        left = 1.0 / self.dof - share / self.head_dof
+        return np.asarray(1.0 / np.clip(left / np.maximum(1.0 - share, 1e-6), 1e-9, 1.0))
+
+
+def calibration_errors(calibration: Calibration, found: Compensation) -> CalibrationErrors:
+    """Split the errors of a calibration into those by the head and the rest.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    found : Compensation
+        Its coefficients.
+
+    Returns
+    -------
+    CalibrationErrors
+        Of no head position, where the calibration does not tell its readings, or was corrected by
+        the known errors of its head.
+    """
+    positions, by_head = _by_head(calibration, found)
+    head = next((s for s in calibration.error_sources if s.name == "head" and s.value), None)
+    size = (head.value or 0.0) if head and positions.size else 0.0
+    whole, dof = _stated(calibration, found)
+    return CalibrationErrors(
+        rest=_without(whole, size * by_head),
+        dof=dof,
+        by_head=by_head,
+        positions=positions,
+        head=size,
+        head_dof=(head.dof or np.inf) if head else np.inf,
+        hysteresis=found.hysteresis,
+    )
+
+
+def _stated(calibration: Calibration, found: Compensation) -> tuple[Array, Array]:
+    """Covariance over `ERRORS` as the calibration states it, and its degrees of freedom.
+
+    What it does not state is taken as zero, and so is the covariance of one cross axis and the
+    other, of which the head makes the most.
+    """
+    covariance, dof = np.zeros(2 * (len(ERRORS),)), np.full(len(ERRORS), np.inf)
+    for start, own, freedom in (
+        (0, found.covariance, found.freedom),
+        (_OTHER, found.other_covariance, found.other_freedom),
+    ):
+        block = slice(start, start + len(own))
+        if own:
+            covariance[block, block] = np.nan_to_num(np.array(own))
+            dof[block] = freedom or np.inf
+    for place, axis in enumerate(found.axes, _DELTA0):
+        angle = freed_angle(calibration, axis.name)
+        covariance[place, place] = (angle.standard_uncertainty or 0.0) ** 2
+        dof[place] = angle.dof or np.inf
+    return covariance, dof
+
+
+def _without(whole: Array, by_head: Array) -> Array:
+    """What is left of a covariance without that of the head, which is no larger than it."""
+    of_head = by_head @ by_head.T
+    apart = np.zeros(len(ERRORS), dtype=np.intp)  # blocks between which nothing is stated
+    apart[_OTHER:], apart[_DELTA0:] = 1, (2, 3)
+    left = whole - np.where(np.equal.outer(apart, apart), of_head, 0.0)
+    scale = np.sqrt(np.maximum(np.diagonal(whole), 0.0))
+    scale[scale == 0.0] = 1.0
+    values, vectors = np.linalg.eigh(left / np.outer(scale, scale))
+    root = scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+    return np.asarray(root @ root.T)
+
+
+class _Table(NamedTuple):
+    """A table of a calibration: what its errors and those of the head do to its n readings."""
+
+    calibrated: TableCalibration
+    estimator: LinearEstimator
+    simulated: Simulated
+    head: Array
+
+    @property
+    def told(self) -> list[int]:
+        """Places of the coefficients that it tells among all six."""
+        return [COEFFICIENTS.index(name) for name in self.estimator.names]
+
+    def acting(self, positions: Array) -> Array:
+        """What the error of each position does to the readings, shape (n, J) [g/rad]."""
+        return np.equal.outer(self.head, positions) * self.simulated.per_radian[:, None]
+
+    def absorbed(self, readings: Array) -> Array:
+        """Part of some readings, shape (n, J), that the coefficients take up."""
+        columns = self.estimator.table.design[:, self.told]
+        return np.asarray(columns @ (self.estimator.map @ readings))
+
+
+def _by_head(calibration: Calibration, found: Compensation) -> tuple[Array, Array]:
+    """Head positions, and what the error of each does to `ERRORS`."""
+    tables = list(_tables(calibration, found)) if _is_told(calibration) else []
+    if not tables:
+        return np.empty(0), np.zeros((len(ERRORS), 0))
+    positions = distinct(np.concatenate([table.head for table in tables]))
+    by_head = np.zeros((len(ERRORS), positions.size))
+    for place, axis in enumerate(found.axes):
+        own = [table for table in tables if axis_of(table.calibrated.mounting) == axis.name]
+        sides = _nearest(own, found.T0)
+        influence = {side: _influence(table, positions) for side, table in sides.items()}
+        freed = axis.name in {SHAFT[told.axis] for told in calibration.fixture_angle}
+        _tell(by_head, place, list(influence.values()), list(sides), freed=freed)
+    return positions, by_head @ _missed(calibration, found, tables, positions)
+
+
+def _is_told(calibration: Calibration) -> bool:
+    """Whether readings are there, and the head acted on them as its errors are."""
+    corrected = calibration.provenance.get("options", {}).get("head") is not None
+    return not corrected and all(table.residuals.angle_deg for table in calibration.tables)
+
+
+def _tables(calibration: Calibration, found: Compensation) -> Iterator[_Table]:
+    asked = calibration.provenance.get("options", {}).get("coefficients", COEFFICIENTS)
+    for table in calibration.tables:
+        angle = np.array(table.residuals.angle_deg)
+        n = angle.size
+        level = np.nan if table.temperature_degC is None else table.temperature_degC
+        record = TumbleRecord(
+            output=np.cos(np.deg2rad(angle)),  # what the readings were does not matter here
+            angle=angle,
+            temperature=np.full(n, level),
+            stroke=np.array(table.residuals.stroke, dtype=np.int64),
+            run=np.zeros(n, dtype=np.int64),
+            run_labels=(table.run,),
+            mounting=np.full(n, table.mounting),
+            position=np.zeros(n, dtype=np.int64),
+        )
+        prepared = prepare(record, delta0=calibration.delta0_rad, asked=asked)
+        estimator = linear_estimator(prepared, calibration.method, calibration.delta0_rad)
+        simulated = simulated_readings(calibration, found, record)
+        yield _Table(table, estimator, simulated, head_positions(angle))
+
+
+def _nearest(tables: Sequence[_Table], level: float | None) -> dict[str, _Table]:
+    """Table nearest in temperature on each side of an axis, the side of most tables first."""
+    sides = [table.calibrated.mounting for table in tables]
+    return {
+        side: min(
+            (table for table, own in zip(tables, sides, strict=True) if own == side),
+            key=lambda t: abs((t.calibrated.temperature_degC or 0.0) - (level or 0.0)),
+        )
+        for side in sorted(dict.fromkeys(sides), key=sides.count, reverse=True)
+    }
+
+
+def _tell(
+    by_head: Array, axis: int, of_sides: Sequence[Array], sides: Sequence[str], *, freed: bool
+) -> None:
+    """Write what the head does to the parameters of an axis into the rows of `ERRORS`.
+
+    The temperature laws have it from all of their tables alike, which leaves their slopes alone.
+    Both sides of an axis tell the misalignment by their mean, and the fixture angle by half of
+    their difference, - minus +, see `accelcal.estimate.reversal`.
+    """
+    delta = _DELTA if axis == 0 else _OTHER
+    by_head[[delta, delta + 1]] = of_sides[0][_DELTA:]
+    if axis == 0:
+        by_head[:_DELTA] = of_sides[0][:_DELTA]
+    if freed and len(sides) == 2:
+        minus, plus = (of_sides[sides.index(side)][_DELTA] for side in sorted(sides, reverse=True))
+        by_head[delta] = (plus + minus) / 2.0
+        by_head[_DELTA0 + axis] = (minus - plus) / 2.0
+
+
+def _influence(table: _Table, positions: Array) -> Array:
+    """What the error of each position does to the parameters of a table, shape (6, J)."""
+    simulated = table.simulated.by_error
+    is_main = bool(simulated[:, _DELTA].any())
+    places = np.array(_MAIN if is_main else _ACROSS)[table.told]
+    whole = np.zeros((len(PARAMETERS), positions.size))
+    through = table.absorbed(table.acting(positions))
+    whole[table.told] = np.linalg.pinv(simulated[:, places]) @ through
+    return whole
+
+
+def _missed(
+    calibration: Calibration, found: Compensation, tables: Sequence[_Table], positions: Array
+) -> Array:
+    """What the prediction by the lack of fit leaves of the errors of the head, shape (J, J)."""
+    noise = known_noise(calibration, found.K1.at_T0)
+    head = next((s.value for s in calibration.error_sources if s.name == "head"), None)
+    if calibration.method != METHODS[0] or noise is None or not noise.sigma or not head:
+        return np.eye(positions.size)
+    acting = [table.acting(positions) for table in tables]
+    shown = sum(z.T @ (z - t.absorbed(z)) for z, t in zip(acting, tables, strict=True))
+    ratio = (head / noise.sigma) ** 2
+    return np.asarray(np.linalg.inv(np.eye(positions.size) + ratio * np.asarray(shown)))

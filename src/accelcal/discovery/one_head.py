@@ -1,0 +1,110 @@
+"""Whether a calibration and a record have one head in common, and what its errors do to both."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.calibration_errors import CalibrationErrors
+from accelcal.discovery.simulated import Simulated
+from accelcal.estimate.tables import head_positions
+from accelcal.numerics.sorting import distinct
+from accelcal.record import TumbleRecord
+from accelcal.results.calibration import Calibration
+
+__all__ = ["head_difference", "is_same_head", "is_turned_over"]
+
+Array = NDArray[np.float64]
+
+_KEYS = ("head", "stand")
+"""Lines above the readings that name what stood under them, the one that tells most first."""
+
+
+def is_same_head(
+    calibration: Calibration, record: TumbleRecord, errors: CalibrationErrors, told: bool | None
+) -> bool | None:
+    """Tell whether both were measured on one head, its fixture clamped alike.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    record : TumbleRecord
+        The record.
+    errors : CalibrationErrors
+        What the head did to the calibration.
+    told : bool or None
+        What the user says of it.
+
+    Returns
+    -------
+    bool or None
+        As told, or true of one file; else as the lines ``# head: NAME`` of both have it, else their
+        lines ``# stand: NAME``. None where nothing tells it, or where it would not help: the
+        fixture of the record is clamped at another angle than 0, or nothing tells at which
+        positions the calibration was measured.
+    """
+    named = [
+        (own, other)
+        for key in _KEYS
+        for own, other in [(_named(calibration.provenance, key), _line(record.metadata, key))]
+        if own and other
+    ]
+    same = told
+    if same is None and named:
+        same = named[0][0] == named[0][1]
+    if same is None and is_same_file(calibration, record):
+        same = True
+    is_turned = record.clamping is not None and bool(np.any(np.mod(record.clamping, 360.0)))
+    return None if same and (is_turned or not errors.positions.size) else same
+
+
+def is_same_file(calibration: Calibration, record: TumbleRecord) -> bool:
+    """Tell whether the calibration was fitted to these very readings."""
+    return bool(record.sha256) and record.sha256 == calibration.provenance.get("sha256")
+
+
+def _named(provenance: Mapping[str, Any], key: str) -> str:
+    return _line(provenance.get("metadata", {}), key)
+
+
+def _line(metadata: Mapping[str, str], key: str) -> str:
+    """A line above the readings, in whatever case; empty where there is none."""
+    told = (value for name, value in metadata.items() if name.strip().casefold() == key)
+    return next(told, "").strip().casefold()
+
+
+def is_turned_over(calibration: Calibration, record: TumbleRecord) -> bool:
+    """Tell whether an axis stands on the side that the calibration has not.
+
+    There the errors of one head add up, while they cancel on the same side.
+    """
+    return not set(map(str, distinct(record.mounting))) <= {t.mounting for t in calibration.tables}
+
+
+def head_difference(errors: CalibrationErrors, simulated: Simulated, record: TumbleRecord) -> Array:
+    """What the errors of one head do to readings less what they did to the calibration.
+
+    Parameters
+    ----------
+    errors : CalibrationErrors
+        What they did to the calibration.
+    simulated : Simulated
+        What it says about the readings.
+    record : TumbleRecord
+        The n readings.
+
+    Returns
+    -------
+    ndarray, shape (n, k)
+        Change of the residual by an error of each of k head positions [g/rad].
+    """
+    at = head_positions(record.graduation)
+    positions = distinct(np.concatenate([at, errors.positions]))
+    by_head = np.zeros((errors.by_head.shape[0], positions.size))
+    by_head[:, np.searchsorted(positions, errors.positions)] = errors.by_head
+    acting = np.equal.outer(at, positions) * simulated.per_radian[:, None]
+    return np.asarray(acting - simulated.by_error @ by_head)

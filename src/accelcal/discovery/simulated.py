@@ -1,0 +1,171 @@
+"""What a calibration says about the readings of a record, and how its errors act on them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation, CrossAxis
+from accelcal.discovery.known import contribution, disturbances
+from accelcal.effects.conditions import Conditions, conditions_of
+from accelcal.errors import InputError
+from accelcal.record import TumbleRecord
+from accelcal.reference import fixture_angle
+from accelcal.results.calibration import Calibration
+from accelcal.results.findings import FoundEffect
+from accelcal.results.quantity import Quantity
+
+__all__ = ["ERRORS", "SHAFT", "Simulated", "axis_of", "freed_angle", "simulated_readings"]
+
+Array = NDArray[np.float64]
+
+SHAFT = {"o": "a_p", "p": "a_o"}
+"""Axis along the shaft -> acceleration along the cross axis in the plane of rotation."""
+
+ERRORS = (
+    *(*PARAMETERS, *SLOPES),
+    *("other delta", "other delta_ip", "other delta_slope_above", "other delta_slope_below"),
+    *("delta0", "other delta0"),
+)
+"""What of a calibration may be wrong: its parameters and slopes, those of the misalignment of the
+other cross axis, and the fixture angle of either."""
+
+
+class Simulated(NamedTuple):
+    """What a calibration says about n readings.
+
+    Attributes
+    ----------
+    conditions : Conditions
+        Of the readings, as the calibration has them.
+    reading, simulated : ndarray, shape (n,)
+        Readings and simulation over K1 at T0 [g].
+    by_error : ndarray, shape (n, 18)
+        Change of the simulation by each of `ERRORS` [g per unit].
+    """
+
+    conditions: Conditions
+    reading: Array
+    simulated: Array
+    by_error: Array
+
+    @property
+    def residual(self) -> Array:
+        """Reading minus simulation [g]."""
+        return self.reading - self.simulated
+
+    @property
+    def per_radian(self) -> Array:
+        """Change of each reading by an error of the head [g/rad]."""
+        return self.conditions.gain * self.conditions.per_radian
+
+
+def axis_of(mounting: str) -> str:
+    """Cross axis in the plane of rotation, ``"a_p"`` or ``"a_o"``, by the mounting."""
+    return SHAFT[mounting[:1]]
+
+
+def freed_angle(calibration: Calibration, axis: str) -> Quantity:
+    """Fixture angle that both sides of a cross axis told apart, else the one taken as given."""
+    taken = Quantity(calibration.delta0_rad, 0.0, "rad")
+    return next((f.angle for f in calibration.fixture_angle if SHAFT[f.axis] == axis), taken)
+
+
+def simulated_readings(
+    calibration: Calibration, found: Compensation, record: TumbleRecord
+) -> Simulated:
+    """Simulate the readings of a record.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    found : Compensation
+        Its coefficients.
+    record : TumbleRecord
+        The readings, in its output unit.
+
+    Returns
+    -------
+    Simulated
+        What it says about them.
+
+    Raises
+    ------
+    InputError
+        If a mounting was not calibrated.
+    """
+    along = _along(found, record)
+    c = _conditions(calibration, found, record, along)
+    rise, a_i, a_p = c.excess, c.input, c.cross
+    gain = 1.0 + found.K1.change(rise)
+    bias = found.k0.at_T0 + found.k0.change(rise)
+    delta = _of_axis(along, found, lambda axis: axis.delta.at_T0 + axis.delta.change(rise))
+    coupling = _of_axis(along, found, lambda axis: np.full(rise.size, axis.delta_ip))
+    inside = bias + a_i + found.k2 * a_i**2 + found.k3 * a_i**3 + delta * a_p + coupling * a_i * a_p
+    heat = found.k0.local_slope(rise) + found.K1.local_slope(rise) * inside / gain
+    full = replace(c, axial=a_i + delta * a_p, indicated=inside, gain=gain)
+    full = replace(full, per_degree=heat, per_degree_falling=heat)
+    effects = tuple(FoundEffect.from_document(effect) for effect in calibration.effects)
+    added = [contribution(item, full) for item in disturbances(effects)]
+    return Simulated(
+        conditions=full,
+        reading=record.output / found.K1.at_T0,
+        simulated=np.sum([gain * inside, *added], axis=0),
+        by_error=_by_error(full, along == found.cross.name),
+    )
+
+
+def _along(found: Compensation, record: TumbleRecord) -> NDArray[np.str_]:
+    """Cross axis of each reading."""
+    known = [axis.name for axis in found.axes]
+    along = np.array([axis_of(str(mounting)) for mounting in record.mounting])
+    missing = [axis for axis, name in SHAFT.items() if name in along and name not in known]
+    if missing:
+        raise InputError(
+            f"{record.source}: mounting {missing[0]}, which the calibration has not; compare a"
+            f" record in mounting {' or '.join(a for a, name in SHAFT.items() if name in known)}"
+        )
+    return along
+
+
+def _conditions(
+    calibration: Calibration, found: Compensation, record: TumbleRecord, along: NDArray[np.str_]
+) -> Conditions:
+    """Conditions of the readings, those in either cross axis with its own fixture angle."""
+    told = []
+    for axis in found.axes:
+        delta0 = fixture_angle(record, freed_angle(calibration, axis.name).value or None)
+        told.append(conditions_of(record, 0.0 if found.T0 is None else found.T0, delta0))
+    main, other = told[0], told[-1]
+    of_angle = ("input", "cross", "axial", "indicated", "per_radian")
+    is_main = along == found.cross.name
+    return replace(
+        main,
+        **{n: np.where(is_main, getattr(main, n), getattr(other, n)) for n in of_angle},
+    )
+
+
+def _of_axis(
+    along: NDArray[np.str_], found: Compensation, told: Callable[[CrossAxis], Array]
+) -> Array:
+    """What each reading has of its own cross axis."""
+    return np.asarray(np.sum([np.where(along == a.name, told(a), 0.0) for a in found.axes], axis=0))
+
+
+def _by_error(c: Conditions, is_main: NDArray[np.bool_]) -> Array:
+    """Derivatives by `ERRORS`, shape (n, 18); those of the slopes are on one side of T0 each."""
+    gain, a_i, a_p = c.gain, c.input, c.cross
+    main, other = np.where(is_main, gain, 0.0), np.where(is_main, 0.0, gain)
+    at_T0 = [gain, gain * c.indicated, gain * a_i**2, gain * a_i**3, main * a_p, main * a_i * a_p]
+    above, below = c.excess.clip(min=0.0), c.excess.clip(max=0.0)
+    slopes = [
+        column * side for side in (above, below) for column in (gain, c.indicated, main * a_p)
+    ]
+    of_other = [other * a_p, other * a_i * a_p, other * a_p * above, other * a_p * below]
+    of_fixture = [main * c.per_radian, other * c.per_radian]
+    return np.stack([*at_T0, *slopes, *of_other, *of_fixture], axis=1)
