@@ -277,7 +277,7 @@ def test_prefixes_of_units_are_converted():
         (frame(2), {}, r"serial A has 2 dated calibration\(s\) to compare, and a drift needs 3"),
         (frame(date=None), {}, "10 of 10 tables have no date that can be read, first 2010.csv"),
         (frame(), {"serial": "B"}, "no serial 'B' in the results; there is A"),
-        (frame(serial=list("ABABABABAB")), {}, "several units; choose one with --serial: A, B"),
+        (frame(serial=list("ABABABABAB")), {}, "several units; choose one by its serial: A, B"),
         (frame(), {"mounting": "p+"}, "no mounting 'p\\+' in the results; there is o\\+"),
         (frame(), {"temperature": 80.0}, "no calibration at 80 degC; there is 20 degC"),
         (frame(), {"alpha": 2.0}, "alpha is 2; it is a chance from 0.001 to 1"),
@@ -285,7 +285,7 @@ def test_prefixes_of_units_are_converted():
         (frame(4, output_unit=["mA", "mA", "V", "V"]), {}, "outputs in mA, V"),
         (frame().drop(columns="K1"), {}, "no column 'K1' in the frame"),
         (frame(0), {}, "no calibration is given"),
-        (frame(temperature_degC=np.nan), {"temperature": 20.0}, "leave out --temperature"),
+        (frame(temperature_degC=np.nan), {"temperature": 20.0}, "leave out the temperature"),
     ],
 )
 def test_what_cannot_be_followed_is_told(table, options, message):

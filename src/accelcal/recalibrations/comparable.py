@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from accelcal.errors import InputError
 from accelcal.recalibrations.entries import Entry, listed, year
@@ -92,7 +93,7 @@ def _of_unit(entries: Sequence[Entry], serial: str | None) -> list[Entry]:
     if not have:
         raise InputError("no calibration is given; give what accelcal batch or fit wrote")
     if serial is None and len(have) > 1:
-        raise InputError(f"several units; choose one with --serial: {listed(have)}")
+        raise InputError(f"several units; choose one by its serial: {listed(have)}")
     own = [entry for entry in entries if serial is None or _name(entry) == serial]
     if not own:
         raise InputError(f"no serial {serial!r} in the results; there is {listed(have)}")
@@ -131,38 +132,50 @@ def _dated(own: list[Entry], name: str, notes: list[str]) -> list[Entry]:
 def _at_level(
     own: list[Entry], temperature: float | None, notes: list[str]
 ) -> tuple[list[Entry], float | None]:
-    """Tables at one level; the one that most dates have, and of equal ones the nearest to 20."""
+    """Tables at one level, and the mean of their temperatures; None where none is known."""
     known = [entry for entry in own if entry.temperature is not None]
     if not known:
         if temperature is not None:
-            raise InputError("no temperature in the results; leave out --temperature")
+            raise InputError("no temperature in the results; leave out the temperature asked for")
         notes.append("temperatures are unknown; calibrations are compared as if at one")
         return own, None
-    levels = np.array([entry.temperature for entry in known], dtype=float)
+    asked = _usual_level(known) if temperature is None else temperature
+    kept = [entry for entry in known if _is_near(entry, asked)]
+    left = {round(entry.temperature or 0.0) for entry in known if not _is_near(entry, asked)}
+    others = ", ".join(map(str, sorted(left)))
+    if not kept:
+        raise InputError(f"no calibration at {asked:g} degC; there is {others} degC")
+    held = np.array([entry.temperature for entry in kept], dtype=float)
+    notes.extend(_said_of_level(held, others))
+    return kept, float(held.mean())
+
+
+def _usual_level(known: list[Entry]) -> float:
+    """The temperature near which most dates have a table, and of equal ones the nearest to 20."""
 
     def dates(level: float) -> int:
-        return len({e.date for e in known if abs((e.temperature or 0.0) - level) <= _ONE_LEVEL})
+        return len({entry.date for entry in known if _is_near(entry, level)})
 
-    if temperature is None:
-        temperature = max(levels.tolist(), key=lambda t: (dates(t), -abs(t - 20.0)))
-    kept = [e for e in known if abs((e.temperature or 0.0) - temperature) <= _ONE_LEVEL]
-    others = sorted({round(float(t)) for t in levels if abs(t - temperature) > _ONE_LEVEL})
-    if not kept:
-        told = ", ".join(f"{t}" for t in others)
-        raise InputError(f"no calibration at {temperature:g} degC; there is {told} degC")
-    held = np.array([e.temperature for e in kept], dtype=float)
-    level, spread = float(held.mean()), float(np.ptp(held))
+    levels = [entry.temperature or 0.0 for entry in known]
+    return max(levels, key=lambda level: (dates(level), -abs(level - 20.0)))
+
+
+def _is_near(entry: Entry, level: float) -> bool:
+    return abs((entry.temperature or 0.0) - level) <= _ONE_LEVEL
+
+
+def _said_of_level(held: NDArray[np.float64], others: str) -> Iterator[str]:
     if others:
-        told = ", ".join(f"{t}" for t in others)
-        notes.append(
-            f"compared at {level:.4g} degC; runs at {told} degC are left out (--temperature)"
+        yield (
+            f"compared at {held.mean():.4g} degC; runs at {others} degC are left out"
+            " (choose by temperature)"
         )
+    spread = float(np.ptp(held))
     if spread > _ALIKE:
-        notes.append(
+        yield (
             f"temperatures differ by {spread:.2g} degC, which nothing corrects for: a bias of"
             f" 40 ug/degC changes by {40.0 * spread:.2g} ug"
         )
-    return kept, level
 
 
 def _whole(own: list[Entry], notes: list[str]) -> list[Entry]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,16 +124,7 @@ def history_of(
             f"alpha is {alpha:g}; it is a chance from {SMALLEST_CHANCE:g} to 1, such as 0.01"
         )
     chosen = comparable(entries, serial, mounting, temperature)
-    bias = np.array([entry.bias for entry in chosen.entries], dtype=float)
-    gain = np.array([entry.scale_factor for entry in chosen.entries], dtype=float)
-    reference = float(np.average(gain[:, 0], weights=gain[:, 1] ** -2.0))
-    relative = gain / abs(reference)
-    relative[:, 0] = gain[:, 0] / reference - 1.0
-    unit = f"{chosen.entries[0].unit}/g"
-    trends = (
-        _trend("bias", "k0", "g", bias, chosen, alpha, (0.0, "g")),
-        _trend("scale factor", "K1", "1", relative, chosen, alpha, (reference, unit)),
-    )
+    trends = tuple(_trend(each, chosen, alpha) for each in (_bias(chosen), _scale_factor(chosen)))
     return History(
         serial=chosen.entries[0].serial,
         mounting=chosen.entries[0].mounting,
@@ -152,19 +143,41 @@ def _few(chosen: Comparable) -> tuple[str, ...]:
     return (f"{count} calibrations are too few to look for jumps, which needs {FEWEST}",)
 
 
-def _trend(
-    name: str,
-    symbol: str,
-    unit: str,
-    measured: Array,
-    chosen: Comparable,
-    alpha: float,
-    reference: tuple[float, str],
-) -> Trend:
-    """Follow one quantity: values, standard and expanded uncertainties in the columns (n, 3)."""
-    values, uncertainty, told = measured.T
+class _Followed(NamedTuple):
+    """A quantity in n calibrations.
+
+    `measured`, shape (n, 3), has its values with their standard and expanded uncertainties in the
+    columns; the values count from `reference`, and NaN stands where no interval is stated.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    measured: Array
+    reference: float
+    reference_unit: str
+
+
+def _bias(chosen: Comparable) -> _Followed:
+    measured = np.array([entry.bias for entry in chosen.entries], dtype=float)
+    return _Followed("bias", "k0", "g", measured, 0.0, "g")
+
+
+def _scale_factor(chosen: Comparable) -> _Followed:
+    """The scale factor, relative to its weighted mean."""
+    measured = np.array([entry.scale_factor for entry in chosen.entries], dtype=float)
+    reference = float(np.average(measured[:, 0], weights=measured[:, 1] ** -2.0))
+    relative = measured / abs(reference)
+    relative[:, 0] = measured[:, 0] / reference - 1.0
+    unit = f"{chosen.entries[0].unit}/g"
+    return _Followed("scale factor", "K1", "1", relative, reference, unit)
+
+
+def _trend(followed: _Followed, chosen: Comparable, alpha: float) -> Trend:
+    """Follow one quantity: its line, its scatter, and its jumps."""
+    values, uncertainty, told = followed.measured.T
     expanded = np.where(np.isnan(told), NORMAL_FACTOR * uncertainty, told)
-    time = np.array(chosen.years)
+    time, unit = np.array(chosen.years), followed.unit
     search = search_jumps(time, values, uncertainty, alpha / _QUANTITIES)
     columns = line_with_steps(time, search.places)
     fit = fit_line(columns, values, uncertainty)
@@ -179,15 +192,15 @@ def _trend(
         )
     )
     return Trend(
-        name=name,
-        symbol=symbol,
+        name=followed.name,
+        symbol=followed.symbol,
         drift=_told(fit, 1, f"{unit}/year"),
         scatter=fit.scatter,
         jumps=_jumps(search, fit, chosen, unit),
         no_other_jump=None if search.rest is None else min(1.0, _QUANTITIES * search.rest),
         points=points,
-        reference=reference[0],
-        reference_unit=reference[1],
+        reference=followed.reference,
+        reference_unit=followed.reference_unit,
     )
 
 
