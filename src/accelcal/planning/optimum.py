@@ -168,7 +168,9 @@ def optimal_design(
         temperatures=several(temperatures),
         mountings=several(mountings),
     )
-    question = _question(criterion, plan, noise, pace, hours, accelerometer, asked, spacing)
+    sizes, shifts = _of_eight_positions(plan, noise, accelerometer)
+    aim = criterion_of(criterion, asked or sizes)
+    question = _Question(plan, noise, pace, hours, accelerometer, aim, shifts, spacing)
     _check_time(question)
     plans = {"optimal": _best(question, seed), **dict(_rivals(question))}
     designs = tuple(
@@ -188,30 +190,18 @@ def optimal_design(
     return OptimalDesign(criterion, comparison, found, spacing, seed)
 
 
-def _question(
-    criterion: str,
-    plan: TumblePlan,
-    noise: NoiseComponents,
-    pace: Pace,
-    hours: float,
-    accelerometer: Accelerometer,
-    asked: Mapping[str, float],
-    spacing: float,
-) -> _Question:
-    """Take sizes and shifts, which do not depend on the angles, from a test of 8 positions."""
+def _of_eight_positions(
+    plan: TumblePlan, noise: NoiseComponents, accelerometer: Accelerometer
+) -> tuple[dict[str, float], Array]:
+    """Uncertainties of the coefficients in a usual test, and what shifts of the runs add to them.
+
+    The shifts, shape (p,), are variances. They do not depend on the angles.
+    """
     usual = {f.name: f for f in reversed(forecasts(plan, noise, accelerometer))}
     sizes = {name: f.standard_uncertainty for name, f in usual.items()}
-    own = [usual[name].budget for name in COEFFICIENTS]
-    return _Question(
-        plan=plan,
-        noise=noise,
-        pace=pace,
-        hours=hours,
-        accelerometer=accelerometer,
-        criterion=criterion_of(criterion, asked or sizes),
-        shifts=np.array([sum(part.get(s, 0.0) ** 2 for s in _SHIFTS) for part in own]),
-        spacing=spacing,
-    )
+    budgets = [usual[name].budget for name in COEFFICIENTS]
+    shifts = [sum(part.get(source, 0.0) ** 2 for source in _SHIFTS) for part in budgets]
+    return sizes, np.array(shifts)
 
 
 _SHIFTS = ("launch", "launch_sf", "temperature")
