@@ -128,6 +128,22 @@ def test_imports_point_downwards(path):
         assert allowed, f"{room} imports {module}, which is not below it"
 
 
+def test_the_page_on_the_structure_has_the_floors():
+    page = (ROOT / "docs" / "structure.md").read_text("utf-8")
+    rows = [line.split(" | ")[0] for line in page.splitlines() if line.startswith("| `")]
+    assert [set(re.findall(r"`(\w+)`", rooms)) for rooms in rows] == list(FLOORS)
+
+
+def test_the_page_on_the_structure_names_what_there_is():
+    page = (ROOT / "docs" / "structure.md").read_text("utf-8")
+    rooms = "|".join(set.union(*FLOORS))
+    named = re.findall(rf"`((?:{rooms})\.\w+)(?:\.(\w+))?`", page)
+    assert len(named) > 15
+    for module, name in named:
+        home = import_module(f"accelcal.{module}")
+        assert not name or hasattr(home, name)
+
+
 @pytest.mark.parametrize("path", sorted(SOURCE.glob("*/**/__init__.py")), ids=name_of)
 def test_packages_hold_only_a_docstring(path):
     tree = tree_of(path)
