@@ -230,3 +230,5 @@ def test_head():
     # of 12 intervals at 95 %, fewer than 7 hold the truth once in a million tries
     assert all(float(held) >= 100.0 * 7 / 12 for _, held in told)
     assert min(float(factor) for factor, _ in told[-3:]) > 1.5
+    harmonics = run("head.py", "--harmonics")
+    assert re.search(r"^  mean .* 0 %  cannot be told apart from M$", harmonics, re.MULTILINE)

@@ -25,7 +25,7 @@ __all__ = ["OnePlan", "plans_of"]
 Array = NDArray[np.float64]
 
 _AT_A_TIME = 2000
-"""Records of a plan: with 3 tables of 54 readings each their calibrations take 50 MB together."""
+"""Records of a plan that are calibrated together, at the memory of all their calibrations."""
 
 _LONG = 1000
 """Readings of a record from which on one row alone is long enough for numpy to be quick."""

@@ -234,7 +234,7 @@ def _by_pyarrow(body: bytes, roles: Sequence[str], labels: Collection[str]) -> C
 
 
 def _numbers_of_text(cells: Any) -> NDArray[np.float64]:
-    """Numbers, which mostly have one digit each: so they take a fifth of the time."""
+    """Numbers, which mostly have one digit each: so they take less time."""
     import pyarrow as pa
 
     _, bounds, text = cells.buffers()

@@ -17,8 +17,7 @@ _ALONE = "_sha256" if sys.version_info < (3, 12) else "_sha2"
 def sha256_of(data: bytes) -> str:
     """SHA-256 in hexadecimal.
 
-    ``hashlib`` loads OpenSSL, which is several times as fast, but takes longer to load than a table
-    takes to read.
+    ``hashlib`` loads OpenSSL, which is faster, but takes longer to load than a table takes to read.
 
     Parameters
     ----------

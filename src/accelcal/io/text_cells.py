@@ -178,7 +178,7 @@ def _whole_numbers(cells: TextCells, size: Ints) -> tuple[Ints, Ints, Mask]:
     for place in range(min(int(size.max()), _LONGEST)):
         digit = cells.characters[at] - np.uint8(_ZERO)
         if place >= shortest:
-            digit *= size > place  # a product, as assigning by a mask takes ten times as long
+            digit *= size > place  # a product, as assigning by a mask takes longer
         point = digit == _POINT
         if point.any():
             good &= ~point | ((places == 0) & (place > 0))

@@ -58,7 +58,7 @@ def decimal_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
     [0.0001, 0.0]
     """
     if len(values) > values.shape[1]:
-        values = np.asfortranarray(values)  # to go along many short rows takes three times as long
+        values = np.asfortranarray(values)  # to go along many short rows takes longer
     size = _STEPS_IN_ONE[:, None] * np.abs(values).max(axis=1)
     few = np.multiply.outer(_STEPS_IN_ONE, values.T[:_GLANCE])
     # The largest value must have a hundred steps: values much smaller than a step would all pass

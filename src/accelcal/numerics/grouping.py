@@ -125,7 +125,7 @@ def group_after_group(index: NDArray[np.intp], members: NDArray[np.intp]) -> NDA
     [1, 0, 2]
     """
     if members.size <= np.iinfo(np.int16).max:
-        index = index.astype(np.int16)  # numpy sorts them by radix, several times as fast
+        index = index.astype(np.int16)  # numpy sorts these by radix, which is faster
     return np.argsort(index, kind="stable")
 
 
