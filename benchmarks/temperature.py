@@ -6,8 +6,8 @@
 The tests come from `tumble`, which shares no code with accelcal. The temperatures are moved here:
 those of the accelerometer, those that the sensor records, or both; and a bias that depends on how a
 level was reached is added. Printed is the share of the 95 % intervals that hold the truth: the
-lowest and the highest over the nine parameters of the laws, over the coefficients of the tables,
-and that of h_T.
+mean, the lowest and the highest of the nine parameters of the laws, of the coefficients of the
+tables, and that of h_T.
 """
 
 from __future__ import annotations
@@ -142,7 +142,8 @@ def line(regime: Regime, laws: str, records: int, pool: Any) -> str:
     cells = []
     for what in found[0]:
         shares = [100.0 * np.mean([one[what][key] for one in found]) for key in found[0][what]]
-        cells.append(f"{what} {min(shares):.1f} to {max(shares):.1f}")
+        lowest, middle, highest = min(shares), np.mean(shares), max(shares)
+        cells.append(f"{what} {middle:.1f} ({lowest:.1f} to {highest:.1f})")
     return f"{regime.name}, laws from {laws}: {'; '.join(cells)}"
 
 

@@ -96,6 +96,7 @@ def held_out(tables: int) -> Iterator[Case]:
 def faults(tables: int) -> Iterator[Case]:
     for s in (4.0, 8.0):
         yield from _spread("faults", lambda _: DATA_FAULTS, "iid", s, tables)
+    yield from _spread("faults", lambda _: ("outlier",), "iid", 12.0, tables // len(DATA_FAULTS))
 
 
 def _strangers(design: str) -> tuple[str, ...]:
