@@ -134,6 +134,18 @@ def test_a_fixture_angle_in_degrees_is_told(run, command):
     assert run(*command, "--delta0", "0.001")[0] == 0
 
 
+def test_a_gravity_that_is_nowhere_gives_no_accelerations(run):
+    for gravity in ("3", "0", "-9.81"):
+        code, out, err = run("apply", "cal.json", "table.csv", "--in", "m/s^2", "--g", gravity)
+        assert (code, out) == (2, "")
+        assert "m/s^2 is found nowhere on Earth; it lies between 9.76 and 9.84" in said(err)
+
+
+def test_positions_and_angles_contradict_each_other(run):
+    code, _, err = run("simulate", "--positions", "8", "--angles", "0,90")
+    assert (code, err) == (2, "error: --positions and --angles; give one of the two\n")
+
+
 def test_options_say_what_header_lines_say(run, folder):
     declared = {
         "temperature_uncertainty": 0.2,

@@ -2,6 +2,7 @@
 
 import errno
 import io
+import json
 import os
 import re
 import signal
@@ -248,6 +249,31 @@ def test_a_full_device_is_one_line(arguments):
         )
     assert done.returncode == 2
     assert re.fullmatch("error: .*No space left on device.*\n", done.stderr)
+
+
+@posix_only
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (["fit", "nofile.csv"], 2),
+        (["fit", "--no-such-option"], 2),
+        (["fit", "examples/al15.csv", "--method", "printed", "--format", "json"], 0),
+        (["discover", "examples/al15.csv", "--format", "json"], 0),
+        (["batch", "examples/al15.csv", "-o", "{}/r.csv"], 0),
+        (["batch", "examples", "-o", "{}/r.csv"], 1),
+    ],
+    ids=lambda value: " ".join(value[:2]) if isinstance(value, list) else str(value),
+)
+def test_with_a_closed_standard_error_nothing_of_it_is_in_the_result(tmp_path, arguments, code):
+    done = accelcal(
+        *(part.format(tmp_path) for part in arguments),
+        cwd=ROOT,
+        capture_output=False,
+        stdout=subprocess.PIPE,
+        preexec_fn=lambda: os.close(2),
+    )
+    assert done.returncode == code
+    assert not done.stdout or json.loads(done.stdout)["schema"]
 
 
 @posix_only

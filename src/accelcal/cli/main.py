@@ -47,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 done; 1 done, but a verdict failed; 2 unusable input or options.
     """
     _start_quickly()
-    _escape_what_cannot_be_encoded()
+    _prepare_streams()
     try:
         with _warnings_in_one_line():
             return _run(sys.argv[1:] if arguments is None else arguments)
@@ -96,8 +96,13 @@ def _colour() -> bool | None:
     return True if os.environ.get("FORCE_COLOR") else None
 
 
-def _escape_what_cannot_be_encoded() -> None:
-    """Print a character that the terminal's encoding lacks as its escape, instead of failing."""
+def _prepare_streams() -> None:
+    """Print what an encoding lacks as its escape, and nothing on a standard error that is closed.
+
+    click would print that on standard output, among the results.
+    """
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w")  # noqa: PTH123, SIM115  (as long as the process)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors=ESCAPED)

@@ -15,6 +15,7 @@ from accelcal.cli.options import (
     output_option,
     setting,
 )
+from accelcal.errors import InputError
 
 if TYPE_CHECKING:
     from accelcal.discovery.twin import Twin
@@ -174,6 +175,8 @@ def _simulated(options: dict[str, Any]) -> TumbleRecord:
     accelerometer, noise, effects = _simulated_model(options.pop("model"), options["serial"])
     options["mountings"] = tuple(side for sides in options["mountings"] for side in sides)
     given = {name: value for name, value in options.items() if value not in (None, ())}
+    if {"positions", "angles"} <= given.keys():
+        raise InputError("--positions and --angles; give one of the two")
     if "serial" in given:
         accelerometer = replace(accelerometer, serial=given["serial"])
     return run(

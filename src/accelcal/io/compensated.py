@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.apparatus import Apparatus
 from accelcal.compensate.apply import MeasuredAcceleration, compensate, outside_temperatures
 from accelcal.compensate.coefficients import Compensation
 from accelcal.errors import InputError, TableError
@@ -87,6 +88,7 @@ class AccelerationStream:
         self._about = about
         self.notes: list[str] = []
         self._counts = dict.fromkeys(("samples", "missing", "unsolved", "cold or hot", "far"), 0)
+        Apparatus(local_gravity=options.gravity)  # refuses what is found nowhere on Earth
         gravity = options.gravity or found.local_gravity
         if options.unit != "g" and not gravity:
             raise InputError(
