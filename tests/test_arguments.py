@@ -280,3 +280,34 @@ def test_a_part_that_is_none_is_refused(make, told):
     with pytest.raises(InputError) as caught:
         make()
     assert str(caught.value).startswith(told)
+
+
+# -- methods of results ----------------------------------------------------------------------------
+
+HEAD = accelcal.calibrate_head([RECORD])
+TRIAD = accelcal.calibrate_triad(accelcal.read_triad("examples/triad.csv"))
+
+
+@pytest.mark.parametrize("value", [None, "x", {}, object(), Path("x")])
+def test_a_method_refuses_what_is_no_number(value):
+    assert "graduations is " in refusal_of(HEAD.at, value)
+    assert "graduations is " in refusal_of(HEAD.spread_over, value)
+    assert "output is " in refusal_of(TRIAD.accelerations, value)
+
+
+def test_a_head_takes_a_list_or_one_position_and_not_what_is_none():
+    errors, covariance = HEAD.at([0.0, 45.0])
+    assert (errors.shape, covariance.shape) == ((2,), (2, 2))
+    assert HEAD.at(45)[0] == errors[1]
+    assert "head position nan deg is not among" in refusal_of(HEAD.at, [np.nan])
+
+
+def test_a_calibration_tells_the_misalignment_of_its_tables():
+    told = refusal_of(CALIBRATION.misalignment, 20.0)
+    assert told == "float in place of a table of a calibration; give one of calibration.tables"
+
+
+def test_a_budget_names_its_coefficients():
+    budget = accelcal.stand_budget(accelcal.read_stand("examples/paper-stand.toml"), RECORD)
+    assert "symbol 'K9' is unknown; choose from " in refusal_of(budget.contribution, "K9")
+    assert set(budget.contribution("K1")) == {part.name for part in budget.components}

@@ -89,6 +89,7 @@ _KINDS = {
         "a component of a stand",
         "make one by accelcal.StandComponent(name, kind, distribution)",
     ),
+    "TableCalibration": ("a table of a calibration", "give one of calibration.tables"),
     "TriadRecord": (
         "a record of a triad",
         "make one by accelcal.read_triad('file.csv'), or give an array",

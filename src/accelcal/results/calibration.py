@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from accelcal.arguments.kinds import expect
 from accelcal.arguments.options import check_written
 from accelcal.errors import InputError
 from accelcal.escapes import visible
@@ -277,7 +278,13 @@ class Calibration(StoredResult, TabularResult):
         -------
         Quantity
             Its effective misalignment, where its axis was measured on one side only [rad].
+
+        Raises
+        ------
+        InputError
+            If it is something else.
         """
+        expect(table, TableCalibration)
         for found in self.fixture_angle:
             if found.axis == table.mounting[0]:
                 return found.nearest(table.temperature_degC)

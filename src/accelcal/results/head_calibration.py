@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from accelcal.arguments.numbers import number_array
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.numerics.probability import NORMAL_FACTOR
@@ -264,12 +265,12 @@ class HeadCalibration(StoredResult, TabularResult):
             units=rest,
         )
 
-    def at(self, graduations: Array) -> tuple[Array, Array]:
+    def at(self, graduations: ArrayLike) -> tuple[Array, Array]:
         """Errors at some graduations, with their covariance.
 
         Parameters
         ----------
-        graduations : ndarray, shape (J,)
+        graduations : array_like, shape (J,)
             Positions from 0 to 360 [deg].
 
         Returns
@@ -284,19 +285,19 @@ class HeadCalibration(StoredResult, TabularResult):
         InputError
             If one is no position of this head: nothing tells what lies between two.
         """
-        known = np.array(self.angles_deg)
-        away = np.abs(np.mod(graduations[:, None] - known + 180.0, 360.0) - 180.0)
+        known, asked = np.array(self.angles_deg), number_array(graduations, "graduations").ravel()
+        away = np.abs(np.mod(asked[:, None] - known + 180.0, 360.0) - 180.0)
         place = np.argmin(away, axis=1)
-        missed = away[np.arange(len(place)), place] > 1e-5
+        missed = ~(away[np.arange(len(place)), place] <= 1e-5)
         if missed.any():
             raise InputError(
-                f"head position {graduations[missed][0]:g} deg is not among the {len(known)} of"
+                f"head position {asked[missed][0]:g} deg is not among the {len(known)} of"
                 f" {self.source}; calibrate the head at the positions of the test"
             )
         matrix = np.array(self.covariance)
         return np.array(self.errors)[place], matrix[np.ix_(place, place)]
 
-    def spread_over(self, graduations: Array) -> tuple[float, Array]:
+    def spread_over(self, graduations: ArrayLike) -> tuple[float, Array]:
         """Uncertainty of some positions as one size and a shape.
 
         Parameters

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arguments.options import check_choice
 from accelcal.escapes import visible
 from accelcal.results.result import JsonResult, TabularResult
 from accelcal.results.stand_requirements import Requirements, Sufficiency
@@ -217,12 +218,11 @@ class StandBudget(JsonResult, TabularResult):
 
         Raises
         ------
-        KeyError
+        InputError
             If the symbol is not budgeted.
         """
-        place = self.index(symbol)
-        if place is None:
-            raise KeyError(symbol)
+        check_choice(tuple(dict.fromkeys(c.symbol for c in self.coefficients)), symbol=symbol)
+        place = self.index(symbol) or 0
         return {part.name: abs(float(part.contributions[place])) for part in self.components}
 
     def to_document(self) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from accelcal.arguments.numbers import number_array
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.results.checked import (
@@ -123,9 +124,9 @@ class TriadCalibration(StoredResult, TabularResult):
         Raises
         ------
         InputError
-            If the last axis does not hold three outputs.
+            If they are no numbers, or the last axis does not hold three.
         """
-        values = np.asarray(output, dtype=np.float64)
+        values = number_array(output, "output")
         if values.shape[-1:] != (3,):
             raise InputError(f"outputs of shape {values.shape}; the last axis holds x, y, z")
         return np.asarray((values - self.bias) @ np.linalg.inv(self.sensitivity).T)
