@@ -151,6 +151,13 @@ def test_packages_hold_only_a_docstring(path):
     assert len(tree.body) == 1
 
 
+@pytest.mark.parametrize("path", sorted(SOURCE.glob("*/**/__init__.py")), ids=name_of)
+def test_packages_name_the_modules_that_they_have(path):
+    have = {item.stem for item in path.parent.iterdir()}
+    named = re.findall(r"(?<!`)`([a-z]\w*)(?:\.\w+)*`(?!`)", ast.get_docstring(tree_of(path)))
+    assert set(named) - have <= {"accelcal"}
+
+
 @pytest.mark.parametrize("path", MODULES, ids=name_of)
 def test_library_does_not_import_click(path):
     if path.relative_to(SOURCE).parts[0] != "cli":

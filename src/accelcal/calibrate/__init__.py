@@ -1,1 +1,5 @@
-"""From records to calibrations: the rooms below, wired together."""
+"""From records to calibrations: the rooms below, wired together.
+
+`fit` takes one record, `many` takes many. Both make a `plan` of records that can be solved
+together and calibrate it as a `stack`; `of_record` and `of_table` take one calibration out of it.
+"""

@@ -1,1 +1,19 @@
-"""The missing effect: where model and readings disagree, its name, and how sure that is."""
+"""The missing effect: where model and readings disagree, its name, and how sure that is.
+
+`discover` goes through these modules:
+
+1. `faults` finds readings that contradict their replicates and strokes in a wrong order, and mends
+   the record.
+2. `comparison` fits the model that is taken for granted (`base`) and whitens what it leaves by the
+   `noise` of the replicates and the declared errors.
+3. `candidates` turns the effects of the catalogue into directions in that `space`.
+4. `family` is one test over all of them, with a false-alarm rate from simulated noise. `search`
+   finds the smallest sets of effects beside which nothing disagrees, each an `explanation`.
+5. `solution` tells their sizes and what they change in the coefficients, `where` in which `factors`
+   of the test the disagreement is, `held_out` how well readings are predicted that were not fitted.
+6. `prospects` tells what the test cannot show, what looks alike in it and what to measure next,
+   `caveats` what else a reader must know.
+
+`compare` holds a new record against a calibration. `stand` searches several units of one stand at
+once. `correction` takes found effects out of readings, and `twin` makes them ready to be simulated.
+"""
