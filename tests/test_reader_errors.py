@@ -333,6 +333,14 @@ ERRORS = {
         OK + "20,7,1,-9999\n",
         "5: output '-9999' looks like a marker of a missing reading; leave the cell empty",
     ),
+    "overload of a voltmeter": (
+        "temperature,position,stroke,output\n20,1,1,1.3\n20,5,1,-1.3\n20,3,1,9.90000000E+37\n",
+        "4: output '9.90000000E+37' looks like a marker of a missing reading; leave the cell empty",
+    ),
+    "no number of a voltmeter": (
+        "temperature,position,stroke,output\n20,1,1,1.3\n20,5,1,-1.3\n20,3,1,+9.91E+37\n",
+        "4: output '+9.91E+37' looks like a marker of a missing reading; leave the cell empty",
+    ),
     "marker in a wide table": (
         "temperature,position,Y1,Y2\n20,1,1.3,1.3\n20,5,-1.3,-999.99\n",
         "3: Y2 '-999.99' looks like a marker of a missing reading; leave the cell empty",

@@ -34,8 +34,9 @@ MAXIMUM_TEMPERATURE = 250.0
 MAXIMUM_ANGLE = 36000.0
 """Above it an angle is taken for a mistake: a hundred turns of the head [deg]."""
 
-MARKERS = (999.0, 9999.0, 99999.0, 999999.0, 999.9, 999.99, 9999.9, 9999.99)
-"""Sizes of what loggers write for a missing reading."""
+MARKERS = (999.0, 9999.0, 99999.0, 999999.0, 999.9, 999.99, 9999.9, 9999.99, 9.9e37, 9.91e37)
+"""Sizes of what loggers write for a missing reading; the last two voltmeters by SCPI 1999, for an
+overload and for what is not a number."""
 
 FEWEST_IN_TURN = 5
 """Positions from 1 to the return, where a turn is to be told from a few."""
