@@ -274,7 +274,7 @@ def test_csv_of_the_command(capsys):
         ("angle,", "azimuth,", "column shaft alone"),
         ("x_mA,y_mA", "x_mA,ax_mA", "two columns mean x"),
         ("g: 9.8106", "g: 19.8", "found nowhere on Earth"),
-        ("g: 9.8106", "g: here", ":2: g is 'here'"),
+        ("g: 9.8106", "g: here", ":2: local_gravity is 'here'; give it as a number"),
         ("angle,", "angle [rad],", "give it in deg"),
     ],
 )
@@ -381,3 +381,32 @@ def poses(path):
             samples.setdefault(row["part"], []).append(triple)
     names = [f"{axis}_{way}" for way in "pa" for axis in "xyz"]
     return np.array([np.mean(samples[name], axis=0) for name in names])
+
+
+# -- the header line g -----------------------------------------------------------------------------
+
+
+TEXT = EXAMPLE.read_text("utf-8")
+
+
+def test_gravity_with_a_decimal_comma():
+    text = TEXT.replace(",", ";").replace(".", ",")
+    assert "# g: 9,8106" in text
+    record = accelcal.read_triad(io.StringIO(text))
+    assert record.local_gravity == 9.8106
+    assert record.output.tolist() == accelcal.read_triad(io.StringIO(TEXT)).output.tolist()
+
+
+@pytest.mark.parametrize(
+    ("written", "told"),
+    [
+        ("32.2 ft/s^2", ":2: local_gravity is given in 'ft/s^2'; give it in m/s^2"),
+        ("much", ":2: local_gravity is 'much'; give it as a number"),
+        ("981", ":2: local gravity 981.0 m/s^2 is found nowhere on Earth; it lies between"),
+    ],
+)
+def test_gravity_of_another_unit_is_refused_with_its_line(written, told):
+    text = TEXT.replace("# g: 9.8106", f"# g: {written}")
+    with pytest.raises(accelcal.TableError) as caught:
+        accelcal.read_triad(io.StringIO(text))
+    assert told in str(caught.value)

@@ -20,7 +20,14 @@ from accelcal.io.readings import MAXIMUM_TEMPERATURE
 from accelcal.io.vocabulary import KEYS, UNITS_OF, has_unit
 from accelcal.units import canonical_unit, output_unit
 
-__all__ = ["OVERRIDES", "Declarations", "declarations", "declared_by_caller", "unit_and_serial"]
+__all__ = [
+    "OVERRIDES",
+    "Declarations",
+    "declarations",
+    "declared_by_caller",
+    "declared_number",
+    "unit_and_serial",
+]
 
 APPARATUS = tuple(item.name for item in fields(Apparatus))
 OVERRIDES = (*APPARATUS, "reference_temperature", "positions", "unit", "serial")
@@ -81,8 +88,8 @@ def declarations(
     values: dict[str, Any] = {key: text.value or None for key, text in declared.items()}
     for key in (*APPARATUS, "reference_temperature", "delta0"):
         if key in declared:
-            values[key] = _number(layout, key, declared[key], decimal, unit)
-    values["positions"] = _positions(layout, declared.get("positions"))
+            values[key] = declared_number(layout.source, key, declared[key], decimal, unit)
+    values["positions"] = _positions(layout.source, declared.get("positions"))
     values["unit"] = unit
     values |= given
     plain = ("reference_temperature", "positions", "unit", "serial", "date")
@@ -164,32 +171,57 @@ def _checked(overrides: Mapping[str, object]) -> dict[str, Any]:
     return given
 
 
-def _number(
-    layout: Layout, key: str, declared: Declared, decimal: str, output_unit: str | None
+def declared_number(
+    source: str, key: str, declared: Declared, decimal: str, output_unit: str | None = None
 ) -> float:
+    """Take the number of a header line.
+
+    Parameters
+    ----------
+    source : str
+        Name of the file.
+    key : str
+        What it declares, one of `KEYS`.
+    declared : Declared
+        The value as written, with its line.
+    decimal : str
+        Decimal mark of the table.
+    output_unit : str, optional
+        Unit of the outputs, in which a resolution may be given.
+
+    Returns
+    -------
+    float
+        The number, in the unit that `UNITS_OF` has first.
+
+    Raises
+    ------
+    TableError
+        If it is no number, in another unit, or out of its range.
+    """
     match = _NUMBER.fullmatch(declared.value.replace("\u2212", "-"))
     if match and match[2]:
-        _check_unit(layout, key, declared, match[2], output_unit)
+        _check_unit(source, key, declared, match[2], output_unit)
     try:
         text = match[1] if match else ""
         value = float(text.replace(",", ".") if decimal == "," else text)
     except ValueError:
         problem = f"{key} is {shown(declared.value)}"
-        raise _refusal(layout, declared, problem, "give it as a number") from None
+        raise _refusal(source, declared, problem, "give it as a number") from None
     if not np.isfinite(value):
-        raise _refusal(layout, declared, f"{key} is {value}", "it is a finite number")
+        raise _refusal(source, declared, f"{key} is {value}", "it is a finite number")
     if key in APPARATUS:
-        located(partial(Apparatus, **{key: value}), source=layout.source, line=declared.line)
+        located(partial(Apparatus, **{key: value}), source=source, line=declared.line)
     if key == "reference_temperature" and not -273.15 <= value <= MAXIMUM_TEMPERATURE:
         problem, remedy = f"{key} is {value:g}", "it is a temperature of the test in degC"
-        raise _refusal(layout, declared, problem, remedy)
+        raise _refusal(source, declared, problem, remedy)
     if key == "delta0":
-        located(checked_fixture_angle, value, source=layout.source, line=declared.line)
+        located(checked_fixture_angle, value, source=source, line=declared.line)
     return value
 
 
 def _check_unit(
-    layout: Layout, key: str, declared: Declared, unit: str, output_unit: str | None
+    source: str, key: str, declared: Declared, unit: str, output_unit: str | None
 ) -> None:
     right = UNITS_OF[key][0] if key in UNITS_OF else output_unit
     if not (has_unit(key, unit) if key in UNITS_OF else canonical_unit(unit) == output_unit):
@@ -197,18 +229,18 @@ def _check_unit(
         remedy = f"give it in {right or 'the output unit'}"
         if right == "1":
             remedy = "give it as a plain number, a part of one"
-        raise _refusal(layout, declared, problem, remedy)
+        raise _refusal(source, declared, problem, remedy)
 
 
-def _positions(layout: Layout, declared: Declared | None) -> int:
+def _positions(source: str, declared: Declared | None) -> int:
     if declared is None:
         return 8
     if not re.fullmatch(r"[1-9][0-9]{0,5}", declared.value):
         problem = f"positions is {shown(declared.value)}"
         remedy = "it is the number of positions in a full turn, such as 8"
-        raise _refusal(layout, declared, problem, remedy)
+        raise _refusal(source, declared, problem, remedy)
     return int(declared.value)
 
 
-def _refusal(layout: Layout, declared: Declared, problem: str, remedy: str) -> TableError:
-    return TableError(problem, remedy, source=layout.source, line=declared.line)
+def _refusal(source: str, declared: Declared, problem: str, remedy: str) -> TableError:
+    return TableError(problem, remedy, source=source, line=declared.line)

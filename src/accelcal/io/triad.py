@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from accelcal.errors import InputError, TableError, located
 from accelcal.io.cells import Column, numbers
-from accelcal.io.declarations import unit_and_serial
+from accelcal.io.declarations import declared_number, unit_and_serial
 from accelcal.io.small_table import SmallTable, read_small_table, uniform
 from accelcal.io.text import Source
 from accelcal.io.vocabulary import Heading, has_unit, split_unit
@@ -144,12 +144,7 @@ def _declared(table: SmallTable, key: str) -> str | None:
 
 
 def _gravity(table: SmallTable) -> float | None:
-    written = _declared(table, "local_gravity")
-    if written is None:
+    written = table.declared.get("local_gravity")
+    if written is None or not written.value:
         return None
-    try:
-        return float(written.split()[0])
-    except ValueError:
-        line = table.declared["local_gravity"].line
-        problem, remedy = f"g is {written!r}", "write local gravity in m/s^2, such as 9.8106"
-        raise TableError(problem, remedy, source=table.source, line=line) from None
+    return declared_number(table.source, "local_gravity", written, table.columns["x"].decimal)
