@@ -14,10 +14,10 @@ from accelcal.arguments.kinds import expect
 from accelcal.calibrate.options import Options
 from accelcal.calibrate.plan import OnePlan
 from accelcal.calibrate.stack import calibration_stack
-from accelcal.discovery.known import disturbances
 from accelcal.effects.catalogue import catalogue, is_built_in
 from accelcal.effects.effect import Effect
 from accelcal.effects.formula import Formula
+from accelcal.effects.found import disturbances
 from accelcal.errors import DesignError
 from accelcal.estimate.estimability import check_names
 from accelcal.io.tables import read_table

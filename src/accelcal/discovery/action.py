@@ -11,8 +11,9 @@ from accelcal.arguments.kinds import expect
 from accelcal.arguments.options import check_text
 from accelcal.discovery.base import solve
 from accelcal.discovery.comparison import Comparison, compared
-from accelcal.discovery.known import contribution, disturbances, instance_of
+from accelcal.discovery.known import contribution, instance_of
 from accelcal.effects.conditions import Conditions
+from accelcal.effects.found import disturbances
 from accelcal.errors import InputError
 from accelcal.record import TumbleRecord
 from accelcal.results.discovery import Discovery

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from accelcal.discovery.candidates import VISIBLE, Instance, amplitude_columns, column_of
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.held_out import held_out_rms
-from accelcal.discovery.known import disturbances, instance_of, sizes_of
+from accelcal.discovery.known import instance_of, sizes_of
 from accelcal.discovery.solution import parameters_of, solution
+from accelcal.effects.found import disturbances
 from accelcal.record import TumbleRecord
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import FoundEffect

@@ -1,8 +1,6 @@
-"""Effects that were found before, as a document tells them, made ready to be used again."""
+"""Effects of known size as directions and sizes of a search, and what they add to the readings."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,33 +8,10 @@ from numpy.typing import NDArray
 from accelcal.discovery.candidates import Instance, amplitude_columns
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Disturbance
-from accelcal.effects.found import disturbance_of
-from accelcal.results.findings import FoundEffect
 
-__all__ = ["contribution", "disturbances", "instance_of", "sizes_of"]
+__all__ = ["contribution", "instance_of", "sizes_of"]
 
 Array = NDArray[np.float64]
-
-
-def disturbances(found: Sequence[FoundEffect]) -> tuple[Disturbance, ...]:
-    """Give effects of the catalogue the sizes that were found.
-
-    Parameters
-    ----------
-    found : sequence of FoundEffect
-        Effects of a discovery.
-
-    Returns
-    -------
-    tuple of Disturbance
-        The effects with all their parameters.
-
-    Raises
-    ------
-    InputError
-        If an effect is not in the catalogue, or a parameter breaks a rule.
-    """
-    return tuple(map(disturbance_of, found))
 
 
 def instance_of(known: Disturbance) -> Instance:

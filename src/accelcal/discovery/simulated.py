@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation, CrossAxis
-from accelcal.discovery.known import contribution, disturbances
+from accelcal.discovery.known import contribution
 from accelcal.effects.conditions import Conditions, conditions_of
+from accelcal.effects.found import disturbances
 from accelcal.errors import InputError
 from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 from accelcal.accelerometer import Accelerometer, BilinearLaw
 from accelcal.arguments.kinds import expect
-from accelcal.discovery.known import disturbances
 from accelcal.effects.effect import Disturbance
+from accelcal.effects.found import disturbances
 from accelcal.results.discovery import Discovery
 from accelcal.simulation import NoiseComponents
 

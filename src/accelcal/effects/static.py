@@ -190,14 +190,14 @@ def static_effects(
     given = static_in_use(calibration)
     if not given:
         return None
-    from accelcal.effects.found import disturbance_of  # here, as few calibrations need it
+    from accelcal.effects.found import disturbances  # here, as few calibrations need it
     from accelcal.results.findings import FoundEffect
 
     found = [FoundEffect.from_document(item) for item in given]
     model, T0 = calibration.temperature_model, calibration.T0_degC
     at_T0 = model and model.K1.at_T0 and model.K1.at_T0.value
     return StaticEffects(
-        disturbances=tuple(map(disturbance_of, found)),
+        disturbances=disturbances(found),
         parameters=tuple(item.parameters for item in found),
         reference=0.0 if level is None or T0 is None else level - T0,
         scale=at_T0 or K1,

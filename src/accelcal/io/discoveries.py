@@ -114,7 +114,7 @@ def read_models(source: str) -> DiscoveryFile:
     InputError
         If it is no file of a discovery, or an effect is not in the catalogue, or breaks its rules.
     """
-    from accelcal.discovery.known import disturbances
+    from accelcal.effects.found import disturbances
 
     file = _read(source)
     try:
