@@ -52,6 +52,39 @@ def test_a_wide_frame_with_gaps_is_read():
     assert "1 missing reading" in " ".join(found.notes)
 
 
+def test_a_masked_output_is_missing():
+    record = simulated(temperatures=20.0)
+    output = np.ma.array(record.output, mask=np.arange(len(record)) == 5, copy=True)
+    output.data[5] = 1.0
+    found = accelcal.read_arrays({**columns_of(record), "output": output})
+    assert found.output.tolist() == np.delete(record.output, 5).tolist()
+
+
+def test_an_index_with_names_holds_columns():
+    frame = pd.DataFrame(columns_of(simulated(temperatures=20.0)))
+    plain = accelcal.read_arrays(frame)
+    assert accelcal.read_arrays(frame.set_index(["temperature", "position"])) == plain
+    assert accelcal.read_arrays(frame.set_index("position", drop=False)) == plain
+    wide = frame.pivot_table("output", ["temperature", "position"], "stroke")
+    found = accelcal.read_arrays(wide)
+    assert sorted(found.output) == sorted(plain.output)
+
+
+def test_series_of_different_order_are_not_set_side_by_side():
+    frame = pd.DataFrame(columns_of(simulated(temperatures=20.0)))
+    columns = dict(frame.items()) | {"output": frame["output"].sort_values()}
+    with pytest.raises(accelcal.InputError, match="Series of different indices; make one"):
+        accelcal.read_arrays(columns)
+    assert accelcal.read_arrays(pd.DataFrame(columns)) == accelcal.read_arrays(frame)
+
+
+def test_two_columns_of_one_name_are_refused():
+    frame = pd.DataFrame(columns_of(simulated(temperatures=20.0)))
+    twice = pd.concat([frame, frame[["output"]] + 1.0], axis=1)
+    with pytest.raises(accelcal.TableError, match="'output' and 'output' mean the same"):
+        accelcal.read_arrays(twice)
+
+
 @pytest.mark.parametrize("zone", ["", "Z"])
 def test_dates_become_seconds(zone):
     time = pd.to_datetime([f"2024-05-31T14:30:00.0{zone}", f"2024-05-31T14:31:00.5{zone}"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,7 +31,8 @@ def read_arrays(
     ----------
     columns : mapping of str to array_like of shape (n,), or pandas.DataFrame
         Columns by the headings that a table may have, such as ``"position"``, ``"stroke"``,
-        ``"output"`` or ``"Y [mA]"``. A single value stands for all readings.
+        ``"output"`` or ``"Y [mA]"``. A single value stands for all readings. Levels of an index
+        that have names are columns too.
     overrides : mapping of str to object, optional
         Declarations, as for `read_table`.
 
@@ -51,7 +52,7 @@ def read_arrays(
     Notes
     -----
     The arrays pass through text, so that one set of rules holds for files and arrays. Numbers keep
-    all their digits. A missing number is NaN or None.
+    all their digits. A missing number is NaN, None or masked.
 
     Examples
     --------
@@ -66,27 +67,52 @@ def read_arrays(
     arrays = _arrays(columns)
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(arrays)
-    writer.writerows(zip(*map(_cells, arrays.values()), strict=True))
+    writer.writerow(name for name, _ in arrays)
+    writer.writerows(zip(*(_cells(array) for _, array in arrays), strict=True))
     source = io.StringIO(text.getvalue())
     source.name = _NAME  # where a file has its name, for messages
     return read_table(source, overrides=overrides)
 
 
-def _arrays(columns: Mapping[str, Any] | pd.DataFrame) -> dict[str, NDArray[Any]]:
-    """Columns by their names, single values repeated."""
+def _arrays(columns: Mapping[str, Any] | pd.DataFrame) -> list[tuple[str, NDArray[Any]]]:
+    """Columns with their names, single values repeated."""
     if not hasattr(columns, "items"):
         raise InputError(
             f"{type(columns).__name__} in place of columns; give a mapping of names to arrays, or a"
             " DataFrame"
         )
-    arrays = {str(name): np.asarray(values) for name, values in columns.items()}
-    sizes = {array.size for array in arrays.values() if array.ndim}
-    if len(sizes) > 1 or any(array.ndim > 1 for array in arrays.values()):
-        shapes = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())
+    found = _with_index(columns)
+    _refuse_other_order([values for _, values in found])
+    arrays = [(str(name), _array(values)) for name, values in found]
+    sizes = {array.size for _, array in arrays if array.ndim}
+    if len(sizes) > 1 or any(array.ndim > 1 for _, array in arrays):
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in arrays)
         raise InputError(f"columns of different shapes, {shapes}; all have the shape (n,)")
     size = max(sizes, default=1)
-    return {name: np.broadcast_to(array, size) for name, array in arrays.items()}
+    return [(name, np.broadcast_to(array, size)) for name, array in arrays]
+
+
+def _array(values: Any) -> NDArray[Any]:
+    """Take values as an array; what has a mask of `numpy.ma` is missing."""
+    array: Any = np.asanyarray(values)
+    return np.asarray(array.astype(object).filled(None) if hasattr(array, "filled") else array)
+
+
+def _with_index(columns: Any) -> list[tuple[Any, Any]]:
+    """Columns, and before them the levels of an index that tell more."""
+    names = getattr(getattr(columns, "index", None), "names", ())
+    more = [name for name in names if name is not None and name not in columns]
+    return list((columns.reset_index(more) if more else columns).items())
+
+
+def _refuse_other_order(values: Sequence[Any]) -> None:
+    """Refuse Series that pandas would set side by side in another order than theirs."""
+    indices = [item.index for item in values if hasattr(item, "to_numpy")]
+    if any(not index.equals(indices[0]) for index in indices[1:]):
+        raise InputError(
+            "columns are Series of different indices; make one DataFrame of them, which aligns"
+            " them, or give each by .to_numpy()"
+        )
 
 
 def _cells(array: NDArray[Any]) -> list[Any]:
