@@ -76,8 +76,22 @@ class CalibrationErrors(NamedTuple):
     head_dof: float
     hysteresis: float
 
-    def covariance(self, dof: float, *, head: bool) -> Array:
-        """Covariance, in which what few degrees of freedom tell counts as larger.
+    @property
+    def of_head(self) -> Array:
+        """What a standard uncertainty of each head position did to the errors, shape (18, J)."""
+        return self.head * self.by_head
+
+    @property
+    def freedom(self) -> Array:
+        """Degrees of freedom of `rest`: those of the whole are the mean over its shares."""
+        of_head = (self.of_head**2).sum(axis=1)
+        variance = np.diagonal(self.rest) + of_head
+        share = of_head / np.where(variance > 0.0, variance, 1.0)
+        left = 1.0 / self.dof - share / self.head_dof
+        return np.asarray(1.0 / np.clip(left / np.maximum(1.0 - share, 1e-6), 1e-9, 1.0))
+
+    def larger(self, dof: float, *, head: bool) -> Array:
+        """Covariance in which what few degrees of freedom tell counts as larger.
 
         Parameters
         ----------
@@ -91,21 +105,14 @@ class CalibrationErrors(NamedTuple):
         ndarray, shape (18, 18)
             The covariance.
         """
-        of_head = self.head**2 * self.by_head @ self.by_head.T
-        whole = self.rest + of_head
-        freedom = self.dof if head else self._freedom_of_rest(whole, of_head)
-        told = np.array([student_quantile(LEVEL, each) for each in freedom.tolist()])
-        larger = np.maximum(told / student_quantile(LEVEL, dof), 1.0)
-        found = (whole if head else self.rest) * np.outer(larger, larger)
+        factors = np.array([student_quantile(LEVEL, own) for own in self.freedom.tolist()])
+        factors = np.maximum(factors / student_quantile(LEVEL, dof), 1.0)
+        found = self.rest * np.outer(factors, factors)
         found[0, 0] += self.hysteresis**2
-        return np.asarray(found)
-
-    def _freedom_of_rest(self, whole: Array, of_head: Array) -> Array:
-        """Degrees of freedom without the head: 1/dof is the mean over the shares of a variance."""
-        variance = np.diagonal(whole)
-        share = np.diagonal(of_head) / np.where(variance > 0.0, variance, 1.0)
-        left = 1.0 / self.dof - share / self.head_dof
-        return np.asarray(1.0 / np.clip(left / np.maximum(1.0 - share, 1e-6), 1e-9, 1.0))
+        if head:
+            factor = max(student_quantile(LEVEL, self.head_dof) / student_quantile(LEVEL, dof), 1.0)
+            found += factor**2 * self.of_head @ self.of_head.T
+        return found
 
 
 def calibration_errors(calibration: Calibration, found: Compensation) -> CalibrationErrors:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -14,31 +13,31 @@ from accelcal.apparatus import Apparatus
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
 from accelcal.discovery.calibration_errors import CalibrationErrors, calibration_errors
+from accelcal.discovery.changes import Uncertain, changes, wider
 from accelcal.discovery.errors_counted import counted, head_notes, notes, sources
 from accelcal.discovery.factors import blocks
 from accelcal.discovery.noise import (
     ReadingNoise,
     covariance,
+    dummies,
     reading_noise,
     refuse_too_many,
     saturated,
 )
 from accelcal.discovery.one_head import head_difference, is_same_head, is_turned_over
 from accelcal.discovery.repeatability import KnownNoise, known_noise, worse_than_known
-from accelcal.discovery.simulated import SHAFT, Simulated, simulated_readings
+from accelcal.discovery.simulated import Simulated, simulated_readings
 from accelcal.discovery.space import Space, space_of, whitener_of
 from accelcal.discovery.suited import suited
 from accelcal.discovery.where import pattern, shares, structure
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.estimate.tables import head_positions
 from accelcal.numerics.decimal_steps import decimal_step
-from accelcal.numerics.probability import LEVEL, student_quantile
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.record import TumbleRecord, naming
 from accelcal.results.calibration import Calibration
 from accelcal.results.disagreement import Disagreement, RunChange
 from accelcal.results.findings import Share
-from accelcal.results.quantity import Quantity
 from accelcal.version import __version__
 
 __all__ = ["compare", "residuals_of"]
@@ -212,96 +211,65 @@ def _whatever_the_head(seen: _Seen, same: bool | None, turned_over: bool) -> _Ju
         return _judged(seen, bool(same))
     one, two = _judged(seen, same=True), _judged(seen, same=False)
     nearer = max(one, two, key=lambda judged: judged.p_value)
-    runs = tuple(map(_wider, one.runs, two.runs))
+    runs = tuple(map(wider, one.runs, two.runs))
     return nearer._replace(runs=runs)
-
-
-def _wider(one: RunChange, two: RunChange) -> RunChange:
-    """Changes of a run with the wider interval of each."""
-    names = ("bias", "scale_factor", "misalignment")
-    pairs = {name: (getattr(one, name), getattr(two, name)) for name in names}
-    wider = {n: max(pair, key=lambda q: q.expanded_uncertainty) for n, pair in pairs.items()}
-    return replace(one, **wider)
 
 
 def _judged(seen: _Seen, same: bool) -> _Judged:
     """Judge with the head of the calibration under the record, or with another one."""
-    c, errors, by_error = seen.simulated.conditions, seen.errors, seen.simulated.by_error
-    of_calibration = by_error @ errors.covariance(seen.dof, head=not same) @ by_error.T
-    space = _space(seen, of_calibration, same)
+    c, by_error = seen.simulated.conditions, seen.simulated.by_error
+    larger, by_head = seen.errors.larger(seen.dof, head=not same), _by_head(seen, same)
+    space = _space(seen, by_error @ larger @ by_error.T + by_head @ by_head.T)
     coordinates = space.see(seen.simulated.residual)
     factors = blocks(space, c, first="run")
     where = shares(space, coordinates, factors, seen.dof)
     worst = max(range(len(where)), key=lambda i: (where[i].p_value < _SIGNIFICANT, where[i].share))
-    told, factor = "", factors[worst]
+    told, block = "", factors[worst]
     if where[worst].p_value < _SIGNIFICANT:
-        shape = pattern(space, coordinates, factor)
-        told = structure(c, seen.record.run_labels, factor.factor, shape)
-    known_by_few = of_calibration + seen.noise.sigma**2 * np.eye(len(seen.record))
+        shape = pattern(space, coordinates, block)
+        told = structure(c, seen.record.run_labels, block.factor, shape)
+    factor, dof = _head_as_counted(seen)
+    known = Uncertain(
+        root=np.asarray(np.linalg.inv(space.whitener)),
+        sigma=seen.noise.sigma,
+        dof=seen.dof,
+        errors=seen.errors,
+        larger=larger,
+        by_head=by_head,
+        head_factor=factor,
+        head_dof=dof,
+        one_head=same,
+    )
     return _Judged(
         where=where,
         reduced_chi2=float(coordinates @ coordinates) / coordinates.size,
         structure=told,
-        runs=tuple(_runs(seen, space, known_by_few)),
+        runs=tuple(changes(seen.record, seen.simulated, known)),
     )
 
 
-def _space(seen: _Seen, of_calibration: Array, same: bool) -> Space:
-    record, noise, c = seen.record, seen.noise, seen.simulated.conditions
-    own = replace(seen.declared, head_uncertainty=None) if same else seen.declared
-    spread = covariance(c, noise, own, head_positions(record.angle), seen.step)
+def _by_head(seen: _Seen, same: bool) -> Array:
+    """What the errors of the head do to the differences, of the size that they count with [g]."""
+    size = seen.declared.head_uncertainty or 0.0
     if same:
-        left = head_difference(seen.errors, seen.simulated, record)
-        size = (seen.declared.head_uncertainty or 0.0) / noise.sigma
-        spread = spread + size**2 * left @ left.T
-    whitener = whitener_of(spread + of_calibration / noise.sigma**2, noise.sigma)
+        return size * head_difference(seen.errors, seen.simulated, seen.record)
+    return size * seen.simulated.per_radian[:, None] * dummies(head_positions(seen.record.angle))
+
+
+def _head_as_counted(seen: _Seen) -> tuple[float, float]:
+    """Size of the head's errors over its estimate, and the degrees of freedom of that."""
+    if seen.record.apparatus.head_uncertainty is not None:
+        return 1.0, np.inf
+    dof = seen.errors.head_dof
+    return student_quantile(LEVEL, dof) / NORMAL_FACTOR, dof
+
+
+def _space(seen: _Seen, of_head_and_calibration: Array) -> Space:
+    record, noise, c = seen.record, seen.noise, seen.simulated.conditions
+    others = replace(seen.declared, head_uncertainty=None)
+    spread = covariance(c, noise, others, head_positions(record.angle), seen.step)
+    whitener = whitener_of(spread + of_head_and_calibration / noise.sigma**2, noise.sigma)
     # Noise without degrees of freedom is taken as known. All that is left then counts as repeating,
     # and no replicates are set apart to estimate the noise anew.
     repeating = saturated(c, record.mounting) if noise.dof else np.eye(len(record))
     return space_of(whitener, np.empty((len(record), 0)), repeating)
-
-
-def _runs(seen: _Seen, space: Space, judged: Array) -> Iterator[RunChange]:
-    """Bias, scale factor and misalignment of each run beside those of the calibration.
-
-    Each cross axis has a misalignment of its own. `judged` is that part of the covariance which is
-    known with some degrees of freedom only.
-    """
-    record, c, residual = seen.record, seen.simulated.conditions, seen.simulated.residual
-    columns = c.gain[:, None] * np.stack([np.ones_like(c.input), c.indicated, c.cross], axis=1)
-    root = np.linalg.inv(space.whitener)  # of the covariance
-    for label, own in _runs_and_axes(record):
-        whole, here = root[own] @ root[own].T, np.ix_(own, own)
-        whitener = np.linalg.inv(np.linalg.cholesky(whole))
-        weights = np.linalg.pinv(whitener @ columns[own]) @ whitener
-        bias, scale_factor, misalignment = (
-            _quantity(float(w @ residual[own]), w @ whole @ w, w @ judged[here] @ w, seen.dof, unit)
-            for w, unit in zip(weights, ("g", "1", "rad"), strict=True)
-        )
-        level = record.select(own).mean_temperature
-        yield RunChange(
-            run=label,
-            temperature_degC=level if np.isfinite(level) else None,
-            rms=float(np.sqrt(np.mean(residual[own] ** 2))),
-            bias=bias,
-            scale_factor=scale_factor,
-            misalignment=misalignment,
-            mounting=", ".join(distinct(record.mounting[own]).tolist()),
-        )
-
-
-def _runs_and_axes(record: TumbleRecord) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """Readings of each run and cross axis."""
-    for index, label in enumerate(record.run_labels):
-        for axis in SHAFT:
-            own = (record.run == index) & np.char.startswith(record.mounting, axis)
-            if own.any():
-                yield label, own
-
-
-def _quantity(value: float, variance: float, judged: float, dof: float, unit: str) -> Quantity:
-    """Quantity of whose variance a part is known with some degrees of freedom only."""
-    effective = dof * variance / judged
-    u = variance**0.5
-    finite = None if np.isinf(effective) else effective
-    return Quantity(value, u, unit, student_quantile(LEVEL, effective) * u, finite)
