@@ -27,6 +27,12 @@ __all__ = ["Uncertain", "changes", "wider"]
 
 Array = NDArray[np.float64]
 
+_RANK = 1e-9
+"""Singular value, over the largest one, below which readings do not tell a combination."""
+
+_TOLD = 1e-6
+"""A change is told where less than this part of it may be that of another one."""
+
 
 class Uncertain(NamedTuple):
     """What makes the differences of n readings and their simulation uncertain.
@@ -81,13 +87,12 @@ def changes(record: TumbleRecord, simulated: Simulated, known: Uncertain) -> Ite
     c, residual = simulated.conditions, simulated.residual
     columns = c.gain[:, None] * np.stack([np.ones_like(c.input), c.indicated, c.cross], axis=1)
     for label, own in _runs_and_axes(record):
-        whole = known.root[own] @ known.root[own].T
-        whitener = np.linalg.inv(np.linalg.cholesky(whole))
-        weights = np.zeros((3, len(record)))
-        weights[:, own] = np.linalg.pinv(whitener @ columns[own]) @ whitener
+        weights, told = _weights(columns, known.root, own)
         bias, scale_factor, misalignment = (
             _quantity(float(w @ residual), w, simulated.by_error.T @ w, known, unit)
-            for w, unit in zip(weights, ("g", "1", "rad"), strict=True)
+            if is_told
+            else Quantity(None, None, unit)
+            for w, unit, is_told in zip(weights, ("g", "1", "rad"), told, strict=True)
         )
         level = record.select(own).mean_temperature
         yield RunChange(
@@ -99,6 +104,18 @@ def changes(record: TumbleRecord, simulated: Simulated, known: Uncertain) -> Ite
             misalignment=misalignment,
             mounting=", ".join(distinct(record.mounting[own]).tolist()),
         )
+
+
+def _weights(
+    columns: Array, root: Array, own: NDArray[np.bool_]
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Weights of the readings in each change of a run, (3, n), and which changes they tell."""
+    whitener = np.linalg.inv(np.linalg.cholesky(root[own] @ root[own].T))
+    inverse = np.linalg.pinv(whitener @ columns[own], rcond=_RANK) @ whitener
+    weights = np.zeros((columns.shape[1], columns.shape[0]))
+    weights[:, own] = inverse
+    told = np.abs(inverse @ columns[own] - np.eye(columns.shape[1])).max(axis=1) < _TOLD
+    return weights, np.asarray(told)
 
 
 def _runs_and_axes(record: TumbleRecord) -> Iterator[tuple[str, NDArray[np.bool_]]]:
@@ -144,5 +161,5 @@ def wider(one: RunChange, two: RunChange) -> RunChange:
     """
     names = ("bias", "scale_factor", "misalignment")
     pairs = {name: (getattr(one, name), getattr(two, name)) for name in names}
-    found = {n: max(pair, key=lambda q: q.expanded_uncertainty) for n, pair in pairs.items()}
+    found = {n: max(pair, key=lambda q: q.expanded_uncertainty or 0.0) for n, pair in pairs.items()}
     return replace(one, **found)

@@ -14,7 +14,7 @@ from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
 from accelcal.discovery.calibration_errors import CalibrationErrors, calibration_errors
 from accelcal.discovery.changes import Uncertain, changes, wider
-from accelcal.discovery.errors_counted import counted, head_notes, notes, sources
+from accelcal.discovery.errors_counted import coefficient_notes, counted, head_notes, notes, sources
 from accelcal.discovery.factors import blocks
 from accelcal.discovery.noise import (
     ReadingNoise,
@@ -95,8 +95,9 @@ def compare(
     Raises
     ------
     InputError
-        If the record is in a unit of another quantity, outside the calibrated temperatures, in a
-        mounting that was not calibrated, no record at all, or one of more than 8000 readings.
+        If the record is in a unit of another quantity, outside the calibrated temperatures or
+        without any, in a mounting that was not calibrated, no record at all, or one of more than
+        8000 readings.
 
     Warns
     -----
@@ -147,6 +148,7 @@ def compare(
         effects=tuple(str(effect["id"]) for effect in calibration.effects),
         notes=(
             *filter(None, [worse]),
+            *coefficient_notes(found, simulated),
             *notes(calibration, record, declared),
             *head_notes(calibration, record, declared, same),
         ),

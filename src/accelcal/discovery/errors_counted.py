@@ -5,17 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+import numpy as np
+
 from accelcal.apparatus import Apparatus
+from accelcal.compensate.coefficients import Compensation
 from accelcal.discovery.noise import FEWEST_REPLICATES, ReadingNoise
 from accelcal.discovery.one_head import is_same_file
+from accelcal.discovery.simulated import Simulated
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource
 
-__all__ = ["counted", "head_notes", "notes", "sources"]
+__all__ = ["coefficient_notes", "counted", "head_notes", "notes", "sources"]
 
 _FROM_CALIBRATION = ("head", "launch", "launch_sf")
+_LIKE = 0.1
+"""Relative change of a scale factor that no accelerometer has; readings [g] that show one."""
+
 _FEW = 10.0
 """Degrees of freedom below which an estimated size may be wrong by half and more."""
 
@@ -130,6 +137,35 @@ def notes(calibration: Calibration, record: TumbleRecord, declared: Apparatus) -
     if declared.head_uncertainty is None:
         yield "head_uncertainty is not declared: errors of the head count as a disagreement"
     yield from _few_degrees(calibration, record)
+
+
+def coefficient_notes(found: Compensation, simulated: Simulated) -> Iterator[str]:
+    """Say where the coefficients of the calibration cannot be those of the record.
+
+    Parameters
+    ----------
+    found : Compensation
+        The calibration.
+    simulated : Simulated
+        What it says about the readings.
+
+    Yields
+    ------
+    str
+        A sentence for each.
+    """
+    expected = simulated.simulated
+    ratio = float(simulated.reading @ expected / (expected @ expected or 1.0))
+    if abs(ratio - 1.0) > _LIKE and np.ptp(expected) > _LIKE:
+        yield (
+            f"the readings are {ratio:.3g} times what the calibration simulates: mend their unit or"
+            " their sign, or give the calibration of this accelerometer"
+        )
+    if found.undetermined:
+        yield (
+            f"{', '.join(found.undetermined)} not determined by the calibration: taken as 0, so"
+            " that what they do counts as a disagreement"
+        )
 
 
 def head_notes(

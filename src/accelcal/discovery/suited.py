@@ -38,12 +38,14 @@ def suited(found: Compensation, record: TumbleRecord) -> TumbleRecord:
     ------
     InputError
         If it is no record, in a unit of another quantity, of several clampings, far off any
-        reading in g, or outside the calibrated temperatures.
+        reading in g, or outside the calibrated temperatures, or without temperatures where the
+        calibration depends on them.
     """
     expect(record, TumbleRecord)
     refuse_several_clampings(record)
     converted = record if found.output_unit is None else _in_unit(record, found.output_unit)
     _refuse_far_off(found, converted)
+    _refuse_other_temperatures(found, converted)
     return converted
 
 
@@ -71,13 +73,22 @@ def _refuse_far_off(found: Compensation, record: TumbleRecord) -> None:
             f"{record.source}: readings of up to {largest:.3g} g by this calibration; give readings"
             " of its accelerometer, in the unit of the calibration"
         )
+
+
+def _refuse_other_temperatures(found: Compensation, record: TumbleRecord) -> None:
     if found.temperatures is None:
         return
     known = record.temperature[np.isfinite(record.temperature)]
+    if found.several_levels and known.size < len(record):
+        raise InputError(
+            f"{record.source}: {len(record) - known.size} readings without temperature, on which"
+            " the calibration depends; give their temperature"
+        )
     outside = known[~found.within_temperatures(known)]
     if outside.size:
         low, high = found.temperatures
+        levels = f"from {low:g} to {high:g} degC" if low < high else f"at {low:g} degC only"
         raise InputError(
-            f"{record.source}: readings at {outside[0]:g} degC, but the calibration is good from"
-            f" {low:g} to {high:g} degC; compare within them, or calibrate at this temperature"
+            f"{record.source}: readings at {outside[0]:g} degC, but the calibration is good"
+            f" {levels}; compare there, or calibrate at this temperature"
         )

@@ -82,7 +82,9 @@ def _runs(found: Disagreement) -> Iterator[str]:
 
 
 def _micro(quantity: Quantity) -> str:
-    value, expanded = quantity.value or 0.0, quantity.expanded_uncertainty or 0.0
+    if quantity.value is None:
+        return "not told"
+    value, expanded = quantity.value, quantity.expanded_uncertainty or 0.0
     return " +- ".join(matching_digits(value * 1e6, expanded * 1e6))
 
 

@@ -45,7 +45,7 @@ def factor_cells(where: Sequence[Share]) -> list[tuple[str, str, str]]:
     ]
     rest = sum(share.share for share in where if share.p_value >= _SHOWN_P)
     rows.append(("other factors, no more than noise", f"{100.0 * rest:.1f} %", ""))
-    repeatability = 1.0 - sum(share.share for share in where)
+    repeatability = max(1.0 - sum(share.share for share in where), 0.0)  # rounded below zero
     rows.append(("repeatability", f"{100.0 * repeatability:.1f} %", ""))
     return rows
 

@@ -31,7 +31,8 @@ class RunChange:
     rms : float
         Of reading minus simulation [g].
     bias, scale_factor, misalignment : Quantity
-        Change of k0 [g], of K1 (relative) and of delta [rad].
+        Change of k0 [g], of K1 (relative) and of delta [rad]; without a value where the positions
+        of the run do not tell it from the others.
     mounting : str
         Mounting; both sides of one axis where the run has both, as in ``"o+, o-"``.
     """

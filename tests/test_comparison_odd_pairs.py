@@ -1,0 +1,86 @@
+"""Calibrations and records that hardly suit each other: said, refused, or not told."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import accelcal
+from accelcal.simulation import TumblePlan, simulate
+
+ONE_LEVEL = TumblePlan(temperatures=(20.0,))
+
+
+@pytest.fixture(scope="module")
+def calibration():
+    return accelcal.fit(simulate(seed=1))
+
+
+@pytest.fixture(scope="module")
+def record():
+    return simulate(plan=ONE_LEVEL, seed=2)
+
+
+def names_told(calibration, record):
+    (run,) = accelcal.compare(calibration, record, same_head=False).runs
+    names = ("bias", "scale_factor", "misalignment")
+    return {name for name in names if getattr(run, name).value is not None}
+
+
+@pytest.mark.parametrize(
+    ("positions", "told"),
+    [
+        # K0 + K1 and K0 - K1 at 0 and 180 deg, no a_p; before, a misalignment of 0 +- 0
+        ((1, 5), {"bias", "scale_factor"}),
+        ((3,), set()),  # three unknowns at one angle
+        ((1, 2), set()),  # three unknowns in two angles
+        ((1, 3, 5), {"bias", "scale_factor", "misalignment"}),
+    ],
+)
+def test_changes_that_the_positions_do_not_tell_have_no_value(calibration, record, positions, told):
+    part = record.select(np.isin(record.position, positions))
+    assert names_told(calibration, part) == told
+    assert ("not told" in str(accelcal.compare(calibration, part))) is (len(told) < 3)
+
+
+@pytest.mark.filterwarnings("ignore:.*such noise hides:accelcal.AccelcalWarning")
+@pytest.mark.parametrize("factor", [1e3, 1e-3, -1.0])
+def test_readings_of_another_size_or_sign_are_said(calibration, record, factor):
+    other = replace(record, output=factor * record.output)
+    said = accelcal.compare(calibration, other, same_head=False).notes
+    (ratio,) = [note for note in said if "times what the calibration simulates" in note]
+    assert float(ratio.split()[3]) == pytest.approx(factor, rel=0.01)
+    assert accelcal.compare(calibration, record, same_head=False).notes == ()
+
+
+def test_readings_without_temperature_are_refused_where_it_counts(calibration, record):
+    unknown = replace(record, temperature=np.full(len(record), np.nan))
+    with pytest.raises(accelcal.InputError, match="54 readings without temperature, on which the"):
+        accelcal.compare(calibration, unknown)
+    at_one = accelcal.fit(simulate(plan=ONE_LEVEL, seed=1))
+    assert accelcal.compare(at_one, unknown, same_head=False).p_value > 0.001
+
+
+def test_a_calibration_at_one_level_says_which(record):
+    at_one = accelcal.fit(record)
+    warm = simulate(plan=TumblePlan(temperatures=(50.0,)), seed=2)
+    with pytest.raises(accelcal.InputError, match="good at 20 degC only; compare there"):
+        accelcal.compare(at_one, warm)
+
+
+def test_coefficients_that_were_not_calibrated_are_said(record):
+    short = accelcal.fit(simulate(plan=ONE_LEVEL, seed=1), coefficients=["K0", "K1", "M"])
+    said = accelcal.compare(short, record, same_head=False).notes
+    assert said[0].startswith("k2, k3, delta_ip not determined by the calibration: taken as 0")
+
+
+def test_other_positions_and_one_stroke_agree_with_the_calibration(calibration):
+    for plan in (
+        TumblePlan(temperatures=(20.0,), positions=12),
+        TumblePlan(temperatures=(20.0,), positions=4),
+        TumblePlan(strokes=1),
+        TumblePlan(temperatures=(-40.0, 50.0)),
+    ):
+        found = accelcal.compare(calibration, simulate(plan=plan, seed=3), same_head=False)
+        assert found.p_value > 0.001
+        assert "-0.0 %" not in str(found)
