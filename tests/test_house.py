@@ -1,6 +1,7 @@
 """The house in order: who imports whom, how long things are, what starts up, what is told."""
 
 import ast
+import inspect
 import re
 import subprocess
 import sys
@@ -208,6 +209,30 @@ def test_public_names_resolve(name):
     home = import_module(accelcal._HOME[name])
     assert getattr(accelcal, name) is getattr(home, name)
     assert name in home.__all__
+
+
+def public_functions():
+    """Public functions, and the methods of public classes, by their names."""
+    for name in accelcal._HOME:
+        value = getattr(accelcal, name)
+        if inspect.isfunction(value):
+            yield name, value
+        for own, method in vars(value).items() if inspect.isclass(value) else ():
+            if inspect.isfunction(method) and not own.startswith("_"):
+                yield f"{name}.{own}", method
+
+
+def untold(function):
+    """Parameters that the docstring of a function says nothing of."""
+    told = inspect.getdoc(function).partition("Parameters\n---")[2].partition("\nReturns\n")[0]
+    asked = [name for name in inspect.signature(function).parameters if name != "self"]
+    return [name for name in asked if not re.search(rf"\b{name}\b", told)]
+
+
+def test_public_functions_tell_their_parameters():
+    found = {name: untold(function) for name, function in public_functions()}
+    assert len(found) > 100
+    assert {name: missing for name, missing in found.items() if missing} == {}
 
 
 def test_no_public_name_is_a_module():

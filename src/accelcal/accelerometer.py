@@ -45,11 +45,33 @@ class BilinearLaw:
         check_number(**asdict(self))
 
     def change(self, excess: Array) -> Array:
-        """Change from the value at T0, at dT = `excess` [degC]."""
+        """Change from the value at T0.
+
+        Parameters
+        ----------
+        excess : ndarray
+            dT = T - T0 [degC].
+
+        Returns
+        -------
+        ndarray
+            The change, in the unit of the law.
+        """
         return np.where(excess > 0.0, self.above, self.below) * excess
 
     def at(self, excess: Array) -> Array:
-        """Value at dT = `excess` [degC]."""
+        """Value at some temperatures.
+
+        Parameters
+        ----------
+        excess : ndarray
+            dT = T - T0 [degC].
+
+        Returns
+        -------
+        ndarray
+            The value, in the unit of the law.
+        """
         return self.at_reference + self.change(excess)
 
 
@@ -106,7 +128,20 @@ class Accelerometer:
             raise InputError("the scale factor is 0; it is the change of output for 1 g")
 
     def indication(self, a_i: Array, a_p: Array, excess: Array) -> Array:
-        """Indicate Y / K1(T), the bracket of the product model, at accelerations and dT [g]."""
+        """Indicate an acceleration: Y / K1(T), the bracket of the product model.
+
+        Parameters
+        ----------
+        a_i, a_p : ndarray
+            Acceleration along the input axis and along the cross axis in the rotation plane [g].
+        excess : ndarray
+            dT = T - T0 [degC].
+
+        Returns
+        -------
+        ndarray
+            What is indicated [g].
+        """
         along = a_i + self.k2 * a_i**2 + self.k3 * a_i**3
         across = self.misalignment.at(excess) * a_p + self.cross_coupling * a_i * a_p
         return self.bias.at(excess) + along + across

@@ -275,12 +275,34 @@ class Limit:
         return ((-math.inf, -self.minimum), (self.minimum, math.inf))
 
     def kept_by(self, low: Array, high: Array) -> Mask:
-        """Tell where all from `low` to `high` keeps the limit [`unit`]; nowhere by NaN."""
+        """Tell where all from one value to another keeps the limit.
+
+        Parameters
+        ----------
+        low, high : ndarray
+            Ends of intervals, in the unit of the limit; NaN where unknown.
+
+        Returns
+        -------
+        ndarray of bool
+            False where an end is NaN.
+        """
         within = [(least <= low) & (high <= most) for least, most in self.intervals]
         return np.asarray(np.any(within, axis=0))
 
     def broken_by(self, low: Array, high: Array) -> Mask:
-        """Tell where nothing from `low` to `high` keeps the limit [`unit`]; nowhere by NaN."""
+        """Tell where nothing from one value to another keeps the limit.
+
+        Parameters
+        ----------
+        low, high : ndarray
+            Ends of intervals, in the unit of the limit; NaN where unknown.
+
+        Returns
+        -------
+        ndarray of bool
+            False where an end is NaN.
+        """
         beside = [(high < least) | (low > most) for least, most in self.intervals]
         return np.asarray(np.all(beside, axis=0))
 

@@ -120,7 +120,20 @@ class TestDesign:
     notes: tuple[str, ...] = ()
 
     def forecast(self, name: str, mounting: str | None = None) -> Forecast | None:
-        """Forecast of one coefficient, by default in the first mounting that has it."""
+        """Forecast of one coefficient.
+
+        Parameters
+        ----------
+        name : str
+            Its name, as in `DesignComparison.names`.
+        mounting : str, optional
+            By default the first mounting that has it.
+
+        Returns
+        -------
+        Forecast or None
+            None where the test does not tell it.
+        """
         own = (f for f in self.forecasts if f.name == name and mounting in (None, f.mounting))
         return next(own, None)
 

@@ -209,12 +209,33 @@ class StandBudget(JsonResult, TabularResult):
         return StandBudgetPlot(self)
 
     def index(self, symbol: str) -> int | None:
-        """Place of a symbol of the table nearest to T0, or of a slope; None where there is none."""
+        """Find a coefficient of the table nearest to T0, or a slope.
+
+        Parameters
+        ----------
+        symbol : str
+            Its symbol, such as ``"k0"`` or ``"lam1"``.
+
+        Returns
+        -------
+        int or None
+            Its place in `coefficients`; None where there is none.
+        """
         found = (i for i, c in enumerate(self.coefficients) if c.symbol == symbol)
         return next(found, None)
 
     def contribution(self, symbol: str) -> Mapping[str, float]:
-        """Component -> standard uncertainty of one coefficient by it.
+        """Standard uncertainty of one coefficient by each component.
+
+        Parameters
+        ----------
+        symbol : str
+            Symbol of the coefficient in the table nearest to T0, such as ``"k0"``, or of a slope.
+
+        Returns
+        -------
+        mapping of str to float
+            Name of a component -> what it contributes, in the unit of the coefficient.
 
         Raises
         ------

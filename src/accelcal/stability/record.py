@@ -71,11 +71,37 @@ class Launch:
         return self.input is None or bool(np.all(self.input == self.input[0]))
 
     def select(self, kept: slice | NDArray[Any], label: str) -> Launch:
-        """Keep some samples under another name; time counts from the first of them."""
+        """Keep some samples under another name.
+
+        Parameters
+        ----------
+        kept : slice or ndarray
+            The samples, as numpy indexes them.
+        label : str
+            The new name.
+
+        Returns
+        -------
+        Launch
+            The samples; time counts from the first of them.
+        """
         return self.map(lambda values: values[kept], label)
 
     def map(self, function: Callable[[Array], Array], label: str) -> Launch:
-        """Apply a function to time and every column."""
+        """Apply a function to time and every column.
+
+        Parameters
+        ----------
+        function : callable
+            Takes an array of shape (n,) and gives one of its own length, the same for all.
+        label : str
+            The new name.
+
+        Returns
+        -------
+        Launch
+            The launch; time counts from its first sample.
+        """
         time = function(self.time)
         return Launch(
             label,

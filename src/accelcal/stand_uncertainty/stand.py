@@ -91,7 +91,18 @@ class StandComponent:
         return bool({"reading", "stroke"} & set(self.varies))
 
     def scaled(self, factor: float) -> StandComponent:
-        """Return the same component, smaller or larger by a factor."""
+        """Make the component smaller or larger.
+
+        Parameters
+        ----------
+        factor : float
+            New standard uncertainty over the present one.
+
+        Returns
+        -------
+        StandComponent
+            The new component.
+        """
         size = factor * self.distribution.standard
         return replace(self, distribution=replace(self.distribution, standard=size))
 
