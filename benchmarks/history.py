@@ -79,10 +79,9 @@ def unit(kind: Kind, rng: np.random.Generator) -> pd.DataFrame:
     )
 
 
-def covers(found: accelcal.History) -> bool:
-    """Whether the interval of the drift of the bias holds the truth."""
-    drift = found.trends[0].drift
-    return abs(drift.value - UG * DRIFT) <= drift.expanded_uncertainty
+def holds(told: accelcal.Quantity, truth: float) -> bool:
+    """Whether an interval holds the truth [ug]."""
+    return abs(told.value - UG * truth) <= told.expanded_uncertainty
 
 
 def without_scatter(frame: pd.DataFrame) -> bool:
@@ -113,11 +112,12 @@ def trial(kind: Kind, rng: np.random.Generator) -> tuple[bool, ...]:
         jump for jump in found.trends[0].jumps if jump.before == frame["date"][kind.count // 2]
     ]
     return (
-        covers(found),
+        holds(found.trends[0].drift, DRIFT),
         line_without_search(frame),
         without_scatter(frame),
         bool(jumps),
         bool(right),
+        any(holds(jump.size, kind.jump) for jump in right),
     )
 
 
@@ -203,10 +203,11 @@ def main() -> None:
             f"  {share[1]:10.1f}  {share[2]:11.1f}  {share[3]:12.1f}"
         )
     print("Percent of units whose jump in the middle is named; scatter 10 ug")
-    print("calibrations  jump/ug  named  at its place  drift holds the truth")
+    print("calibrations  jump/ug  named  at its place  its size held  drift holds the truth")
     for kind, share in lines(JUMPS[4:5] if asked.smoke else JUMPS, units):
         print(
-            f"{kind.count:12d}  {kind.jump:7g}  {share[3]:5.1f}  {share[4]:12.1f}  {share[0]:21.1f}"
+            f"{kind.count:12d}  {kind.jump:7g}  {share[3]:5.1f}  {share[4]:12.1f}"
+            f"  {100.0 * share[5] / max(share[4], 1e-9):13.1f}  {share[0]:21.1f}"
         )
 
 

@@ -13,6 +13,7 @@ import accelcal
 from accelcal.cli.main import main
 from accelcal.errors import InputError
 from accelcal.recalibrations.entries import year
+from accelcal.recalibrations.history import _told
 from accelcal.recalibrations.jumps import line_with_steps, search_jumps
 from accelcal.recalibrations.regression import fit_line, scatter_beyond
 from accelcal.results.documents import calibrations_to_json
@@ -62,7 +63,7 @@ def test_the_line_is_that_of_statsmodels_where_nothing_scatters_beyond():
     time = np.sort(rng.uniform(0, 10, 12))
     uncertainty = np.exp(rng.normal(0.0, 0.5, 12))
     columns = line_with_steps(time, [])
-    values = 1.0 + 0.1 * time + 0.05 * uncertainty * rng.standard_normal(12)  # overstated
+    values = 1.0 + 0.1 * time + 0.6 * uncertainty * rng.standard_normal(12)  # overstated
     fit = fit_line(columns, values, uncertainty)
     known = sm.WLS(values, columns, weights=uncertainty**-2.0).fit()
     assert fit.scatter == 0.0
@@ -122,6 +123,38 @@ def test_the_drift_of_equal_uncertainties_is_that_of_least_squares(count, scatte
     assert drift.dof == count - 2
     expected = stats.t.ppf(0.975, count - 2) * line.stderr
     assert drift.expanded_uncertainty == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("count", [3, 5, 8])
+def test_values_on_a_line_leave_the_uncertainty_that_is_stated(count):
+    """No scatter at all: the textbook's standard uncertainty of a slope, and not zero."""
+    time, stated = np.arange(float(count)), 1e-5
+    columns = np.stack([np.ones(count), time - time.mean()], axis=1)
+    fit = fit_line(columns, 3e-3 + 5e-6 * time, np.full(count, stated))
+    u = stated / np.sqrt(((time - time.mean()) ** 2).sum())
+    half = stats.t.ppf(0.975, count - 2) * np.sqrt(fit.covariance[1, 1])
+    assert half == pytest.approx(u, rel=1e-9)
+
+
+def test_the_interval_of_a_jump_counts_the_search():
+    """Of the units whose jump is named at its place, it holds the size; those named are lucky."""
+    random, held, textbook, named = np.random.default_rng(8), 0, 0, 0
+    for _ in range(120):
+        time = np.sort(random.uniform(0.0, 10.0, 8))
+        sigma = np.full(8, 1e-5)
+        values = random.normal(0.0, 1e-5, 8) + 1e-4 * (np.arange(8) >= 4)
+        search = search_jumps(time, values, sigma, 0.02)
+        if search.places[:1] != (4,):
+            continue
+        fit = fit_line(line_with_steps(time, search.places), values, sigma)
+        size = _told(fit, 2, "g", searched=search.gaps)
+        named, held = named + 1, held + (abs(size.value - 1e-4) <= size.expanded_uncertainty)
+        narrow = stats.t.ppf(0.975, fit.dof) * size.standard_uncertainty
+        textbook += abs(size.value - 1e-4) <= narrow
+    assert search.gaps == 5
+    assert named > 40
+    assert stats.binomtest(held, named, 0.95, alternative="less").pvalue > 1e-3
+    assert textbook < held
 
 
 def test_scatter_widens_the_interval():

@@ -209,7 +209,7 @@ def _jumps(search: Search, fit: Fit, chosen: Comparable, unit: str) -> tuple[Jum
         Jump(
             after=_date(chosen.years[place - 1]),
             before=_date(chosen.years[place]),
-            size=_told(fit, 2 + number, unit),
+            size=_told(fit, 2 + number, unit, searched=search.gaps),
             p_value=min(1.0, _QUANTITIES * chance),
         )
         for number, (place, chance) in enumerate(zip(search.places, search.p_values, strict=True))
@@ -217,10 +217,14 @@ def _jumps(search: Search, fit: Fit, chosen: Comparable, unit: str) -> tuple[Jum
     return tuple(sorted(found, key=lambda jump: jump.after))
 
 
-def _told(fit: Fit, place: int, unit: str) -> Quantity:
-    """A coefficient of the fit with its 95 % interval."""
+def _told(fit: Fit, place: int, unit: str, searched: int = 1) -> Quantity:
+    """A coefficient of the fit with its 95 % interval, of as many as were searched for it.
+
+    The largest of several jumps is rather too large, and its scatter too small: its interval is
+    that of a level that those of all gaps hold at once (Bonferroni).
+    """
     uncertainty = float(fit.covariance[place, place]) ** 0.5
-    factor = student_quantile(LEVEL, fit.dof)
+    factor = student_quantile(1.0 - (1.0 - LEVEL) / searched, fit.dof)
     value = float(fit.coefficients[place])
     return Quantity(value, uncertainty, unit, factor * uncertainty, float(fit.dof))
 

@@ -47,11 +47,14 @@ class Search(NamedTuple):
         For each, the chance that a straight line with what was found before looks so by noise.
     rest : float or None
         The same of the largest jump that was not believed; None where there was none to try.
+    gaps : int
+        Gaps between dates that were searched.
     """
 
     places: tuple[int, ...]
     p_values: tuple[float, ...]
     rest: float | None
+    gaps: int
 
 
 def search_jumps(time: Array, values: Array, uncertainty: Array, alpha: float) -> Search:
@@ -92,7 +95,7 @@ def search_jumps(time: Array, values: Array, uncertainty: Array, alpha: float) -
             break
         places.append(place)
         p_values.append(chance)
-    return Search(tuple(places), tuple(p_values), rest)
+    return Search(tuple(places), tuple(p_values), rest, len(_places_to_try(time, [])))
 
 
 def line_with_steps(time: Array, places: tuple[int, ...] | list[int]) -> Array:

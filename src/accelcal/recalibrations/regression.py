@@ -19,6 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.numerics.probability import LEVEL, student_quantile
+
 __all__ = ["Fit", "fit_line", "scatter_beyond"]
 
 Array = NDArray[np.float64]
@@ -67,8 +69,10 @@ def fit_line(columns: Array, values: Array, uncertainty: Array) -> Fit:
 
     Notes
     -----
-    The factor of Knapp and Hartung, sum w r^2 / (n - p), is taken as it is, below 1 too: stated
-    uncertainties have parts that all calibrations share, which do not scatter.
+    The factor of Knapp and Hartung, sum w r^2 / (n - p), may be below 1: stated uncertainties have
+    parts that all calibrations share, which do not scatter. It is not below 1/t^2, with Student's
+    t for 95 %, so that no interval is narrower than the standard uncertainty by what is stated:
+    values on a line by chance do not make it certain.
 
     Examples
     --------
@@ -83,7 +87,8 @@ def fit_line(columns: Array, values: Array, uncertainty: Array) -> Fit:
     coefficients = inverse @ (columns.T @ (weights * values))
     residual = values - columns @ coefficients
     dof = values.size - columns.shape[1]
-    return Fit(coefficients, float(weights @ residual**2) / dof * inverse, scatter, dof)
+    factor = max(float(weights @ residual**2) / dof, student_quantile(LEVEL, dof) ** -2.0)
+    return Fit(coefficients, factor * inverse, scatter, dof)
 
 
 def scatter_beyond(columns: Array, values: Array, uncertainty: Array) -> float:
