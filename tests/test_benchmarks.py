@@ -232,3 +232,11 @@ def test_head():
     assert min(float(factor) for factor, _ in told[-3:]) > 1.5
     harmonics = run("head.py", "--harmonics")
     assert re.search(r"^  mean .* 0 %  cannot be told apart from M$", harmonics, re.MULTILINE)
+
+
+def test_coverage_of_comparisons_runs():
+    printed = run("compare.py", "--smoke", "--only", "one head, the other side")
+    assert [line.split("  ")[0] for line in printed.splitlines()[2:]] == [
+        "one head, the other side",
+        "one head, the other side, not told",
+    ]

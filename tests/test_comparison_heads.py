@@ -189,6 +189,20 @@ def test_the_command_is_told_the_head(tmp_path, monkeypatch, capsys):
     assert "heads: one, whose errors are common to calibration" in capsys.readouterr().out
 
 
+def test_what_a_correction_left_of_the_head_is_not_the_error_of_a_record(tmp_path):
+    # a certificate of 0.5 arcsec for a head of 20 urad: the record still has the 20 urad
+    head = tmp_path / "head.csv"
+    rows = "".join(f"{45 * j},0.0,0.5\n" for j in range(8))
+    head.write_text("angle,error [arcsec],uncertainty [arcsec]\n" + rows)
+    calibration = accelcal.fit(measured(1), head=accelcal.read_head(str(head)))
+    undeclared = measured(2).with_apparatus(head_uncertainty=None)
+    for record, size in ((undeclared, None), (measured(2), U)):
+        found = accelcal.compare(calibration, record, same_head=True)
+        assert [source.value for source in found.noise if source.name == "head"] == [size]
+        assert found.same_head is None
+        assert any("was corrected by the known errors of its head" in note for note in found.notes)
+
+
 # -- the other side and the other axis -----------------------------------------
 
 

@@ -38,7 +38,7 @@ from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.table import TableCalibration
 
-__all__ = ["CalibrationErrors", "calibration_errors"]
+__all__ = ["CalibrationErrors", "calibration_errors", "is_corrected"]
 
 Array = NDArray[np.float64]
 
@@ -113,6 +113,11 @@ class CalibrationErrors(NamedTuple):
             factor = max(student_quantile(LEVEL, self.head_dof) / student_quantile(LEVEL, dof), 1.0)
             found += factor**2 * self.of_head @ self.of_head.T
         return found
+
+
+def is_corrected(calibration: Calibration) -> bool:
+    """Tell whether the known errors of the head were taken out of the readings (``fit --head``)."""
+    return calibration.provenance.get("options", {}).get("head") is not None
 
 
 def calibration_errors(calibration: Calibration, found: Compensation) -> CalibrationErrors:
@@ -222,8 +227,8 @@ def _by_head(calibration: Calibration, found: Compensation) -> tuple[Array, Arra
 
 def _is_told(calibration: Calibration) -> bool:
     """Whether readings are there, and the head acted on them as its errors are."""
-    corrected = calibration.provenance.get("options", {}).get("head") is not None
-    return not corrected and all(table.residuals.angle_deg for table in calibration.tables)
+    told = all(table.residuals.angle_deg for table in calibration.tables)
+    return told and not is_corrected(calibration)
 
 
 def _tables(calibration: Calibration, found: Compensation) -> Iterator[_Table]:

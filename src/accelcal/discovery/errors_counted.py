@@ -9,6 +9,7 @@ import numpy as np
 
 from accelcal.apparatus import Apparatus
 from accelcal.compensate.coefficients import Compensation
+from accelcal.discovery.calibration_errors import is_corrected
 from accelcal.discovery.noise import FEWEST_REPLICATES, ReadingNoise
 from accelcal.discovery.one_head import is_same_file
 from accelcal.discovery.simulated import Simulated
@@ -44,6 +45,8 @@ def counted(calibration: Calibration, record: TumbleRecord) -> Apparatus:
         the estimate by Student's factor over the normal one.
     """
     known = {source.name: _size(source) for source in calibration.error_sources}
+    if is_corrected(calibration):
+        known.pop("head", None)  # that is what the correction left; the record has the whole
     own = record.apparatus
     return replace(
         own,
@@ -189,7 +192,12 @@ def head_notes(
     str
         A sentence for each.
     """
-    if same is None and declared.head_uncertainty:
+    if is_corrected(calibration):
+        yield (
+            "the calibration was corrected by the known errors of its head, the record is not: they"
+            " are in the differences"
+        )
+    elif same is None and declared.head_uncertainty:
         yield (
             "nothing tells whether both were measured on one head, clamped alike: the intervals are"
             " the wider ones of both cases; name the head in a line '# head: NAME' of both tables,"
