@@ -11,6 +11,7 @@ from accelcal.geometry import checked_fixture_angle
 from accelcal.record import TumbleRecord
 
 __all__ = [
+    "USUAL_TEMPERATURE",
     "declared_fixture_angle",
     "fixture_angle",
     "has_reference_temperature",
@@ -21,7 +22,8 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-_USUAL_TEMPERATURE = 20.0
+USUAL_TEMPERATURE = 20.0
+"""Normal temperature of a laboratory, and what a test refers to where nothing is declared [degC]."""
 
 
 def fixture_angle(record: TumbleRecord, given: float | None = None) -> float:
@@ -133,7 +135,7 @@ def usual_reference(levels: Array) -> Array:
     >>> usual_reference(np.array([[60.0, 21.0], [np.nan, -40.0]])).tolist()
     [21.0, -40.0]
     """
-    away = np.where(np.isnan(levels), np.inf, np.abs(levels - _USUAL_TEMPERATURE))
+    away = np.where(np.isnan(levels), np.inf, np.abs(levels - USUAL_TEMPERATURE))
     nearest = away.argmin(axis=-1)[..., None]
     return np.asarray(np.take_along_axis(levels, nearest, axis=-1)[..., 0])
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from accelcal.errors import InputError
 from accelcal.recalibrations.entries import Entry, listed, year
+from accelcal.reference import USUAL_TEMPERATURE
 from accelcal.units import conversion_factor
 
 __all__ = ["FEWEST", "Comparable", "comparable"]
@@ -151,13 +152,13 @@ def _at_level(
 
 
 def _usual_level(known: list[Entry]) -> float:
-    """The temperature near which most dates have a table, and of equal ones the nearest to 20."""
+    """The temperature near which most dates have a table; of equal ones that nearest to 20 degC."""
 
     def dates(level: float) -> int:
         return len({entry.date for entry in known if _is_near(entry, level)})
 
     levels = [entry.temperature or 0.0 for entry in known]
-    return max(levels, key=lambda level: (dates(level), -abs(level - 20.0)))
+    return max(levels, key=lambda level: (dates(level), -abs(level - USUAL_TEMPERATURE)))
 
 
 def _is_near(entry: Entry, level: float) -> bool:

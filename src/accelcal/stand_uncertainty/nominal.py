@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from accelcal.accelerometer import Accelerometer, BilinearLaw
 from accelcal.errors import InputError
+from accelcal.reference import USUAL_TEMPERATURE
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureLaw
 
 __all__ = ["accelerometer_of"]
-
-_USUAL_TEMPERATURE = 20.0
 
 
 def accelerometer_of(calibration: Calibration) -> Accelerometer:
@@ -41,7 +40,7 @@ def accelerometer_of(calibration: Calibration) -> Accelerometer:
     (1.35, 520)
     """
     reference = calibration.T0_degC
-    reference = _USUAL_TEMPERATURE if reference is None else reference
+    reference = USUAL_TEMPERATURE if reference is None else reference
     nearest = min(calibration.tables, key=lambda table: _distance(table, reference))
     own, model = nearest.error_model, calibration.temperature_model
     laws = {} if model is None else {"k0": model.k0, "K1": model.K1, "delta": model.delta}
