@@ -422,6 +422,24 @@ def test_standard_input_and_output(folder, packed):
     assert "# data: <stdin>" in done.stdout.decode()
 
 
+@pytest.mark.parametrize(
+    ("heading", "options", "told"),
+    [
+        ("a_p", [], True),
+        ("a_p [m/s^2]", ["--g", "9.8106"], False),
+        ("a_p [g]", [], True),
+    ],
+)
+def test_a_cross_acceleration_that_looks_like_metres_is_told(folder, heading, options, told):
+    """9.8 taken for g is an error of 8.8 times the misalignment, about 10 mg."""
+    (folder / "data.csv").write_text(HEAD + f"output,temperature,{heading}\n1,20,9.8\n1,20,0\n")
+    done = accelcal_process("apply", "cal.json", "data.csv", *options, cwd=folder)
+    assert done.returncode == 0
+    remark = b"warning: 1 of 2 samples have more than 2 g across the input axis"
+    assert done.stderr.startswith(remark) == told
+    assert bool(done.stderr) == told
+
+
 def test_no_progress_off_the_terminal(folder):
     (folder / "data.csv").write_text(HEAD + "output,temperature,a_p\n1,20,0\n")
     done = accelcal_process("apply", "cal.json", "data.csv", "-o", "out.csv", cwd=folder)

@@ -22,6 +22,9 @@ __all__ = ["AccelerationStream", "StreamOptions"]
 
 Array = NDArray[np.float64]
 
+_WIDEST = 2.0
+"""Accelerations across beyond it were hardly meant in g [g]."""
+
 
 @dataclass(frozen=True, slots=True)
 class StreamOptions:
@@ -87,7 +90,9 @@ class AccelerationStream:
         self._options = options
         self._about = about
         self.notes: list[str] = []
-        self._counts = dict.fromkeys(("samples", "missing", "unsolved", "cold or hot", "far"), 0)
+        self._counts = dict.fromkeys(
+            ("samples", "missing", "unsolved", "cold or hot", "far", "wide"), 0
+        )
         Apparatus(local_gravity=options.gravity)  # refuses what is found nowhere on Earth
         gravity = options.gravity or found.local_gravity
         if options.unit != "g" and not gravity:
@@ -218,6 +223,9 @@ class AccelerationStream:
         self._counts["unsolved"] += int((~solved & ~missing).sum())
         self._counts["cold or hot"] += int((solved & ~measured.within_temperatures).sum())
         self._counts["far"] += int((solved & ~measured.within_accelerations).sum())
+        across = [np.abs(values[axis]) for axis in ("a_p", "a_o") if axis in self._factors]
+        wide = solved & (np.max(across, axis=0) > _WIDEST) if across else np.zeros(1, dtype=bool)
+        self._counts["wide"] += int(wide.sum())
 
     def _header(self) -> str:
         unit = {"g": "g_local"}.get(self._options.unit, self._options.unit)
@@ -255,6 +263,8 @@ class AccelerationStream:
             "cold or hot": "are outside the calibrated temperatures",
             "far": f"are outside the tested {low:g} to {high:g} g: there the nonlinearity is"
             " extrapolated",
+            "wide": f"have more than {_WIDEST:g} g across the input axis, more than any test on"
+            " Earth: write its unit, as in a_p [m/s^2], if it is not g",
         }
         total = self._counts["samples"]
         return [
