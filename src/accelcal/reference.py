@@ -23,7 +23,7 @@ __all__ = [
 Array = NDArray[np.float64]
 
 USUAL_TEMPERATURE = 20.0
-"""Normal temperature of a laboratory, and what a test refers to where nothing is declared [degC]."""
+"""Normal temperature of a laboratory: what a test refers to where nothing is declared [degC]."""
 
 
 def fixture_angle(record: TumbleRecord, given: float | None = None) -> float:
