@@ -141,6 +141,18 @@ def test_a_gravity_that_is_nowhere_gives_no_accelerations(run):
         assert "m/s^2 is found nowhere on Earth; it lies between 9.76 and 9.84" in said(err)
 
 
+def test_the_schema_of_another_file_is_told_before_its_keys(run, folder):
+    (folder / "lab.toml").write_text('schema = "accelcal/laboratory/1"\nidentifier = "7"\n')
+    _, _, err = run("fit", "table.csv", "--spec", "lab.toml")
+    schemas = "schema 'accelcal/laboratory/1' is unknown; write 'accelcal/specification/1'"
+    assert err == f"lab.toml: {schemas}\n"
+
+
+def test_an_empty_name_is_shown(run):
+    _, _, err = run("fit", "table.csv", "-o", "")
+    assert said(err) == "error: '' is a folder; name a file in it"
+
+
 def test_positions_and_angles_contradict_each_other(run):
     code, _, err = run("simulate", "--positions", "8", "--angles", "0,90")
     assert (code, err) == (2, "error: --positions and --angles; give one of the two\n")

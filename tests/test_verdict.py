@@ -494,6 +494,7 @@ def test_a_whole_number_is_a_number():
         ('name = "trial"', "", "key 'name' is missing"),
         ('name = "trial"', 'name = "trial"\nrule = "luck"', "rule 'luck' is unknown"),
         ("specification/1", "specification/9", "schema 'accelcal/specification/9' is unknown"),
+        ("specification/1", "laboratory/1", "schema 'accelcal/laboratory/1' is unknown; write"),
         ("[limits.bias]", "[limits.bias", "not TOML"),
         (SHEET[SHEET.index("[") :], "[limits]", "no limits; give a table such as [limits.bias]"),
         ("limits.bias", "limits.operating_temperatures", "unit 'mg' is none of this quantity"),

@@ -80,7 +80,7 @@ def open_atomically(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
     try:
         target = Path(path).resolve()
         if target.is_dir():
-            raise InputError(f"{path} is a folder; name a file in it")
+            raise InputError(f"{os.fspath(path) or repr('')} is a folder; name a file in it")
         if target.exists() and not target.is_file():
             with target.open("wb") as file:  # /dev/null or a pipe: nothing there to replace
                 yield file

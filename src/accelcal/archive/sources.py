@@ -279,7 +279,8 @@ def _file_system(url: str) -> tuple[Any, str]:
     try:
         system, name = url_to_fs(url)
     except (ImportError, ValueError) as error:
-        raise InputError(f"{url} cannot be opened: {_line(error)}") from None
+        remedy = "install what its store needs, such as s3fs, or give files"
+        raise InputError(f"{url} cannot be opened: {_line(error)}; {remedy}") from None
     return system, name
 
 

@@ -63,9 +63,9 @@ def read_specification(source: Source) -> Specification:
 
 
 def _specification(document: Mapping[str, Any]) -> Specification:
-    check_keys(document, _KEYS, _TYPE_NAMES, required=("schema", "name", "limits"))
-    if document["schema"] != SCHEMA:
+    if document.get("schema", SCHEMA) != SCHEMA:
         raise InputError(f"schema {document['schema']!r} is unknown; write {SCHEMA!r}")
+    check_keys(document, _KEYS, _TYPE_NAMES, required=("schema", "name", "limits"))
     limits = tuple(_limit(name, entry) for name, entry in document["limits"].items())
     rest = {key: document[key] for key in ("source", "rule") if key in document}
     return Specification(document["name"], limits, **rest)
