@@ -8,6 +8,7 @@ import pytest
 
 import accelcal
 from accelcal.cli.main import main
+from accelcal.results.quantity import Residuals
 from accelcal.simulation import NoiseComponents, TumblePlan, simulate
 
 U, S = 2e-5, 5e-6  # rad, of a head position; g, of a reading
@@ -168,6 +169,24 @@ def test_another_clamping_is_not_the_same_positions_of_a_head():
     turned = replace(record, clamping=np.full(len(record), 90.0))
     found = accelcal.compare(accelcal.fit(measured(1)), turned, same_head=True)
     assert found.same_head is None
+
+
+def test_a_calibration_without_its_readings_does_not_know_its_head():
+    calibration = accelcal.fit(measured(1))
+    table = calibration.tables[0]
+    bare = replace(calibration, tables=(replace(table, residuals=Residuals()),))
+    found = accelcal.compare(bare, measured(2), same_head=True)
+    assert found.same_head is None
+    assert found.notes[0].startswith("the calibration tells no positions of its head, or too many")
+    (one,), (two,) = found.runs, accelcal.compare(calibration, measured(2), same_head=False).runs
+    u = two.misalignment.standard_uncertainty
+    assert one.misalignment.standard_uncertainty == pytest.approx(u, rel=0.01)
+
+
+def test_a_head_of_very_many_positions_counts_as_two():
+    plan = TumblePlan(temperatures=(20.0,), positions=1440, strokes=1)
+    calibration = accelcal.fit(simulate(plan=plan, noise=NOISE, seed=1))
+    assert accelcal.compare(calibration, measured(2), same_head=True).same_head is None
 
 
 def test_no_question_of_the_head_where_it_has_no_error():

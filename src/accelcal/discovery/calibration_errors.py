@@ -29,9 +29,11 @@ from accelcal.discovery.simulated import (
     freed_angle,
     simulated_readings,
 )
+from accelcal.errors import InputError
 from accelcal.estimate.linear import METHODS, LinearEstimator, linear_estimator
-from accelcal.estimate.tables import head_positions, prepare
+from accelcal.estimate.tables import prepare
 from accelcal.model import COEFFICIENTS
+from accelcal.numerics.grouping import sums_of_groups
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
@@ -46,6 +48,11 @@ _DELTA, _OTHER, _DELTA0 = (ERRORS.index(name) for name in ("delta", "other delta
 _MAIN = [*range(len(PARAMETERS))]
 _ACROSS = [*_MAIN[:_DELTA], _OTHER, _OTHER + 1]
 """Places of the parameters of a table in either cross axis."""
+
+_MOST_POSITIONS = 1000
+"""Head positions above which what each did is not worked out, in matrices of their squares."""
+
+_NOT_TOLD = np.empty(0), np.zeros((len(ERRORS), 0))
 
 
 class CalibrationErrors(NamedTuple):
@@ -192,29 +199,43 @@ class _Table(NamedTuple):
     calibrated: TableCalibration
     estimator: LinearEstimator
     simulated: Simulated
-    head: Array
 
     @property
     def told(self) -> list[int]:
         """Places of the coefficients that it tells among all six."""
         return [COEFFICIENTS.index(name) for name in self.estimator.names]
 
-    def acting(self, positions: Array) -> Array:
-        """What the error of each position does to the readings, shape (n, J) [g/rad]."""
-        return np.equal.outer(self.head, positions) * self.simulated.per_radian[:, None]
+    def absorbed(self, positions: Array) -> Array:
+        """What the error of each position does to the coefficients told, shape (p, J) [g/rad]."""
+        acting = self.simulated.per_radian[:, None] * self.estimator.map.T
+        return self._at(positions, acting).T
 
-    def absorbed(self, readings: Array) -> Array:
-        """Part of some readings, shape (n, J), that the coefficients take up."""
-        columns = self.estimator.table.design[:, self.told]
-        return np.asarray(columns @ (self.estimator.map @ readings))
+    def shown(self, positions: Array) -> Array:
+        """Z'QZ of the errors of the positions, shape (J, J) [g^2/rad^2]."""
+        acting = self.simulated.per_radian[:, None]
+        across = self._at(positions, acting * self.estimator.table.design[:, self.told])
+        squares = self._at(positions, acting**2)[:, 0]
+        return np.asarray(np.diag(squares) - across @ self.absorbed(positions))
+
+    def _at(self, positions: Array, columns: Array) -> Array:
+        """Sums of columns, shape (n, k), over the readings of each position, shape (J, k)."""
+        at, cell, members = self.estimator.table.at_head
+        found = np.zeros((positions.size, columns.shape[1]))
+        found[np.searchsorted(positions, at)] = sums_of_groups(columns, cell, members)
+        return found
 
 
 def _by_head(calibration: Calibration, found: Compensation) -> tuple[Array, Array]:
     """Head positions, and what the error of each does to `ERRORS`."""
-    tables = list(_tables(calibration, found)) if _is_told(calibration) else []
-    if not tables:
-        return np.empty(0), np.zeros((len(ERRORS), 0))
-    positions = distinct(np.concatenate([table.head for table in tables]))
+    if not _is_told(calibration):
+        return _NOT_TOLD
+    try:
+        tables = list(_tables(calibration, found))
+    except InputError:  # of a document whose readings no fit has seen
+        return _NOT_TOLD
+    positions = distinct(np.concatenate([table.estimator.table.at_head[0] for table in tables]))
+    if positions.size > _MOST_POSITIONS:
+        return _NOT_TOLD
     by_head = np.zeros((len(ERRORS), positions.size))
     for place, axis in enumerate(found.axes):
         own = [table for table in tables if axis_of(table.calibrated.mounting) == axis.name]
@@ -232,7 +253,6 @@ def _is_told(calibration: Calibration) -> bool:
 
 
 def _tables(calibration: Calibration, found: Compensation) -> Iterator[_Table]:
-    asked = calibration.provenance.get("options", {}).get("coefficients", COEFFICIENTS)
     for table in calibration.tables:
         angle = np.array(table.residuals.angle_deg)
         n = angle.size
@@ -247,10 +267,13 @@ def _tables(calibration: Calibration, found: Compensation) -> Iterator[_Table]:
             mounting=np.full(n, table.mounting),
             position=np.zeros(n, dtype=np.int64),
         )
+        known = {name for name, q in table.coefficients.items() if q.value is not None}
+        told = [name for name in COEFFICIENTS if name in known]
+        asked = told if calibration.method == METHODS[0] else COEFFICIENTS
         prepared = prepare(record, delta0=calibration.delta0_rad, asked=asked)
         estimator = linear_estimator(prepared, calibration.method, calibration.delta0_rad)
         simulated = simulated_readings(calibration, found, record)
-        yield _Table(table, estimator, simulated, head_positions(angle))
+        yield _Table(table, estimator, simulated)
 
 
 def _nearest(tables: Sequence[_Table], level: float | None) -> dict[str, _Table]:
@@ -290,8 +313,8 @@ def _influence(table: _Table, positions: Array) -> Array:
     is_main = bool(simulated[:, _DELTA].any())
     places = np.array(_MAIN if is_main else _ACROSS)[table.told]
     whole = np.zeros((len(PARAMETERS), positions.size))
-    through = table.absorbed(table.acting(positions))
-    whole[table.told] = np.linalg.pinv(simulated[:, places]) @ through
+    design = table.estimator.table.design[:, table.told]
+    whole[table.told] = np.linalg.pinv(simulated[:, places]) @ design @ table.absorbed(positions)
     return whole
 
 
@@ -303,7 +326,6 @@ def _missed(
     head = next((s.value for s in calibration.error_sources if s.name == "head"), None)
     if calibration.method != METHODS[0] or noise is None or not noise.sigma or not head:
         return np.eye(positions.size)
-    acting = [table.acting(positions) for table in tables]
-    shown = sum(z.T @ (z - t.absorbed(z)) for z, t in zip(acting, tables, strict=True))
+    shown = np.asarray(sum(table.shown(positions) for table in tables))
     ratio = (head / noise.sigma) ** 2
-    return np.asarray(np.linalg.inv(np.eye(positions.size) + ratio * np.asarray(shown)))
+    return np.asarray(np.linalg.inv(np.eye(positions.size) + ratio * shown))

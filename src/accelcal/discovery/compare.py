@@ -150,7 +150,7 @@ def compare(
             *filter(None, [worse]),
             *coefficient_notes(found, simulated),
             *notes(calibration, record, declared),
-            *head_notes(calibration, record, declared, same),
+            *head_notes(calibration, record, declared, same, bool(errors.positions.size)),
         ),
         serial=record.serial,
         readings=len(record),

@@ -172,7 +172,11 @@ def coefficient_notes(found: Compensation, simulated: Simulated) -> Iterator[str
 
 
 def head_notes(
-    calibration: Calibration, record: TumbleRecord, declared: Apparatus, same: bool | None
+    calibration: Calibration,
+    record: TumbleRecord,
+    declared: Apparatus,
+    same: bool | None,
+    told: bool,
 ) -> Iterator[str]:
     """Say what the head and the side of the mounting leave open.
 
@@ -186,6 +190,8 @@ def head_notes(
         The errors, from `counted`.
     same : bool or None
         Whether both were measured on one head.
+    told : bool
+        Whether the calibration tells at which positions of its head it was measured.
 
     Yields
     ------
@@ -197,6 +203,8 @@ def head_notes(
             "the calibration was corrected by the known errors of its head, the record is not: they"
             " are in the differences"
         )
+    elif same is None and declared.head_uncertainty and not told:
+        yield "the calibration tells no positions of its head, or too many: it counts as another one"
     elif same is None and declared.head_uncertainty:
         yield (
             "nothing tells whether both were measured on one head, clamped alike: the intervals are"
