@@ -204,7 +204,7 @@ def head_notes(
             " are in the differences"
         )
     elif same is None and declared.head_uncertainty and not told:
-        yield "the calibration tells no positions of its head, or too many: it counts as another one"
+        yield "the calibration tells no positions of its head, or too many: it counts as another"
     elif same is None and declared.head_uncertainty:
         yield (
             "nothing tells whether both were measured on one head, clamped alike: the intervals are"
