@@ -18,6 +18,7 @@ from accelcal.certificate.units import si_unit
 from accelcal.cli.main import main
 from accelcal.errors import InputError
 from accelcal.io.laboratory import Contact, Laboratory, read_laboratory
+from accelcal.results.mapping import frozen
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 DCC, SI = "{https://ptb.de/dcc}", "{https://ptb.de/si}"
@@ -227,6 +228,27 @@ def test_what_is_not_stated_is_said(calibration):
     assert root.findtext(f".//{DCC}identification/{DCC}value") == "not stated"
     assert root.findtext(f".//{DCC}countryCodeISO3166_1") == "ZZ"
     assert root.findtext(f".//{DCC}endPerformanceDate") == "2026-11-20"
+
+
+def declarations(root):
+    return [found.text for found in root.iter(f"{DCC}content") if found.text]
+
+
+def test_that_the_gravity_counts_as_exact_is_stated(calibration, laboratory):
+    """K1 in mA/(m/s^2) is K1 in mA/g over g: both relative uncertainties add in squares."""
+    root = ElementTree.fromstring(certificate(calibration, laboratory).encode())
+    (said,) = [text for text in declarations(root) if "local gravity 9.8106 m/s^2" in text]
+    assert "Its uncertainty is not in theirs" in said
+    bare = certificate(replace(calibration, g_local_m_s2=None), laboratory)
+    assert "converted by the local gravity" not in bare
+
+
+def test_effects_that_the_coefficients_are_free_of_are_stated(calibration, laboratory):
+    effect = {"id": "warm-up", "name": "warm-up of the bias", "parameters": {}}
+    root = ElementTree.fromstring(
+        certificate(replace(calibration, effects=(frozen(effect),)), laboratory).encode()
+    )
+    assert any(text.startswith("warm-up: the fit took it out") for text in declarations(root))
 
 
 def test_without_local_gravity_values_in_g_are_text(calibration, laboratory):

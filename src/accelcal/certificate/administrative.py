@@ -6,6 +6,7 @@ from xml.etree.ElementTree import Element
 
 from accelcal.certificate.xml import dcc, named, rich
 from accelcal.dates import date_of
+from accelcal.effects.left_in_use import left_in_use
 from accelcal.errors import InputError
 from accelcal.io.laboratory import NOT_STATED, Contact, Laboratory
 from accelcal.results.calibration import Calibration
@@ -141,11 +142,23 @@ def _statement(text: str) -> Element:
     return dcc("statement", rich("declaration", [text]))
 
 
+def _gravity(local: float | None) -> list[str]:
+    if local is None:
+        return []
+    return [
+        f"Values with a power of m/s^2 in their unit are converted by the local gravity {local!r}"
+        " m/s^2. Its uncertainty is not in theirs: its relative standard uncertainty, times that"
+        " power, adds in squares to their relative one."
+    ]
+
+
 def _statements(calibration: Calibration, known: Laboratory) -> list[str]:
     said = [
         "Coefficients are those of equation (1) of the tumble test, by powers of the acceleration.",
         "The expanded uncertainty is the half width of the interval that is meant to hold the true"
         " value with a probability of 95 %.",
+        *_gravity(calibration.g_local_m_s2),
+        *left_in_use(calibration),
         *calibration.warnings,
     ]
     if calibration.verdict is not None:
