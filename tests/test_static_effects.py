@@ -169,12 +169,67 @@ def test_without_covariance_there_is_an_acceleration_all_the_same(exact):
     assert np.abs(measured.value - acted.input).max() < 1e-8
 
 
+def fourth_order_less_asymmetry(a_i, a_p):
+    """Difference of what 8 positions do not tell apart: |a_i| is there (1) with some a_i^4."""
+
+    def shapes(a_i, a_p):
+        model = [np.ones_like(a_i), a_i, a_i**2, a_i**3, a_p, a_i * a_p]
+        return np.stack([*model, a_i**4], axis=1), np.abs(a_i)
+
+    eighth = np.radians(45.0 * np.arange(8))
+    columns, asymmetry = shapes(np.cos(eighth), np.sin(eighth))
+    alike = np.linalg.lstsq(columns, asymmetry, rcond=None)[0]
+    columns, asymmetry = shapes(a_i, a_p)
+    return columns @ alike - asymmetry
+
+
+@pytest.mark.filterwarnings("ignore::accelcal.errors.AccelcalWarning")
+@pytest.mark.parametrize("temperature", [20.0, 55.0])
+def test_what_may_be_there_in_its_place_counts_between_the_positions(exact, temperature):
+    """Either is the truth at even chance: half the square of their difference."""
+    effect = accelcal.effect("scale-factor-asymmetry").of(2e-4)
+    output, acted = in_use(effect, temperature=temperature)
+    alone, alike = (
+        accelcal.apply(
+            with_effects(exact, effect, aliases=names),
+            *(output, temperature, acted.pendulous),
+            same_launch=True,
+        )
+        for names in ((), ("fourth-order",))
+    )
+    difference = 2e-4 * fourth_order_less_asymmetry(acted.input, acted.pendulous)
+    assert np.abs(difference).max() > 2e-5
+    added = np.sqrt(alike.standard_uncertainty**2 - alone.standard_uncertainty**2)
+    assert added == pytest.approx(np.abs(difference) / np.sqrt(2.0), rel=0.02, abs=1e-7)
+    assert alike.value == pytest.approx(alone.value, abs=1e-7)
+
+
+@pytest.mark.filterwarnings("ignore::accelcal.errors.AccelcalWarning")
+def test_what_may_be_there_in_its_place_counts_in_the_error_budget(exact):
+    effect = accelcal.effect("scale-factor-asymmetry").of(2e-4)
+    fit = with_effects(exact, effect, aliases=("fourth-order",))
+    angle = np.radians([0.0, 22.5, 45.0, 75.0, 90.0])
+    a_i, a_p = np.cos(angle), np.sin(angle)
+    (part,) = (p for p in budget(fit, a_i, a_p=a_p).components if p.symbol == effect.effect.id)
+    expected = np.abs(2e-4 * fourth_order_less_asymmetry(a_i, a_p)) / np.sqrt(2.0)
+    assert part.standard_uncertainty == pytest.approx(expected, rel=0.01, abs=1e-9)
+    assert expected[3] > 1e-5
+
+
+def test_a_look_alike_of_the_stand_is_told_and_not_counted(exact):
+    effect = accelcal.effect("fourth-order").of(1e-4)
+    (told,) = compensation(with_effects(exact, effect, aliases=("head-eccentricity",))).assumptions
+    assert told.endswith(
+        "tell it from head-eccentricity either, which the uncertainty does not count"
+    )
+
+
 def test_discovered_fitted_and_applied():
     effect = accelcal.effect("scale-factor-asymmetry").of(187e-6)
     record = accelcal.simulate(effects=[effect], seed=3)
     fit = accelcal.fit(record, model=accelcal.discover(record))
     output, acted = in_use(effect)
-    with pytest.warns(AccelcalWarning, match=r"not tell it from fourth-order: they differ"):
+    with pytest.warns(AccelcalWarning, match=r"not tell it from fourth-order, which differ"):
         measured = accelcal.apply(fit, output, 20.0, acted.pendulous, same_launch=True)
     plain = accelcal.apply(
         dataclasses.replace(fit, effects=()), output, 20.0, acted.pendulous, same_launch=True

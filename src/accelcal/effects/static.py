@@ -11,14 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.effects.left_in_use import static_in_use
+from accelcal.geometry import accelerations
 from accelcal.results.calibration import Calibration
 
 if TYPE_CHECKING:
     from accelcal.effects.conditions import Conditions
-    from accelcal.effects.effect import Disturbance
+    from accelcal.effects.effect import Disturbance, Effect
+    from accelcal.results.findings import FoundEffect
     from accelcal.results.quantity import Quantity
 
-__all__ = ["Samples", "StaticEffects", "how_taken_up", "static_effects"]
+__all__ = ["LookAlike", "Samples", "StaticEffects", "how_taken_up", "static_effects"]
 
 Array = NDArray[np.float64]
 
@@ -29,9 +31,10 @@ _UNKNOWN = (
 """Conditions of a test that samples in use have not."""
 
 _ALIAS = (
-    "the test could not tell it from {}: they differ between the positions of the test, which the"
-    " uncertainty does not count"
+    "the test could not tell it from {}, which differ from it between the positions of the test:"
+    " the uncertainty counts all as equally likely"
 )
+_OTHER_ALIAS = "the test could not tell it from {} either, which the uncertainty does not count"
 
 _STEP = 0.01
 """Step of differences by the temperature [degC]."""
@@ -69,6 +72,31 @@ class Samples:
     scale: Array
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class LookAlike:
+    """What may be there in the place of an effect.
+
+    Attributes
+    ----------
+    entry : Effect
+        The effect that the test could not tell from it.
+    sizes : ndarray
+        Its amplitudes.
+    change : ndarray, shape (12,)
+        What the coefficients would be more, see `_of_model`.
+    """
+
+    entry: Effect
+    sizes: Array
+    change: Array
+
+    def value(self, samples: Samples, c: Conditions) -> Array:
+        """Addition to the indication, with what the coefficients would be more [g]."""
+        units = zip(self.sizes, _units(self.entry), strict=True)
+        own = sum(amount * _value(unit, samples, c) / small for amount, (unit, small) in units)
+        return np.asarray(own + _of_model(samples, c.input) @ self.change)
+
+
 @dataclass(frozen=True, slots=True)
 class StaticEffects:
     """Effects with their sizes.
@@ -83,12 +111,15 @@ class StaticEffects:
         Temperature of the coefficients minus that the effects refer to [degC].
     scale : float
         Scale factor at the temperature that the effects refer to [output unit / g].
+    look_alikes : tuple of tuple of LookAlike
+        For each effect, those that may be there in its place.
     """
 
     disturbances: tuple[Disturbance, ...]
     parameters: tuple[Mapping[str, Quantity], ...]
     reference: float
     scale: float
+    look_alikes: tuple[tuple[LookAlike, ...], ...]
 
     def total(self, samples: Samples, a_i: Array) -> Array:
         """Sum of the effects.
@@ -111,16 +142,28 @@ class StaticEffects:
 
     def each(self) -> Iterator[StaticEffects]:
         """Each effect by itself."""
-        for item, own in zip(self.disturbances, self.parameters, strict=True):
-            yield replace(self, disturbances=(item,), parameters=(own,))
+        for item, own, alike in self._together():
+            yield replace(self, disturbances=(item,), parameters=(own,), look_alikes=(alike,))
 
     def parts(self, samples: Samples, a_i: Array) -> Iterator[tuple[Array, float]]:
-        """Variance of `total` from each size on its own [g^2], with its degrees of freedom."""
+        """Variance of `total` [g^2] with its degrees of freedom, part by part.
+
+        A part for each size on its own, and one for what may be there in the place of each effect:
+        with m look-alikes the mean square of m + 1 differences, that of the effect itself zero.
+        """
         c = self._conditions(samples, a_i)
-        for item, own in zip(self.disturbances, self.parameters, strict=True):
+        for item, own, alike in self._together():
             without = _value(item, samples, c)
             for more, dof in _one_by_one(item, own):
                 yield (_value(more, samples, c) - without) ** 2, dof
+            if alike:
+                squares = sum((other.value(samples, c) - without) ** 2 for other in alike)
+                yield np.asarray(squares / (len(alike) + 1)), math.inf
+
+    def _together(
+        self,
+    ) -> Iterator[tuple[Disturbance, Mapping[str, Quantity], tuple[LookAlike, ...]]]:
+        return zip(self.disturbances, self.parameters, self.look_alikes, strict=True)
 
     def heat_sensitivity(self, samples: Samples, a_i: Array) -> Array:
         """Change of `total` with temperature [g/degC]."""
@@ -196,12 +239,92 @@ def static_effects(
     found = [FoundEffect.from_document(item) for item in given]
     model, T0 = calibration.temperature_model, calibration.T0_degC
     at_T0 = model and model.K1.at_T0 and model.K1.at_T0.value
-    return StaticEffects(
+    effects = StaticEffects(
         disturbances=disturbances(found),
         parameters=tuple(item.parameters for item in found),
         reference=0.0 if level is None or T0 is None else level - T0,
         scale=at_T0 or K1,
+        look_alikes=((),) * len(found),
     )
+    tested = _tested(calibration, level, K1)
+    alike = (_look_alikes(item, effects, tested) for item in found) if tested else ()
+    return replace(effects, look_alikes=tuple(alike) or effects.look_alikes)
+
+
+def _counted(names: Sequence[str]) -> list[Effect]:
+    """Look-alikes that are functions of acceleration and temperature with amplitudes alone."""
+    from accelcal.effects.catalogue import catalogue
+
+    entries = (entry for entry in catalogue() if entry.id in names and entry.static)
+    return [entry for entry in entries if len(entry.amplitudes) == len(entry.parameters)]
+
+
+def _tested(
+    calibration: Calibration, level: float | None, K1: float
+) -> tuple[Samples, Array] | None:
+    """Positions and temperatures of the test, in the mounting of most tables."""
+    mountings = [table.mounting for table in calibration.tables]
+    main = max(mountings, key=mountings.count)
+    tables = [t for t in calibration.tables if t.mounting == main and t.residuals.angle_deg]
+    if calibration.temperature_model is None:
+        tables = [t for t in tables if t.temperature_degC == level][:1]
+    if not tables:
+        return None
+    angles = np.concatenate([np.array(t.residuals.angle_deg) for t in tables])
+    rise = [(t.temperature_degC or 0.0) - (level or 0.0) for t in tables]
+    acted = accelerations(angles, calibration.delta0_rad, main)
+    along = acted.pendulous if main[0] == "o" else acted.output
+    k0, k2, k3, delta, delta_ip = (
+        tables[0].error_model[name].value or 0.0 for name in ("k0", "k2", "k3", "delta", "delta_ip")
+    )
+    times = [len(t.residuals.angle_deg) for t in tables]
+    same = np.full(angles.size, 1.0)
+    samples = Samples(
+        rise=np.repeat(rise, times),
+        cross=[along],
+        bias=k0 * same,
+        tilt=delta * along,
+        linear=1.0 + delta_ip * along,
+        second=k2,
+        third=k3,
+        scale=K1 * same,
+    )
+    return samples, acted.input
+
+
+def _look_alikes(
+    found: FoundEffect, effects: StaticEffects, tested: tuple[Samples, Array]
+) -> tuple[LookAlike, ...]:
+    """Give each look-alike the size, and the change of the coefficients, that fits the test."""
+    samples, a_i = tested
+    c = effects._conditions(samples, a_i)
+    (item,) = (own for own in effects.disturbances if own.effect.id == found.id)
+    wanted, of_model = _value(item, samples, c), _of_model(samples, a_i)
+    alike = []
+    for entry in _counted(found.indistinguishable):
+        columns = [_value(unit, samples, c) / size for unit, size in _units(entry)]
+        design = np.column_stack([*columns, of_model])
+        fitted = np.asarray(np.linalg.lstsq(design, wanted, rcond=None)[0], dtype=np.float64)
+        alike.append(LookAlike(entry, fitted[: len(columns)], fitted[len(columns) :]))
+    return tuple(alike)
+
+
+def _units(entry: Effect) -> Iterator[tuple[Disturbance, float]]:
+    """An effect with one of its amplitudes small, and that size."""
+    from accelcal.effects.effect import Disturbance
+
+    for item in entry.amplitudes:
+        none = {other.name: 0.0 for other in entry.amplitudes}
+        yield Disturbance(entry, {**none, item.name: item.small}), item.small
+
+
+def _of_model(samples: Samples, a_i: Array) -> Array:
+    """Columns of (1) in brackets with its temperature laws, shape (..., 12)."""
+    along = samples.cross[0] if samples.cross else np.zeros(a_i.shape)
+    with_laws = [np.ones(a_i.shape), a_i, along]
+    sides = (np.maximum(samples.rise, 0.0), np.minimum(samples.rise, 0.0))
+    slopes = [column * side for side in sides for column in with_laws]
+    return np.stack([*with_laws, a_i**2, a_i**3, a_i * along, *slopes], axis=-1)
 
 
 def how_taken_up(calibration: Calibration) -> list[str]:
@@ -219,10 +342,13 @@ def how_taken_up(calibration: Calibration) -> list[str]:
     """
     said = []
     for item in static_in_use(calibration):
-        aliases = " or ".join(map(str, item["indistinguishable"]))
+        names = list(map(str, item["indistinguishable"]))
+        counted = [entry.id for entry in _counted(names)]
+        others = [name for name in names if name not in counted]
+        alike = ((_ALIAS, counted), (_OTHER_ALIAS, others))
         said.append(
             f"{item['id']}: taken up with the size that the fit found; the calibration does not"
             " tell how that is correlated with the coefficients, so it counts as uncorrelated"
-            + (f"; {_ALIAS.format(aliases)}" if aliases else "")
+            + "".join(f"; {text.format(' or '.join(ids))}" for text, ids in alike if ids)
         )
     return said
