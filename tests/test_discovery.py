@@ -312,6 +312,25 @@ def test_text_reads_like_a_finding(discovery):
 # -- the loop: fit with it, compare with it, simulate it ---------------------------------------
 
 
+@pytest.mark.parametrize(
+    ("plan", "without"),
+    [
+        ({"positions": 4}, {"M_ip"}),  # a_i a_p is zero at all of them
+        ({"positions": 2}, {"M", "M_ip"}),  # and so is a_p
+        ({"angles": (0.0, 90.0)}, {"M_ip"}),
+    ],
+)
+@pytest.mark.parametrize("declare", [True, False])
+def test_a_coefficient_that_no_position_tells_is_not_told(plan, without, declare):
+    drift = effect("bias-drift").of(1e-4)
+    record = accelcal.simulate(plan=TumblePlan(**plan), effects=[drift], seed=1, declare=declare)
+    found = accelcal.discover(record)
+    names = {change.coefficient.split(" ")[0] for change in found.coefficients}
+    assert "K1" in names
+    assert not names & without
+    json.loads(found.to_json(), parse_constant=pytest.fail)
+
+
 def test_a_width_that_a_record_does_not_have_is_zero_with_its_uncertainty():
     """Half of such records have a least-squares width below zero, and no width is."""
     plan = TumblePlan(temperatures=20.0)

@@ -23,6 +23,9 @@ Array = NDArray[np.float64]
 
 _STEP = 1e-4
 _DETERMINED = 1e-6
+_NO_TRACE = 1e-12
+"""Length of a column over the longest, below which it is rounding."""
+
 _SMALL = 1e-4
 _UNITS: Mapping[str, str] = {
     "K0": "g",
@@ -205,13 +208,15 @@ def changes(comparison: Comparison, before: Solution, after: Solution) -> tuple[
 
 def _coefficients(comparison: Comparison, fit: Solution) -> dict[str, Quantity]:
     jacobian = comparison.space.whitener @ fit.model.jacobian(fit.parameters)
-    norms = np.sqrt((jacobian**2).sum(axis=0))
+    norms = _norms(jacobian)
     inverse = np.linalg.pinv(jacobian / norms, rcond=1e-9)
     smallest = _with_small_shifts(comparison.model, jacobian, fit.parameters)
     factor, dof = student_quantile(LEVEL, comparison.space.dof), float(comparison.space.dof)
     found = {}
     for name, weights in _functionals(comparison.model).items():
         functional = np.concatenate([weights, np.zeros(fit.parameters.size - weights.size)])
+        if np.isinf(norms[functional != 0.0]).any():
+            continue  # no reading tells of it
         scaled = functional / norms
         through = scaled @ inverse
         missed = np.abs(through @ (jacobian / norms) - scaled).max()
@@ -224,13 +229,19 @@ def _coefficients(comparison: Comparison, fit: Solution) -> dict[str, Quantity]:
     return found
 
 
+def _norms(jacobian: Array) -> Array:
+    """Lengths of the columns; infinite for one that is zero but for rounding, which none tells."""
+    norms = np.sqrt((jacobian**2).sum(axis=0))
+    return np.where(norms > _NO_TRACE * norms.max(), norms, np.inf)
+
+
 def _with_small_shifts(model: BaseModel, jacobian: Array, parameters: Array) -> Array:
     """Parameters of the same fit in which the free shifts of the runs are as small as can be."""
     names = list(model.names)
-    shifts = [i for i, name in enumerate(names) if name in names[:i]]
-    norms = np.sqrt((jacobian**2).sum(axis=0))
-    penalty = _SMALL * np.eye(parameters.size)[shifts] * norms
-    whole = np.vstack([jacobian, penalty]) / norms
+    norms = _norms(jacobian)
+    shifts = [i for i, name in enumerate(names) if name in names[:i] and np.isfinite(norms[i])]
+    penalty = _SMALL * np.eye(parameters.size)[shifts]
+    whole = np.vstack([jacobian / norms, penalty])
     target = np.concatenate([jacobian @ parameters, np.zeros(len(shifts))])
     return np.asarray(np.linalg.lstsq(whole, target, rcond=1e-12)[0] / norms)
 
