@@ -239,6 +239,20 @@ def test_noise_about_a_ramp_moves_the_allan_variance_with_it(sizes):
     assert expected[-1, -1] > 5.0 * products[1, 1][-1, -1]
 
 
+def test_what_is_not_identified_has_a_limit_that_holds_it():
+    """A random walk below the white noise: K sqrt(tau / 3) is nowhere above the curve."""
+    generator, hidden, size = np.random.default_rng(17), 2e-3, 1024
+    for _ in range(20):
+        steps = hidden * generator.normal(size=size)
+        allan = overlapping_allan([generator.normal(size=size) + np.cumsum(steps)])
+        walk = noise_terms(allan, "g")["K"]
+        assert walk.value is None
+        assert walk.lower == 0.0
+        assert hidden <= walk.upper
+        tau, upper = np.array(allan.tau_s), np.array(allan.upper)
+        assert walk.upper == pytest.approx((upper * np.sqrt(3.0 / tau)).min())
+
+
 def test_too_short_a_record_identifies_nothing():
     names, terms = identified(np.random.default_rng(1).normal(size=20))
     assert names == ""

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from types import MappingProxyType
 
@@ -139,7 +139,7 @@ def noise_terms(allan: AllanDeviation, unit: str) -> dict[str, Estimate]:
     -------
     dict of str to Estimate
         An entry for each of `TERMS`; its value is None, with the reason, where the term is not
-        identified.
+        identified, and its limits are what the curve allows it to be.
 
     Notes
     -----
@@ -163,7 +163,16 @@ def noise_terms(allan: AllanDeviation, unit: str) -> dict[str, Estimate]:
         finding = f"{tau.size} averaging times; at least {_FEWEST_POINTS} octaves are wanted"
         return {name: Estimate(None, unit + t.unit, finding=finding) for name, t in TERMS.items()}
     best = _best_fit(_Curve(tau, variance, _products(tau, np.array(allan.count))))
-    return {name: _estimate(name, best, tau, unit) for name in TERMS}
+    found = {name: _estimate(name, best, tau, unit) for name in TERMS}
+    return {name: _limited(name, told, allan) for name, told in found.items()}
+
+
+def _limited(name: str, told: Estimate, allan: AllanDeviation) -> Estimate:
+    """Limits of a term without value: at no averaging time is it larger than the whole curve."""
+    if told.value is not None:
+        return told
+    highest = np.array(allan.upper) ** 2 / TERMS[name].variance(np.array(allan.tau_s))
+    return replace(told, lower=0.0, upper=float(highest.min()) ** 0.5)
 
 
 def _products(tau: Array, count: Array) -> Array:
