@@ -72,7 +72,7 @@ def divide(source: SourceFile) -> list[Part]:
     if source.size < LARGE // _PACKED:  # as nearly all
         return []
     parquet = is_parquet(source.path)
-    if source.size < (LARGE // _PACKED if parquet else LARGE) or is_url(source.path):
+    if is_url(source.path) or not (parquet or source.size >= LARGE):
         return []
     divided = _parts_of_parquet if parquet else _parts_of_csv
     parts = caught(source.path, lambda: list(divided(source.path)))

@@ -15,7 +15,7 @@ from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 
-__all__ = ["head_difference", "is_same_head", "is_turned_over"]
+__all__ = ["head_difference", "is_same_file", "is_same_head", "is_turned_over"]
 
 Array = NDArray[np.float64]
 

@@ -17,7 +17,6 @@ from accelcal.results.calibration import Calibration
 if TYPE_CHECKING:
     from accelcal.effects.conditions import Conditions
     from accelcal.effects.effect import Disturbance, Effect
-    from accelcal.results.findings import FoundEffect
     from accelcal.results.quantity import Quantity
 
 __all__ = ["LookAlike", "Samples", "StaticEffects", "how_taken_up", "static_effects"]
@@ -247,8 +246,14 @@ def static_effects(
         look_alikes=((),) * len(found),
     )
     tested = _tested(calibration, level, K1)
-    alike = (_look_alikes(item, effects, tested) for item in found) if tested else ()
-    return replace(effects, look_alikes=tuple(alike) or effects.look_alikes)
+    if tested is None:
+        return effects
+    c = effects._conditions(*tested)
+    alike = (
+        _look_alikes(own, item.indistinguishable, tested[0], c)
+        for own, item in zip(effects.disturbances, found, strict=True)
+    )
+    return replace(effects, look_alikes=tuple(alike))
 
 
 def _counted(names: Sequence[str]) -> list[Effect]:
@@ -293,15 +298,12 @@ def _tested(
 
 
 def _look_alikes(
-    found: FoundEffect, effects: StaticEffects, tested: tuple[Samples, Array]
+    item: Disturbance, names: Sequence[str], samples: Samples, c: Conditions
 ) -> tuple[LookAlike, ...]:
     """Give each look-alike the size, and the change of the coefficients, that fits the test."""
-    samples, a_i = tested
-    c = effects._conditions(samples, a_i)
-    (item,) = (own for own in effects.disturbances if own.effect.id == found.id)
-    wanted, of_model = _value(item, samples, c), _of_model(samples, a_i)
+    wanted, of_model = _value(item, samples, c), _of_model(samples, c.input)
     alike = []
-    for entry in _counted(found.indistinguishable):
+    for entry in _counted(names):
         columns = [_value(unit, samples, c) / size for unit, size in _units(entry)]
         design = np.column_stack([*columns, of_model])
         fitted = np.asarray(np.linalg.lstsq(design, wanted, rcond=None)[0], dtype=np.float64)

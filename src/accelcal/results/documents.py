@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from accelcal.results.calibration import SCHEMA, Calibration
 from accelcal.results.damage import read_as
 from accelcal.results.discovery import Discovery
 from accelcal.results.json_text import json_text, parse_json
+from accelcal.results.result import StoredResult
 
 if TYPE_CHECKING:
     from accelcal.results.stand_discovery import StandDiscovery
 
 __all__ = ["calibrations_from_json", "calibrations_to_json"]
 __all__ += ["discoveries_from_json", "discoveries_to_json"]
+
+Result = TypeVar("Result", bound=StoredResult)
 
 
 def calibrations_to_json(calibrations: Sequence[Calibration]) -> str:
@@ -54,11 +57,7 @@ def calibrations_from_json(text: str) -> tuple[Calibration, ...]:
     DocumentError
         If the text is not such a document.
     """
-
-    def read(document: Any) -> tuple[Calibration, ...]:
-        return Calibration.parts(document, "calibrations")
-
-    return read_as(read, parse_json(text), Calibration.WRITER)
+    return _all_of(Calibration, "calibrations", text)
 
 
 def discoveries_to_json(
@@ -105,8 +104,13 @@ def discoveries_from_json(text: str) -> tuple[Discovery, ...]:
     DocumentError
         If the text is not such a document.
     """
+    return _all_of(Discovery, "discoveries", text)
 
-    def read(document: Any) -> tuple[Discovery, ...]:
-        return Discovery.parts(document, "discoveries")
 
-    return read_as(read, parse_json(text, writer=Discovery.WRITER), Discovery.WRITER)
+def _all_of(kind: type[Result], key: str, text: str) -> tuple[Result, ...]:
+    """Results of a kind, of which several stand in a list under a key."""
+
+    def read(document: Any) -> tuple[Result, ...]:
+        return kind.parts(document, key)
+
+    return read_as(read, parse_json(text, writer=kind.WRITER), kind.WRITER)
