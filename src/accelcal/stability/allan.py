@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Sequence
 from contextlib import redirect_stdout
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -151,6 +152,7 @@ def _noise(tools: Any, piece: Array, factor: int, before: int | None) -> int:
     return found if is_sure else min(found, known)
 
 
+@lru_cache(1024)
 def _edf(tools: Any, alpha: int, factor: int, size: int) -> float:
     """Equivalent degrees of freedom of a piece with `size` points of the integrated output."""
     try:
