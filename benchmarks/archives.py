@@ -246,12 +246,12 @@ def moving(work: Path, count: int, repeats: int, lmfit: float) -> None:
     show(f"{count} files whose temperatures move by 0.05 degC from reading to reading", table)
 
 
-def growth(folder: Path, work: Path, repeats: int) -> None:
+def growth(folder: Path, work: Path, repeats: int, steps: int) -> None:
     """Ten times the files, which are the same under more names, and ten times the readings."""
-    names = [10**step for step in range(1, STEPS)]
+    names = [10**step for step in range(1, steps)]
     files = [folder, *(with_names(folder, work / f"names{n}", n) for n in names)]
     few = sorted(folder.glob("*.csv"))[::100]
-    readings = [with_more_strokes(few, work / f"strokes{n}", n) for n in (1, *names, 10**STEPS)]
+    readings = [with_more_strokes(few, work / f"strokes{n}", n) for n in (1, *names, 10**steps)]
     count = sum(1 for _ in folder.glob("*.csv"))
     grown(f"Ten times the files, from {count} of 162 readings", files, work, repeats)
     grown(f"Ten times the readings, from 162 in {len(few)} files", readings, work, repeats)
@@ -393,7 +393,7 @@ def main() -> None:
             few = max(options.files // 50, 5)
             files(folder, work, options.files, few, repeats)
         if "growth" in wanted:
-            growth(folder, work, repeats)
+            growth(folder, work, repeats, 1 if options.smoke else STEPS)
         if "large" in wanted:
             one_large_file(work, options.serials, repeats)
         if "dask" in wanted:

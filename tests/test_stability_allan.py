@@ -207,7 +207,7 @@ def test_intervals_of_the_white_noise_cover():
 def test_uncertainty_of_a_term_is_its_scatter(make, symbol):
     """All averaging times see the same samples; the interval knows it."""
     random = np.random.default_rng(11)
-    found = [identified(make(random, 2000))[1][symbol] for _ in range(50)]
+    found = [identified(make(random, 2000))[1][symbol] for _ in range(30)]
     scatter = np.std([np.log(term.value) for term in found])
     claimed = np.median([np.log(term.upper / term.lower) for term in found]) / (2.0 * 1.96)
     assert 0.75 < claimed / scatter < 1.6

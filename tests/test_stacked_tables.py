@@ -62,7 +62,7 @@ def taken(found, tables):
     ids=["whole", "gaps", "few gaps", "robust", "weights"],
 )
 def test_a_stack_is_the_same_as_its_tables_one_by_one(gaps, options):
-    y = with_gaps(readings(1000), gaps)
+    y = with_gaps(readings(400), gaps)
     whole = estimate_tables(y, ANGLES, **options)
     rounding = 1e-15 if "robust" in options else 0.0  # that of the pseudo-values
     alone = joined([estimate_tables(row[None], ANGLES, **options) for row in y])

@@ -205,7 +205,7 @@ def test_no_degrees_of_freedom_make_the_risk_larger(rule, dof):
 
 @pytest.mark.parametrize(("rule", "risk"), RISKS.items())
 def test_risk_of_a_false_pass_at_the_limit(rule, risk):
-    values = 5.0 + 0.1 * np.random.default_rng(1).standard_normal(4000)
+    values = 5.0 + 0.1 * np.random.default_rng(1).standard_normal(1500)
     limit = Limit("bias", "mg", maximum=5.0)
     passed = sum(outcome_of_bias(bias(v, 0.1), limit, rule) == "pass" for v in values)
     assert stats.binomtest(passed, len(values), risk).pvalue > 1e-3
