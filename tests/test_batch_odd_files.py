@@ -236,7 +236,7 @@ def test_readings_are_not_overwritten(archive, name, pattern):
     path = archive / name
     shutil.copy(EXAMPLE, path)
     output = archive / name.replace(".laws", "").replace(".errors", "")
-    with pytest.raises(InputError, match=r"-o would overwrite .*; name another file with -o"):
+    with pytest.raises(InputError, match=r"the results would overwrite .*; name another file"):
         accelcal.write_batch(archive / pattern, output)
     assert path.read_bytes() == EXAMPLE.read_bytes()
 

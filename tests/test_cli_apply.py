@@ -128,7 +128,7 @@ def test_laws_that_are_not_determined_are_refused(tmp_path, capsys):
         err = capsys.readouterr().err
         assert err.count("\n") == 1
         assert "no coefficients at T0 = 20 degC, as its levels -40, 80 degC lie on both" in err
-        assert "fit with --t0 at one of the levels" in err
+        assert "fit with T0 at one of the levels" in err
 
 
 def test_metres_per_second_squared_need_gravity(run):

@@ -15,7 +15,7 @@ import click
 import pytest
 
 from accelcal.cli import main as entry
-from accelcal.cli.deliver import deliver
+from accelcal.cli.deliver import deliver, remark
 from accelcal.cli.main import main
 from accelcal.cli.options import (
     data_argument,
@@ -193,6 +193,29 @@ def test_our_warnings_are_one_line(run, capsys):
 
     assert run(body) == 0
     assert capsys.readouterr() == ("", "warning: few readings\n" * 2)
+
+
+def test_arguments_of_the_library_are_told_by_their_options(run, capsys):
+    def body(**_options):
+        warnings.warn("take gravity=..., or unit='g'", AccelcalWarning, stacklevel=1)
+        remark("note: same_head=False, dask='tcp://a:1'")
+        deliver("compare with same_head=True", words=True)
+        deliver("same_head=True")
+        raise TableError("no head", "give record.with_apparatus(head_uncertainty=...)", source="a")
+
+    options = [
+        click.option("--g", "gravity", metavar="M_S2"),
+        click.option("--same-head/--other-head"),
+        click.option("--dask"),
+        click.option("--head-uncertainty", metavar="G"),
+    ]
+    assert run(body, options=options) == 2
+    assert capsys.readouterr() == (
+        "compare with --same-head\nsame_head=True\n",
+        "warning: take --g M_S2, or unit='g'\n"
+        "note: --other-head, --dask tcp://a:1\n"
+        "a: no head; give --head-uncertainty G\n",
+    )
 
 
 def test_other_warnings_are_shown_as_ever(run):

@@ -244,7 +244,7 @@ def _texts(paths: str | PathLike[str] | Iterable[str | PathLike[str]]) -> list[s
 def _sources(paths: Sequence[str], names: Mapping[str, str]) -> Sources:
     for path in paths:
         if realpath(path) in map(realpath, names.values()) and not is_url(path):
-            raise InputError(f"-o {path} is a file to be read; name another file with -o")
+            raise InputError(f"{path} is a file to be read; name another file for the results")
     return find_sources(paths, aside=names.values())
 
 

@@ -57,7 +57,7 @@ def form_of(path: str) -> str:
     for form in FORMS:
         if path.lower().endswith(form):
             return form
-    raise InputError(f"-o {path}: the name ends in none of .csv, .csv.gz, .parquet; choose one")
+    raise InputError(f"{path}: the name ends in none of .csv, .csv.gz, .parquet; choose one")
 
 
 def results(path: str) -> dict[str, str]:

@@ -131,7 +131,7 @@ class Journal:
         except OSError as error:
             raise InputError(
                 f"{self.folder}: the results cannot be written: {error.strerror or error}; make"
-                " room, and go on with --resume"
+                " room, and go on with resume=True"
             ) from error
 
     def publish(self, drafts: Mapping[str, str]) -> None:
@@ -205,7 +205,7 @@ def open_journal(output: str, settings: Settings, form: str, *, resume: bool) ->
         lock = (folder / _LOCK).open("wb")
     except OSError as error:
         raise InputError(
-            f"-o {output}: the results, or the folder {folder.name} beside them, cannot be made"
+            f"{output}: the results, or the folder {folder.name} beside them, cannot be made"
             f" ({error.strerror}); remove what is in the way, or choose another name"
         ) from None
     with lock:
@@ -222,24 +222,24 @@ def open_journal(output: str, settings: Settings, form: str, *, resume: bool) ->
 def _refuse_remains(folder: Path, output: str) -> None:
     if any(folder.glob(f"*{_SUFFIX}")):
         raise InputError(
-            f"-o {output}: an interrupted batch left its finished part in {folder.name}; add"
-            " --resume to go on with it, or delete that folder to start anew"
+            f"{output}: an interrupted batch left its finished part in {folder.name}; add"
+            " resume=True to go on with it, or delete that folder to start anew"
         )
 
 
 def _require_writable(target: Path, output: str) -> None:
     if target.is_dir():
-        raise InputError(f"-o {output} is a folder; name a file in it")
+        raise InputError(f"{output} is a folder; name a file in it")
     if target.exists() and not target.is_file():
-        raise InputError(f"-o {output} is a device or a pipe; name a file")
+        raise InputError(f"{output} is a device or a pipe; name a file")
     if not target.parent.is_dir():
-        raise InputError(f"-o {output}: its folder does not exist; create it or choose another")
+        raise InputError(f"{output}: its folder does not exist; create it or choose another")
     writable = os.access(target.parent, os.W_OK) and (
         not target.exists() or os.access(target, os.W_OK)
     )
     if not writable:
         raise InputError(
-            f"-o {output}: the file or its folder is not writable; change that or choose another"
+            f"{output}: the file or its folder is not writable; change that or choose another"
         )
 
 
@@ -253,5 +253,5 @@ def _lock(file: IO[bytes], output: str) -> None:
         fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
         raise InputError(
-            f"-o {output}: another accelcal batch is writing it; wait for it or choose another file"
+            f"{output}: another accelcal batch is writing it; wait for it or choose another file"
         ) from None

@@ -188,7 +188,7 @@ def _without(aside: Collection[str], found: Iterator[str]) -> Iterator[str]:
             yield path
         elif not may_be_replaced(path):
             raise InputError(
-                f"-o would overwrite {path}, a file of the archive; name another file with -o"
+                f"the results would overwrite {path}, a file of the archive; name another file"
             )
 
 

@@ -37,7 +37,7 @@ _TIMES = 200  # and so often, until it is ended at once
 
 _KILLED = (
     "a worker was killed, most often for want of memory; what is finished is kept, go on with"
-    " --resume and fewer --jobs"
+    " resume=True and fewer jobs"
 )
 
 _UNGUARDED = (
@@ -301,7 +301,7 @@ def _cluster(address: str, jobs: int) -> Iterator[tuple[Executor, int]]:
     try:
         from dask.distributed import Client, LocalCluster
     except ImportError:
-        raise not_installed("--dask", "Dask", "dask") from None
+        raise not_installed("dask=...", "Dask", "dask") from None
     own: Any = nullcontext()
     if address == "local":
         own = LocalCluster(  # type: ignore[no-untyped-call]
@@ -318,6 +318,6 @@ def _client(connect: Callable[..., Any], where: Any) -> Any:
     except (OSError, ValueError, TimeoutError) as error:
         told = " ".join(str(error).split()) or type(error).__name__
         raise InputError(
-            f"--dask {where}: no scheduler there ({told}); start one by 'dask scheduler', or give"
-            " --dask local"
+            f"dask={where!r}: no scheduler there ({told}); start one by 'dask scheduler', or give"
+            " dask='local'"
         ) from None

@@ -81,7 +81,7 @@ def _days(calibration: Calibration, known: Laboratory) -> tuple[str, str]:
         raise InputError(
             f"a certificate states the days of the test, and here they are"
             f" {first or NOT_STATED!r} to {last or NOT_STATED!r}; write # date: 2026-11-21 into the"
-            " table, or performed_from and performed_to into the file of --dcc-data"
+            " table, or performed_from and performed_to into the file of the laboratory"
         )
     return first, last
 

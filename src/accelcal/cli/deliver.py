@@ -10,6 +10,7 @@ from typing import Any
 
 import click
 
+from accelcal.cli.wording import by_options
 from accelcal.errors import InputError
 from accelcal.escapes import ESCAPED, visible
 
@@ -37,7 +38,8 @@ def deliver(text: str, path: str | None = None, *, words: bool = False) -> None:
     path : str, optional
         File to write, as UTF-8; None or ``"-"`` is standard output.
     words : bool, default False
-        Whether it is for people, so that a terminal shows verdicts and warnings in colour.
+        Whether it is for people: it names options, and verdicts and warnings have colours on a
+        terminal.
 
     Raises
     ------
@@ -46,7 +48,7 @@ def deliver(text: str, path: str | None = None, *, words: bool = False) -> None:
     """
     text = text if text.endswith("\n") else text + "\n"
     if path is None or path == "-":
-        _print(_coloured(text) if words else text)
+        _print(_coloured(by_options(text)) if words else text)
         return
     from accelcal.atomic import write_atomically
 
@@ -83,7 +85,7 @@ def remark(text: str) -> None:
     text : str
         The line.
     """
-    click.echo(visible(text), file=sys.stderr)
+    click.echo(visible(by_options(text)), file=sys.stderr)
 
 
 def refuse_to_overwrite(sources: Sequence[str], path: str | None) -> None:

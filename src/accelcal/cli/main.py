@@ -16,6 +16,7 @@ from typing import TextIO
 import click
 
 from accelcal.cli.program import program
+from accelcal.cli.wording import by_options
 from accelcal.errors import AccelcalError, AccelcalWarning
 from accelcal.escapes import ESCAPED
 
@@ -83,10 +84,19 @@ def _run(arguments: Sequence[str]) -> int:
         program.main(prog_name="accelcal")  # shell completion is click's own, and exits
     try:
         with program.make_context("accelcal", list(arguments), color=_colour()) as context:
-            program.invoke(context)
+            _invoke(context)
     except click.exceptions.Exit as end:
         return end.exit_code
     return DONE
+
+
+def _invoke(context: click.Context) -> None:
+    try:
+        program.invoke(context)
+    except AccelcalError as error:
+        command = program.get_command(context, context.invoked_subcommand or "")
+        error.args = (by_options(str(error), command), *error.args[1:])
+        raise
 
 
 def _colour() -> bool | None:
@@ -118,7 +128,7 @@ def _tell(kind: str, message: object, *, prefix: bool = True) -> None:
     from accelcal.escapes import visible
 
     label = click.style(f"{kind}: ", fg={"error": "red", "warning": "yellow"}[kind], bold=True)
-    line = visible(" ".join(str(message).splitlines()))
+    line = visible(" ".join(by_options(str(message)).splitlines()))
     click.echo(f"{label}{line}" if prefix else line, file=sys.stderr, color=_colour())
 
 

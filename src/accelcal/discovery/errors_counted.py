@@ -209,7 +209,7 @@ def head_notes(
         yield (
             "nothing tells whether both were measured on one head, clamped alike: the intervals are"
             " the wider ones of both cases; name the head in a line '# head: NAME' of both tables,"
-            " or give --same-head or --other-head"
+            " or give same_head=True or same_head=False"
         )
     sides = {table.mounting for table in calibration.tables}
     freed = {told.axis for told in calibration.fixture_angle}

@@ -46,8 +46,8 @@ def left_in_use(calibration: Calibration, taken_up: Collection[str] = ()) -> lis
     return [
         f"{', '.join(left)}: the fit took {'it' if len(left) == 1 else 'them'} out of the readings"
         " by its model, so the coefficients are free of them; in use the accelerometer has them,"
-        " and neither the accelerations nor their uncertainty count them; a fit without --model"
-        " leaves in the coefficients what they can take up"
+        " and neither the accelerations nor their uncertainty count them; a fit without a"
+        " model leaves in the coefficients what they can take up"
     ]
 
 

@@ -159,7 +159,8 @@ def _declared(records: Sequence[TumbleRecord]) -> float:
         shown = " and ".join([*known, *(["not declared"] if None in found else [])])
         raise InputError(
             f"{records[0].source}: head_uncertainty is {shown}; what no reading tells of the head"
-            " stays as uncertain as declared: declare one above 0, by --head-uncertainty"
+            " stays as uncertain as declared: declare one above 0, by"
+            " record.with_apparatus(head_uncertainty=...)"
         )
     return float(found.pop() or 0.0)
 

@@ -132,7 +132,7 @@ def refuse_effects(calibration: Calibration) -> None:
         raise InputError(
             f"{', '.join(names)}: the coefficients are free of it, the outputs are not, and an"
             " export has no more than the coefficients; use accelcal apply, or export a fit without"
-            " --model"
+            " a model"
         )
 
 

@@ -97,7 +97,7 @@ class AccelerationStream:
         gravity = options.gravity or found.local_gravity
         if options.unit != "g" and not gravity:
             raise InputError(
-                "m/s^2 needs the gravity of the place of calibration; give it by --g or stay with g"
+                "m/s^2 needs the gravity of the place of calibration; give it by gravity=... or stay with g"
             )
         self._scale = 1.0 if options.unit == "g" or gravity is None else gravity
         self._temperature = self._constant_temperature()
@@ -135,7 +135,7 @@ class AccelerationStream:
                 if not gravity:
                     raise InputError(
                         f"{axis.name} is in m/s^2; give the gravity of the place of calibration"
-                        " by --g"
+                        " by gravity=..."
                     )
                 factors[axis.name] = 1.0 / gravity
         for name in {"a_p", "a_o"} & set(self._samples.headings.columns) - set(factors):
@@ -152,7 +152,7 @@ class AccelerationStream:
         if given is None and not has_column and self._found.several_levels:
             raise InputError(
                 f"{self._samples.source}: no column temperature, but the calibration depends on it;"
-                " give --temperature"
+                " give temperature=..."
             )
         if given is None and not has_column and self._found.temperatures is not None:
             level = self._found.temperatures[0]
@@ -209,7 +209,7 @@ class AccelerationStream:
         problem = outside_temperatures(
             self._found, float(values["temperature"][at]) if warmth is None else warmth
         )
-        remedy = "calibrate there, or accept it by --extrapolate"
+        remedy = "calibrate there, or accept it by extrapolate=True"
         raise TableError(problem, remedy, source=self._samples.source, line=int(block.lines[at]))
 
     def _count(self, values: Mapping[str, Array], measured: MeasuredAcceleration) -> None:

@@ -77,7 +77,7 @@ def _points(trend: Trend) -> Iterator[str]:
         rows.append((point.date, value, half, apart, visible(point.source)[-50:]))
     yield from aligned(rows, right={1, 2, 3})
     if len(trend.points) > _SHOWN:
-        yield f"and {len(trend.points) - _SHOWN} more (--format csv has all)"
+        yield f"and {len(trend.points) - _SHOWN} more (CSV and JSON have all)"
 
 
 def _interval(quantity: Quantity) -> str:

@@ -60,7 +60,7 @@ def _lines(found: OptimalDesign) -> Iterator[str]:
     )
     yield "a harmonic of the head is not, and no choice of angles averages it."
     if best.strokes < _TWO_CYCLES:
-        yield "Effects that the model lacks show with two cycles or more: --strokes 4."
+        yield "Effects that the model lacks show with two cycles or more, 4 strokes."
     yield ""
     yield f"accelcal simulate {_options(found)} -o test.csv"
 

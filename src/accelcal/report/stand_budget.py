@@ -132,7 +132,7 @@ def _coefficients(document: Document) -> Iterator[str]:
     yield from (f"  {line}" for line in aligned(rows, right=range(2, len(heading))))
     left = len(document["coefficients"]) - len(rows) + 1
     if left:
-        yield f"  (and {counted(left, 'coefficient')} of the other tables: --format csv or json)"
+        yield f"  (and {counted(left, 'coefficient')} of the other tables, in CSV and JSON)"
 
 
 def _change(own: Document) -> bool:

@@ -47,6 +47,6 @@ def refuse_undetermined_laws(calibration: Calibration) -> None:
     found = ", ".join(f"{level:.4g}" for level in sorted(set(levels)))
     raise InputError(
         f"the calibration has no coefficients at T0 = {calibration.T0_degC:g} degC, as its levels"
-        f" {found} degC lie on both sides of it and none at it; measure at T0, or fit with --t0 at"
+        f" {found} degC lie on both sides of it and none at it; measure at T0, or fit with T0 at"
         " one of the levels"
     )

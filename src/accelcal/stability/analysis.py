@@ -378,7 +378,7 @@ def _warnings(
         factor = student_quantile(0.9973, spread.dof)
         yield (
             f"t_P = 3 as in the paper; Student's factor for P = 0.9973 and the {spread.dof:g} "
-            f"degrees of freedom of sigma_L is {factor:.2f}: see --probability"
+            f"degrees of freedom of sigma_L is {factor:.2f}, by probability=..."
         )
     if stepped:
         names = ", ".join(launch.label for launch in stepped)

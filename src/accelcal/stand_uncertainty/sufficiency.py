@@ -107,9 +107,5 @@ def _half_width(limit: Limit) -> float:
 
 def _note(name: str, *, told: bool) -> str:
     if name in ("bias_repeatability", "scale_factor_stability"):
-        return (
-            "change from run to run by the stand alone"
-            if told
-            else "needs a level met twice, as in --temperatures 20,20"
-        )
+        return "change from run to run by the stand alone" if told else "needs a level met twice"
     return "" if told else "not a coefficient of this tumble test"

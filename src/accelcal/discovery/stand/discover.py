@@ -148,7 +148,9 @@ def _one_reference(records: Sequence[TumbleRecord], given: float | None) -> floa
     found = {reference_temperature_of(record, given) or 0.0 for record in records}
     if len(found) > 1:
         shown = " and ".join(f"{value:g}" for value in sorted(found))
-        raise InputError(f"T0 is {shown} degC in units of one stand; it is one: give --t0")
+        raise InputError(
+            f"T0 is {shown} degC in units of one stand; it is one: give reference_temperature=..."
+        )
     return found.pop()
 
 

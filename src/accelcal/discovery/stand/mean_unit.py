@@ -120,8 +120,8 @@ def on_one_stand(records: Sequence[TumbleRecord]) -> tuple[TumbleRecord, ...]:
     if len(heads) > 1:
         shown = " and ".join(sorted("none" if h is None else f"{h:g}" for h in heads))
         raise InputError(
-            f"head_uncertainty is {shown} in units of one stand; it is one number: give"
-            " --head-uncertainty"
+            f"head_uncertainty is {shown} in units of one stand; it is one number: give all"
+            " record.with_apparatus(head_uncertainty=...)"
         )
     names = ("launch_uncertainty", "launch_sf_uncertainty")
     everything = [[getattr(record.apparatus, name) for record in records] for name in names]
