@@ -97,7 +97,8 @@ class AccelerationStream:
         gravity = options.gravity or found.local_gravity
         if options.unit != "g" and not gravity:
             raise InputError(
-                "m/s^2 needs the gravity of the place of calibration; give it by gravity=... or stay with g"
+                "m/s^2 needs the gravity of the place of calibration; give it by gravity=..., or"
+                " stay with g"
             )
         self._scale = 1.0 if options.unit == "g" or gravity is None else gravity
         self._temperature = self._constant_temperature()
