@@ -51,7 +51,7 @@ FLOORS = (
     {"model"},
     {"geometry", "apparatus"},
     {"units", "numerics", "atomic", "sentences", "arguments", "dates"},
-    {"errors", "version", "logs"},
+    {"errors", "version", "logs", "equality"},
     {"escapes"},
 )
 """The rooms, top floor first. Imports point downwards, and never to a room of the same floor."""
@@ -316,6 +316,7 @@ def test_every_command_file_is_a_command():
         "options",
         "program",
         "stand_budget",
+        "wording",
     }
     assert {path.stem for path in (SOURCE / "cli").glob("*.py")} - shared == set(COMMANDS)
 

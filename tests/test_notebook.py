@@ -1,9 +1,12 @@
 """Results in a notebook: well-formed, escaped tables, and one short line as repr."""
 
+import copy
+import pickle
 from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import accelcal
@@ -183,3 +186,50 @@ def test_a_record_is_a_frame(results):
     assert again.output == pytest.approx(record.output)
     assert again.run_labels == record.run_labels
     assert (again.mounting == record.mounting).all()
+
+
+# -- equality --------------------------------------------------------------------------------------
+
+
+def with_arrays(calibration):
+    """Make what holds arrays, anew at each call."""
+    stand = accelcal.read_stand("examples/paper-stand.toml")
+    record = accelcal.simulate(seed=2)
+    frames = [pd.DataFrame({"a": [1.0, np.nan]})] * 3
+    return {
+        "record": record,
+        "acceleration": accelcal.accelerations([0.0, 45.0]),
+        "estimates": accelcal.estimate_tables(record.output[None, :54], record.angle[:54]),
+        "measured": accelcal.apply(calibration, [1.0, np.nan], temperature=20.0),
+        "budget": budget(calibration, [0.0, 1.0], temperature=[40.0, 41.0]),
+        "stand budget": accelcal.stand_budget(stand, record),
+        "stability": read_stability("examples/stability.csv"),
+        "triad": accelcal.read_triad("examples/triad.csv"),
+        "batch": accelcal.BatchFrames(*(frame.copy() for frame in frames)),
+    }
+
+
+def test_what_holds_arrays_is_equal_by_them(calibration):
+    others = with_arrays(calibration)
+    for name, one in with_arrays(calibration).items():
+        other = others[name]
+        assert (one == other, one != other, one in [other]) == (True, False, True), name
+        assert pickle.loads(pickle.dumps(one)) == one == copy.deepcopy(one), name
+        assert one != "text", name
+
+
+def test_another_number_makes_it_unequal(calibration):
+    things = with_arrays(calibration)
+    measured, acceleration = things["measured"], things["acceleration"]
+    assert measured != replace(measured, value=measured.value + 1e-9)
+    assert acceleration != acceleration._replace(output=np.ones(2))
+    assert acceleration != acceleration._replace(output=np.zeros(3))
+    assert things["record"] == replace(things["record"], source="elsewhere")
+    assert things["triad"] != replace(things["triad"], up=None)
+    frames = things["batch"]
+    assert frames != frames._replace(laws=frames.laws + 1.0)
+
+
+def test_a_launch_is_one_short_line():
+    launch = read_stability("examples/stability.csv").launches[0]
+    assert repr(launch) == "<Launch 1: 720 samples in 3595 s>"

@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from accelcal.arguments.numbers import check_number, number_array
+from accelcal.equality import equal
 from accelcal.errors import InputError
 
 __all__ = [
@@ -58,6 +59,12 @@ class Acceleration(NamedTuple):
     input: NDArray[np.float64]
     pendulous: NDArray[np.float64]
     output: NDArray[np.float64]
+
+    def __eq__(self, other: object) -> bool:
+        return equal(tuple(self), other)
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
 
 
 def checked_fixture_angle(delta0: float) -> float:

@@ -11,13 +11,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
 from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
 from accelcal.arguments.kinds import as_given
+from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
 from accelcal.geometry import MOUNTINGS, is_mounting
 from accelcal.numerics.sorting import distinct
@@ -53,7 +54,7 @@ _KINDS: dict[str, tuple[type | tuple[type, ...], str]] = {
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TumbleRecord:
+class TumbleRecord(EqualByContents):
     """Readings of one accelerometer in a tumble test, one entry a reading.
 
     `accelcal.read_table` makes it of a file, `accelcal.read_arrays` of arrays or a DataFrame.
@@ -108,12 +109,16 @@ class TumbleRecord:
     sha256 : str or None
         SHA-256 of the bytes of the source, in hexadecimal; None where there were none.
 
+    Records are equal that are so in every reading and declaration, whatever their source.
+
     Raises
     ------
     InputError
         If something is of another kind, or the arrays differ in length, are empty, or hold a value
         outside its range.
     """
+
+    _NOT_COMPARED: ClassVar[frozenset[str]] = frozenset({"source", "notes", "line", "sha256"})
 
     output: NDArray[np.float64]
     angle: NDArray[np.float64]
@@ -219,17 +224,6 @@ class TumbleRecord:
 
     def __len__(self) -> int:
         return int(self.output.size)
-
-    def __eq__(self, other: object) -> bool:
-        """Equal in every reading and declaration; the source, its lines and notes do not count."""
-        if not isinstance(other, TumbleRecord):
-            return NotImplemented
-        aside = {"source", "notes", "line", "sha256"}
-        return all(
-            _same(getattr(self, item.name), getattr(other, item.name))
-            for item in fields(self)
-            if item.name not in aside
-        )
 
     def __repr__(self) -> str:
         name = f"serial {self.serial!r}" if self.serial else repr(self.source)
@@ -385,13 +379,3 @@ def refuse_twice(records: Iterable[TumbleRecord]) -> None:
             problem = f"the same readings as {seen[key].source}"
             raise InputError(f"{record.source}: {problem}; give each table once")
         seen[key] = record
-
-
-def _same(a: Any, b: Any) -> bool:
-    if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
-        return a.shape == b.shape and bool(
-            np.array_equal(a, b, equal_nan=np.issubdtype(a.dtype, np.floating))
-        )
-    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
-        return False
-    return bool(a == b)

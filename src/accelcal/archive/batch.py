@@ -23,6 +23,7 @@ from accelcal.arguments.kinds import path_text, several
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag, check_function, check_options, check_text
 from accelcal.calibrate.options import Options
+from accelcal.equality import equal
 from accelcal.errors import InputError
 from accelcal.io.declarations import declared_by_caller
 from accelcal.model import COEFFICIENTS
@@ -75,6 +76,12 @@ class BatchFrames(NamedTuple):
     tables: pd.DataFrame
     laws: pd.DataFrame
     errors: pd.DataFrame
+
+    def __eq__(self, other: object) -> bool:
+        return equal(tuple(self), other)
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
 
 
 def batch(

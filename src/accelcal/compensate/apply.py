@@ -17,6 +17,7 @@ from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import TEMPERATURE_MARGIN, Compensation
 from accelcal.compensate.inversion import FARTHEST, invert, invert_with, slope
 from accelcal.effects.static import Samples
+from accelcal.equality import EqualByContents
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.estimate.uncertainty import Intervals, combined
 from accelcal.results.calibration import Calibration
@@ -27,7 +28,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MeasuredAcceleration:
+class MeasuredAcceleration(EqualByContents):
     """Acceleration along the input axis, sample by sample.
 
     Attributes

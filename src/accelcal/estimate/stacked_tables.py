@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from accelcal.arguments.kinds import several
 from accelcal.arguments.numbers import check_whole, number_array
 from accelcal.arguments.options import check_flag
+from accelcal.equality import equal
 from accelcal.errors import InputError
 from accelcal.estimate.estimability import estimability
 from accelcal.estimate.robust import pseudo_values
@@ -60,6 +61,12 @@ class TableEstimates(NamedTuple):
     residual_rms: Array
     dof: NDArray[np.int64]
     stands_for: Mapping[str, str]
+
+    def __eq__(self, other: object) -> bool:
+        return equal(tuple(self), other)
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
 
     def frame(self) -> pd.DataFrame:
         """Return a DataFrame of a row a table: ``K0``, ``u(K0)`` ... ``residual_rms``, ``dof``."""

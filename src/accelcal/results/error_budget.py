@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from accelcal.equality import EqualByContents
 from accelcal.escapes import visible
 from accelcal.results.result import JsonResult, TabularResult
 
@@ -24,7 +25,7 @@ SCHEMA = "accelcal/budget/1"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ErrorComponent:
+class ErrorComponent(EqualByContents):
     """One component of the error at n points.
 
     Attributes
@@ -53,7 +54,7 @@ class ErrorComponent:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ErrorBudget(JsonResult, TabularResult):
+class ErrorBudget(EqualByContents, JsonResult, TabularResult):
     """Error of the measured acceleration with its band, at n points.
 
     Attributes

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arguments.options import check_choice
+from accelcal.equality import EqualByContents
 from accelcal.escapes import visible
 from accelcal.results.result import JsonResult, TabularResult
 from accelcal.results.stand_requirements import Requirements, Sufficiency
@@ -55,7 +56,7 @@ class BudgetedCoefficient:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class StandShare:
+class StandShare(EqualByContents):
     """What one component of the stand does.
 
     Attributes
@@ -108,7 +109,7 @@ class StandShare:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MonteCarlo:
+class MonteCarlo(EqualByContents):
     """Propagation of distributions, JCGM 101; arrays have shape (q,).
 
     Attributes
@@ -144,7 +145,7 @@ class MonteCarlo:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class StandBudget(JsonResult, TabularResult):
+class StandBudget(EqualByContents, JsonResult, TabularResult):
     """Uncertainty of q coefficients by the stand; arrays have shape (q,).
 
     Attributes

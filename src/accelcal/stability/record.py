@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from accelcal.arguments.kinds import each_of, expect
 from accelcal.arguments.numbers import check_number, number_array
 from accelcal.arguments.options import check_text, check_texts, check_written
+from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 
@@ -22,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Launch:
+class Launch(EqualByContents):
     """One launch: from power on to power off.
 
     Attributes
@@ -54,6 +55,9 @@ class Launch:
                 frozen.setflags(write=False)
                 object.__setattr__(self, item.name, frozen)
         _check(self)
+
+    def __repr__(self) -> str:
+        return visible(f"<Launch {self.label}: {self.output.size} samples in {self.duration:g} s>")
 
     @property
     def duration(self) -> float:
@@ -141,7 +145,7 @@ def _check(launch: Launch) -> None:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class StabilityRecord:
+class StabilityRecord(EqualByContents):
     """All launches of one accelerometer.
 
     Attributes

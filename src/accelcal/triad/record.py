@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from accelcal.apparatus import Apparatus
 from accelcal.arguments.numbers import number_array
 from accelcal.arguments.options import check_text, check_texts, check_written
+from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
 
 __all__ = ["AXES", "TriadRecord", "up_of_turn"]
@@ -24,7 +25,7 @@ _UNIT_LENGTH = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TriadRecord:
+class TriadRecord(EqualByContents):
     """Mean outputs of a triad, one entry an attitude.
 
     Attributes
