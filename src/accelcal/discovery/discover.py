@@ -23,7 +23,7 @@ from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.held_out import held_out_rms
 from accelcal.discovery.noise import orthonormal, refuse_too_many
 from accelcal.discovery.one_clamping import refuse_several_clampings
-from accelcal.discovery.prospects.audit import audit
+from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
 from accelcal.discovery.search import Findings, search
@@ -35,7 +35,7 @@ from accelcal.logs import tell
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
-from accelcal.results.findings import Detectable, Fault, FoundEffect, Gap, Unexplained
+from accelcal.results.findings import Fault, FoundEffect, Gap, Unexplained
 from accelcal.results.quantity import ErrorSource, Quantity
 from accelcal.version import __version__
 
@@ -198,7 +198,6 @@ def _discovery(
     instances = named.instances if named else ()
     bare, within = solution(comparison), solution(comparison, instances)
     steps = list(_steps(comparison, named, question))
-    seen = audit(comparison, family, question.alpha)
     return Discovery(
         noise=_noise(comparison),
         before=_gap_as_given(record, question) if found else _gap(bare, steps[0].held_out),
@@ -206,10 +205,8 @@ def _discovery(
         where=shares(comparison.space, comparison.seen, family.blocks),
         effects=tuple(_effects(look, named, steps)) if named else (),
         unexplained=unexplained,
-        undetectable=seen.undetectable,
-        smallest_detectable=tuple(
-            Detectable(size.id, size.typical, size.unit) for size in seen.smallest
-        ),
+        undetectable=undetectable(comparison, family.candidates),
+        smallest_detectable=smallest_detectable(family, question.alpha),
         faults=tuple(map(_fault, found)),
         coefficients=changes(comparison, bare, within),
         scale_factor=comparison.model.nominal,

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from accelcal.accelerometer import Accelerometer
@@ -11,7 +9,8 @@ from accelcal.discovery.candidates import candidates, searched_among
 from accelcal.discovery.factors import blocks
 from accelcal.discovery.family import family_of
 from accelcal.discovery.noise import ReadingNoise
-from accelcal.discovery.prospects.audit import Audit, audit, designed
+from accelcal.discovery.prospects.aliases import aliases
+from accelcal.discovery.prospects.audit import designed, smallest_detectable, undetectable
 from accelcal.results.designs import Visibility
 from accelcal.simulation import NOISE_FREE, NoiseComponents, TumblePlan, simulate
 
@@ -61,14 +60,9 @@ def visibility(
     comparison = designed(record, reference, sigma, plan.delta0)
     c, space = comparison.model.conditions, comparison.space
     found = candidates(searched_among(), space, c)
-    return tuple(
-        _told(audit(comparison, family_of(space, found, blocks(space, c), comparison.roots)))
+    seen = smallest_detectable(family_of(space, found, blocks(space, c), comparison.roots))
+    alike = {item.id: item.exact for item in aliases(found)}
+    return (
+        *(Visibility(item.id, item.absorbed_by, None) for item in undetectable(comparison, found)),
+        *(Visibility(size.id, None, size.value, size.unit, alike[size.id]) for size in seen),
     )
-
-
-def _told(found: Audit) -> Iterator[Visibility]:
-    for item in found.undetectable:
-        yield Visibility(item.id, item.absorbed_by, None)
-    alike = {item.id: item.exact for item in found.aliases}
-    for size in found.smallest:
-        yield Visibility(size.id, None, size.typical, size.unit, alike.get(size.id, ()))

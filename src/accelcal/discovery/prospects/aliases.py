@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from accelcal.discovery.candidates import Candidates
 from accelcal.discovery.noise import orthonormal
 
-__all__ = ["Aliases", "aliases", "exact_class"]
+__all__ = ["Aliases", "aliases"]
 
 Array = NDArray[np.float64]
 
@@ -63,26 +63,6 @@ def aliases(found: Candidates) -> tuple[Aliases, ...]:
         exact = tuple(other for other, cosine in others if cosine > EXACT)
         table.append(Aliases(name, exact, tuple(near)))
     return tuple(table)
-
-
-def exact_class(found: Candidates, name: str) -> tuple[str, ...]:
-    """All effects that a test shows as the same as one, itself among them.
-
-    Parameters
-    ----------
-    found : Candidates
-        Effects that can be seen.
-    name : str
-        Id of one of them.
-
-    Returns
-    -------
-    tuple of str
-        Their ids, in the order of the candidates.
-    """
-    names = [effect.id for effect in found.effects]
-    row = _cosines(found, names.index(name), _spans(found))
-    return tuple(other for other, cosine in zip(names, row, strict=True) if cosine > EXACT)
 
 
 def _cosines(found: Candidates, place: int, spans: Sequence[Array]) -> list[float]:

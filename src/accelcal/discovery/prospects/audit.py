@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +18,6 @@ from accelcal.discovery.noise import (
     orthonormal,
     saturated,
 )
-from accelcal.discovery.prospects.aliases import Aliases, aliases
 from accelcal.discovery.space import space_of, whitener_of
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
@@ -27,10 +25,9 @@ from accelcal.estimate.tables import head_positions
 from accelcal.numerics.probability import student_quantile
 from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
-from accelcal.results.findings import Undetectable
+from accelcal.results.findings import Detectable, Undetectable
 
-__all__ = ["Audit", "Size", "absorbed_by", "audit", "designed", "of_one_unit"]
-__all__ += ["smallest_detectable", "visible_parts"]
+__all__ = ["absorbed_by", "designed", "smallest_detectable", "undetectable"]
 
 Array = NDArray[np.float64]
 
@@ -40,74 +37,24 @@ _CARRIED = 0.05
 """Part of an effect for which no coefficient is listed."""
 
 
-class Size(NamedTuple):
-    """Smallest size of an effect that is found nine times in ten.
-
-    Attributes
-    ----------
-    id : str
-        Id of the effect.
-    best : float
-        Size with those nonlinear parameters that show it best.
-    typical : float
-        Median of the sizes over the grid of its nonlinear parameters.
-    unit : str
-        Unit of both.
-    """
-
-    id: str
-    best: float
-    typical: float
-    unit: str
-
-
-class Audit(NamedTuple):
-    """What a test can show.
-
-    Attributes
-    ----------
-    undetectable : tuple of Undetectable
-        Effects that the base model absorbs, with the coefficients that do.
-    visible : dict of str to float
-        Part of each other effect that the base model leaves, in the measure of the noise.
-    smallest : tuple of Size
-        Smallest sizes of the same effects.
-    aliases : tuple of Aliases
-        What the same effects are mistaken for.
-    """
-
-    undetectable: tuple[Undetectable, ...]
-    visible: dict[str, float]
-    smallest: tuple[Size, ...]
-    aliases: tuple[Aliases, ...]
-
-
-def audit(comparison: Comparison, family: Family, alpha: float = 0.01) -> Audit:
-    """Work out what a test can show.
+def undetectable(comparison: Comparison, found: Candidates) -> tuple[Undetectable, ...]:
+    """List the effects that the base model absorbs, with the coefficients that do.
 
     Parameters
     ----------
     comparison : Comparison
-        From `designed`, or of a record; its readings count only as far as their noise goes.
-    family : Family
-        What is tested at once.
-    alpha : float, default 0.01
-        False-alarm rate over the whole family.
+        From `designed`, or of a record.
+    found : Candidates
+        What can be seen in it, and what cannot.
 
     Returns
     -------
-    Audit
-        The audit.
+    tuple of Undetectable
+        One for each effect that cannot be seen.
     """
-    found = family.candidates
-    return Audit(
-        undetectable=tuple(
-            Undetectable(effect.id, absorbed_by(effect, comparison.model, comparison.parameters))
-            for effect in found.hidden
-        ),
-        visible=visible_parts(comparison, found),
-        smallest=smallest_detectable(family, alpha),
-        aliases=aliases(found),
+    return tuple(
+        Undetectable(effect.id, absorbed_by(effect, comparison.model, comparison.parameters))
+        for effect in found.hidden
     )
 
 
@@ -229,32 +176,7 @@ def _left(taken: Array, columns: Array) -> float:
     return float(np.sqrt((left**2).sum(axis=0)).max())
 
 
-def visible_parts(comparison: Comparison, found: Candidates) -> dict[str, float]:
-    """Part of each effect that the base model leaves, in the measure of the noise.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        The test.
-    found : Candidates
-        E effects that can be seen.
-
-    Returns
-    -------
-    dict of str to float
-        For each effect the largest part over its instances.
-    """
-    if not found.instances:
-        return {}
-    c = comparison.model.conditions
-    columns = np.stack([column_of(item, c) for item in found.instances], axis=1)
-    whole = np.sqrt(((comparison.space.whitener @ columns) ** 2).sum(axis=0))
-    starts = np.searchsorted(found.owner, np.arange(len(found.effects)))
-    parts = np.maximum.reduceat(found.length / whole, starts)
-    return dict(zip([effect.id for effect in found.effects], parts.tolist(), strict=True))
-
-
-def smallest_detectable(family: Family, alpha: float = 0.01) -> tuple[Size, ...]:
+def smallest_detectable(family: Family, alpha: float = 0.01) -> tuple[Detectable, ...]:
     """Find the smallest size at which each effect is found nine times in ten.
 
     Parameters
@@ -266,8 +188,9 @@ def smallest_detectable(family: Family, alpha: float = 0.01) -> tuple[Size, ...]
 
     Returns
     -------
-    tuple of Size
-        One for each effect that can be seen.
+    tuple of Detectable
+        One for each effect that can be seen; its size is the median over the grid of its nonlinear
+        parameters.
 
     Notes
     -----
@@ -280,28 +203,15 @@ def smallest_detectable(family: Family, alpha: float = 0.01) -> tuple[Size, ...]
     sizes = []
     for number, (effect, tries) in enumerate(zip(found.effects, family.tries, strict=True)):
         own = np.flatnonzero(found.owner == number)
-        alike, unit = of_one_unit([found.instances[i] for i in own])
+        alike, unit = _of_one_unit([found.instances[i] for i in own])
         limit = student_quantile(1.0 - alpha / (tries * family.tests), dof) ** 2
         needed = float(np.sqrt(ncfdtrinc(1, dof, 1.0 - POWER, limit))) / found.length[own[alike]]
-        sizes.append(Size(effect.id, float(needed.min()), median(needed), unit))
+        sizes.append(Detectable(effect.id, median(needed), unit))
     return tuple(sizes)
 
 
-def of_one_unit(instances: Sequence[Instance]) -> tuple[NDArray[np.intp], str]:
-    """Select the instances of an effect whose size has the unit of that of the first one.
-
-    Parameters
-    ----------
-    instances : sequence of Instance
-        Instances of one effect.
-
-    Returns
-    -------
-    places : ndarray of int
-        Where they are.
-    unit : str
-        The unit.
-    """
+def _of_one_unit(instances: Sequence[Instance]) -> tuple[NDArray[np.intp], str]:
+    """Places of the instances of an effect whose size has the unit of the first one, and it."""
     units = [
         next(
             amplitude.unit

@@ -14,21 +14,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.discovery.candidates import (
-    VISIBLE,
-    Instance,
-    amplitude_columns,
-    column_of,
-    instances_of,
-)
+from accelcal.discovery.candidates import Instance, amplitude_columns, column_of
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.prospects.audit import of_one_unit
 from accelcal.discovery.prospects.further_readings import Block
 from accelcal.discovery.prospects.outlook import Outlook
 from accelcal.effects.conditions import Conditions
-from accelcal.effects.effect import Effect
 
-__all__ = ["Proposal", "Sight", "proposals", "to_see"]
+__all__ = ["Proposal", "proposals"]
 
 Array = NDArray[np.float64]
 Instances = Sequence[Instance]
@@ -41,9 +33,6 @@ MOST = 64
 
 _STEP = 0.01
 """Step of a nonlinear parameter for a derivative, in the range that is searched."""
-
-_DUST = 1e-12
-"""Change of the readings for the size 1 below which an effect is not brought about [g]."""
 
 
 class Proposal(NamedTuple):
@@ -70,33 +59,6 @@ class Proposal(NamedTuple):
     blocks: int | None
     readings: int | None
     hours: float | None
-    text: str
-
-
-class Sight(NamedTuple):
-    """A measurement that would show an effect which the present readings cannot.
-
-    Attributes
-    ----------
-    block : Block
-        What is measured, once.
-    readings : int
-        Its readings.
-    hours : float or None
-        Time that it takes.
-    size : float
-        Size from which the effect is seen.
-    unit : str
-        Unit of the size.
-    text : str
-        The same in a line.
-    """
-
-    block: Block
-    readings: int
-    hours: float | None
-    size: float
-    unit: str
     text: str
 
 
@@ -201,41 +163,3 @@ def _span(instances: Instances, c: Conditions) -> Array:
                 )
                 columns.append((above - below)[:, None])
     return np.hstack(columns)
-
-
-def to_see(foreseen: Sequence[Outlook], effect: Effect) -> Sight | None:
-    """Find the measurement that shows an effect best, for its time or its readings.
-
-    Parameters
-    ----------
-    foreseen : sequence of Outlook
-        The menu.
-    effect : Effect
-        An effect that the present readings cannot show.
-
-    Returns
-    -------
-    Sight or None
-        The measurement, made once; None where nothing of the menu shows the effect.
-    """
-    seen = [sight for outlook in foreseen if (sight := _sight(outlook, effect)) is not None]
-    return min(seen, key=lambda s: s.size**2 * (s.hours or s.readings), default=None)
-
-
-def _sight(outlook: Outlook, effect: Effect) -> Sight | None:
-    c = outlook.conditions
-    instances = list(instances_of(effect, c))
-    alike, unit = of_one_unit(instances)
-    columns = np.stack([column_of(instances[i], c) for i in alike], axis=1)
-    nothing = np.empty((c.input.size, 0))
-    left = outlook.beside(nothing, columns)
-    length = left.lengths(1)
-    visible = (length > VISIBLE * left.whole(1)) & (np.abs(columns).max(axis=0) > _DUST)
-    if not visible.any():
-        return None
-    size = ENOUGH / float(length[visible].max())
-    text = (
-        f"measure {outlook.block.action}: {outlook.readings} readings show {effect.id}"
-        f" from {size:.2g} {unit}"
-    )
-    return Sight(outlook.block, outlook.readings, outlook.hours, size, unit, text)

@@ -106,11 +106,6 @@ class Left(NamedTuple):
         basis, wanted = orthonormal(rows[:, : self.taken]), rows[:, self.taken :]
         return np.asarray(np.sqrt(((wanted - basis @ (basis.T @ wanted)) ** 2).sum(axis=0)))
 
-    def whole(self, blocks: int) -> Array:
-        """Lengths before anything is taken, shape (k,)."""
-        rows = np.vstack([self.old, np.sqrt(blocks) * self.new])
-        return np.asarray(np.sqrt((rows[:, self.taken :] ** 2).sum(axis=0)))
-
 
 def outlooks(
     record: TumbleRecord, noise: ReadingNoise, reference_temperature: float, delta0: float = 0.0
