@@ -81,10 +81,12 @@ def process(*arguments, **options):
 # -- the group -------------------------------------------------------------------------------------
 
 
-def test_help_names_every_command(capsys):
+def test_help_names_every_command_and_what_it_does(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
     assert main(["--help"]) == 0
-    out = capsys.readouterr().out
-    assert all(f"\n  {name} " in out for name in COMMANDS)
+    lines = capsys.readouterr().out.partition("Commands:\n")[2].splitlines()
+    assert [line.split()[0] for line in lines] == list(COMMANDS)
+    assert not [line for line in lines if line.endswith("...")]
 
 
 def test_version(capsys):

@@ -81,7 +81,7 @@ def apply(
     same_launch: bool,
     **options: Any,
 ) -> None:
-    """Turn the outputs in DATA into accelerations by the calibration CAL.json.
+    """Turn the outputs in DATA into accelerations by CAL.json.
 
     DATA is CSV with a column output, and columns temperature, time, a_p and a_o as far as there are
     any. It may be of any length. Each sample gets its acceleration along the input axis, the

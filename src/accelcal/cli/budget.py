@@ -95,7 +95,7 @@ def budget(
     form: str,
     **options: Any,
 ) -> None:
-    """Tell the error of the measured acceleration by (4), or what a stand does to coefficients.
+    """Tell the error of accelerations, or of coefficients by a stand.
 
     With the calibration CAL.json it gives the systematic part and its band, split by component:
     the bound of (4), which adds the bounds with the paper's factor 0.5 in (3), and the GUM's

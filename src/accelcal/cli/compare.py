@@ -39,7 +39,7 @@ def compare(
     form: str,
     **declared: float | None,
 ) -> None:
-    """Show where the readings of DATA and what CAL.json simulates disagree.
+    """Show where the readings of DATA disagree with CAL.json.
 
     Nothing is fitted: the calibration, with the effects that it has, predicts each reading. What
     differs by more than noise, head, launches and the calibration's own uncertainty explain is

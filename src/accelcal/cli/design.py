@@ -133,7 +133,7 @@ def target(text: str) -> tuple[str, float]:
 def design(
     path: str | None, form: str, picture: str | None, sheet: str | None, **options: Any
 ) -> None:
-    """Compare tests before anyone books the stand, or find the best angles.
+    """Compare tests before the stand is booked; find the best angles.
 
     Every choice of positions is combined with every number of strokes, list of temperatures and
     list of mountings. For each test: expected standard uncertainty of every coefficient and

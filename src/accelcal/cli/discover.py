@@ -77,11 +77,12 @@ def discover(
     form: str,
     **declared: float | None,
 ) -> None:
-    """Find where model and readings of DATA disagree, and name the effect that is missing.
+    """Name the effect that the model lacks in the readings of DATA.
 
-    Searches the catalogue of effects, gives each one found with its size, the gap before and
-    after, what else it could be, what it changes in the coefficients, and what this test cannot
-    show. Readings need replicates: two or more cycles of a forward and a back stroke.
+    Finds where model and readings disagree, searches the catalogue of effects, and gives each one
+    found with its size, the gap before and after, what else it could be, what it changes in the
+    coefficients, and what this test cannot show. Readings need replicates: two or more cycles of a
+    forward and a back stroke.
     Tables of several units in one plan are taken as measured on one stand: which effects are the
     stand's and which a unit's, and what estimating them together gains.
 

@@ -40,7 +40,7 @@ def head(
     delta0: float | None,
     form: str,
 ) -> None:
-    """Calibrate the head of a stand by the units that were measured on it.
+    """Calibrate the head of a stand by the units measured on it.
 
     DATA are tables of one unit whose fixture was clamped on the head at several angles (column
     clamping), of several units of one stand, or both. Gives the error of each head position, what

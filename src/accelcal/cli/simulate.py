@@ -111,7 +111,7 @@ def texts(text: str) -> list[str]:
     help="Simulate the accelerometer, noise and effects of this discovery.",
 )
 def simulate(path: str | None, list_effects: bool, **options: Any) -> None:
-    """Simulate the tumble test of an AL-15, the accelerometer of the paper.
+    """Simulate a tumble test of an AL-15, as the paper has it.
 
     Each reading is computed from the true head angle and temperature, with random errors that are
     given as standard deviations. A stroke ends with the return to its first position. Without -o

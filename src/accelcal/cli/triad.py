@@ -34,7 +34,7 @@ def triad(
     serial: str | None,
     form: str,
 ) -> None:
-    """Calibrate three accelerometers in one block from the attitudes in DATA.
+    """Calibrate three accelerometers in one block from its attitudes.
 
     DATA has a row for each attitude in which the block stood still: its mean outputs x, y, z. Where
     the attitudes are known it has also up_x, up_y, up_z (acceleration along the axes of the block,
