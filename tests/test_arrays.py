@@ -1,5 +1,7 @@
 """Records from arrays: equal to those of the file, by the same rules."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -73,9 +75,33 @@ def test_an_index_with_names_holds_columns():
 def test_series_of_different_order_are_not_set_side_by_side():
     frame = pd.DataFrame(columns_of(simulated(temperatures=20.0)))
     columns = dict(frame.items()) | {"output": frame["output"].sort_values()}
-    with pytest.raises(accelcal.InputError, match="Series of different indices; make one"):
+    with pytest.raises(accelcal.InputError, match="and output are Series of different ind"):
         accelcal.read_arrays(columns)
     assert accelcal.read_arrays(pd.DataFrame(columns)) == accelcal.read_arrays(frame)
+
+
+def test_units_of_a_frame_are_those_of_its_columns():
+    record = accelcal.simulate(seed=1)
+    found = accelcal.read_arrays(record.to_frame())
+    assert found.unit == record.unit == "mA"
+    assert accelcal.fit(found).tables[0].coefficients["K1"].unit == "mA/g"
+    frame = record.to_frame().rename(columns={"output": "Y [V]"})
+    frame.attrs["units"]["Y [V]"] = "mA"
+    assert accelcal.read_arrays(frame).unit == "V"
+    frame = accelcal.simulate(seed=1).to_frame()
+    frame.attrs["units"]["temperature"] = "K"
+    with pytest.raises(accelcal.TableError, match=r"'temperature \[K\]' is in K; give it in degC"):
+        accelcal.read_arrays(frame)
+    unitless = replace(record, unit=None).to_frame()
+    assert "output" not in unitless.attrs["units"]
+    assert accelcal.read_arrays(unitless).unit is None
+
+
+@pytest.mark.parametrize("as_column", [pd.Index, pd.array])
+def test_columns_of_pandas_without_an_index(as_column):
+    frame = pd.DataFrame(columns_of(simulated(temperatures=20.0)))
+    columns = dict(frame.items()) | {"position": as_column(frame["position"])}
+    assert accelcal.read_arrays(columns) == accelcal.read_arrays(frame)
 
 
 def test_two_columns_of_one_name_are_refused():

@@ -4,6 +4,7 @@ import dataclasses
 
 import mpmath
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -349,9 +350,42 @@ def test_other_temperatures_are_refused_or_flagged(calibration):
     assert measured.inside.tolist() == [True, False]
 
 
+def test_series_keep_their_index(calibration):
+    output = pd.Series([1.35, 0.0, -1.35], index=[10, 20, 30])
+    temperature = pd.Series([20.0, 40.0, 60.0], index=[10, 20, 30])
+    measured = accelcal.apply(calibration, output, temperature)
+    by_position = accelcal.apply(calibration, output.to_numpy(), temperature.to_numpy())
+    assert measured.value.tolist() == by_position.value.tolist()
+    frame = measured.to_frame()
+    assert frame.index.tolist() == [10, 20, 30]
+    assert frame["acceleration"].tolist() == measured.value.tolist()
+    assert frame.attrs["units"]["acceleration"] == "g"
+    assert "<td>True</td>" in measured._repr_html_()
+    of_temperature = accelcal.apply(calibration, 1.35, temperature).to_frame()
+    assert of_temperature.index.tolist() == [10, 20, 30]
+    grid = accelcal.apply(calibration, [[1.35], [0.0]], temperature)
+    assert len(grid.to_frame()) == 6
+
+
+@pytest.mark.parametrize("index", [[30, 20, 10], [0, 1, 2], [10, 20, 40]])
+def test_series_of_another_index_are_not_taken_by_position(calibration, index):
+    output = pd.Series([1.35, 0.0, -1.35], index=[10, 20, 30])
+    other = pd.Series([20.0, 40.0, 60.0], index=index)
+    with pytest.raises(InputError, match="output and temperature are Series of different indices"):
+        accelcal.apply(calibration, output, other)
+    with pytest.raises(InputError, match="a_i and temperature are Series of different indices"):
+        budget(calibration, output, temperature=other)
+
+
+def test_a_frame_is_no_column(calibration):
+    frame = pd.DataFrame({"output": [1.35, 0.0], "temperature": [20.0, 40.0]})
+    with pytest.raises(InputError, match=r"output is a DataFrame; give one .* frame\['output'\]"):
+        accelcal.apply(calibration, frame[["output"]], frame["temperature"])
+
+
 def test_one_level_holds_within_a_degree(one_level):
     assert accelcal.apply(one_level, 1.0, 20.9).inside
-    with pytest.raises(InputError, match="20 degC only; calibrate there, or extrapolate"):
+    with pytest.raises(InputError, match="20 degC only; calibrate there, or accept it by extra"):
         accelcal.apply(one_level, 1.0, 21.1)
 
 

@@ -74,8 +74,8 @@ if TYPE_CHECKING:
     from accelcal.archive.batch import batch as batch
     from accelcal.archive.batch import write_batch as write_batch
     from accelcal.calibrate.fit import fit as fit
-    from accelcal.compensate.apply import MeasuredAcceleration as MeasuredAcceleration
     from accelcal.compensate.apply import apply as apply
+    from accelcal.compensate.measured import MeasuredAcceleration as MeasuredAcceleration
     from accelcal.discovery.compare import compare as compare
     from accelcal.discovery.discover import discover as discover
     from accelcal.discovery.stand.discover import discover_stand as discover_stand
@@ -269,7 +269,7 @@ _HOME = {
     "InputError": "accelcal.errors",
     "Launch": "accelcal.stability.record",
     "Limit": "accelcal.specification",
-    "MeasuredAcceleration": "accelcal.compensate.apply",
+    "MeasuredAcceleration": "accelcal.compensate.measured",
     "NoiseComponents": "accelcal.simulation",
     "OptimalDesign": "accelcal.results.optimal_design",
     "Pace": "accelcal.planning.pace",

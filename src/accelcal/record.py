@@ -244,16 +244,15 @@ class TumbleRecord(EqualByContents):
         -------
         pandas.DataFrame
             Columns are the arrays that there are, the run by its label;
-            ``frame.attrs["units"]`` maps columns to units.
+            ``frame.attrs["units"]`` maps columns to units, where they are known.
         """
         import pandas as pd
 
         columns = self._arrays() | {"run": np.array(self.run_labels, dtype=object)[self.run]}
         frame = pd.DataFrame({name: columns[name] for name in columns if name != "line"})
-        output = self.unit or "output unit"
-        units = {"output": output, "std": output, "angle": "deg", "time": "s"}
-        units |= {"temperature": "degC"}
-        frame.attrs["units"] = {name: units[name] for name in frame.columns if name in units}
+        units = {"output": self.unit, "std": self.unit, "angle": "deg", "clamping": "deg"}
+        units |= {"time": "s", "temperature": "degC"}
+        frame.attrs["units"] = {name: units[name] for name in columns if units.get(name)}
         return frame
 
     def select(self, mask: NDArray[np.bool_]) -> TumbleRecord:

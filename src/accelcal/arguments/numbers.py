@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from numbers import Real
 from typing import Any
 
@@ -12,7 +13,13 @@ from numpy.typing import ArrayLike, NDArray
 from accelcal.arguments.kinds import as_given
 from accelcal.errors import InputError
 
-__all__ = ["check_number", "check_whole", "number_array"]
+__all__ = [
+    "check_number",
+    "check_side_by_side",
+    "check_whole",
+    "number_array",
+    "refuse_other_order",
+]
 
 
 def check_number(minimum: float = -math.inf, maximum: float = math.inf, /, **values: float) -> None:
@@ -109,6 +116,56 @@ def number_array(value: ArrayLike, name: str) -> NDArray[np.float64]:
     except (TypeError, ValueError, OverflowError):
         rule = "a number or an array of numbers"
         raise InputError(f"{name} is {as_given(value)}; it is {rule}") from None
+
+
+def check_side_by_side(**columns: Any) -> None:
+    """Refuse columns of samples that pandas would not set side by side as they are.
+
+    Parameters
+    ----------
+    **columns : array_like or None
+        The columns, by the name that the message gives.
+
+    Raises
+    ------
+    InputError
+        If one is a whole DataFrame, or they are Series of different indices.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> check_side_by_side(output=pd.DataFrame({"output": [1.3]}))
+    Traceback (most recent call last):
+    ...
+    accelcal.errors.InputError: output is a DataFrame; give one column, such as frame['output']
+    """
+    for name, values in columns.items():
+        if hasattr(values, "columns"):
+            raise InputError(f"{name} is a DataFrame; give one column, such as frame[{name!r}]")
+    refuse_other_order(columns)
+
+
+def refuse_other_order(columns: Mapping[Any, Any]) -> None:
+    """Refuse Series whose rows pandas would match by an index that is not the same.
+
+    Parameters
+    ----------
+    columns : mapping of str to array_like
+        The columns by their names.
+
+    Raises
+    ------
+    InputError
+        If two are Series of different indices.
+    """
+    series = {name: item.index for name, item in columns.items() if hasattr(item, "reset_index")}
+    for name, index in series.items():
+        first = next(iter(series))
+        if not index.equals(series[first]):
+            raise InputError(
+                f"{first} and {name} are Series of different indices; make one DataFrame of them,"
+                " which aligns them, or give each by .to_numpy()"
+            )
 
 
 def _is_number(value: object) -> bool:

@@ -5,57 +5,25 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.arguments.numbers import check_number, number_array
+from accelcal.arguments.numbers import check_number, check_side_by_side, number_array
 from accelcal.arguments.options import check_flag
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import TEMPERATURE_MARGIN, Compensation
 from accelcal.compensate.inversion import FARTHEST, invert, invert_with, slope
+from accelcal.compensate.measured import MeasuredAcceleration
 from accelcal.effects.static import Samples
-from accelcal.equality import EqualByContents
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.estimate.uncertainty import Intervals, combined
 from accelcal.results.calibration import Calibration
 
-__all__ = ["MeasuredAcceleration", "apply", "compensate"]
+__all__ = ["apply", "compensate"]
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class MeasuredAcceleration(EqualByContents):
-    """Acceleration along the input axis, sample by sample.
-
-    Attributes
-    ----------
-    value : ndarray
-        Acceleration a_i, NaN where the output or temperature is missing or has no solution [g].
-    standard_uncertainty : ndarray
-        Its standard uncertainty, NaN where unknown [g].
-    expanded_uncertainty : ndarray
-        Half width of its 95 % interval, by the degrees of freedom of each part [g].
-    within_temperatures : ndarray of bool
-        Whether the temperature lies in the calibrated range.
-    within_accelerations : ndarray of bool
-        Whether the acceleration lies in the range of the test, +-1 g for a whole turn; beyond it
-        the nonlinearity is extrapolated.
-    """
-
-    value: Array
-    standard_uncertainty: Array
-    expanded_uncertainty: Array
-    within_temperatures: NDArray[np.bool_]
-    within_accelerations: NDArray[np.bool_]
-
-    @property
-    def inside(self) -> NDArray[np.bool_]:
-        """Whether a sample lies in the calibrated ranges."""
-        return self.within_temperatures & self.within_accelerations
 
 
 class _Part(NamedTuple):
@@ -111,7 +79,7 @@ def apply(
     ------
     InputError
         If a temperature is needed or outside the calibrated range, a cross axis was not
-        calibrated, or the calibration is not usable.
+        calibrated, the calibration is not usable, or Series of pandas have different indices.
 
     Warns
     -----
@@ -136,6 +104,7 @@ def apply(
     True
     """
     check_flag(extrapolate=extrapolate, same_launch=same_launch)
+    check_side_by_side(output=output, temperature=temperature, a_p=a_p, a_o=a_o)
     found = compensation(calibration, run, same_launch=same_launch)
     for assumption in found.assumptions:
         warnings.warn(assumption, AccelcalWarning, stacklevel=2)
@@ -153,10 +122,10 @@ def apply(
         example = np.broadcast_to(np.asarray(temperature, dtype=np.float64), outside.shape)
         problem = outside_temperatures(found, float(example[outside].flat[0]))
         if not extrapolate:
-            raise InputError(f"{problem}; calibrate there, or extrapolate")
+            raise InputError(f"{problem}; calibrate there, or accept it by extrapolate=True")
         count = int(outside.sum())
         warnings.warn(f"{problem}, as {count} samples are", AccelcalWarning, stacklevel=2)
-    return measured
+    return measured.by_index_of(output, temperature, a_p, a_o)
 
 
 def outside_temperatures(found: Compensation, temperature: float) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.arguments.numbers import number_array
+from accelcal.arguments.numbers import check_side_by_side, number_array
 from accelcal.error_budget.coefficients import Coefficients
 from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL
@@ -96,6 +96,7 @@ def conditions(
 
 def _together(**asked: ArrayLike) -> list[Array]:
     """Numbers of all kinds for each point."""
+    check_side_by_side(**asked)
     given = {name: number_array(value, name) for name, value in asked.items()}
     try:
         points = np.broadcast_arrays(*given.values())

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arguments.numbers import refuse_other_order
 from accelcal.errors import InputError
 from accelcal.io.tables import read_table
+from accelcal.io.vocabulary import split_unit
 from accelcal.record import TumbleRecord
 
 if TYPE_CHECKING:
@@ -32,7 +34,8 @@ def read_arrays(
     columns : mapping of str to array_like of shape (n,), or pandas.DataFrame
         Columns by the headings that a table may have, such as ``"position"``, ``"stroke"``,
         ``"output"`` or ``"Y [mA]"``. A single value stands for all readings. Levels of an index
-        that have names are columns too.
+        that have names are columns too, and a mapping of columns to units in
+        ``frame.attrs["units"]`` counts as units in the headings.
     overrides : mapping of str to object, optional
         Declarations, as for `read_table`.
 
@@ -82,8 +85,8 @@ def _arrays(columns: Mapping[str, Any] | pd.DataFrame) -> list[tuple[str, NDArra
             " DataFrame"
         )
     found = _with_index(columns)
-    _refuse_other_order([values for _, values in found])
-    arrays = [(str(name), _array(values)) for name, values in found]
+    refuse_other_order(dict(found))
+    arrays = [(_heading(columns, name), _array(values)) for name, values in found]
     sizes = {array.size for _, array in arrays if array.ndim}
     if len(sizes) > 1 or any(array.ndim > 1 for _, array in arrays):
         shapes = ", ".join(f"{name} {array.shape}" for name, array in arrays)
@@ -105,14 +108,11 @@ def _with_index(columns: Any) -> list[tuple[Any, Any]]:
     return list((columns.reset_index(more) if more else columns).items())
 
 
-def _refuse_other_order(values: Sequence[Any]) -> None:
-    """Refuse Series that pandas would set side by side in another order than theirs."""
-    indices = [item.index for item in values if hasattr(item, "to_numpy")]
-    if any(not index.equals(indices[0]) for index in indices[1:]):
-        raise InputError(
-            "columns are Series of different indices; make one DataFrame of them, which aligns"
-            " them, or give each by .to_numpy()"
-        )
+def _heading(columns: Any, name: Any) -> str:
+    """Name of a column, with the unit that the attributes of a frame have for it."""
+    units = getattr(columns, "attrs", {}).get("units")
+    unit = units.get(name) if isinstance(units, Mapping) else None
+    return f"{name} [{unit}]" if unit and not split_unit(str(name))[1] else str(name)
 
 
 def _cells(array: NDArray[Any]) -> list[Any]:

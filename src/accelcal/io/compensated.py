@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
-from accelcal.compensate.apply import MeasuredAcceleration, compensate, outside_temperatures
+from accelcal.compensate.apply import compensate, outside_temperatures
 from accelcal.compensate.coefficients import Compensation
+from accelcal.compensate.measured import MeasuredAcceleration
 from accelcal.errors import InputError, TableError
 from accelcal.escapes import ESCAPED
 from accelcal.io.sample_headings import in_metres

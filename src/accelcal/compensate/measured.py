@@ -1,0 +1,93 @@
+"""Accelerations that were measured: what applying a calibration gives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.equality import EqualByContents
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["MeasuredAcceleration"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeasuredAcceleration(EqualByContents):
+    """Acceleration along the input axis, sample by sample.
+
+    Attributes
+    ----------
+    value : ndarray
+        Acceleration a_i, NaN where the output or temperature is missing or has no solution [g].
+    standard_uncertainty : ndarray
+        Its standard uncertainty, NaN where unknown [g].
+    expanded_uncertainty : ndarray
+        Half width of its 95 % interval, by the degrees of freedom of each part [g].
+    within_temperatures : ndarray of bool
+        Whether the temperature lies in the calibrated range.
+    within_accelerations : ndarray of bool
+        Whether the acceleration lies in the range of the test, +-1 g for a whole turn; beyond it
+        the nonlinearity is extrapolated.
+    index : pandas.Index or None
+        Index of the Series that were given; None where there was none.
+    """
+
+    value: Array
+    standard_uncertainty: Array
+    expanded_uncertainty: Array
+    within_temperatures: NDArray[np.bool_]
+    within_accelerations: NDArray[np.bool_]
+    index: Any = None
+
+    @property
+    def inside(self) -> NDArray[np.bool_]:
+        """Whether a sample lies in the calibrated ranges."""
+        return self.within_temperatures & self.within_accelerations
+
+    def to_frame(self) -> pd.DataFrame:
+        """Tabulate the samples.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row a sample, by `index`, with the columns that ``accelcal apply`` writes;
+            ``frame.attrs["units"]`` maps columns to units.
+        """
+        import pandas as pd
+
+        columns = {
+            "acceleration": self.value,
+            "standard_uncertainty": self.standard_uncertainty,
+            "expanded_uncertainty": self.expanded_uncertainty,
+            "inside": self.inside,
+        }
+        frame = pd.DataFrame({name: np.ravel(found) for name, found in columns.items()})
+        frame.attrs["units"] = dict.fromkeys(list(columns)[:3], "g")
+        return frame if self.index is None else frame.set_index(self.index)
+
+    def by_index_of(self, *given: Any) -> MeasuredAcceleration:
+        """Take the index of the first Series among some arguments that has a row for each sample.
+
+        Parameters
+        ----------
+        *given : object
+            The arguments.
+
+        Returns
+        -------
+        MeasuredAcceleration
+            The same samples.
+        """
+        of_series = (each.index for each in given if hasattr(each, "reset_index"))
+        fitting = (index for index in of_series if self.value.shape == (len(index),))
+        return replace(self, index=next(fitting, None))
+
+    def _repr_html_(self) -> str:
+        return str(self.to_frame().to_html(max_rows=20))
