@@ -64,7 +64,7 @@ def test_readings_without_temperature_are_refused_where_it_counts(calibration, r
 def test_a_calibration_at_one_level_says_which(record):
     at_one = accelcal.fit(record)
     warm = simulate(plan=TumblePlan(temperatures=(50.0,)), seed=2)
-    with pytest.raises(accelcal.InputError, match="good at 20 degC only; compare there"):
+    with pytest.raises(accelcal.InputError, match="for 20 degC only; compare there"):
         accelcal.compare(at_one, warm)
 
 

@@ -43,7 +43,7 @@ STATED_BIAS = {
         [0, 0, 0, 0, 1, 0],
         [0, 0, 0, 0, 0, 1],
     ],
-    "corrected": np.eye(6).tolist(),
+    "closed-form": np.eye(6).tolist(),
 }
 
 
@@ -81,7 +81,7 @@ def test_delta0_moves_only_the_printed_m_ip() -> None:
     change = estimator_matrix("printed", 0.01) - estimator_matrix("printed")
     assert_array_equal(np.flatnonzero(change.any(axis=1)), [COEFFICIENTS.index("M_ip")])
     assert_allclose(change[5], 2 * 0.01 * estimator_matrix("printed")[2], atol=1e-17)
-    for form in ("sign-corrected", "corrected"):
+    for form in ("sign-corrected", "closed-form"):
         assert_array_equal(estimator_matrix(form, 0.01), estimator_matrix(form))
 
 
@@ -145,7 +145,7 @@ def test_printed_outputs_broadcast_over_coefficients_and_angles() -> None:
 
 
 def test_one_stroke_noise_is_that_of_the_theory() -> None:
-    noise = np.linalg.norm(estimator_matrix("corrected"), axis=1)
+    noise = np.linalg.norm(estimator_matrix("closed-form"), axis=1)
     # K0 and M from two readings, K1 and K3 as least squares has them
     assert_allclose(noise[[0, 1, 3, 4]], [0.5**0.5, 1.54, 1.87, 0.5**0.5], atol=5e-3)
 

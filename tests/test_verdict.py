@@ -22,7 +22,7 @@ from accelcal.results.quantity import ErrorSource, Quantity, Residuals
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.simulation import TumblePlan
-from accelcal.specification import QUANTITIES, RULES, Limit, Specification, conversion_factor
+from accelcal.specification import QUANTITIES, RULES, Limit, Specification
 from accelcal.verdict import judge
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -395,7 +395,7 @@ def test_unknown_output_unit_is_not_tested():
     ],
 )
 def test_units(unit, name, factor):
-    assert conversion_factor(unit, name) == pytest.approx(factor, rel=1e-12)
+    assert Limit(name, unit, maximum=1.0).factor() == pytest.approx(factor, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -403,7 +403,9 @@ def test_units(unit, name, factor):
     [("mA/g", "mA", 1.0), ("A/g", "mA", 1e3), ("mV/g", "V", 1e-3), ("counts/g", "counts", 1.0)],
 )
 def test_units_of_the_scale_factor(unit, output, factor):
-    assert conversion_factor(unit, "scale_factor", output) == pytest.approx(factor, rel=1e-12)
+    assert Limit("scale_factor", unit, maximum=1.0).factor(output) == pytest.approx(
+        factor, rel=1e-12
+    )
 
 
 @pytest.mark.parametrize(
@@ -425,7 +427,7 @@ def test_units_of_the_scale_factor(unit, output, factor):
 )
 def test_units_of_something_else_are_refused(unit, name):
     with pytest.raises(InputError, match="none of this quantity; it has"):
-        conversion_factor(unit, name)
+        Limit(name, unit, maximum=1.0)
 
 
 def test_scale_factor_in_volts_does_not_fit_milliamperes():

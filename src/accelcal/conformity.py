@@ -23,7 +23,6 @@ from accelcal.specification import (
     RULES,
     Limit,
     Specification,
-    conversion_factor,
 )
 
 __all__ = ["ANOTHER_TEST", "Conformity", "Found", "Measured", "Place", "conformity", "in_unit"]
@@ -206,7 +205,7 @@ def _outcome(
         return _operating_temperatures(limit, measured.temperatures)
     if place is None or (symbol == "K1" and measured.output_unit is None):
         return np.full(measured.reference.shape, _NOT_TESTED)
-    factor = conversion_factor(limit.unit, limit.name, measured.output_unit)
+    factor = limit.factor(measured.output_unit)
     value, expanded = (in_unit(part, factor) for part in measured.quantity(symbol, place))
     return _decided(limit, value, expanded, guard_band)
 
@@ -219,7 +218,7 @@ def in_unit(values: Array, factor: float) -> Array:
     values : ndarray
         Values in the unit of a calibration; NaN where unknown.
     factor : float
-        Of `conversion_factor`.
+        Of `Limit.factor`.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The accelerometer's output (1), its error (2), the random bias (3) and the error bounds (4).
+"""The accelerometer's output (1), its error (2) and the bound of its random bias (3).
 
 Accelerations are in units of local g, so a coefficient of order n is per power n of local g.
 
@@ -45,8 +45,6 @@ __all__ = [
     "bias_bound",
     "coefficient_unit",
     "design_matrix",
-    "error_bounds",
-    "error_coefficients",
     "output",
 ]
 
@@ -195,51 +193,6 @@ def design_matrix(acceleration: Acceleration, mounting: str = "o") -> Array:
     return np.stack([output({name: 1.0}, acceleration) for name in names], axis=-1)
 
 
-def error_coefficients(
-    coefficients: Mapping[str, float], nominal_scale_factor: float | None = None
-) -> dict[str, float]:
-    """Coefficients of the error model (2) from those of the output (1).
-
-    Parameters
-    ----------
-    coefficients : mapping of str to float
-        K1 and any others of (1) [output unit / g^n].
-    nominal_scale_factor : float, optional
-        The ideal scale factor K10; with it, k1 is given as well [output unit / g].
-
-    Returns
-    -------
-    dict
-        k0 [g], k2 [g/g^2], k3 [g/g^3], delta [rad], delta_ip [g/g^2] for M and M_ip, or
-        delta_O, delta_P, delta_ip, delta_io for the names of (1); k1 = (K1 - K10)/K1 [1].
-
-    Raises
-    ------
-    InputError
-        If K1 is missing or zero.
-
-    Notes
-    -----
-    Last line of (6): each coefficient divided by K1.
-
-    Examples
-    --------
-    >>> error_coefficients({"K0": 0.005, "K1": 1.25})
-    {'k0': 0.004}
-    """
-    scale = coefficients.get("K1", 0.0)
-    if not abs(scale) > 0.0:
-        raise InputError(
-            "K1 is missing, zero or not a number; the error model (2) divides by the scale factor"
-        )
-    errors = {
-        _error_name(name): value / scale for name, value in coefficients.items() if name != "K1"
-    }
-    if nominal_scale_factor is not None:
-        errors["k1"] = (scale - nominal_scale_factor) / scale
-    return errors
-
-
 def _error_name(coefficient: str) -> str:
     return coefficient.replace("M", "delta").replace("K", "k")
 
@@ -307,46 +260,3 @@ def bias_bound(time: ArrayLike, launch: float, drift_rate: float, fluctuation: f
     """
     drift = drift_rate * np.asarray(time, dtype=np.float64)
     return 0.5 * np.sqrt(launch**2 + drift**2 + fluctuation**2)  # eq. (3)
-
-
-def error_bounds(
-    errors: Mapping[str, float],
-    acceleration: Acceleration,
-    *,
-    bias: ArrayLike = 0.0,
-    hysteresis: float = 0.0,
-    threshold: float = 0.0,
-    scale_factor_instability: float = 0.0,
-) -> tuple[Array, Array]:
-    """Error of the measured acceleration with its bound, equation (4) at one temperature.
-
-    Parameters
-    ----------
-    errors : mapping of str to float
-        Coefficients of (2), see `acceleration_error`.
-    acceleration : Acceleration
-        Along the three axes [local g].
-    bias : array_like, default 0
-        Bound of the random bias, from `bias_bound` [g].
-    hysteresis, threshold : float, default 0
-        Bounds h_T and p of (4) [g].
-    scale_factor_instability : float, default 0
-        Bound of the relative scale factor instability k1 of (4) [1].
-
-    Returns
-    -------
-    systematic : ndarray
-        The systematic error (2) [local g].
-    bound : ndarray
-        What is written behind +- in (4), added linearly as (4) does [local g].
-
-    Examples
-    --------
-    >>> from accelcal.geometry import accelerations
-    >>> error, bound = error_bounds({"k0": 3e-3}, accelerations([0]), hysteresis=3e-4)
-    >>> error.tolist(), bound.tolist()
-    ([0.003], [0.0003])
-    """
-    random_bias = np.asarray(bias, dtype=np.float64) + hysteresis + threshold
-    bound = random_bias + np.abs(scale_factor_instability * acceleration.input)  # eq. (4)
-    return acceleration_error(errors, acceleration), bound

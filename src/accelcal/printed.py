@@ -7,7 +7,7 @@ tests, never as a default. There are three closed forms, each linear in the mean
     (6) letter by letter, `printed_estimates`;
 ``"sign-corrected"``
     what a reader guesses from (6): "+" in K1, M turned, no K3, `sign_corrected_estimates`;
-``"corrected"``
+``"closed-form"``
     exact at d0 = 0, made of the same readings, `corrected_estimates`.
 """
 
@@ -243,10 +243,10 @@ CLOSED_FORMS: Mapping[str, Callable[..., dict[str, Array]]] = MappingProxyType(
     {
         "printed": printed_estimates,
         "sign-corrected": sign_corrected_estimates,
-        "corrected": corrected_estimates,
+        "closed-form": corrected_estimates,
     }
 )
-"""The closed forms by name; only the printed one takes d0."""
+"""The closed forms, by the names that they have as methods; only the printed one takes d0."""
 
 
 def estimator_matrix(which: str, delta0: float = 0.0) -> NDArray[np.float64]:
@@ -271,7 +271,7 @@ def estimator_matrix(which: str, delta0: float = 0.0) -> NDArray[np.float64]:
 
     Examples
     --------
-    >>> estimator_matrix("corrected")[0].tolist()
+    >>> estimator_matrix("closed-form")[0].tolist()
     [0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0]
     """
     if which not in CLOSED_FORMS:
@@ -293,7 +293,7 @@ def documented_bias(which: str) -> NDArray[np.float64]:
     -------
     ndarray, shape (6, 6)
         B in estimate = B @ truth at d0 = 0, in units of local g and in the order of
-        `accelcal.model.COEFFICIENTS`; the identity, up to rounding, for ``"corrected"``.
+        `accelcal.model.COEFFICIENTS`; the identity, up to rounding, for ``"closed-form"``.
 
     Raises
     ------

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import InputError
-from accelcal.units import canonical_unit, is_output_unit
+from accelcal.units import canonical_unit, conversion_factor, is_output_unit
 
 __all__ = [
     "PLACES",
@@ -22,7 +22,6 @@ __all__ = [
     "Limit",
     "LimitedQuantity",
     "Specification",
-    "conversion_factor",
 ]
 
 Array = NDArray[np.float64]
@@ -86,43 +85,11 @@ UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
     }
 )
 """Kind of quantity -> unit -> its size in the unit of a calibration: g, rad, 1, degC."""
-_OUTPUT_FAMILIES: tuple[Mapping[str, float], ...] = (
-    {f"{prefix}V": size for prefix, size in _POWERS_OF_TEN.items()},
-    {f"{prefix}A": size for prefix, size in _POWERS_OF_TEN.items()},
-    {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6},
-)
 _SPELLINGS = (("µ", "u"), ("μ", "u"), ("°C", "degC"), ("²", "^2"), ("³", "^3"), (" ", ""))
 
 
-def conversion_factor(unit: str, name: str, output_unit: str | None = None) -> float:
-    """Factor from the unit of a data sheet to that of a calibration.
-
-    Parameters
-    ----------
-    unit : str
-        Unit as written, such as ``"ug/degC"``.
-    name : str
-        Name of the limited quantity, of `QUANTITIES`.
-    output_unit : str, optional
-        Output unit of the calibration; needed for the scale factor only.
-
-    Returns
-    -------
-    float
-        Value in g, rad, 1, degC or output unit, each with its divisor, per value in `unit`.
-
-    Raises
-    ------
-    InputError
-        If the unit is not one of the quantity.
-
-    Examples
-    --------
-    >>> conversion_factor("ug/degC", "bias_temperature_sensitivity")
-    1e-06
-    >>> conversion_factor("uA/g", "scale_factor", output_unit="mA")
-    0.001
-    """
+def _factor(unit: str, name: str, output_unit: str | None) -> float:
+    """Value in g, rad, 1, degC or output unit, each with its divisor, per value in `unit`."""
     quantity = QUANTITIES[name]
     numerator, _, per = _tidy(unit).rpartition("/") if quantity.per else (_tidy(unit), "", "")
     if per.replace("K", "degC") != quantity.per and per != quantity.per:
@@ -143,15 +110,13 @@ def _tidy(unit: str) -> str:
 def _output_factor(unit: str, numerator: str, output_unit: str | None, name: str) -> float:
     if not is_output_unit(numerator):
         raise _wrong_unit(unit, name)
-    if output_unit is None or numerator == output_unit:
-        return 1.0
-    for sizes in _OUTPUT_FAMILIES:
-        if numerator in sizes and output_unit in sizes:
-            return sizes[numerator] / sizes[output_unit]
-    raise InputError(
-        f"{name}: unit {unit!r} does not fit a calibration in {output_unit}; give the limit in"
-        f" {output_unit}/g"
-    )
+    factor = 1.0 if output_unit is None else conversion_factor(numerator, output_unit)
+    if factor is None:
+        raise InputError(
+            f"{name}: unit {unit!r} does not fit a calibration in {output_unit}; give the limit in"
+            f" {output_unit}/g"
+        )
+    return factor
 
 
 def _wrong_unit(unit: str, name: str) -> InputError:
@@ -242,7 +207,7 @@ class Limit:
     def __post_init__(self) -> None:
         if self.name not in QUANTITIES:
             raise InputError(f"limit {self.name!r} is unknown; there are {', '.join(QUANTITIES)}")
-        conversion_factor(self.unit, self.name)
+        self.factor()
         if self.at not in PLACES:
             raise InputError(f"{self.name}: at is {self.at!r}; it is one of {', '.join(PLACES)}")
         self._check_bounds()
@@ -263,6 +228,33 @@ class Limit:
                 f"{self.name}: {given[0]} alone is a limit on the size of the value, which is"
                 " never negative; give minimum and maximum for a range"
             )
+
+    def factor(self, output_unit: str | None = None) -> float:
+        """Factor from the unit of the limit to that of a calibration.
+
+        Parameters
+        ----------
+        output_unit : str, optional
+            Output unit of the calibration; needed for the scale factor only.
+
+        Returns
+        -------
+        float
+            Value in g, rad, 1, degC or output unit, each with its divisor, per value in `unit`.
+
+        Raises
+        ------
+        InputError
+            If the unit is not one of the quantity.
+
+        Examples
+        --------
+        >>> Limit("bias_temperature_sensitivity", "ug/degC", maximum=60.0).factor()
+        1e-06
+        >>> Limit("scale_factor", "uA/g", maximum=1500.0).factor("mA")
+        0.001
+        """
+        return _factor(self.unit, self.name, output_unit)
 
     @property
     def intervals(self) -> tuple[tuple[float, float], ...]:

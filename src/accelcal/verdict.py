@@ -27,7 +27,7 @@ from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
 from accelcal.results.verdict import OUTCOMES, Judgement, Verdict
-from accelcal.specification import RULES, Limit, Specification, conversion_factor
+from accelcal.specification import RULES, Limit, Specification
 
 __all__ = ["judge"]
 
@@ -148,7 +148,7 @@ def _judgement(found: Conformity, calibration: Calibration) -> Judgement:
         return judged(remark=_why_not_tested(found, calibration))
     if quantity is None:
         return judged()
-    factor = conversion_factor(limit.unit, limit.name, calibration.output_unit)
+    factor = limit.factor(calibration.output_unit)
     value, standard, expanded = _converted(quantity, factor)
     return judged(
         value=value,

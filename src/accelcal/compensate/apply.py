@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from accelcal.arguments.numbers import check_number, check_side_by_side, number_array
 from accelcal.arguments.options import check_flag
 from accelcal.compensate.choice import compensation
-from accelcal.compensate.coefficients import TEMPERATURE_MARGIN, Compensation
+from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.inversion import FARTHEST, invert, invert_with, slope
 from accelcal.compensate.measured import MeasuredAcceleration
 from accelcal.effects.static import Samples
@@ -120,23 +120,12 @@ def apply(
     outside = ~measured.within_temperatures & np.isfinite(measured.value)
     if outside.any():
         example = np.broadcast_to(np.asarray(temperature, dtype=np.float64), outside.shape)
-        problem = outside_temperatures(found, float(example[outside].flat[0]))
+        problem = found.outside_temperatures(float(example[outside].flat[0]))
         if not extrapolate:
             raise InputError(f"{problem}; calibrate there, or accept it by extrapolate=True")
         count = int(outside.sum())
         warnings.warn(f"{problem}, as {count} samples are", AccelcalWarning, stacklevel=2)
     return measured.by_index_of(output, temperature, a_p, a_o)
-
-
-def outside_temperatures(found: Compensation, temperature: float) -> str:
-    """Say that a temperature is outside the calibrated range."""
-    assert found.temperatures is not None
-    low, high = found.temperatures
-    levels = f"{low:g} to {high:g} degC" if low < high else f"{low:g} degC only"
-    return (
-        f"temperature {temperature:g} degC is more than {TEMPERATURE_MARGIN:g} degC outside the"
-        f" calibration, which is for {levels}"
-    )
 
 
 def compensate(

@@ -230,6 +230,16 @@ class Compensation:
         given = np.asarray(temperature, dtype=np.float64)
         return (low - TEMPERATURE_MARGIN <= given) & (given <= high + TEMPERATURE_MARGIN)
 
+    def outside_temperatures(self, temperature: float) -> str:
+        """Say that a temperature is outside the calibrated range, which must be known."""
+        assert self.temperatures is not None
+        low, high = self.temperatures
+        levels = f"{low:g} to {high:g} degC" if low < high else f"{low:g} degC only"
+        return (
+            f"temperature {temperature:g} degC is more than {TEMPERATURE_MARGIN:g} degC outside the"
+            f" calibration, which is for {levels}"
+        )
+
     def within_accelerations(self, acceleration: ArrayLike) -> NDArray[np.bool_]:
         """Tell which accelerations lie in the tested range, `ACCELERATION_MARGIN` included."""
         low, high = self.accelerations

@@ -86,9 +86,7 @@ def _refuse_other_temperatures(found: Compensation, record: TumbleRecord) -> Non
         )
     outside = known[~found.within_temperatures(known)]
     if outside.size:
-        low, high = found.temperatures
-        levels = f"from {low:g} to {high:g} degC" if low < high else f"at {low:g} degC only"
         raise InputError(
-            f"{record.source}: readings at {outside[0]:g} degC, but the calibration is good"
-            f" {levels}; compare there, or calibrate at this temperature"
+            f"{record.source}: {found.outside_temperatures(float(outside[0]))}; compare there, or"
+            " calibrate at this temperature"
         )

@@ -30,8 +30,8 @@ _UNKNOWN = (
 """Conditions of a test that samples in use have not."""
 
 _ALIAS = (
-    "the test could not tell it from {}, which differ from it between the positions of the test:"
-    " the uncertainty counts all as equally likely"
+    "the test could not tell it from {}; between the positions of the test they differ, and the"
+    " uncertainty counts all as equally likely"
 )
 _OTHER_ALIAS = "the test could not tell it from {} either, which the uncertainty does not count"
 

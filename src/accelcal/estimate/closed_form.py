@@ -16,16 +16,9 @@ from accelcal.geometry import turn_angles
 from accelcal.model import COEFFICIENTS
 from accelcal.printed import documented_bias, estimator_matrix
 
-__all__ = ["CLOSED_FORMS", "closed_form_map", "closed_form_meaning"]
+__all__ = ["closed_form_map", "closed_form_meaning"]
 
 Array = NDArray[np.float64]
-
-CLOSED_FORMS = {
-    "closed-form": "corrected",
-    "sign-corrected": "sign-corrected",
-    "printed": "printed",
-}
-"""Name of the method -> name of the estimator in `accelcal.printed`."""
 
 
 def closed_form_map(table: PreparedTable, method: str, delta0: float = 0.0) -> Array:
@@ -36,7 +29,7 @@ def closed_form_map(table: PreparedTable, method: str, delta0: float = 0.0) -> A
     table : PreparedTable
         A table of the 8-position test in the mounting o+ or p+.
     method : str
-        One of `CLOSED_FORMS`.
+        One of `accelcal.printed.CLOSED_FORMS`.
     delta0 : float, default 0
         Fixture angle [rad]; only the printed form has a place for it.
 
@@ -62,7 +55,7 @@ def closed_form_map(table: PreparedTable, method: str, delta0: float = 0.0) -> A
         )
     means = _position_means(table.record.angle)
     sign = np.array([1, 1, 1, 1, -1, -1]) if table.mounting.endswith("-") else np.ones(6)
-    return np.asarray(estimator_matrix(CLOSED_FORMS[method], delta0) @ means * sign[:, None])
+    return np.asarray(estimator_matrix(method, delta0) @ means * sign[:, None])
 
 
 def closed_form_meaning(method: str) -> dict[str, str]:
@@ -71,7 +64,7 @@ def closed_form_meaning(method: str) -> dict[str, str]:
     Parameters
     ----------
     method : str
-        One of `CLOSED_FORMS`.
+        One of `accelcal.printed.CLOSED_FORMS`.
 
     Returns
     -------
@@ -83,7 +76,7 @@ def closed_form_meaning(method: str) -> dict[str, str]:
     >>> closed_form_meaning("sign-corrected")
     {'K1': 'K1 + 0.75 K3'}
     """
-    rows = zip(COEFFICIENTS, documented_bias(CLOSED_FORMS[method]), np.eye(6), strict=True)
+    rows = zip(COEFFICIENTS, documented_bias(method), np.eye(6), strict=True)
     return {
         name: _combination(row)
         for name, row, itself in rows

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
-from accelcal.compensate.apply import compensate, outside_temperatures
+from accelcal.compensate.apply import compensate
 from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.measured import MeasuredAcceleration
 from accelcal.errors import InputError, TableError
@@ -208,8 +208,8 @@ class AccelerationStream:
             return
         at = int(np.argmax(outside))
         warmth = self._temperature
-        problem = outside_temperatures(
-            self._found, float(values["temperature"][at]) if warmth is None else warmth
+        problem = self._found.outside_temperatures(
+            float(values["temperature"][at]) if warmth is None else warmth
         )
         remedy = "calibrate there, or accept it by extrapolate=True"
         raise TableError(problem, remedy, source=self._samples.source, line=int(block.lines[at]))

@@ -10,7 +10,7 @@ import numpy as np
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.stand_budget import StandBudget
 from accelcal.results.stand_requirements import Sufficiency
-from accelcal.specification import PLACES, QUANTITIES, Limit, Specification, conversion_factor
+from accelcal.specification import PLACES, QUANTITIES, Limit, Specification
 from accelcal.stand_uncertainty.linear import effective_dof
 
 __all__ = ["sufficiency"]
@@ -70,7 +70,7 @@ def _sufficient(budget: StandBudget, limit: Limit, output_unit: str | None) -> S
         for i, symbol in _places(budget, symbols, everywhere=everywhere)
     }
     symbol = max(found, key=lambda name: found[name], default="/".join(symbols))
-    factor = conversion_factor(limit.unit, limit.name, output_unit)
+    factor = limit.factor(output_unit)
     return Sufficiency(
         name=limit.name,
         symbol=symbol,
