@@ -717,7 +717,7 @@ def test_a_wrong_row_of_a_large_table_costs_one_serial(tmp_path, monkeypatch):
     path.write_text("\n".join(lines))
     found = in_parts(monkeypatch, path)
     assert len(found.tables) == 19
-    told = "temperature 'warm' is not a number; write a number, or nothing where it is missing"
+    told = "temperature 'warm' is not a number; write a number, or 'unknown' where it is not known"
     assert found.errors["message"].tolist() == [f"{path}:101: {told}"]
 
 

@@ -122,6 +122,18 @@ ERRORS = {
     ),
     # the cells
     "text": (OK + "20,7,1,over\n", f"5: output 'over' is not a number; {NUMBER}"),
+    "an angle in words": (
+        "temperature,angle,stroke,output\n20,45\xb0 30',1,1\n",
+        '2: angle "45\xb0 30\'" is not a number; write head angles in degrees, as 22.5',
+    ),
+    "a temperature in words": (
+        OK + "warm,7,1,1.3\n",
+        "5: temperature 'warm' is not a number; write a number, or 'unknown' where it is not known",
+    ),
+    "a position in words": (
+        OK + "20,up,1,1.3\n",
+        "5: position 'up' is not a number; write a number",
+    ),
     "underscore": (OK + "20,7,1,1_0\n", f"5: output '1_0' is not a number; {NUMBER}"),
     "infinite": (
         OK + "20,7,1,-inf\n",

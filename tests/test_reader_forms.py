@@ -380,7 +380,7 @@ def test_averaged_readings():
     assert set(record.count) == {100.0}
 
 
-@pytest.mark.parametrize("cell", ["", "NA", "NaN", "n/a", "#N/A", "-", "null"])
+@pytest.mark.parametrize("cell", ["", "NA", "NaN", "n/a", "#N/A", "#NV", "-", "---", "null"])
 def test_missing_readings_are_counted(cell):
     rows = [(*row[:3], cell) if i in (0, 7) else row for i, row in enumerate(ROWS)]
     record = read(long_table(rows=rows))
@@ -566,6 +566,71 @@ def test_a_day_that_is_none_is_no_date(cell):
         read_table(io.StringIO(text))
 
 
+# -- units below the headings ----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "units", ["degC;;;mA", "\xb0C;-;-;[mA]", "[degC];[1];[1];[ma];;", "C;;;milliamps;"]
+)
+def test_units_in_a_row_of_their_own(units):
+    text = TEXT.replace(",", ";").replace("\n", f"\n{units}\n", 1)
+    record = read(text)
+    assert record == replace(REFERENCE, unit="mA")
+    assert record.notes == ("the units stand below the headings (line 2)",)
+    assert record.line.tolist() == list(range(3, len(ROWS) + 3))
+
+
+def test_units_below_the_headings_of_a_wide_table():
+    text = wide_table().replace("\n", "\ndegC,,mA,mA\n", 1)
+    assert read(text) == replace(read(wide_table()), unit="mA")
+
+
+def test_units_below_the_headings_are_those_of_their_columns():
+    headings = ("time", "remark", *HEADINGS)
+    rows = [(f"10:{i:02}:00", "x", *row) for i, row in enumerate(ROWS)]
+    text = long_table(headings=headings, rows=rows).replace("\n", "\nhh:mm:ss,any,degC,,,V\n", 1)
+    assert read(text).unit == "V"
+
+
+@pytest.mark.parametrize(
+    ("row", "told"),
+    [
+        ("K,,,mA", ":1: column 'temperature \\[K\\]' is in K; give it in degC"),
+        ("degC,,,furlong", ":2: output 'furlong' is not a number"),
+        ("degC,,mm,V", ":2: "),
+        ("20,,,mA", ":2: "),
+    ],
+)
+def test_a_row_that_is_not_all_units_is_one_of_readings(row, told):
+    with pytest.raises(TableError, match=told):
+        read(TEXT.replace("\n", f"\n{row}\n", 1))
+
+
+def test_a_unit_above_and_another_below_is_refused():
+    text = TEXT.replace("output", "output [V]").replace("\n", "\ndegC,,,mA\n", 1)
+    with pytest.raises(TableError, match=r":2: .*'mA' is not a number"):
+        read(text)
+
+
+# -- LabVIEW ---------------------------------------------------------------------------------------
+
+LABVIEW = (
+    "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t,\nDate\t2019/03/12\n"
+    "Time\t10:22:33,1234567\n***End_of_Header***\t\n\t\nChannels\t2\nSamples\t54\t54\n"
+    "Date\t2019/03/12\t2019/03/12\nY_Unit_Label\tdegC\tmA\n***End_of_Header***\t\n"
+)
+
+
+def test_the_channels_of_labview_declare_nothing():
+    table = long_table(separator="\t", decimal=",")
+    record = read((LABVIEW + table).encode("utf-8-sig"))
+    assert record == replace(REFERENCE, date="2019/03/12")
+    assert record.count is None
+    assert record.notes == ("text above the headings was set aside (lines 1, 2, 3, 5, 6, ...)",)
+    marked = read(LABVIEW + "# serial: A\n" + table)
+    assert marked.serial == "A"
+
+
 # -- clock times -----------------------------------------------------------------------------------
 
 
@@ -587,7 +652,12 @@ SHAPES = {
     "21.11.26": None,
     "11/21/26": None,
     "21-11-2026": None,
-    "21-Nov-2026": None,
+    "21-Nov-2026": "2026-11-21",
+    "21 NOVEMBER 2026": "2026-11-21",
+    "1. M\xe4rz 2026": "2026-03-01",
+    "1-Mrz-2026": "2026-03-01",
+    "31 June 2026": None,
+    "1 Moon 2026": None,
     "2026-11-31": None,
 }
 """A day as a program writes it -> what it means; None where it is not told or may mean another."""

@@ -9,7 +9,28 @@ __all__ = ["date_of"]
 
 _AND_CLOCK = r"(?: +(?P<hour>\d{1,2})(?P<rest>:\d\d(?::\d\d(?:\.\d+)?)?))?"
 _DAY_FIRST = re.compile(rf"(?P<day>\d{{1,2}})\.(?P<month>\d{{1,2}})\.(?P<year>\d{{4}}){_AND_CLOCK}")
+_NAMED = re.compile(
+    rf"(?P<day>\d{{1,2}})(?:\. ?| |-)(?P<name>[^\W\d]+)\.?[ -](?P<year>\d{{4}}){_AND_CLOCK}"
+)
 _YEAR_FIRST = re.compile(rf"(?P<year>\d{{4}})/(?P<month>\d{{1,2}})/(?P<day>\d{{1,2}}){_AND_CLOCK}")
+
+_MONTHS = (
+    ("jan", "january", "januar"),
+    ("feb", "february", "februar"),
+    ("mar", "march", "m\xe4r", "mrz", "m\xe4rz"),
+    ("apr", "april"),
+    ("may", "mai"),
+    ("jun", "june", "juni"),
+    ("jul", "july", "juli"),
+    ("aug", "august"),
+    ("sep", "sept", "september"),
+    ("oct", "october", "okt", "oktober"),
+    ("nov", "november"),
+    ("dec", "december", "dez", "dezember"),
+)
+"""Names of the months, in English and German."""
+
+_NUMBER_OF_MONTH = {name: str(n) for n, names in enumerate(_MONTHS, 1) for name in names}
 
 
 def date_of(text: str) -> datetime | None:
@@ -18,8 +39,8 @@ def date_of(text: str) -> datetime | None:
     Parameters
     ----------
     text : str
-        Such as ``2024-05-31``, ``2024-05-31T14:30:00+02:00``, ``31.05.2024 14:30`` or
-        ``2024/05/31 14:30``.
+        Such as ``2024-05-31``, ``2024-05-31T14:30:00+02:00``, ``31.05.2024 14:30``,
+        ``2024/05/31 14:30``, ``31-May-2024`` or ``31. Mai 2024``.
 
     Returns
     -------
@@ -29,14 +50,16 @@ def date_of(text: str) -> datetime | None:
 
     Examples
     --------
-    >>> str(date_of("31.5.2024 9:30")), date_of("31.2.2024")
-    ('2024-05-31 09:30:00', None)
+    >>> str(date_of("31.5.2024 9:30")), date_of("31.2.2024"), str(date_of("31 May 2024"))
+    ('2024-05-31 09:30:00', None, '2024-05-31 00:00:00')
     """
-    written = (_YEAR_FIRST if "/" in text else _DAY_FIRST).fullmatch(text)
+    usual = _YEAR_FIRST if "/" in text else _DAY_FIRST
+    written = usual.fullmatch(text) or _NAMED.fullmatch(text)
     if written:
         part = written.groupdict("")
+        month = part.get("month") or _NUMBER_OF_MONTH.get(part["name"].casefold(), "")
         clock = f"{part['hour']:0>2}{part['rest'] or ':00'}"
-        text = f"{part['year']}-{part['month']:0>2}-{part['day']:0>2}T{clock}"
+        text = f"{part['year']}-{month:0>2}-{part['day']:0>2}T{clock}"
     try:
         return datetime.fromisoformat(text)
     except ValueError:

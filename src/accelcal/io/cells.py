@@ -19,9 +19,18 @@ from accelcal.units import canonical_unit
 __all__ = ["MISSING", "Column", "labels", "numbers", "whole_numbers"]
 
 MISSING = frozenset(
-    {"", "-", "--", "?", "na", "n/a", "nan", "null", "none", "#n/a", "unknown", "missing"}
+    {"", "-", "--", "---", "?", "na", "n/a", "n.a.", "nan", "null", "none", "unknown", "missing"}
+    | {"#n/a", "#nv", "k.a."}  # as Excel has it, in English and German; "keine Angabe"
 )
 """Cells that stand for a missing value, in lower case."""
+
+_REMEDIES = {
+    **dict.fromkeys(("position", "stroke", "clamping"), "write a number"),
+    "temperature": "write a number, or 'unknown' where it is not known",
+    "time": "write seconds, a clock time as 14:30:00, or both as 2024-05-31T14:30:00",
+    "angle": "write head angles in degrees, as 22.5",
+}
+"""Column -> what its cells should be, where one is no number."""
 
 _WITH_UNIT = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*([^0-9\s.,+-].*)")
 
@@ -210,7 +219,5 @@ def _not_a_number(column: Column, index: int) -> TableError:
         problem = f"{{}} does not fit the decimal mark {column.decimal!r}"
         remedy = "write numbers without thousands marks and with one decimal mark"
         return column.refuse(index, problem, remedy)
-    remedy = "write a number, or nothing where it is missing"
-    if column.role == "time":
-        remedy = "write seconds, a clock time as 14:30:00, or both as 2024-05-31T14:30:00"
-    return column.refuse(index, "{} is not a number", remedy)
+    usual = "write a number, or nothing where it is missing"
+    return column.refuse(index, "{} is not a number", _REMEDIES.get(column.role, usual))

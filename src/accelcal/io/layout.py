@@ -29,6 +29,9 @@ _DECLARATION = re.compile(r"([^:=,;\t]+)[:=](.*)")
 _DECLARATION_IN_CELLS = re.compile(r"([^,;\t]+)[,;\t](.*)")
 _EXCEL_ERROR = r"#(N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)"
 
+_LABVIEW_CHANNELS = "***End_of_Header***"
+"""Line of LabVIEW below which a second header tells of the channels, with words of its own."""
+
 
 class Declared(NamedTuple):
     """Value of a header line ``# key: value``."""
@@ -295,8 +298,11 @@ def _uncomment(line: str) -> str | None:
 def _declarations(above: list[tuple[int, str]], name: str) -> tuple[dict[str, Declared], list[str]]:
     declared: dict[str, Declared] = {}
     aside: list[int] = []
+    of_channels = False
     for number, line in above:
-        key, value = _key_and_value(line)
+        of_channels = of_channels or line.startswith(_LABVIEW_CHANNELS)
+        bare = of_channels and _uncomment(line) is None
+        key, value = ("", "") if bare else _key_and_value(line)
         if not key:
             aside.append(number)
         elif key == "comment":

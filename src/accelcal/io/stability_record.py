@@ -17,6 +17,7 @@ from accelcal.io.engines import BulkEngineGivesUp, Columns, columns_by_pandas, c
 from accelcal.io.layout import Layout, all_of, counted, listed, read_layout, shown
 from accelcal.io.text import Source, read_text
 from accelcal.io.times import in_seconds, times
+from accelcal.io.units_row import with_units_below
 from accelcal.io.vocabulary import Heading, has_unit, split_unit
 from accelcal.specification import UNITS
 from accelcal.stability.record import Launch, StabilityRecord
@@ -115,7 +116,7 @@ def read_stability(
     <StabilityRecord <table>: 1 launches, 3 samples>
     """
     text = read_text(source)
-    layout = _with_own_headings(read_layout(text, _REMEDY))
+    layout = _with_own_headings(with_units_below(read_layout(text, _REMEDY)))
     given = unit_and_serial(overrides)
     columns = _columns(layout)
     output = numbers(columns["output"])

@@ -23,6 +23,7 @@ from accelcal.io.layout import Layout, counted, listed, read_layout, shown
 from accelcal.io.readings import Readings, notes_of_midnight, notes_of_turn, read_readings
 from accelcal.io.runs import runs_of
 from accelcal.io.text import Source, SourceText, read_text
+from accelcal.io.units_row import with_units_below
 from accelcal.logs import tell
 from accelcal.record import TumbleRecord
 from accelcal.units import is_output_unit, output_unit
@@ -179,7 +180,7 @@ def survey_text(
     TableError
         If the table is unusable.
     """
-    layout = read_layout(text)
+    layout = with_units_below(read_layout(text))
     if sum(map(len, layout.rows)) >= BULK_CHARACTERS:
         try:
             return _read_by(columns_by_pandas, text, layout, overrides)
