@@ -24,8 +24,8 @@ from accelcal.results.checked import (
 )
 from accelcal.results.damage import DamageError
 from accelcal.results.fixture_angle import FixtureAngle
-from accelcal.results.mapping import FrozenMapping, thawed
-from accelcal.results.quantity import Document, ErrorSource, Gate, Quantity, fields_document
+from accelcal.results.mapping import FrozenMapping, document_of
+from accelcal.results.quantity import Document, ErrorSource, Gate, Quantity
 from accelcal.results.result import StoredResult, TabularResult
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
@@ -179,7 +179,7 @@ class Calibration(StoredResult, TabularResult):
             "source": self.source,
             "T0_degC": self.T0_degC,
             "delta0_rad": self.delta0_rad,
-            "error_sources": [fields_document(source) for source in self.error_sources],
+            "error_sources": document_of(self.error_sources),
             "tables": [table.to_document() for table in self.tables],
             "temperature_model": (
                 self.temperature_model.to_document() if self.temperature_model else None
@@ -188,11 +188,11 @@ class Calibration(StoredResult, TabularResult):
                 self.second_axis_model.to_document() if self.second_axis_model else None
             ),
             "fixture_angle": [angle.to_document() for angle in self.fixture_angle],
-            "effects": thawed(self.effects),
-            "gates": [fields_document(gate) for gate in self.gates],
+            "effects": document_of(self.effects),
+            "gates": document_of(self.gates),
             "warnings": list(self.warnings),
             "verdict": self.verdict.to_document() if self.verdict else None,
-            "provenance": thawed(self.provenance),
+            "provenance": document_of(self.provenance),
         }
 
     @classmethod

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from accelcal.escapes import visible
-from accelcal.results.findings import Share, plain
-from accelcal.results.quantity import ErrorSource, Quantity, fields_document
+from accelcal.results.findings import Share
+from accelcal.results.mapping import document_of
+from accelcal.results.quantity import ErrorSource, Part, Quantity
 from accelcal.results.result import JsonResult, TabularResult
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ SCHEMA = "accelcal/comparison/1"
 
 
 @dataclass(frozen=True, slots=True)
-class RunChange:
+class RunChange(Part):
     """What has changed in one run since the calibration.
 
     Attributes
@@ -44,11 +45,6 @@ class RunChange:
     scale_factor: Quantity
     misalignment: Quantity
     mounting: str = "o+"
-
-    def to_document(self) -> dict[str, Any]:
-        """Return the change as it stands in the JSON document."""
-        names = ("bias", "scale_factor", "misalignment")
-        return {**plain(self), **{name: getattr(self, name).to_document() for name in names}}
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,13 +136,13 @@ class Disagreement(JsonResult, TabularResult):
             "calibration": self.calibration,
             "serial": self.serial,
             "readings": self.readings,
-            "noise": {source.name: fields_document(source) for source in self.noise},
+            "noise": {source.name: source.to_document() for source in self.noise},
             "same_head": self.same_head,
             "gap": {"rms": self.rms, "reduced_chi2": self.reduced_chi2},
             "p_value": self.p_value,
-            "where": [plain(share) for share in self.where],
+            "where": document_of(self.where),
             "structure": self.structure,
-            "runs": [change.to_document() for change in self.runs],
+            "runs": document_of(self.runs),
             "effects": list(self.effects),
             "notes": list(self.notes),
         }

@@ -25,9 +25,9 @@ from accelcal.results.findings import (
     Share,
     Undetectable,
     Unexplained,
-    plain,
 )
-from accelcal.results.quantity import Document, ErrorSource, fields_document
+from accelcal.results.mapping import document_of
+from accelcal.results.quantity import Document, ErrorSource
 from accelcal.results.result import StoredResult, TabularResult
 
 if TYPE_CHECKING:
@@ -172,17 +172,17 @@ class Discovery(StoredResult, TabularResult):
             "readings": self.readings,
             "alpha": self.alpha,
             "p_value": self.p_value,
-            "noise": {source.name: fields_document(source) for source in self.noise},
-            "faults": [fault.to_document() for fault in self.faults],
-            "gap": {"before": plain(self.before), "after": plain(self.after)},
-            "where": [plain(share) for share in self.where],
-            "effects": [effect.to_document() for effect in self.effects],
-            "unexplained": plain(self.unexplained) if self.unexplained else None,
-            "undetectable": [plain(item) for item in self.undetectable],
-            "smallest_detectable": [plain(item) for item in self.smallest_detectable],
+            "noise": {source.name: source.to_document() for source in self.noise},
+            "faults": document_of(self.faults),
+            "gap": document_of({"before": self.before, "after": self.after}),
+            "where": document_of(self.where),
+            "effects": document_of(self.effects),
+            "unexplained": document_of(self.unexplained),
+            "undetectable": document_of(self.undetectable),
+            "smallest_detectable": document_of(self.smallest_detectable),
             "scale_factor": self.scale_factor,
             "output_unit": self.output_unit,
-            "coefficients": [change.to_document() for change in self.coefficients],
+            "coefficients": document_of(self.coefficients),
             "next_measurement": self.next_measurement,
             "notes": list(self.notes),
         }

@@ -3,19 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
 
-from accelcal.results.checked import (
-    checked,
-    list_of,
-    mapping_of,
-    number,
-    number_or_none,
-    text,
-    whole,
-)
-from accelcal.results.quantity import Document, Quantity
+from accelcal.results.quantity import Quantity, StoredPart
 
 __all__ = [
     "Change",
@@ -26,12 +16,11 @@ __all__ = [
     "Share",
     "Undetectable",
     "Unexplained",
-    "plain",
 ]
 
 
 @dataclass(frozen=True, slots=True)
-class Gap:
+class Gap(StoredPart):
     """How far model and readings are apart.
 
     Attributes
@@ -48,18 +37,9 @@ class Gap:
     heldout_rms: float | None
     reduced_chi2: float
 
-    @classmethod
-    def from_document(cls, document: Document) -> Gap:
-        """Read the gap from its place in a JSON document."""
-        return cls(
-            checked(document, "rms", number),
-            checked(document, "heldout_rms", number_or_none),
-            checked(document, "reduced_chi2", number),
-        )
-
 
 @dataclass(frozen=True, slots=True)
-class Share:
+class Share(StoredPart):
     """What one factor of the test has of the disagreement.
 
     Attributes
@@ -77,18 +57,9 @@ class Share:
     share: float
     p_value: float
 
-    @classmethod
-    def from_document(cls, document: Document) -> Share:
-        """Read the share from its place in a JSON document."""
-        return cls(
-            checked(document, "factor", text),
-            checked(document, "share", number),
-            checked(document, "p_value", number),
-        )
-
 
 @dataclass(frozen=True, slots=True)
-class FoundEffect:
+class FoundEffect(StoredPart):
     """An effect that was found.
 
     Attributes
@@ -120,30 +91,9 @@ class FoundEffect:
     indistinguishable: tuple[str, ...]
     to_tell_apart: str
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the effect as it stands in the JSON document."""
-        parameters = {name: value.to_document() for name, value in self.parameters.items()}
-        return {**plain(self), "parameters": parameters}
-
-    @classmethod
-    def from_document(cls, document: Document) -> FoundEffect:
-        """Read the effect from its place in a JSON document."""
-        return cls(
-            id=checked(document, "id", text),
-            name=checked(document, "name", text),
-            parameters=checked(document, "parameters", mapping_of(Quantity.from_document)),
-            p_value=checked(document, "p_value", number),
-            gap_before=checked(document, "gap_before", number),
-            gap_after=checked(document, "gap_after", number),
-            heldout_before=checked(document, "heldout_before", number_or_none),
-            heldout_after=checked(document, "heldout_after", number_or_none),
-            indistinguishable=checked(document, "indistinguishable", list_of(text)),
-            to_tell_apart=checked(document, "to_tell_apart", text),
-        )
-
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class Fault(StoredPart):
     """A fault of the readings, found before any physics.
 
     Attributes
@@ -166,25 +116,9 @@ class Fault:
     p_value: float
     readings: tuple[int, ...]
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the fault as it stands in the JSON document."""
-        parameters = {name: value.to_document() for name, value in self.parameters.items()}
-        return {**plain(self), "parameters": parameters}
-
-    @classmethod
-    def from_document(cls, document: Document) -> Fault:
-        """Read the fault from its place in a JSON document."""
-        return cls(
-            id=checked(document, "id", text),
-            finding=checked(document, "finding", text),
-            parameters=checked(document, "parameters", mapping_of(Quantity.from_document)),
-            p_value=checked(document, "p_value", number),
-            readings=checked(document, "readings", list_of(whole)),
-        )
-
 
 @dataclass(frozen=True, slots=True)
-class Unexplained:
+class Unexplained(StoredPart):
     """A disagreement that no effect of the catalogue explains.
 
     Attributes
@@ -201,18 +135,9 @@ class Unexplained:
     share: float
     p_value: float
 
-    @classmethod
-    def from_document(cls, document: Document) -> Unexplained:
-        """Read it from its place in a JSON document."""
-        return cls(
-            checked(document, "structure", text),
-            checked(document, "share", number),
-            checked(document, "p_value", number),
-        )
-
 
 @dataclass(frozen=True, slots=True)
-class Undetectable:
+class Undetectable(StoredPart):
     """An effect that this test cannot show.
 
     Attributes
@@ -226,14 +151,9 @@ class Undetectable:
     id: str
     absorbed_by: tuple[str, ...]
 
-    @classmethod
-    def from_document(cls, document: Document) -> Undetectable:
-        """Read it from its place in a JSON document."""
-        return cls(checked(document, "id", text), checked(document, "absorbed_by", list_of(text)))
-
 
 @dataclass(frozen=True, slots=True)
-class Detectable:
+class Detectable(StoredPart):
     """The smallest size of an effect that this test would show.
 
     Attributes
@@ -250,18 +170,9 @@ class Detectable:
     value: float
     unit: str
 
-    @classmethod
-    def from_document(cls, document: Document) -> Detectable:
-        """Read it from its place in a JSON document."""
-        return cls(
-            checked(document, "id", text),
-            checked(document, "value", number),
-            checked(document, "unit", text),
-        )
-
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class Change(StoredPart):
     """A coefficient of the model without and with what was found.
 
     Attributes
@@ -275,26 +186,3 @@ class Change:
     coefficient: str
     before: Quantity
     after: Quantity
-
-    def to_document(self) -> dict[str, Any]:
-        """Return the change as it stands in the JSON document."""
-        return {
-            "coefficient": self.coefficient,
-            "before": self.before.to_document(),
-            "after": self.after.to_document(),
-        }
-
-    @classmethod
-    def from_document(cls, document: Document) -> Change:
-        """Read the change from its place in a JSON document."""
-        return cls(
-            checked(document, "coefficient", text),
-            checked(document, "before", Quantity.from_document),
-            checked(document, "after", Quantity.from_document),
-        )
-
-
-def plain(item: Any) -> dict[str, Any]:
-    """Return the fields of a part as they stand in the JSON document."""
-    values = {field.name: getattr(item, field.name) for field in fields(item)}
-    return {key: list(v) if isinstance(v, tuple) else v for key, v in values.items()}

@@ -14,6 +14,7 @@ from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.numerics.probability import NORMAL_FACTOR
 from accelcal.results.checked import (
+    Kind,
     checked,
     list_of,
     mapping_of,
@@ -21,10 +22,10 @@ from accelcal.results.checked import (
     number_or_none,
     size_or_none,
     text,
-    text_or_none,
 )
 from accelcal.results.findings import Change
-from accelcal.results.quantity import Gate, Quantity, fields_document
+from accelcal.results.mapping import document_of
+from accelcal.results.quantity import Gate, Quantity, StoredPart
 from accelcal.results.result import StoredResult, TabularResult
 
 __all__ = ["SCHEMA", "HeadCalibration", "HeadHarmonic", "UnitOnHead", "posterior"]
@@ -66,7 +67,7 @@ def posterior(information: Array, pull: Array, least: float = _LEAST) -> tuple[A
 
 
 @dataclass(frozen=True, slots=True)
-class HeadHarmonic:
+class HeadHarmonic(StoredPart):
     """A pattern of the errors over the positions.
 
     Attributes
@@ -87,24 +88,9 @@ class HeadHarmonic:
     told: float
     absorbed_by: str = ""
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the harmonic as it stands in the JSON document."""
-        plain = {"name": self.name, "told": self.told, "absorbed_by": self.absorbed_by}
-        return {**plain, "amplitude": self.amplitude.to_document()}
-
-    @classmethod
-    def from_document(cls, document: Mapping[str, Any]) -> HeadHarmonic:
-        """Read the harmonic from its place in a JSON document."""
-        return cls(
-            checked(document, "name", text),
-            checked(document, "amplitude", Quantity.from_document),
-            checked(document, "told", number),
-            checked(document, "absorbed_by", text),
-        )
-
 
 @dataclass(frozen=True, slots=True)
-class UnitOnHead:
+class UnitOnHead(StoredPart):
     """What one record tells of the head, and what it gains.
 
     Attributes
@@ -121,32 +107,16 @@ class UnitOnHead:
         k2, k3 and delta_ip (of each axis), fitted with this record alone and with all.
     """
 
+    KINDS: ClassVar[Mapping[str, Kind[Any]]] = {
+        "information": list_of(list_of(number)),
+        "coefficients": mapping_of(Change.from_document),
+    }
+
     name: str
     sha256: str | None
     information: Rows
     pull: tuple[float, ...]
     coefficients: Mapping[str, Change]
-
-    def to_document(self) -> dict[str, Any]:
-        """Return the record as it stands in the JSON document."""
-        return {
-            "name": self.name,
-            "sha256": self.sha256,
-            "information": [list(row) for row in self.information],
-            "pull": list(self.pull),
-            "coefficients": {name: c.to_document() for name, c in self.coefficients.items()},
-        }
-
-    @classmethod
-    def from_document(cls, document: Mapping[str, Any]) -> UnitOnHead:
-        """Read the record from its place in a JSON document."""
-        return cls(
-            checked(document, "name", text),
-            checked(document, "sha256", text_or_none),
-            checked(document, "information", list_of(list_of(number))),
-            checked(document, "pull", list_of(number)),
-            checked(document, "coefficients", mapping_of(Change.from_document)),
-        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -328,9 +298,9 @@ class HeadCalibration(StoredResult, TabularResult):
             "declared_uncertainty_rad": self.declared_uncertainty,
             "positions": [{"angle_deg": a, "error": q.to_document()} for a, q in positions],
             "covariance": [list(row) for row in self.covariance],
-            "harmonics": [item.to_document() for item in self.harmonics],
-            "units": [unit.to_document() for unit in self.units],
-            "gates": [fields_document(gate) for gate in self.gates],
+            "harmonics": document_of(self.harmonics),
+            "units": document_of(self.units),
+            "gates": document_of(self.gates),
         }
 
     @classmethod

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, TypeVar
 
-__all__ = ["FrozenMapping", "frozen", "thawed"]
+__all__ = ["FrozenMapping", "document_of", "frozen"]
 
 Value = TypeVar("Value", covariant=True)
 
@@ -70,13 +70,13 @@ def frozen(part: Any) -> Any:
     return tuple(map(frozen, part)) if isinstance(part, list | tuple) else part
 
 
-def thawed(part: Any) -> Any:
-    """Turn what `frozen` returns into a part of a JSON document again.
+def document_of(part: Any) -> Any:
+    """Turn a part of a result into a part of a JSON document.
 
     Parameters
     ----------
     part : object
-        What `frozen` returns.
+        What `frozen` returns, or what has a method ``to_document``, in mappings and tuples.
 
     Returns
     -------
@@ -85,9 +85,13 @@ def thawed(part: Any) -> Any:
 
     Examples
     --------
-    >>> thawed(frozen([{"id": "warm-up"}]))
+    >>> document_of(frozen([{"id": "warm-up"}]))
     [{'id': 'warm-up'}]
     """
+    if part is None or isinstance(part, str | float | int):
+        return part
+    if isinstance(part, list | tuple):
+        return list(map(document_of, part))
     if isinstance(part, Mapping):
-        return {name: thawed(item) for name, item in part.items()}
-    return list(map(thawed, part)) if isinstance(part, list | tuple) else part
+        return {name: document_of(item) for name, item in part.items()}
+    return part.to_document()

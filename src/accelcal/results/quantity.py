@@ -3,30 +3,73 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, fields
+from types import MappingProxyType
+from typing import Any, ClassVar, Self
 
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_written
 from accelcal.results.checked import (
+    Kind,
     checked,
     freedom_or_none,
     list_of,
+    mapping_of,
     number,
     number_or_none,
+    or_none,
     size_or_none,
     text,
+    text_or_none,
     whole,
 )
 from accelcal.results.damage import DamageError
+from accelcal.results.mapping import document_of
 
-__all__ = ["ErrorSource", "Gate", "Quantity", "Residuals", "fields_document"]
+__all__ = ["Document", "ErrorSource", "Gate", "Part", "Quantity"]
+__all__ += ["Residuals", "StoredPart"]
 
 Document = Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
-class Quantity:
+class Part:
+    """A part of a result that stands in a JSON document under the names of its fields."""
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the part as it stands in the JSON document."""
+        return {item.name: document_of(getattr(self, item.name)) for item in fields(self)}
+
+
+@dataclass(frozen=True, slots=True)
+class StoredPart(Part):
+    """A part that is read back from its place in a document."""
+
+    KINDS: ClassVar[Mapping[str, Kind[Any]]] = MappingProxyType({})
+    """Field -> what it must be, where its type does not tell all of it."""
+
+    OPTIONAL: ClassVar[frozenset[str]] = frozenset()
+    """Fields that are None where a document has no such key."""
+
+    @classmethod
+    def from_document(cls, document: Document) -> Self:
+        """Read the part from its place in a JSON document.
+
+        Raises
+        ------
+        DamageError
+            If a field is missing or something else.
+        """
+        found = {}
+        for item in fields(cls):
+            kind = cls.KINDS.get(item.name) or _KINDS[str(item.type)]
+            missing = [None] if item.name in cls.OPTIONAL else []
+            found[item.name] = checked(document, item.name, kind, *missing)
+        return cls(**found)
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity(StoredPart):
     """A value with its uncertainty.
 
     Attributes
@@ -53,6 +96,13 @@ class Quantity:
     1.973684210526316
     """
 
+    KINDS: ClassVar[Mapping[str, Kind[Any]]] = {
+        "standard_uncertainty": size_or_none,
+        "expanded_uncertainty": size_or_none,
+        "dof": freedom_or_none,
+    }
+    OPTIONAL: ClassVar[frozenset[str]] = frozenset({"expanded_uncertainty", "dof"})
+
     value: float | None
     standard_uncertainty: float | None
     unit: str
@@ -74,30 +124,9 @@ class Quantity:
             return None
         return self.expanded_uncertainty / self.standard_uncertainty
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the quantity as it stands in the JSON document."""
-        return {
-            "value": self.value,
-            "standard_uncertainty": self.standard_uncertainty,
-            "unit": self.unit,
-            "expanded_uncertainty": self.expanded_uncertainty,
-            "dof": self.dof,
-        }
-
-    @classmethod
-    def from_document(cls, document: Document) -> Quantity:
-        """Read the quantity from its place in a JSON document."""
-        return cls(
-            value=checked(document, "value", number_or_none),
-            standard_uncertainty=checked(document, "standard_uncertainty", size_or_none),
-            unit=checked(document, "unit", text),
-            expanded_uncertainty=checked(document, "expanded_uncertainty", size_or_none, None),
-            dof=checked(document, "dof", freedom_or_none, None),
-        )
-
 
 @dataclass(frozen=True, slots=True)
-class Gate:
+class Gate(StoredPart):
     """Outcome of one check.
 
     Attributes
@@ -122,14 +151,9 @@ class Gate:
 
         return gate_html(self)
 
-    @classmethod
-    def from_document(cls, document: Document) -> Gate:
-        """Read the outcome from its place in a JSON document."""
-        return cls(*(checked(document, name, text) for name in ("name", "verdict", "finding")))
-
 
 @dataclass(frozen=True, slots=True)
-class ErrorSource:
+class ErrorSource(StoredPart):
     """Size of one source of error and how it is known.
 
     Attributes
@@ -146,26 +170,18 @@ class ErrorSource:
         ``"declared"``, ``"estimated"``, ``"none"``, or where a reading's noise was taken from.
     """
 
+    KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"value": size_or_none, "dof": freedom_or_none}
+    OPTIONAL: ClassVar[frozenset[str]] = frozenset({"dof"})
+
     name: str
     value: float | None
     unit: str
     dof: float | None
     source: str
 
-    @classmethod
-    def from_document(cls, document: Document) -> ErrorSource:
-        """Read the source of error from its place in a JSON document."""
-        return cls(
-            name=checked(document, "name", text),
-            value=checked(document, "value", size_or_none),
-            unit=checked(document, "unit", text),
-            dof=checked(document, "dof", freedom_or_none, None),
-            source=checked(document, "source", text),
-        )
-
 
 @dataclass(frozen=True, slots=True)
-class Residuals:
+class Residuals(Part):
     """Reading minus model, reading by reading.
 
     Attributes
@@ -195,18 +211,17 @@ class Residuals:
         return found
 
 
-def fields_document(item: Gate | ErrorSource | Residuals) -> dict[str, Any]:
-    """Return the fields of a simple result as they stand in a JSON document.
-
-    Parameters
-    ----------
-    item : Gate, ErrorSource or Residuals
-        A result whose fields are plain values or tuples of them.
-
-    Returns
-    -------
-    dict
-        Field names and values.
-    """
-    values = {name: getattr(item, name) for name in type(item).__slots__}
-    return {key: list(v) if isinstance(v, tuple) else v for key, v in values.items()}
+_KINDS: dict[str, Kind[Any]] = {
+    "str": text,
+    "str | None": text_or_none,
+    "int": whole,
+    "float": number,
+    "float | None": number_or_none,
+    "tuple[str, ...]": list_of(text),
+    "tuple[int, ...]": list_of(whole),
+    "tuple[float, ...]": list_of(number),
+    "Quantity": Quantity.from_document,
+    "Quantity | None": or_none(Quantity.from_document),
+    "Mapping[str, Quantity]": mapping_of(Quantity.from_document),
+}
+"""Type of a field, as it is written -> what stands in its place in a document."""

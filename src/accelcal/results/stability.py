@@ -6,7 +6,8 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 from accelcal.escapes import visible
-from accelcal.results.quantity import Gate, fields_document
+from accelcal.results.mapping import document_of
+from accelcal.results.quantity import Gate, Part
 from accelcal.results.result import JsonResult, TabularResult
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ DRIFTS_DIFFER = "launches drift differently: root mean square of their slopes"
 
 
 @dataclass(frozen=True, slots=True)
-class Estimate:
+class Estimate(Part):
     """A value with its 95 % interval, or the reason why there is none.
 
     Attributes
@@ -54,13 +55,9 @@ class Estimate:
         )
         return Estimate(value, unit or self.unit, lower, upper, self.dof, self.finding)
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the estimate as it stands in the JSON document."""
-        return {item.name: getattr(self, item.name) for item in fields(self)}
-
 
 @dataclass(frozen=True, slots=True)
-class LaunchTrend:
+class LaunchTrend(Part):
     """What one launch shows.
 
     Attributes
@@ -94,15 +91,6 @@ class LaunchTrend:
     drift: Estimate
     fluctuation: Estimate
     temperature_degC: tuple[float, float] | None
-
-    def to_document(self) -> dict[str, Any]:
-        """Return the launch as it stands in the JSON document."""
-        document = {item.name: getattr(self, item.name) for item in fields(self)}
-        return document | {
-            "drift": self.drift.to_document(),
-            "fluctuation": self.fluctuation.to_document(),
-            "temperature_degC": self.temperature_degC and list(self.temperature_degC),
-        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -253,12 +241,12 @@ class Stability(JsonResult, TabularResult):
             "schema": SCHEMA,
             **{name: getattr(self, name) for name in plain.split()},
             "interval_level": 0.95,
-            "components": {name: e.to_document() for name, e in self.components.items()},
-            "bias_bound": [bound.to_document() for bound in self.bounds],
-            "launches": [launch.to_document() for launch in self.launches],
+            "components": document_of(self.components),
+            "bias_bound": document_of(self.bounds),
+            "launches": document_of(self.launches),
             "allan": {"level": self.allan.level, "points": self.allan.rows()},
-            "noise_terms": {name: e.to_document() for name, e in self.noise_terms.items()},
-            "gates": [fields_document(gate) for gate in self.gates],
+            "noise_terms": document_of(self.noise_terms),
+            "gates": document_of(self.gates),
             "warnings": list(self.warnings),
         }
 

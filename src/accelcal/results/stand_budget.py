@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from accelcal.arguments.options import check_choice
 from accelcal.equality import EqualByContents
 from accelcal.escapes import visible
+from accelcal.results.mapping import document_of
 from accelcal.results.result import JsonResult, TabularResult
 from accelcal.results.stand_requirements import Requirements, Sufficiency
 
@@ -259,8 +260,8 @@ class StandBudget(EqualByContents, JsonResult, TabularResult):
             "components": [self._component(part) for part in self.components],
             "covariance": self.covariance.tolist(),
             "monte_carlo": self._trials(),
-            "requirements": None if self.requirements is None else self.requirements.to_document(),
-            "data_sheet": [limit.to_document() for limit in self.data_sheet],
+            "requirements": document_of(self.requirements),
+            "data_sheet": document_of(self.data_sheet),
             "warnings": list(self.warnings),
         }
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
-from accelcal.results.checked import checked, list_of, mapping_of, number, one_of, text
+from accelcal.results.checked import Kind, checked, list_of, mapping_of, number, one_of, text
 from accelcal.results.discovery import SCHEMA, Discovery
-from accelcal.results.findings import Change, plain
-from accelcal.results.quantity import Document, Quantity
+from accelcal.results.findings import Change
+from accelcal.results.mapping import document_of
+from accelcal.results.quantity import Document, Quantity, StoredPart
 from accelcal.results.result import StoredResult
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ VERDICTS = ("stand", "unit", "undecided")
 
 
 @dataclass(frozen=True, slots=True)
-class StandEffect:
+class StandEffect(StoredPart):
     """An effect that was found over several units.
 
     Attributes
@@ -49,6 +50,8 @@ class StandEffect:
         Ids of effects that explain these readings too.
     """
 
+    KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"verdict": one_of(*VERDICTS)}
+
     id: str
     name: str
     verdict: str
@@ -60,33 +63,9 @@ class StandEffect:
     found_in: tuple[str, ...]
     indistinguishable: tuple[str, ...]
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the effect as it stands in the JSON document."""
-        parts = {
-            name: {key: value.to_document() for key, value in getattr(self, name).items()}
-            for name in ("parameters", "sizes")
-        }
-        return {**plain(self), **parts}
-
-    @classmethod
-    def from_document(cls, document: Document) -> StandEffect:
-        """Read the effect from its place in a JSON document."""
-        return cls(
-            id=checked(document, "id", text),
-            name=checked(document, "name", text),
-            verdict=checked(document, "verdict", one_of(*VERDICTS)),
-            parameters=checked(document, "parameters", mapping_of(Quantity.from_document)),
-            p_value=checked(document, "p_value", number),
-            p_one_value=checked(document, "p_one_value", number),
-            spread=checked(document, "spread", number),
-            sizes=checked(document, "sizes", mapping_of(Quantity.from_document)),
-            found_in=checked(document, "found_in", list_of(text)),
-            indistinguishable=checked(document, "indistinguishable", list_of(text)),
-        )
-
 
 @dataclass(frozen=True, slots=True)
-class HeadPosition:
+class HeadPosition(StoredPart):
     """Error of one head position, as all units together tell it.
 
     Attributes
@@ -100,18 +79,6 @@ class HeadPosition:
 
     angle_deg: float
     error: Quantity
-
-    def to_document(self) -> dict[str, Any]:
-        """Return the position as it stands in the JSON document."""
-        return {"angle_deg": self.angle_deg, "error": self.error.to_document()}
-
-    @classmethod
-    def from_document(cls, document: Document) -> HeadPosition:
-        """Read the position from its place in a JSON document."""
-        return cls(
-            checked(document, "angle_deg", number),
-            checked(document, "error", Quantity.from_document),
-        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,12 +159,9 @@ class StandDiscovery(StoredResult):
             "schema": SCHEMA,
             "units": list(self.units),
             "alpha": self.alpha,
-            "effects": [item.to_document() for item in self.effects],
-            "head": [item.to_document() for item in self.head],
-            "coefficients": {
-                unit: [change.to_document() for change in changes]
-                for unit, changes in self.coefficients.items()
-            },
+            "effects": document_of(self.effects),
+            "head": document_of(self.head),
+            "coefficients": document_of(self.coefficients),
             "common": self.common.to_document(),
             "notes": list(self.notes),
         }

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from accelcal.results.quantity import Part
+
 __all__ = ["InstrumentRequirement", "Requirements", "Sufficiency", "TargetReached"]
 
 
@@ -58,7 +60,7 @@ class TargetReached:
 
 
 @dataclass(frozen=True, slots=True)
-class InstrumentRequirement:
+class InstrumentRequirement(Part):
     """What one instrument must be, as a standard uncertainty.
 
     Attributes
@@ -87,14 +89,9 @@ class InstrumentRequirement:
     proportional: float | None
     limited_by: str
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the requirement as it stands in the JSON document."""
-        names = "name unit present alone equal_shares proportional limited_by"
-        return {name: getattr(self, name) for name in names.split()}
-
 
 @dataclass(frozen=True, slots=True)
-class Requirements:
+class Requirements(Part):
     """The inverse question: from targets to instruments.
 
     Attributes
@@ -107,13 +104,6 @@ class Requirements:
 
     targets: tuple[TargetReached, ...]
     instruments: tuple[InstrumentRequirement, ...]
-
-    def to_document(self) -> dict[str, Any]:
-        """Return the requirements as they stand in the JSON document."""
-        return {
-            "targets": [target.to_document() for target in self.targets],
-            "instruments": [instrument.to_document() for instrument in self.instruments],
-        }
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,8 +20,8 @@ from accelcal.results.checked import (
     whole,
 )
 from accelcal.results.damage import DamageError
-from accelcal.results.mapping import FrozenMapping
-from accelcal.results.quantity import Document, Gate, Quantity, Residuals, fields_document
+from accelcal.results.mapping import FrozenMapping, document_of
+from accelcal.results.quantity import Document, Gate, Quantity, Residuals
 
 if TYPE_CHECKING:
     import numpy as np
@@ -142,16 +142,16 @@ class TableCalibration:
             "readings": self.readings,
             "dof": self.dof,
             "residual_rms": self.residual_rms,
-            "coefficients": _documents(self.coefficients),
-            "error_model": _documents(self.error_model),
+            "coefficients": document_of(self.coefficients),
+            "error_model": document_of(self.error_model),
             "covariance": {
                 "names": list(self.covariance_names),
-                "matrix": [list(row) for row in self.covariance_matrix],
+                "matrix": document_of(self.covariance_matrix),
             },
-            "budget": {name: dict(parts) for name, parts in self.budget.items()},
+            "budget": document_of(self.budget),
             "stands_for": dict(self.stands_for),
-            "residuals": fields_document(self.residuals),
-            "gates": [fields_document(gate) for gate in self.gates],
+            "residuals": document_of(self.residuals),
+            "gates": document_of(self.gates),
             "warnings": list(self.warnings),
         }
 
@@ -193,10 +193,6 @@ class TableCalibration:
             names = ", ".join(self.covariance_names)
             raise DamageError(f"{names} in place of K1 and others of coefficients", "covariance")
         return self
-
-
-def _documents(quantities: Mapping[str, Quantity]) -> dict[str, Any]:
-    return {name: quantity.to_document() for name, quantity in quantities.items()}
 
 
 def _complete(found: Mapping[str, Quantity], names: Sequence[str]) -> dict[str, Quantity]:

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from accelcal.results.checked import Covariance, checked, covariance, list_of, or_none, text
-from accelcal.results.quantity import Document, Quantity
+from accelcal.results.mapping import document_of
+from accelcal.results.quantity import Document, Quantity, StoredPart
 
 __all__ = ["TemperatureLaw", "TemperatureModel"]
 
 
 @dataclass(frozen=True, slots=True)
-class TemperatureLaw:
+class TemperatureLaw(StoredPart):
     """A quantity at T0 and its slopes above and below, continuous at T0.
 
     Attributes
@@ -27,18 +28,6 @@ class TemperatureLaw:
     at_T0: Quantity | None
     above: Quantity | None
     below: Quantity | None
-
-    def to_document(self) -> dict[str, Any]:
-        """Return the law as it stands in the JSON document."""
-        return {
-            name: part.to_document() if part is not None else None
-            for name, part in (("at_T0", self.at_T0), ("above", self.above), ("below", self.below))
-        }
-
-    @classmethod
-    def from_document(cls, document: Document) -> TemperatureLaw:
-        """Read the law from its place in a JSON document."""
-        return cls(*(checked(document, name, _quantity) for name in ("at_T0", "above", "below")))
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,14 +64,12 @@ class TemperatureModel:
     def to_document(self) -> dict[str, Any]:
         """Return the model as it stands in the JSON document."""
         return {
-            "k0": self.k0.to_document(),
-            "K1": self.K1.to_document(),
-            "delta": self.delta.to_document(),
-            "hysteresis": self.hysteresis.to_document() if self.hysteresis is not None else None,
+            **{name: document_of(getattr(self, name)) for name in ("k0", "K1", "delta")},
+            "hysteresis": document_of(self.hysteresis),
             "warnings": list(self.warnings),
             "covariance": {
                 "names": list(self.covariance_names),
-                "matrix": [list(row) for row in self.covariance_matrix],
+                "matrix": document_of(self.covariance_matrix),
             },
         }
 

@@ -24,7 +24,8 @@ from accelcal.results.checked import (
     text_or_none,
     whole,
 )
-from accelcal.results.quantity import Gate, Quantity, fields_document
+from accelcal.results.mapping import document_of
+from accelcal.results.quantity import Gate, Quantity
 from accelcal.results.result import StoredResult, TabularResult
 
 __all__ = ["SCHEMA", "TriadCalibration"]
@@ -160,7 +161,7 @@ class TriadCalibration(StoredResult, TabularResult):
                 for group in _GROUPS
             },
             "covariance": {"names": list(names), "matrix": [list(row) for row in matrix]},
-            "gates": [fields_document(gate) for gate in self.gates],
+            "gates": document_of(self.gates),
             "notes": list(self.notes),
         }
 

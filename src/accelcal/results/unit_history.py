@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from accelcal.escapes import visible
+from accelcal.results.mapping import document_of
 from accelcal.results.quantity import Quantity
 from accelcal.results.result import JsonResult, TabularResult
 
@@ -121,9 +122,9 @@ class Trend:
             "reference": {"value": self.reference, "unit": self.reference_unit},
             "drift": self.drift.to_document(),
             "scatter": {"value": self.scatter, "unit": self.points[0].measured.unit},
-            "jumps": [jump.to_document() for jump in self.jumps],
+            "jumps": document_of(self.jumps),
             "no_other_jump_p_value": self.no_other_jump,
-            "points": [point.to_document() for point in self.points],
+            "points": document_of(self.points),
         }
 
 

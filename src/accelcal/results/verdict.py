@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from accelcal.escapes import visible
-from accelcal.results.checked import Kind, checked, list_of, number_or_none, one_of, text
-from accelcal.results.quantity import Document
+from accelcal.results.checked import Kind, checked, list_of, one_of, text
+from accelcal.results.mapping import document_of
+from accelcal.results.quantity import Document, StoredPart
 
 __all__ = ["OUTCOMES", "Judgement", "Verdict"]
 
@@ -16,7 +18,7 @@ OUTCOMES = ("fail", "undecided", "not tested", "pass")
 
 
 @dataclass(frozen=True, slots=True)
-class Judgement:
+class Judgement(StoredPart):
     """What was found against one limit in one place.
 
     Attributes
@@ -39,6 +41,8 @@ class Judgement:
         Why it was not tested, or what else must be known.
     """
 
+    KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"outcome": one_of(*OUTCOMES)}
+
     limit: str
     symbol: str
     where: str
@@ -50,22 +54,6 @@ class Judgement:
     expanded_uncertainty: float | None = None
     probability: float | None = None
     remark: str = ""
-
-    def to_document(self) -> dict[str, Any]:
-        """Return the judgement as it stands in the JSON document."""
-        return {name: getattr(self, name) for name in type(self).__slots__}
-
-    @classmethod
-    def from_document(cls, document: Document) -> Judgement:
-        """Read the judgement from its place in a JSON document."""
-        words = ("limit", "symbol", "where", "unit", "remark")
-        numbers = ("minimum", "maximum", "value", "expanded_uncertainty", "probability")
-        kinds: dict[str, Kind[Any]] = {
-            "outcome": one_of(*OUTCOMES),
-            **dict.fromkeys(words, text),
-            **dict.fromkeys(numbers, number_or_none),
-        }
-        return cls(**{name: checked(document, name, kind) for name, kind in kinds.items()})
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +103,7 @@ class Verdict:
             "rule": self.rule,
             "rule_statement": self.rule_statement,
             "outcome": self.outcome,
-            "limits": [judgement.to_document() for judgement in self.judgements],
+            "limits": document_of(self.judgements),
         }
 
     @classmethod
