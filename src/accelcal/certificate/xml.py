@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from xml.etree.ElementTree import Element, indent, register_namespace, tostring
 
-from accelcal.report.names import visible_lines
+from accelcal.report.lines import visible_lines
 
 __all__ = ["DCC", "SI", "dcc", "named", "rich", "si", "written"]
 

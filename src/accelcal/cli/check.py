@@ -24,7 +24,7 @@ def check(data: str, form: str) -> None:
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
     from accelcal.io.description import describe, summary
     from accelcal.io.tables import survey
-    from accelcal.report.names import visible_lines
+    from accelcal.report.lines import visible_lines
 
     written, records = survey(data)
     if form == "json":

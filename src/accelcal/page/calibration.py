@@ -11,7 +11,7 @@ from accelcal.page.blocks import Block, Chapter, Highlight, Note, Section, Tone
 from accelcal.page.typeset import typeset
 from accelcal.report.calibration import in_microradians
 from accelcal.report.calibration_rows import alarms, coefficient_rows, without_uncertainty
-from accelcal.report.names import counted
+from accelcal.report.lines import counted
 from accelcal.results.calibration import Calibration
 
 __all__ = ["calibration_chapter"]

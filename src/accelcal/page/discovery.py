@@ -24,7 +24,7 @@ from accelcal.page.typeset import typeset
 from accelcal.record import TumbleRecord
 from accelcal.report.discovery import change_row, entry_of
 from accelcal.report.findings import chance, factor_cells, noise_line, probability
-from accelcal.report.names import counted
+from accelcal.report.lines import counted
 from accelcal.report.numbers import in_small_unit, significant
 from accelcal.report.scale import sized
 from accelcal.results.discovery import Discovery

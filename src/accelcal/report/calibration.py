@@ -13,10 +13,8 @@ from accelcal.report.calibration_rows import (
     temperature_rows,
     without_uncertainty,
 )
-from accelcal.report.columns import aligned
-from accelcal.report.names import counted, visible_lines
+from accelcal.report.lines import aligned, counted, hanging, visible_lines
 from accelcal.report.numbers import in_small_unit, matching_digits, significant
-from accelcal.report.paragraphs import hanging
 from accelcal.report.residuals import residual_lines
 from accelcal.report.scale import sized
 from accelcal.results.quantity import Quantity

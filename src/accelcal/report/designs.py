@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from accelcal.report.columns import aligned
-from accelcal.report.names import visible_lines
+from accelcal.report.lines import aligned, visible_lines
 from accelcal.report.numbers import SMALL_UNITS, in_small_unit, significant
 from accelcal.results.designs import DesignComparison, Forecast, TestDesign, Visibility
 from accelcal.units import MICRO

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from accelcal.report.columns import aligned
 from accelcal.report.findings import chance, factor_rows, noise_line
-from accelcal.report.names import visible_lines
+from accelcal.report.lines import aligned, visible_lines, wrapped
 from accelcal.report.numbers import matching_digits, significant
-from accelcal.report.paragraphs import wrapped
 from accelcal.results.disagreement import Disagreement
 from accelcal.results.quantity import Quantity
 

@@ -6,11 +6,9 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from accelcal.errors import InputError
-from accelcal.report.columns import aligned
 from accelcal.report.findings import chance, factor_rows, noise_line
-from accelcal.report.names import visible_lines
+from accelcal.report.lines import aligned, visible_lines, wrapped
 from accelcal.report.numbers import in_small_unit, matching_digits, significant
-from accelcal.report.paragraphs import wrapped
 from accelcal.report.scale import plain, readable, sized
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import Change, Detectable, FoundEffect

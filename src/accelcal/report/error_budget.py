@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from accelcal.report.columns import aligned
-from accelcal.report.names import visible_lines
+from accelcal.report.lines import aligned, hanging, visible_lines
 from accelcal.report.numbers import significant
-from accelcal.report.paragraphs import hanging
 from accelcal.units import MICRO
 
 __all__ = ["TOGETHER", "budget_text", "joint_variance", "place"]

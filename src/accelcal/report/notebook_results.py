@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from accelcal.report.html import heading, items, safe, table
-from accelcal.report.names import counted
+from accelcal.report.lines import counted
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.report.scale import readable
 from accelcal.report.verdict import limit_row, remark

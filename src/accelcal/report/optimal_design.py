@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from accelcal.model import COEFFICIENTS
-from accelcal.report.columns import aligned
 from accelcal.report.designs import scaled, stand_line
-from accelcal.report.names import visible_lines
+from accelcal.report.lines import aligned, visible_lines
 from accelcal.results.optimal_design import OptimalDesign
 
 __all__ = ["optimal_text"]

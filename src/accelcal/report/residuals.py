@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from accelcal.report.calibration_rows import residual_grid
-from accelcal.report.columns import aligned
+from accelcal.report.lines import aligned
 
 __all__ = ["residual_lines"]
 

@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 
-from accelcal.report.columns import aligned
-from accelcal.report.names import visible_lines
+from accelcal.report.lines import WIDTH, aligned, hanging, visible_lines, wrapped
 from accelcal.report.numbers import significant
-from accelcal.report.paragraphs import WIDTH, hanging, wrapped
 from accelcal.results.stability import Estimate, Stability
 from accelcal.stability.noise_terms import TERMS
 from accelcal.units import HOUR

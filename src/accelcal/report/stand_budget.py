@@ -6,10 +6,8 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from accelcal.report.columns import aligned
-from accelcal.report.names import counted, visible_lines
+from accelcal.report.lines import aligned, counted, hanging, visible_lines
 from accelcal.report.numbers import in_small_unit, significant
-from accelcal.report.paragraphs import hanging
 from accelcal.units import MICRO
 
 __all__ = ["shares", "shown_unit", "stand_budget_text"]

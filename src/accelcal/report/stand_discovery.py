@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from statistics import median
 
-from accelcal.report.columns import aligned
 from accelcal.report.discovery import told
 from accelcal.report.findings import chance, probability
-from accelcal.report.names import visible_lines
+from accelcal.report.lines import aligned, visible_lines, wrapped
 from accelcal.report.numbers import in_small_unit, matching_digits, significant
-from accelcal.report.paragraphs import wrapped
 from accelcal.results.findings import Change
 from accelcal.results.stand_discovery import HeadPosition, StandDiscovery, StandEffect
 

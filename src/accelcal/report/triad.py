@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from accelcal.report.columns import aligned
-from accelcal.report.names import visible_lines
+from accelcal.report.lines import aligned, hanging, visible_lines
 from accelcal.report.numbers import matching_digits, significant
-from accelcal.report.paragraphs import hanging
 from accelcal.results.quantity import Quantity
 from accelcal.results.triad import TriadCalibration
 

@@ -6,10 +6,8 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from accelcal.report.columns import aligned
-from accelcal.report.names import visible_lines
+from accelcal.report.lines import aligned, hanging, visible_lines
 from accelcal.report.numbers import matching_digits
-from accelcal.report.paragraphs import hanging
 
 __all__ = ["limit_row", "remark", "verdict_text"]
 

@@ -1,0 +1,128 @@
+"""Lines of a report: safe to show, filled to the width of a terminal, aligned in columns."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from textwrap import wrap
+
+from accelcal.escapes import visible
+
+__all__ = ["WIDTH", "aligned", "counted", "hanging", "visible_lines", "wrapped"]
+
+WIDTH = 100
+"""Characters of the longest line."""
+
+
+def visible_lines(lines: Iterable[str]) -> str:
+    r"""Join the lines of a report, whatever names stand in them.
+
+    Parameters
+    ----------
+    lines : iterable of str
+        The lines.
+
+    Returns
+    -------
+    str
+        The text, each line with escapes as of `visible`.
+
+    Examples
+    --------
+    >>> visible_lines(["serial AL\n15", "K1"])
+    'serial AL\\n15\nK1'
+    """
+    return "\n".join(map(visible, lines))
+
+
+def counted(number: int, what: str) -> str:
+    """Write a number of things.
+
+    Parameters
+    ----------
+    number : int
+        How many.
+    what : str
+        One of them.
+
+    Returns
+    -------
+    str
+        Number and noun.
+
+    Examples
+    --------
+    >>> counted(1, "degree") + ", " + counted(3, "table")
+    '1 degree, 3 tables'
+    """
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def hanging(sentence: str, indent: str = "") -> list[str]:
+    """Fill lines, those after the first two characters deeper.
+
+    Parameters
+    ----------
+    sentence : str
+        What to say.
+    indent : str, optional
+        What stands before the first line.
+
+    Returns
+    -------
+    list of str
+        The lines.
+
+    Examples
+    --------
+    >>> [len(line) for line in hanging("drift " * 30)], hanging("drift " * 30)[1][:9]
+    ([95, 85], '  drift d')
+    """
+    return wrap(sentence, WIDTH, initial_indent=indent, subsequent_indent=indent + "  ")
+
+
+def wrapped(sentence: str, lead: str = "") -> list[str]:
+    """Fill lines, those after the first as deep as the words behind the lead.
+
+    Parameters
+    ----------
+    sentence : str
+        What to say.
+    lead : str, optional
+        What stands before the first line, such as ``"  - "``.
+
+    Returns
+    -------
+    list of str
+        The lines.
+    """
+    return wrap(sentence, WIDTH, initial_indent=lead, subsequent_indent=" " * len(lead))
+
+
+def aligned(rows: Sequence[Sequence[str]], right: Collection[int]) -> Iterator[str]:
+    r"""Align cells in columns.
+
+    Parameters
+    ----------
+    rows : sequence of sequence of str
+        The cells, as many in each row.
+    right : collection of int
+        Columns whose cells stand at the right.
+
+    Yields
+    ------
+    str
+        A line for each row.
+
+    Examples
+    --------
+    >>> print(*aligned([("bias", "3.3"), ("k", "12")], right={1}), sep="\n")
+    bias  3.3
+    k      12
+    """
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    for row in rows:
+        cells = (
+            cell.rjust(width) if i in right else cell.ljust(width)
+            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+        )
+        yield "  ".join(cells).rstrip()
