@@ -596,7 +596,7 @@ def test_shares_of_the_table_add_up(al15, temperature):
 
 
 def test_shares_of_the_picture_add_up(al15):
-    from accelcal.plot.budget_stack import shares
+    from accelcal.plot.error_budget import shares
 
     document = budget(al15, [0.0, 1.0], temperature=80.0).to_document()
     sums = np.sum(list(shares(document["points"]).values()), axis=0)

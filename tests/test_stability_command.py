@@ -12,7 +12,7 @@ import pytest
 from accelcal.cli.main import main
 from accelcal.errors import InputError, TableError
 from accelcal.io.stability_record import read_stability, read_stability_records
-from accelcal.plot.allan import both
+from accelcal.plot.stability import both
 from accelcal.plot.style import picture
 from accelcal.stability.analysis import analyse
 

@@ -138,6 +138,6 @@ def _calibrated(path: str, scale_factor: float | None, record: StabilityRecord) 
 
 def _draw(path: str, result: Stability, record: StabilityRecord) -> None:
     from accelcal.cli.deliver import deliver_picture
-    from accelcal.plot.allan import both
+    from accelcal.plot.stability import both
 
     deliver_picture(lambda: both(result, record), path)

@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from accelcal.plot.style import SMALL, canvases, palette, styled
+from accelcal.report.error_budget import joint_variance, place
+from accelcal.units import MICRO
+
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from accelcal.results.error_budget import ErrorBudget
 
-__all__ = ["ErrorBudgetPlot"]
+__all__ = ["ErrorBudgetPlot", "shares"]
+
+Document = Mapping[str, Any]
+Table = Mapping[str, list[float]]
+
+_COEFFICIENTS = "all coefficients together"
+_LABELLED = 16  # bars; of more, the axis has numbers only
+_HATCHES = ("", "////", "....")
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +40,7 @@ class ErrorBudgetPlot:
 
     budget: ErrorBudget
 
+    @styled
     def stack(self, axes: Any = None) -> Any:
         """Draw the components on top of one another, a bar a point.
 
@@ -38,7 +53,121 @@ class ErrorBudgetPlot:
         -------
         ndarray of Axes, shape (3,)
             Systematic parts, bounds of (4), and shares of the expanded uncertainty.
-        """
-        from accelcal.plot.budget_stack import budget_stack
 
-        return budget_stack(self.budget.to_document(), axes)
+        Notes
+        -----
+        A component of standard uncertainty u_i has the share U u_i^2 / u_c^2 of the expanded
+        uncertainty U, so that the shares add up to U. The errors of the coefficients are correlated
+        and cancel in part, so they have one share together.
+        """
+        document = self.budget.to_document()
+        points = document["points"]
+        width = max(9.0, min(5.0 + 0.8 * len(points), 16.0))
+        own = axes is None
+        panels = canvases(axes, 3, 1, (width, 9.0))
+        handles = _draw(panels, points)
+        figure = panels[0].figure
+        if own:
+            figure.suptitle(f"Error by (4), {document['serial'] or document['source']}")
+            figure.legend(handles=list(handles.values()), loc="outside right center")
+        else:
+            panels[0].legend(
+                handles=list(handles.values()), loc="upper left", bbox_to_anchor=(1.0, 1)
+            )
+        return panels
+
+
+def _draw(panels: Sequence[Axes], points: Sequence[Document]) -> dict[str, Any]:
+    """Fill the panels; return one bar of each component, for the legend."""
+    titles = ("systematic part", "bounds behind ± in (4), added", "shares of U (95 %), GUM")
+    tables = _parts(points, "value"), _parts(points, "bound"), shares(points)
+    totals = ("systematic", "bound", "expanded_uncertainty")
+    looks = _looks(tables)
+    shown: dict[str, Any] = {}
+    for ax, title, table, total in zip(panels, titles, tables, totals, strict=True):
+        ax.grid(visible=False, axis="x")
+        shown = _stack(ax, table, looks) | shown
+        sums = [MICRO * point[total] for point in points]
+        ink = palette().ink
+        shown["total"] = ax.plot(range(len(points)), sums, "D", color=ink, ms=4, label="total")[0]
+        ax.set(title=title[0].upper() + title[1:], ylabel="error [µg]")
+        ax.axhline(0.0, color=ink, lw=0.8)
+        _name_points(ax, points, last=ax is panels[-1])
+    return shown
+
+
+def _parts(points: Sequence[Document], key: str) -> dict[str, list[float]]:
+    """Component -> its size at each point [ug]; those that are zero everywhere are left out."""
+    table: dict[str, list[float]] = {}
+    for point in points:
+        for part in point["components"]:
+            table.setdefault(_label(part), []).append(MICRO * part[key])
+    return {name: sizes for name, sizes in table.items() if any(sizes)}
+
+
+def shares(points: Sequence[Document]) -> dict[str, list[float]]:
+    """Tell the share of the expanded uncertainty that each component has.
+
+    Parameters
+    ----------
+    points : sequence of mapping
+        The ``"points"`` of a budget.
+
+    Returns
+    -------
+    dict of str to list of float
+        Component -> its share at each point [ug]; correlated ones have one together.
+    """
+    found: dict[str, list[float]] = {}
+    for point in points:
+        weight = _per_variance(point)
+        found.setdefault(_COEFFICIENTS, []).append(weight * joint_variance(point))
+        for part in point["components"]:
+            if not part["correlated"]:
+                share = weight * part["standard_uncertainty"] ** 2
+                found.setdefault(_label(part), []).append(share)
+    return {name: sizes for name, sizes in found.items() if any(sizes)}
+
+
+def _label(part: Document) -> str:
+    return f"{part['symbol']}  {part['name']}"
+
+
+def _per_variance(point: Document) -> float:
+    variance = point["standard_uncertainty"] ** 2
+    return MICRO * point["expanded_uncertainty"] / variance if variance > 0.0 else 0.0
+
+
+def _stack(ax: Axes, table: Table, looks: Mapping[str, Mapping[str, str]]) -> dict[str, Any]:
+    """Stack the positive parts upwards and the negative ones downwards."""
+    bars: dict[str, Any] = {}
+    tops: dict[tuple[int, bool], float] = {}
+    for name, sizes in table.items():
+        bases = [tops.get((i, size < 0.0), 0.0) for i, size in enumerate(sizes)]
+        bars[name] = ax.bar(range(len(sizes)), sizes, 0.7, bases, label=name, lw=0, **looks[name])  # type: ignore[arg-type]
+        for i, (base, size) in enumerate(zip(bases, sizes, strict=True)):
+            tops[i, size < 0.0] = base + size
+    return bars
+
+
+def _looks(tables: Sequence[Table]) -> dict[str, dict[str, str]]:
+    """A colour, and behind the last colour a hatch, for each component, the same in all panels."""
+    names = dict.fromkeys(name for table in tables for name in table)
+    series, paper = palette().series, palette().paper
+    return {
+        name: {
+            "color": series[number % len(series)],
+            "hatch": _HATCHES[number // len(series) % len(_HATCHES)],
+            "edgecolor": paper,
+        }
+        for number, name in enumerate(names)
+    }
+
+
+def _name_points(ax: Axes, points: Sequence[Document], *, last: bool) -> None:
+    ax.tick_params(labelbottom=last)
+    if len(points) <= _LABELLED:
+        labels = [place(point).replace(", ", "\n").replace("degC", "°C") for point in points]
+        ax.set_xticks(range(len(points)), labels, fontsize=SMALL)
+    elif last:
+        ax.set_xlabel("point, counted from 0 in the order of the table")

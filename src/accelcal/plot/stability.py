@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from accelcal.arguments.kinds import expect
+from accelcal.errors import InputError
+from accelcal.plot.style import canvas, canvases, palette, styled
+from accelcal.report.scale import readable
+from accelcal.stability.noise_terms import TERMS
+from accelcal.stability.record import StabilityRecord
+from accelcal.units import HOUR
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from accelcal.results.stability import Stability
-    from accelcal.stability.record import StabilityRecord
 
-__all__ = ["StabilityPlot"]
+__all__ = ["StabilityPlot", "both"]
+
+_MOST_POINTS = 150
+_MOST_NAMED = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +42,7 @@ class StabilityPlot:
 
     stability: Stability
 
+    @styled
     def allan(self, ax: Axes | None = None) -> Axes:
         """Draw the overlapping Allan deviation with its band, and the noise terms in it.
 
@@ -42,10 +56,33 @@ class StabilityPlot:
         Axes
             Logarithmic axes.
         """
-        from accelcal.plot.allan import allan
+        ax, found = canvas(ax, (5.6, 4.2)), self.stability.allan
+        ax.set_title("Overlapping Allan deviation")
+        if not found.tau_s:
+            ax.set(xticks=[], yticks=[])
+            ax.text(0.5, 0.5, "not determined", ha="center", transform=ax.transAxes)
+            return ax
+        factor, unit = readable(self.stability.unit, found.deviation)
+        tau = np.array(found.tau_s)
+        low, middle, high = (
+            factor * np.array(x) for x in (found.lower, found.deviation, found.upper)
+        )
+        colours = palette()
+        name = f"measured, {100 * found.level:.0f} % band"
+        ax.fill_between(tau, low, high, color=colours.series[0], alpha=0.2, lw=0)
+        ax.loglog(tau, middle, "o-", ms=4, color=colours.series[0], label=name)
+        for number, (symbol, term) in enumerate(self.stability.noise_terms.items(), start=1):
+            if term.value is not None:
+                line = factor * term.value * np.sqrt(TERMS[symbol].variance(tau))
+                near = (line > 0.5 * low.min()) & (line < 2.0 * high.max())
+                colour, label = colours.series[number], f"{TERMS[symbol].name} {symbol}"
+                ax.plot(tau[near], line[near], "--", lw=1.1, color=colour, label=label)
+        ax.set(xlabel="averaging time [s]", ylabel=f"deviation [{unit}]")
+        _plain_numbers(ax)
+        ax.legend(loc="best")
+        return ax
 
-        return allan(self.stability, ax)
-
+    @styled
     def record(self, record: StabilityRecord, ax: Axes | None = None) -> Axes:
         """Draw the bias in each launch with its trend line.
 
@@ -61,6 +98,78 @@ class StabilityPlot:
         Axes
             Time since the start of each launch, and bias less the mean of all launches.
         """
-        from accelcal.plot.allan import bias_in_time
+        expect(record, StabilityRecord)
+        ax, launches = canvas(ax, (5.6, 4.2)), self.stability.launches
+        longest = max((launch.duration_s for launch in launches), default=1.0)
+        size, name = (
+            (HOUR, "h") if longest > 7200 else (60.0, "min") if longest > 120 else (1.0, "s")
+        )
+        centre = math.fsum(launch.level for launch in launches) / max(len(launches), 1)
+        factor, unit = readable(self.stability.unit, [e.fluctuation.value or 0.0 for e in launches])
+        resting = [launch for launch in record.launches if launch.is_at_rest]
+        if len(resting) != len(launches):
+            raise InputError(
+                f"{len(resting)} launches at rest in the record, and {len(launches)} in the"
+                " analysis; give the record that was analysed"
+            )
+        series = palette().series
+        for number, (shown, launch) in enumerate(zip(launches, resting, strict=True)):
+            colour = series[number % len(series)]
+            time, output = _thinned(
+                launch.time, launch.output / (self.stability.scale_factor or 1.0)
+            )
+            ax.plot(time / size, factor * (output - centre), color=colour, lw=0.7, alpha=0.5)
+            ends = launch.time[[0, -1]]
+            line = shown.level + (shown.drift.value or 0.0) * ends - centre
+            label = f"launch {shown.label}" if 1 < len(launches) <= _MOST_NAMED else None
+            ax.plot(ends / size, factor * line, color=colour, lw=2.0, label=label)
+        ax.set(
+            xlabel=f"time since the start of the launch [{name}]", ylabel=f"bias change [{unit}]"
+        )
+        ax.set_title("Bias in each launch, with its trend line")
+        if 1 < len(launches) <= _MOST_NAMED:
+            ax.legend(loc="best", ncols=2)
+        return ax
 
-        return bias_in_time(self.stability, record, ax)
+
+@styled
+def both(stability: Stability, record: StabilityRecord) -> Any:
+    """Draw the bias in time and the Allan deviation side by side.
+
+    Parameters
+    ----------
+    stability : Stability
+        The analysis.
+    record : StabilityRecord
+        The record that was analysed.
+
+    Returns
+    -------
+    ndarray of Axes, shape (2,)
+        In a figure of their own.
+    """
+    panels = canvases(None, 1, 2, (11.0, 4.6))
+    panels[0].figure.suptitle(f"Stability of {stability.serial or stability.source}")
+    stability.plot.record(record, panels[0])
+    stability.plot.allan(panels[1])
+    return panels
+
+
+def _plain_numbers(ax: Axes) -> None:
+    """Label logarithmic axes with 1, 2, 5, 10 where they are short, else with decades."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    for axis in (ax.xaxis, ax.yaxis):
+        low, high = sorted(axis.get_view_interval())
+        decades = math.log10(high / low)
+        steps = (1.0, 2.0, 5.0) if decades < 3.0 else (1.0,)
+        axis.set_major_locator(LogLocator(subs=steps))
+        axis.set_major_formatter(FuncFormatter(lambda number, _: f"{number:g}"))
+        axis.set_minor_formatter(NullFormatter())
+
+
+def _thinned(time: Any, output: Any) -> tuple[Any, Any]:
+    """Means over short spans, so that a long record is no blot."""
+    width = max(math.ceil(time.size / _MOST_POINTS), 1)
+    whole = time.size // width * width
+    return tuple(values[:whole].reshape(-1, width).mean(axis=1) for values in (time, output))

@@ -2,13 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from accelcal.errors import InputError
+from accelcal.plot.style import canvases, palette, styled
+from accelcal.report.stand_budget import shares, shown_unit
 
 if TYPE_CHECKING:
     from accelcal.results.stand_budget import StandBudget
 
 __all__ = ["StandBudgetPlot"]
+
+Document = Mapping[str, Any]
+
+_DRAWN = ("K1", "k0", "k2", "k3", "delta", "delta_ip")
+_SLOPES = ("lam1", "lam2", "beta1", "beta2", "gam1", "gam2")
+_BARS = 6
+_COLUMNS = 3
+_REST = "all others"
+_LEAST = 1e-5
+"""Part of the variance from which on a component has a bar."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +43,7 @@ class StandBudgetPlot:
 
     budget: StandBudget
 
+    @styled
     def pareto(self, axes: Any = None) -> Any:
         """Draw what each component does to each coefficient, the largest first.
 
@@ -39,6 +57,79 @@ class StandBudgetPlot:
         ndarray of Axes
             A Pareto chart for each coefficient.
         """
-        from accelcal.plot.stand_pareto import stand_pareto
+        document = self.budget.to_document()
+        places = _places(document)
+        if not places:
+            raise InputError("no coefficient has an uncertainty; there is nothing to draw")
+        axes = _panels(document, len(places)) if axes is None else axes
+        panels = canvases(axes, len(places), 1, (0.0, 0.0))
+        colours = _colours(document, places)
+        for panel, place in zip(panels, places, strict=True):
+            _panel(panel, document, place, colours)
+        return panels
 
-        return stand_pareto(self.budget.to_document(), axes)
+
+def _places(document: Document) -> list[int]:
+    """Coefficients that are drawn, in the order of the panels."""
+    coefficients = document["coefficients"]
+    wanted = (*_DRAWN, *_SLOPES)
+    places = [
+        i
+        for i, own in enumerate(coefficients)
+        if own["symbol"] in wanted and not own["where"] and own["standard_uncertainty"] > 0.0
+    ]
+    return sorted(places, key=lambda i: wanted.index(coefficients[i]["symbol"]))
+
+
+def _panels(document: Document, count: int) -> Any:
+    """A figure of its own with a panel for each coefficient."""
+    columns = min(_COLUMNS, count)
+    rows = -(-count // columns)
+    axes = canvases(None, rows, columns, (4.0 * columns, 2.5 * rows + 0.6))
+    for spare in axes[count:]:
+        spare.remove()
+    axes[0].figure.suptitle(
+        f"{document['stand']}: bars are standard uncertainties by component, the line is their"
+        " part of u² added up"
+    )
+    return axes[:count]
+
+
+def _colours(document: Document, places: Sequence[int]) -> dict[str, str]:
+    """A colour for each component, from those that matter most on."""
+    most: dict[str, float] = {}
+    for place in places:
+        for name, share in shares(document, place):
+            most[name] = max(share, most.get(name, 0.0))
+    ordered = sorted(most, key=lambda name: -most[name])
+    named = dict(zip(ordered, palette().series, strict=False))
+    return {name: named.get(name, palette().muted) for name in ordered}
+
+
+def _panel(ax: Any, document: Document, place: int, colours: Mapping[str, str]) -> None:
+    own = document["coefficients"][place]
+    unit, factor = shown_unit(own)
+    bars = _bars(document, place)
+    u = factor * own["standard_uncertainty"]
+    sizes = [u * np.sqrt(share) for _, share in bars]
+    at = np.arange(len(bars))
+    ax.bar(at, sizes, 0.7, color=[colours.get(name, palette().muted) for name, _ in bars])
+    together = [u * part for part in np.cumsum([share for _, share in bars])]
+    ax.plot(at, together, "o-", color=palette().ink, ms=3.0, lw=1.0)
+    ax.axhline(u, color=palette().muted, lw=0.8, ls=":")
+    ax.set_xticks(at, [name for name, _ in bars], rotation=30, ha="right")
+    ax.set(ylabel=unit, ylim=(0.0, 1.12 * u), title=f"{own['symbol']}: u = {u:.3g} {unit}")
+    ax.grid(visible=False, axis="x")
+    percent = ax.secondary_yaxis(
+        "right", functions=(lambda y: 100.0 * y / u, lambda p: 0.01 * p * u)
+    )
+    percent.set_yticks([0, 50, 100], ["0", "50", "100 %"], color=palette().muted)
+
+
+def _bars(document: Document, place: int) -> list[tuple[str, float]]:
+    """Components that count, the largest first, and the others together behind them."""
+    found = [item for item in shares(document, place) if item[1] > _LEAST]
+    if len(found) <= _BARS:
+        return found
+    rest = sum(share for _, share in found[_BARS - 1 :])
+    return [*found[: _BARS - 1], (_REST, rest)]

@@ -5,12 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from accelcal.arguments.options import check_text
+from accelcal.errors import InputError
+from accelcal.plot.style import canvas, entitled, palette, styled
+from accelcal.report.scale import readable
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from accelcal.results.stand_discovery import StandDiscovery
+    from accelcal.results.stand_discovery import StandDiscovery, StandEffect
 
 __all__ = ["StandPlot"]
+
+_MOST_NAMED = 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +37,7 @@ class StandPlot:
 
     stand: StandDiscovery
 
+    @styled
     def head(self, ax: Axes | None = None) -> Axes:
         """Draw the errors of the head positions.
 
@@ -41,10 +51,24 @@ class StandPlot:
         Axes
             True minus nominal angle with 95 % intervals.
         """
-        from accelcal.plot.head_and_units import head
+        ax = canvas(ax)
+        ax.set_title("Errors of the head positions")
+        head = self.stand.head
+        if not head:
+            ax.set(xticks=[], yticks=[])
+            ax.text(0.5, 0.5, "head uncertainty not declared", ha="center", transform=ax.transAxes)
+            return ax
+        angles = [position.angle_deg for position in head]
+        values = np.array([position.error.value or 0.0 for position in head])
+        half = np.array([position.error.expanded_uncertainty or 0.0 for position in head])
+        factor, unit = readable("rad", values, half)
+        ax.axhline(0.0, color=palette().ink, lw=0.8)
+        ax.errorbar(angles, factor * values, factor * half, marker="o", ls="")
+        ax.set(xlabel="head angle [°]", ylabel=f"true − nominal, 95 % interval [{unit}]")
+        ax.set_xticks(np.arange(0.0, 361.0, 45.0))
+        return ax
 
-        return head(self.stand, ax)
-
+    @styled
     def sizes(self, effect: str | None = None, ax: Axes | None = None) -> Axes:
         """Draw the size of an effect, unit by unit.
 
@@ -65,6 +89,33 @@ class StandPlot:
         InputError
             If no such effect was found.
         """
-        from accelcal.plot.head_and_units import sizes
+        item = _effect(self.stand, effect)
+        known = {unit: q for unit, q in item.sizes.items() if q.value is not None}
+        values = np.array([q.value for q in known.values()], dtype=float)
+        half = np.array([q.expanded_uncertainty or 0.0 for q in known.values()])
+        factor, unit = readable(next((q.unit for q in known.values()), "1"), values, half)
+        ax = canvas(ax, (max(4.6, min(2.4 + 0.5 * len(known), 10.0)), 3.6))
+        common = next(iter(item.parameters.values()), None)
+        if common is not None and common.value is not None:
+            wide = factor * (common.expanded_uncertainty or 0.0)
+            middle = factor * common.value
+            ax.axhspan(middle - wide, middle + wide, color=palette().series[1], alpha=0.18, lw=0)
+            ax.axhline(middle, color=palette().series[1], label="all units together, 95 % band")
+        ax.axhline(0.0, color=palette().ink, lw=0.8)
+        places = range(len(known))
+        ax.errorbar(places, factor * values, factor * half, marker="o", ls="", label="unit, 95 %")
+        every = max(1, -(-len(known) // _MOST_NAMED))
+        ax.set_xticks(list(places)[::every], list(known)[::every], rotation=35, ha="right")
+        ax.set(xlabel="unit", ylabel=f"size [{unit}]")
+        return entitled(ax, f"{item.name[0].upper()}{item.name[1:]}: {item.verdict}")
 
-        return sizes(self.stand, effect, ax)
+
+def _effect(stand: StandDiscovery, effect: str | None) -> StandEffect:
+    check_text(effect=effect)
+    found = {item.id: item for item in stand.effects}
+    if not found:
+        raise InputError("no effect was found over the units; there are no sizes to show")
+    chosen = next(iter(found)) if effect is None else effect
+    if chosen not in found:
+        raise InputError(f"effect {chosen!r} was not found; the stand has {', '.join(found)}")
+    return found[chosen]
