@@ -12,14 +12,7 @@ import numpy as np
 
 from accelcal.errors import InputError
 
-__all__ = [
-    "as_given",
-    "each_of",
-    "expect",
-    "kind_of",
-    "path_text",
-    "several",
-]
+__all__ = ["as_given", "each_of", "expect", "is_finite", "kind_of", "path_text", "several"]
 
 _KINDS = {
     "Acceleration": ("accelerations", "make them by accelcal.accelerations(angles)"),
@@ -216,12 +209,13 @@ def as_given(value: object) -> str:
     """A number or text as it is, anything else by its kind, as messages have it."""
     if isinstance(value, str):
         return repr(value if len(value) <= 40 else value[:37] + "...")
-    if isinstance(value, int) and not _is_finite(value):
+    if isinstance(value, int) and not is_finite(value):
         return "a whole number beyond all floats"
     return str(value) if isinstance(value, Real) else kind_of(value)
 
 
-def _is_finite(value: float) -> bool:
+def is_finite(value: float) -> bool:
+    """Tell whether a number is finite, and no whole number beyond all floats."""
     try:
         return math.isfinite(value)
     except OverflowError:  # a whole number beyond all floats

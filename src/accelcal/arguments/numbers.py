@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.arguments.kinds import as_given
+from accelcal.arguments.kinds import as_given, is_finite
 from accelcal.errors import InputError
 
 __all__ = [
@@ -45,7 +45,7 @@ def check_number(minimum: float = -math.inf, maximum: float = math.inf, /, **val
     accelcal.errors.InputError: hours is '8'; it is a finite number
     """
     for name, value in values.items():
-        if not _is_number(value) or not _is_finite(value):
+        if not _is_number(value) or not is_finite(value):
             raise InputError(f"{name} is {as_given(value)}; it is a finite number")
         if value < minimum:
             raise InputError(f"{name} is {value}; it is {minimum:g} or more")
@@ -170,10 +170,3 @@ def refuse_other_order(columns: Mapping[Any, Any]) -> None:
 
 def _is_number(value: object) -> bool:
     return isinstance(value, (float, Real)) and not isinstance(value, bool)  # float is quick
-
-
-def _is_finite(value: float) -> bool:
-    try:
-        return math.isfinite(value)
-    except OverflowError:  # a whole number beyond all floats
-        return False

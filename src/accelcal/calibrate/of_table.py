@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.calibrate.quantities import TableQuantities, table_quantities
-from accelcal.estimate.error_sources import finite_or_none
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.stack_of_one import stack_of_one
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.model import COEFFICIENTS
 from accelcal.record import TumbleRecord
+from accelcal.results.mapping import finite_or_none
 from accelcal.results.quantity import Gate, Residuals
 from accelcal.results.table import TableCalibration
 

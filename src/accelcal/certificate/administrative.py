@@ -56,7 +56,7 @@ def administrative_data(calibration: Calibration, known: Laboratory) -> Element:
 def software(calibration: Calibration) -> Element:
     """Name what made the calibration."""
     release = calibration.software.removeprefix("accelcal ") or __version__
-    return dcc("software", named("name", "accelcal"), dcc("release", release))
+    return dcc("software", named("accelcal"), dcc("release", release))
 
 
 def _core_data(calibration: Calibration, known: Laboratory) -> Element:
@@ -99,7 +99,7 @@ def _item(calibration: Calibration, known: Laboratory) -> Element:
     identification = dcc("identification", dcc("issuer", issuer), dcc("value", serial))
     return dcc(
         "item",
-        named("name", _MODEL),
+        named(_MODEL),
         _contact("manufacturer", known.manufacturer),
         dcc("model", known.model) if known.model else None,
         dcc("identifications", identification),
@@ -131,7 +131,7 @@ def _contact(tag: str, contact: Contact, *, located: bool = False) -> Element:
         place = [rich("further", [NOT_STATED])]
     return dcc(
         tag,
-        named("name", contact.name),
+        named(contact.name),
         dcc("eMail", contact.email) if contact.email else None,
         dcc("phone", contact.phone) if contact.phone else None,
         dcc("location", *place) if place else None,

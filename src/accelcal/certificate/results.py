@@ -60,7 +60,7 @@ def measurement_results(calibration: Calibration) -> Element:
         "measurementResults",
         dcc(
             "measurementResult",
-            named("name", "tumble test in the gravity field"),
+            named("tumble test in the gravity field"),
             dcc("usedMethods", _method(calibration)),
             dcc("usedSoftware", software(calibration)),
             dcc("results", *results),
@@ -72,7 +72,7 @@ def _method(calibration: Calibration) -> Element:
     robust = ", made safe against outliers" if calibration.robust else ""
     return dcc(
         "usedMethod",
-        named("name", "multi-position tumble test"),
+        named("multi-position tumble test"),
         rich("description", [f"Estimator: {calibration.method}{robust}."]),
         dcc("norm", "IEEE 1293"),
     )
@@ -91,14 +91,14 @@ def _table(table: TableCalibration, calibration: Calibration) -> Element:
     covariance = _covariance(table, calibration)
     return dcc(
         "result",
-        named("name", title),
-        dcc("data", dcc("list", named("name", "coefficients"), *data), covariance),
+        named(title),
+        dcc("data", dcc("list", named("coefficients"), *data), covariance),
     )
 
 
 def _temperature(celsius: float) -> Element:
     real = si("real", si("value", _number(celsius)), si("unit", r"\degreecelsius"))
-    return dcc("quantity", named("name", "temperature"), real)
+    return dcc("quantity", named("temperature"), real)
 
 
 def _laws(model: TemperatureModel, calibration: Calibration, whose: str) -> Element:
@@ -106,8 +106,8 @@ def _laws(model: TemperatureModel, calibration: Calibration, whose: str) -> Elem
     title = f"temperature laws about T0 = {calibration.T0_degC:.6g} degC{whose}"
     return dcc(
         "result",
-        named("name", title),
-        dcc("data", dcc("list", named("name", "temperature laws"), *data)),
+        named(title),
+        dcc("data", dcc("list", named("temperature laws"), *data)),
     )
 
 
@@ -122,8 +122,8 @@ def _reversal(found: FixtureAngle, calibration: Calibration) -> Element:
     )
     return dcc(
         "result",
-        named("name", title),
-        dcc("data", dcc("list", named("name", "both sides of one axis"), *data)),
+        named(title),
+        dcc("data", dcc("list", named("both sides of one axis"), *data)),
     )
 
 
@@ -132,11 +132,11 @@ def _quantity(name: str, quantity: Quantity, calibration: Calibration, meaning: 
     if meaning != name:
         title += f", which stands for {meaning}"
     if quantity.value is None:
-        return dcc("quantity", named("name", title), rich("noQuantity", ["not determined"]))
+        return dcc("quantity", named(title), rich("noQuantity", ["not determined"]))
     found = _in_si(quantity.unit, calibration.g_local_m_s2)
     if found is None:
         told = [f"{_number(quantity.value)} {quantity.unit}", *_told_uncertainty(quantity)]
-        return dcc("quantity", named("name", title), rich("noQuantity", told))
+        return dcc("quantity", named(title), rich("noQuantity", told))
     unit, factor = found
     real = si(
         "real",
@@ -145,7 +145,7 @@ def _quantity(name: str, quantity: Quantity, calibration: Calibration, meaning: 
         si("unit", unit),
         _uncertainty(quantity, factor),
     )
-    return dcc("quantity", named("name", title), real)
+    return dcc("quantity", named(title), real)
 
 
 def _told_uncertainty(quantity: Quantity) -> Iterator[str]:
@@ -194,7 +194,7 @@ def _covariance(table: TableCalibration, calibration: Calibration) -> Element | 
         _column(name, row, own, known, names)
         for name, row, own in zip(names, table.covariance_matrix, known, strict=True)
     ]
-    return dcc("list", named("name", "covariance of the coefficients"), *columns)
+    return dcc("list", named("covariance of the coefficients"), *columns)
 
 
 def _column(
@@ -207,7 +207,7 @@ def _column(
     values = (value * own[1] * other[1] for value, other in zip(row, units, strict=True))
     return dcc(
         "quantity",
-        named("name", f"covariance with {name}"),
+        named(f"covariance with {name}"),
         si(
             "realListXMLList",
             si("labelXMLList", " ".join(names)),

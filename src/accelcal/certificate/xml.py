@@ -26,9 +26,9 @@ def si(tag: str, *children: Child | str, **attributes: str) -> Element:
     return _element(f"{{{SI}}}{tag}", children, attributes)
 
 
-def named(tag: str, text: str) -> Element:
-    """Make an element of the DCC that holds a text in English."""
-    return dcc(tag, dcc("content", text, lang="en"))
+def named(text: str) -> Element:
+    """Make the name of an element of the DCC, in English."""
+    return rich("name", [text])
 
 
 def rich(tag: str, texts: Iterable[str]) -> Element:

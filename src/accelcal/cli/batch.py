@@ -14,6 +14,7 @@ from accelcal.cli.deliver import remark
 from accelcal.cli.fit_arguments import fit_arguments, models_in, specification_in
 from accelcal.cli.options import calibration_options, effects_option, output_option
 from accelcal.errors import InputError
+from accelcal.report.lines import counted
 
 if TYPE_CHECKING:
     from accelcal.archive.batch import BatchCounts
@@ -89,20 +90,16 @@ def _tell(counts: BatchCounts, path: str) -> None:
     where = results(path)["errors"]
     if not counts.fitted:
         first = counts.errors[0][1]
-        files = _counted(counts.files, "file")
+        files = counted(counts.files, "file")
         raise InputError(f"none of {files} can be used, see {where}; first: {first}")
-    said = f"{_counted(counts.fitted, 'calibration')} from {_counted(counts.files, 'file')}"
+    said = f"{counted(counts.fitted, 'calibration')} from {counted(counts.files, 'file')}"
     if counts.errors:
-        said += f"; {_counted(len(counts.errors), 'error')}, see {where}"
+        said += f"; {counted(len(counts.errors), 'error')}, see {where}"
     if counts.failed:
         said += f"; {counts.failed} fail the data sheet"
     remark(said)
     if counts.errors or counts.failed:
         click.get_current_context().exit(1)
-
-
-def _counted(count: int, what: str) -> str:
-    return f"{count} {what}{'' if count == 1 else 's'}"
 
 
 @contextmanager

@@ -15,6 +15,7 @@ from accelcal.cli.options import (
     number,
     numbers,
     output_option,
+    words,
 )
 from accelcal.errors import InputError
 
@@ -31,11 +32,6 @@ def whole_numbers(text: str) -> tuple[int, ...]:
     if any(value < 1.0 or value != int(value) for value in found):
         raise click.BadParameter(f"{text!r}: write whole numbers above zero, as 6,8,12.")
     return tuple(map(int, found))
-
-
-def sides(text: str) -> tuple[str, ...]:
-    """Type of an option: words separated by commas, as in ``o+,o-``."""
-    return tuple(item.strip() for item in text.split(","))
 
 
 def target(text: str) -> tuple[str, float]:
@@ -77,7 +73,7 @@ def target(text: str) -> tuple[str, float]:
 )
 @click.option(
     "--mountings",
-    type=sides,
+    type=words,
     multiple=True,
     metavar="SIDE,...",
     help="Mountings o+, o-, p+ or p- in their order [o+]; may be given several times.",

@@ -30,6 +30,7 @@ __all__ = [
     "reference_temperature_option",
     "report_option",
     "setting",
+    "words",
 ]
 
 SECONDS = {"s": 1.0, "min": 60.0, "h": HOUR}
@@ -59,6 +60,11 @@ def number(text: str) -> float:
 def numbers(text: str) -> tuple[float, ...]:
     """Type of an option: finite numbers separated by commas, as in ``20,80,-40``."""
     return tuple(number(item) for item in text.split(","))
+
+
+def words(text: str) -> tuple[str, ...]:
+    """Type of an option: words separated by commas, as in ``o+,o-``."""
+    return tuple(item.strip() for item in text.split(","))
 
 
 def durations(text: str) -> tuple[float, ...]:

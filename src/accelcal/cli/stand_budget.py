@@ -9,7 +9,7 @@ import click
 from click.core import ParameterSource
 
 from accelcal.cli.deliver import refuse_stdin_twice, refuse_to_overwrite
-from accelcal.cli.options import fixture_angle, number, numbers
+from accelcal.cli.options import fixture_angle, number, numbers, words
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:
@@ -37,11 +37,6 @@ def _trials(text: str) -> int | None:
     if value != int(value) or value < 0:
         raise click.BadParameter(f"{text!r}; write a whole number, or {_ADAPTIVE}.")
     return int(value)
-
-
-def _sides(text: str) -> tuple[str, ...]:
-    """Type of an option: mountings separated by commas."""
-    return tuple(item.strip() for item in text.split(","))
 
 
 def _target(text: str) -> tuple[str, str]:
@@ -84,7 +79,7 @@ _OPTIONS = (
     ),
     click.option(
         "--mountings",
-        type=_sides,
+        type=words,
         metavar="SIDE,...",
         help="With --stand: mountings o+, o-, p+, p- in their order [o+].",
     ),

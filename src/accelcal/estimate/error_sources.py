@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.numerics.sorting import median
+from accelcal.results.mapping import finite_or_none
 from accelcal.results.quantity import ErrorSource
 
-__all__ = ["error_sources", "finite_or_none"]
+__all__ = ["error_sources"]
 
 
 def error_sources(
@@ -58,19 +57,3 @@ def error_sources(
         )
     ]
     return (*readings, *others)
-
-
-def finite_or_none(value: float) -> float | None:
-    """Turn what JSON has no number for into None.
-
-    Parameters
-    ----------
-    value : float
-        A number, infinite or NaN.
-
-    Returns
-    -------
-    float or None
-        The number, if it is finite.
-    """
-    return float(value) if np.isfinite(value) else None

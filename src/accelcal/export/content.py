@@ -19,6 +19,7 @@ from accelcal.effects.left_in_use import static_in_use
 from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.calibration import Calibration
+from accelcal.results.mapping import finite_or_none
 from accelcal.version import __version__
 
 __all__ = ["SIGN_CONVENTION", "covariance_rows", "export_content", "refuse_effects"]
@@ -101,15 +102,17 @@ def export_content(
         "new_launch": {
             "note": _LAUNCH,
             "bias": found.launch.bias,
-            "bias_dof": _known(found.launch.bias_dof),
+            "bias_dof": finite_or_none(found.launch.bias_dof),
             "scale_factor": found.launch.scale_factor,
-            "scale_factor_dof": _known(found.launch.scale_factor_dof),
+            "scale_factor_dof": finite_or_none(found.launch.scale_factor_dof),
             "hysteresis": found.hysteresis,
         },
         "covariance": {
             "note": _COVARIANCE,
             "symbols": [symbol for symbol, _ in covariance_rows(found)],
-            "matrix": [[_known(value) for value in row] for _, row in covariance_rows(found)],
+            "matrix": [
+                [finite_or_none(value) for value in row] for _, row in covariance_rows(found)
+            ],
         },
     }
 
@@ -173,7 +176,7 @@ def coefficients(found: Compensation) -> list[dict[str, Any]]:
         if row["symbol"] in found.undetermined:
             row["value"] = None
         elif row["symbol"] in sigma:
-            row["standard_uncertainty"] = _known(float(sigma[row["symbol"]]))
+            row["standard_uncertainty"] = finite_or_none(float(sigma[row["symbol"]]))
         if row["standard_uncertainty"] is not None:
             factor = student_quantile(LEVEL, freedom.get(row["symbol"], math.inf))
             row["expanded_uncertainty"] = factor * row["standard_uncertainty"]
@@ -205,7 +208,7 @@ def _law_rows(symbol: str, law: Law, units: tuple[str, str], meaning: str) -> li
 def _slope_row(symbol: str, slope: Slope, unit: str, meaning: str) -> dict[str, Any]:
     row = _row(symbol, slope.value if slope.determined else None, unit, meaning)
     if slope.determined:
-        row["standard_uncertainty"] = _known(slope.standard_uncertainty)
+        row["standard_uncertainty"] = finite_or_none(slope.standard_uncertainty)
     return row
 
 
@@ -249,7 +252,3 @@ def _ieee(found: Compensation) -> dict[str, Any]:
         )
         for axis in found.axes
     }
-
-
-def _known(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

@@ -16,7 +16,7 @@ from accelcal.io.layout import shown
 from accelcal.io.vocabulary import is_unit_of
 from accelcal.units import canonical_unit
 
-__all__ = ["MISSING", "Column", "labels", "numbers", "whole_numbers"]
+__all__ = ["MISSING", "Column", "complete_numbers", "labels", "numbers", "whole_numbers"]
 
 MISSING = frozenset(
     {"", "-", "--", "---", "?", "na", "n/a", "n.a.", "nan", "null", "none", "unknown", "missing"}
@@ -133,6 +133,29 @@ def numbers(column: Column) -> NDArray[np.float64]:
     else:
         values = np.array(_floats(column), dtype=np.float64)
     column.check(~np.isinf(values), "{} is infinite or too large", "write a finite number")
+    return values
+
+
+def complete_numbers(column: Column) -> NDArray[np.float64]:
+    """Numbers of a column, of which none is missing.
+
+    Parameters
+    ----------
+    column : Column
+        The column.
+
+    Returns
+    -------
+    ndarray of float, shape (n,)
+        Its values.
+
+    Raises
+    ------
+    TableError
+        At the first cell that is missing or no finite number.
+    """
+    values = numbers(column)
+    column.check(~np.isnan(values), "{} is missing", "complete the row or delete it")
     return values
 
 

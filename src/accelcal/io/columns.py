@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from accelcal.errors import TableError
 from accelcal.io.cells import Column
 from accelcal.io.engines import NUMERIC, BulkEngineGivesUp, Columns
 from accelcal.io.layout import Layout, shown
@@ -147,10 +146,10 @@ def _roles(layout: Layout) -> tuple[dict[str, int], dict[int, int]]:
         one = layout.headings[roles.get("output", roles.get("stroke", 0))].text
         other = layout.headings[next(iter(strokes.values()))].text
         remedy = "use stroke and output, or one output column for each stroke"
-        raise _error(layout, f"columns {shown(one)} and {shown(other)} in one table", remedy)
+        raise layout.refuse(f"columns {shown(one)} and {shown(other)} in one table", remedy)
     if 0 in strokes:
         name = layout.headings[strokes[0]].text
-        raise _error(layout, f"column {shown(name)} is stroke 0", "strokes count from 1")
+        raise layout.refuse(f"column {shown(name)} is stroke 0", "strokes count from 1")
     return {name: i for name, i in roles.items() if name not in _OF_ONE_READING}, strokes
 
 
@@ -158,7 +157,7 @@ def _claim(taken: dict[Any, int], key: str | int, index: int, layout: Layout) ->
     if key in taken:
         names = [shown(layout.headings[i].text) for i in (taken[key], index)]
         problem = f"columns {names[0]} and {names[1]} mean the same"
-        raise _error(layout, problem, "keep one and rename the other")
+        raise layout.refuse(problem, "keep one and rename the other")
     taken[key] = index
 
 
@@ -167,7 +166,7 @@ def _check_unit(layout: Layout, heading: Heading) -> None:
     role, unit = heading.role or "", heading.unit or ""
     if allowed and not has_unit(role, unit) and is_unit_of(role, unit):
         problem = f"column {shown(heading.text)} is in {heading.unit}"
-        raise _error(layout, problem, f"give it in {allowed[0]}")
+        raise layout.refuse(problem, f"give it in {allowed[0]}")
 
 
 def _require(layout: Layout, roles: Mapping[str, int], wide: bool) -> None:
@@ -182,7 +181,7 @@ def _require(layout: Layout, roles: Mapping[str, int], wide: bool) -> None:
         if name not in have or (name in ("position", "output") and name not in roles):
             found = ", ".join(heading.text for heading in layout.headings)
             problem = f"no column for {what} among {shown(found)}"
-            raise _error(layout, problem, f"add {remedy}")
+            raise layout.refuse(problem, f"add {remedy}")
 
 
 def _constants(layout: Layout, decimal: str) -> dict[str, Column]:
@@ -215,7 +214,3 @@ def _aside(layout: Layout, columns: Columns) -> dict[str, str]:
             name = shown(heading.text) if heading.text else f"{index + 1} without heading"
             reasons[name] = "is of one reading, not of a row," if heading.role else "is not known"
     return reasons
-
-
-def _error(layout: Layout, problem: str, remedy: str) -> TableError:
-    return TableError(problem, remedy, source=layout.source, line=layout.headings_line)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import TableError, located
-from accelcal.io.cells import Column, numbers
+from accelcal.io.cells import Column, complete_numbers
 from accelcal.io.small_table import SmallTable, read_small_table
 from accelcal.io.text import Source, read_document
 from accelcal.io.vocabulary import Heading, split_unit
@@ -103,13 +103,13 @@ def _heading(text: str) -> Heading:
 def _certificate(table: SmallTable) -> HeadCalibration:
     there = [role for role in ("error", "correction") if role in table.columns]
     if len(there) != 1:
-        raise _refusal(table, "no column error, or correction beside it", _REMEDY)
-    angle = _known(table.columns["angle"]) * (
+        raise table.refuse("no column error, or correction beside it", _REMEDY)
+    angle = complete_numbers(table.columns["angle"]) * (
         _factor(table.columns["angle"], "deg") * 180.0 / np.pi
     )
     sign = 1.0 if there[0] == "error" else -1.0
     column = table.columns[there[0]]
-    error = sign * _known(column) * _factor(column)
+    error = sign * complete_numbers(column) * _factor(column)
     column.check(np.abs(error) < _LARGEST, "{} is no error of a head", "check its unit")
     place, order = np.unique(np.mod(np.round(angle, 6), 360.0), return_index=True)
     for i in range(angle.size):
@@ -124,12 +124,6 @@ def _certificate(table: SmallTable) -> HeadCalibration:
         origin="certificate",
         source=table.source,
     )
-
-
-def _known(column: Column) -> Array:
-    values = numbers(column)
-    column.check(~np.isnan(values), "{} is missing", "complete the row or delete it")
-    return values
 
 
 def _factor(column: Column, default: str | None = None) -> float:
@@ -147,14 +141,14 @@ def _uncertainty(table: SmallTable, size: int) -> Array:
     cover = _header_number(table, "coverage", 1.0)
     if "uncertainty" in table.columns:
         column = table.columns["uncertainty"]
-        values = _known(column) * _factor(column)
+        values = complete_numbers(column) * _factor(column)
         column.check(values > 0.0, "{} is not above 0", "write the standard uncertainty")
         return values / cover
     if "uncertainty" not in table.declared:
-        raise _refusal(table, "nothing tells how sure the errors are", _HOW_SURE)
+        raise table.refuse("nothing tells how sure the errors are", _HOW_SURE)
     value, _, unit = table.declared["uncertainty"].value.partition(" ")
     if unit.strip().casefold() not in _RADIANS:
-        raise _refusal(table, f"uncertainty {value!r} has no unit of an angle", _HOW_SURE)
+        raise table.refuse(f"uncertainty {value!r} has no unit of an angle", _HOW_SURE)
     number = _header_number(table, "uncertainty", 0.0) * _RADIANS[unit.strip().casefold()]
     return np.full(size, number / cover)
 
@@ -171,7 +165,3 @@ def _header_number(table: SmallTable, key: str, default: float) -> float:
         problem = f"{key} is {table.declared[key].value!r}"
         raise TableError(problem, "write a number above 0", source=table.source, line=line)
     return found
-
-
-def _refusal(table: SmallTable, problem: str, remedy: str) -> TableError:
-    return TableError(problem, remedy, source=table.source, line=table.headings_line)

@@ -13,7 +13,7 @@ from accelcal.io.vocabulary import Heading, canonical_key, read_heading, split_u
 __all__ = [
     "Declared",
     "Layout",
-    "all_of",
+    "all_outputs",
     "counted",
     "listed",
     "read_layout",
@@ -71,6 +71,10 @@ class Layout(NamedTuple):
     rows: list[str]
     lines: list[int]
     notes: tuple[str, ...]
+
+    def refuse(self, problem: str, remedy: str) -> TableError:
+        """Make the error of the headings."""
+        return TableError(problem, remedy, source=self.source, line=self.headings_line)
 
 
 class _Headings(NamedTuple):
@@ -213,15 +217,13 @@ def counted(things: Sized, what: str) -> str:
     return f"{len(things)} {what}{' was' if len(things) == 1 else 's were'}"
 
 
-def all_of(count: int, what: str) -> str:
-    """Say that all things are something.
+def all_outputs(count: int) -> str:
+    """Say that all outputs are something.
 
     Parameters
     ----------
     count : int
         How many there are.
-    what : str
-        Their name in the singular.
 
     Returns
     -------
@@ -230,10 +232,10 @@ def all_of(count: int, what: str) -> str:
 
     Examples
     --------
-    >>> all_of(1, "output"), all_of(3, "output")
+    >>> all_outputs(1), all_outputs(3)
     ('the only output is', 'all 3 outputs are')
     """
-    return f"the only {what} is" if count == 1 else f"all {count} {what}s are"
+    return "the only output is" if count == 1 else f"all {count} outputs are"
 
 
 def _find_headings(

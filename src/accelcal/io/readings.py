@@ -13,7 +13,7 @@ from accelcal.errors import TableError
 from accelcal.geometry import MOUNTINGS, is_mounting
 from accelcal.io.cells import Column, labels, numbers, whole_numbers
 from accelcal.io.columns import Table
-from accelcal.io.layout import all_of, listed
+from accelcal.io.layout import all_outputs, listed
 from accelcal.io.times import DAY, in_seconds, times
 from accelcal.numerics.sorting import distinct
 
@@ -241,7 +241,7 @@ def _refuse_markers(columns: Iterable[Column], outputs: Floats) -> None:
 
 def _require_any(present: NDArray[np.bool_], output: Column) -> None:
     if not present.any():
-        problem = f"{all_of(present.size, 'output')} missing"
+        problem = f"{all_outputs(present.size)} missing"
         line = int(output.lines[0])
         raise TableError(problem, "write at least one", source=output.source, line=line)
 

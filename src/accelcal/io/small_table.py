@@ -41,6 +41,10 @@ class SmallTable(NamedTuple):
     headings_line: int
     notes: tuple[str, ...]
 
+    def refuse(self, problem: str, remedy: str) -> TableError:
+        """Make the error of the headings."""
+        return TableError(problem, remedy, source=self.source, line=self.headings_line)
+
 
 def read_small_table(
     source: Source, recognise: Recognise, needed: Sequence[str], remedy: str, what: str = "table"
@@ -78,13 +82,13 @@ def read_small_table(
     for index, heading in enumerate(layout.headings):
         if heading.role in places:
             problem = f"two columns mean {heading.role}, the second is {shown(heading.text)}"
-            raise _refusal(layout, problem, "keep one and rename the other")
+            raise layout.refuse(problem, "keep one and rename the other")
         if heading.role:
             places[heading.role] = index
     for role in needed:
         if role not in places:
             found = ", ".join(heading.text for heading in layout.headings)
-            raise _refusal(layout, f"no column {role} among {shown(found)}", remedy)
+            raise layout.refuse(f"no column {role} among {shown(found)}", remedy)
     split = columns_by_split(layout, sorted(places.values()), 1 + max(places.values(), default=0))
     text = "".join(layout.rows)
     decimal = "," if layout.separator != "," and text.count(",") > text.count(".") else "."
@@ -162,7 +166,3 @@ def _declare(declared: dict[str, Declared], aside: list[int], bare: str, number:
         return
     known = canonical_key(name) or name.casefold()
     declared[known] = Declared(f"{value.strip()} {unit}".strip(), number)
-
-
-def _refusal(layout: Layout, problem: str, remedy: str) -> TableError:
-    return TableError(problem, remedy, source=layout.source, line=layout.headings_line)

@@ -14,7 +14,7 @@ from accelcal.errors import InputError, TableError, located
 from accelcal.io.cells import Column, labels, numbers
 from accelcal.io.declarations import unit_and_serial
 from accelcal.io.engines import BulkEngineGivesUp, Columns, columns_by_pandas, columns_by_split
-from accelcal.io.layout import Layout, all_of, counted, listed, read_layout, shown
+from accelcal.io.layout import Layout, all_outputs, counted, listed, read_layout, shown
 from accelcal.io.text import Source, read_text
 from accelcal.io.times import in_seconds, times
 from accelcal.io.units_row import with_units_below
@@ -169,13 +169,13 @@ def _columns(layout: Layout) -> Roles:
     for index, heading in enumerate(layout.headings):
         if heading.role in places:
             problem = f"two columns mean {heading.role}, the second is {shown(heading.text)}"
-            raise _refusal(layout, problem, "keep one and rename the other")
+            raise layout.refuse(problem, "keep one and rename the other")
         if heading.role in _ROLES:
             places[heading.role] = index
     for name in ("time", "output"):
         if name not in places:
             found = ", ".join(heading.text for heading in layout.headings)
-            raise _refusal(layout, f"no column {name} among {shown(found)}", _REMEDY)
+            raise layout.refuse(f"no column {name} among {shown(found)}", _REMEDY)
     needed = max(places["time"], places["output"]) + 1
     columns = _split(layout, sorted(places.values()), needed)
     return {name: columns[index] for name, index in places.items()}
@@ -262,7 +262,7 @@ def _require_change(output: NDArray[np.float64], column: Column) -> None:
         problem, remedy = "all outputs are missing", "write the outputs"
         raise TableError(problem, remedy, source=column.source, line=None)
     if (output == output[0]).all():
-        problem = f"{all_of(output.size, 'output')} {output[0]:g}"
+        problem = f"{all_outputs(output.size)} {output[0]:g}"
         remedy = "check the voltmeter and the output column; a real output has noise"
         raise TableError(problem, remedy, source=column.source, line=int(column.lines[0]))
 
@@ -276,7 +276,7 @@ def _unit(layout: Layout, output: Column, given: str | None) -> str | None:
     found = [located(output_unit, u, source=layout.source, line=line) for u, line in written]
     if len(set(found)) > 1:
         problem = f"unit {found[0]} in the header, but {found[1]} in the column headings"
-        raise _refusal(layout, problem, "declare one unit")
+        raise layout.refuse(problem, "declare one unit")
     return found[0] if found else None
 
 
@@ -286,9 +286,5 @@ def _serial(layout: Layout, column: Column | None) -> str | None:
     found = tuple(dict.fromkeys((*names, *((header.value,) if header and header.value else ()))))
     if len(found) > 1:
         problem = f"serials {shown(', '.join(found))} in one record"
-        raise _refusal(layout, problem, "give a file for each accelerometer")
+        raise layout.refuse(problem, "give a file for each accelerometer")
     return found[0] if found else None
-
-
-def _refusal(layout: Layout, problem: str, remedy: str) -> TableError:
-    return TableError(problem, remedy, source=layout.source, line=layout.headings_line)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import InputError, TableError, located
-from accelcal.io.cells import Column, numbers
+from accelcal.io.cells import Column, complete_numbers
 from accelcal.io.declarations import declared_number, unit_and_serial
 from accelcal.io.small_table import SmallTable, read_small_table, uniform
 from accelcal.io.text import Source
@@ -66,9 +66,9 @@ def read_triad(
     'V'
     """
     table = read_small_table(source, _heading, tuple(AXES), _REMEDY)
-    given = unit_and_serial(overrides)
+    given, named = unit_and_serial(overrides), table.declared.get("serial")
     channels = [table.columns[axis] for axis in AXES]
-    output = np.column_stack([_complete(column) for column in channels])
+    output = np.column_stack([complete_numbers(column) for column in channels])
     return located(
         lambda: TriadRecord(
             output=output,
@@ -76,7 +76,7 @@ def read_triad(
             line=channels[0].lines,
             unit=_unit(table, channels, given.get("unit")),
             local_gravity=_gravity(table) if local_gravity is None else local_gravity,
-            serial=given.get("serial") or _declared(table, "serial"),
+            serial=given.get("serial") or (named.value or None if named else None),
             source=table.source,
             notes=table.notes,
         ),
@@ -100,22 +100,16 @@ def _heading(text: str) -> Heading:
     return Heading(text, None)
 
 
-def _complete(column: Column) -> Array:
-    values = numbers(column)
-    column.check(~np.isnan(values), "{} is missing", "complete the row or delete it")
-    return values
-
-
 def _up(table: SmallTable) -> Array | None:
     there = set(table.columns)
     if {"up_x", "up_y", "up_z"} <= there:
-        return np.column_stack([_complete(table.columns[f"up_{axis}"]) for axis in AXES])
+        return np.column_stack([complete_numbers(table.columns[f"up_{axis}"]) for axis in AXES])
     if {"shaft", "angle"} <= there:
         return _turned(table.columns["shaft"], table.columns["angle"])
     half = sorted(there - set(AXES))
     if half:
         problem = f"column {' and '.join(half)} alone, which tells no attitude"
-        raise TableError(problem, _REMEDY, source=table.source, line=table.headings_line)
+        raise table.refuse(problem, _REMEDY)
     return None
 
 
@@ -124,7 +118,7 @@ def _turned(shaft: Column, angle: Column) -> Array:
         problem = f"angle in {angle.unit}"
         raise TableError(problem, "give it in deg", source=angle.source, line=int(angle.lines[0]))
     rows = []
-    for index, value in enumerate(_complete(angle)):
+    for index, value in enumerate(complete_numbers(angle)):
         try:
             rows.append(up_of_turn(str(shaft.cells[index]), [value])[0])
         except InputError as error:
@@ -137,10 +131,6 @@ def _turned(shaft: Column, angle: Column) -> Array:
 def _unit(table: SmallTable, channels: list[Column], given: str | None) -> str | None:
     written = given or uniform(channels, table.declared.get("unit"))
     return output_unit(written) if written else None
-
-
-def _declared(table: SmallTable, key: str) -> str | None:
-    return table.declared[key].value or None if key in table.declared else None
 
 
 def _gravity(table: SmallTable) -> float | None:

@@ -20,7 +20,7 @@ from accelcal.page.blocks import (
     Tone,
 )
 from accelcal.page.pictures import pictures
-from accelcal.page.typeset import typeset
+from accelcal.page.typeset import sentence, typeset
 from accelcal.record import TumbleRecord
 from accelcal.report.discovery import change_row, entry_of
 from accelcal.report.findings import chance, factor_cells, noise_line, probability
@@ -146,7 +146,7 @@ def _where(found: Discovery, name: str) -> Section | None:
     else:
         said = "No factor of the test has more than noise would give it."
         blocks += [Paragraph(said), shares]
-    blocks.append(Paragraph(typeset(_sentence(noise_line(found.noise)))))
+    blocks.append(Paragraph(typeset(sentence(noise_line(found.noise)))))
     if found.unexplained:
         pattern = typeset(found.unexplained.structure)
         blocks.append(Note("bad", "A pattern that no known effect explains", [pattern]))
@@ -174,7 +174,7 @@ def _effect(found: Discovery, place: int, record: TumbleRecord | None, name: str
         blocks.append(Gallery([*drawn, size]))
     if effect.indistinguishable:
         blocks.append(_aliases(effect))
-    return Section(f"{_sentence(effect.name)} ({effect.id})", blocks)
+    return Section(f"{sentence(effect.name)} ({effect.id})", blocks)
 
 
 def _parameters(effect: FoundEffect) -> list[tuple[str, str]]:
@@ -299,7 +299,3 @@ def _provenance(found: Discovery) -> Section:
         ("software", found.software or "not recorded"),
     ]
     return Section("Notes and provenance", [*blocks, Facts(facts)])
-
-
-def _sentence(text: str) -> str:
-    return text[:1].upper() + text[1:]

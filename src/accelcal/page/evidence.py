@@ -20,7 +20,7 @@ from accelcal.page.coefficients import place
 from accelcal.page.pictures import pictures
 from accelcal.page.typeset import typeset
 from accelcal.report.calibration import in_micro_g, size_of_source
-from accelcal.report.calibration_rows import residual_grid
+from accelcal.report.calibration_rows import residual_grid, table_title
 from accelcal.report.numbers import significant
 from accelcal.report.verdict import limit_row, remark
 from accelcal.results.calibration import Calibration
@@ -214,7 +214,7 @@ def checks(document: Document) -> Section:
     Section
         A row a gate and a column a table; what they warn of; what could not be assessed.
     """
-    columns = [(_short(table), table["gates"]) for table in document["tables"]]
+    columns = [(table_title(table), table["gates"]) for table in document["tables"]]
     if document["gates"]:
         columns.append(("all", document["gates"]))
     names = list(dict.fromkeys(gate["name"] for _, gates in columns for gate in gates))
@@ -234,11 +234,6 @@ def checks(document: Document) -> Section:
     if skipped:
         blocks.append(Table("Checks that could not be made", ("why",), skipped, folded=True))
     return Section("Checks", blocks)
-
-
-def _short(table: Document) -> str:
-    side = "" if table["mounting"] == "o+" else f" {table['mounting']}"
-    return f"run {table['run']}{side}"
 
 
 def _outcome(name: str, gates: Iterable[Document]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from accelcal.page.blocks import Block, Bullets, Chapter, Gallery, Note, Paragraph, Section, Table
 from accelcal.page.pictures import pictures
-from accelcal.page.typeset import typeset
+from accelcal.page.typeset import sentence, typeset
 from accelcal.report.findings import chance, probability
 from accelcal.report.numbers import matching_digits
 from accelcal.report.scale import sized
@@ -57,14 +57,14 @@ def stand_chapter(found: StandDiscovery, name: str = "") -> Chapter:
 
 
 def _lede(found: StandDiscovery) -> str:
-    said = [f"{_sentence(effect.name)} is {_WHOSE[effect.verdict]}." for effect in found.effects]
+    said = [f"{sentence(effect.name)} is {_WHOSE[effect.verdict]}." for effect in found.effects]
     if not said and found.common.unexplained is None:
         said = ["Nothing that the units share is missing, and none has anything of its own."]
     return " ".join(said) or "The units share a pattern that no known effect explains."
 
 
 def _effect(found: StandDiscovery, effect: StandEffect, name: str) -> Section:
-    p = f"{_sentence(chance(effect.p_value))}; one size for all: {probability(effect.p_one_value)}."
+    p = f"{sentence(chance(effect.p_value))}; one size for all: {probability(effect.p_one_value)}."
     rows = [
         *((name.replace("_", " "), quantity) for name, quantity in effect.parameters.items()),
         *((f"size in {unit}", effect.sizes[unit]) for unit in found.units),
@@ -83,7 +83,7 @@ def _effect(found: StandDiscovery, effect: StandEffect, name: str) -> Section:
     if effect.indistinguishable:
         other = f"It could as well be: {', '.join(effect.indistinguishable)}."
         blocks.append(Note("plain", "These readings fit others as well", [other]))
-    return Section(f"{_sentence(effect.name)} ({effect.id})", blocks)
+    return Section(f"{sentence(effect.name)} ({effect.id})", blocks)
 
 
 def _unexplained(found: StandDiscovery) -> Section | None:
@@ -126,7 +126,3 @@ def _gains(found: StandDiscovery) -> Section | None:
 
 def _notes(found: StandDiscovery) -> Section | None:
     return Section("Notes", [Bullets(list(map(typeset, found.notes)))]) if found.notes else None
-
-
-def _sentence(text: str) -> str:
-    return text[:1].upper() + text[1:]

@@ -267,15 +267,12 @@ def figures(calibration: Calibration) -> dict[Key, Figure]:
     for table in _nearest_tables(calibration):
         found |= _of_table(table)
     for laws in (calibration.temperature_model, calibration.second_axis_model):
-        found |= dict(_of_laws(laws, "other axis" if found.keys() & _slopes("") else ""))
+        second = any((name, "") in found for name in SLOPES)
+        found |= dict(_of_laws(laws, "other axis" if second else ""))
     for angle in calibration.fixture_angle:
         variance = (angle.angle.standard_uncertainty or 0.0) ** 2
         found["delta0", angle.axis] = Figure(angle.angle.value or 0.0, variance, "rad")
     return found
-
-
-def _slopes(mounting: str) -> set[Key]:
-    return {(name, mounting) for name in SLOPES}
 
 
 def _nearest_tables(calibration: Calibration) -> Iterator[TableCalibration]:

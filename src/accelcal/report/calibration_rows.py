@@ -17,6 +17,7 @@ __all__ = [
     "coefficient_rows",
     "residual_grid",
     "strong_correlations",
+    "table_title",
     "temperature_rows",
     "without_uncertainty",
 ]
@@ -77,7 +78,7 @@ def alarms(document: Document) -> list[str]:
     list of str
         Run, gate and finding.
     """
-    found = [(f"{_title(t)}, ", gate) for t in document["tables"] for gate in t["gates"]]
+    found = [(f"{table_title(t)}, ", gate) for t in document["tables"] for gate in t["gates"]]
     found += [("", gate) for gate in document["gates"]]
     return [
         f"{where}{gate['name']}: {gate['finding']}"
@@ -99,7 +100,7 @@ def without_uncertainty(document: Document) -> list[str]:
     list of str
         A sentence where there is such a table.
     """
-    found = [_title(t) for t in document["tables"] if _is_bare(t)]
+    found = [table_title(t) for t in document["tables"] if _is_bare(t)]
     if not found:
         return []
     return [
@@ -112,7 +113,8 @@ def _is_bare(table: Document) -> bool:
     return table["coefficients"]["K1"]["expanded_uncertainty"] is None
 
 
-def _title(table: Document) -> str:
+def table_title(table: Document) -> str:
+    """Name a table by its run, and by its mounting where that is not the usual one."""
     side = "" if table["mounting"] == "o+" else f" {table['mounting']}"
     return f"run {table['run']}{side}"
 

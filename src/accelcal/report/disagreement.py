@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from accelcal.report.findings import chance, factor_rows, noise_line
-from accelcal.report.lines import aligned, visible_lines, wrapped
+from accelcal.report.lines import aligned, notes, visible_lines, wrapped
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.disagreement import Disagreement
 from accelcal.results.quantity import Quantity
@@ -28,7 +28,7 @@ def disagreement_text(found: Disagreement) -> str:
     str
         Lines of at most 100 characters.
     """
-    sections = (_head(found), _verdict(found), _where(found), _runs(found), _notes(found))
+    sections = (_head(found), _verdict(found), _where(found), _runs(found), notes(found.notes))
     return "\n\n".join(visible_lines(lines) for lines in map(list, sections) if lines)
 
 
@@ -84,10 +84,3 @@ def _micro(quantity: Quantity) -> str:
         return "not told"
     value, expanded = quantity.value, quantity.expanded_uncertainty or 0.0
     return " +- ".join(matching_digits(value * 1e6, expanded * 1e6))
-
-
-def _notes(found: Disagreement) -> Iterator[str]:
-    if found.notes:
-        yield "Notes"
-    for note in found.notes:
-        yield from wrapped(note, "  - ")

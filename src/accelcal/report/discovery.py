@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from accelcal.errors import InputError
 from accelcal.report.findings import chance, factor_rows, noise_line
-from accelcal.report.lines import aligned, visible_lines, wrapped
+from accelcal.report.lines import aligned, notes, visible_lines, wrapped
 from accelcal.report.numbers import in_small_unit, matching_digits, significant
 from accelcal.report.scale import plain, readable, sized
 from accelcal.results.discovery import Discovery
@@ -41,7 +41,7 @@ def discovery_text(found: Discovery) -> str:
         *(_effect(found, effect) for effect in found.effects),
         _changes(found),
         _open(found),
-        _notes(found),
+        notes(found.notes),
     )
     return "\n\n".join(visible_lines(lines) for lines in map(list, sections) if lines)
 
@@ -173,10 +173,3 @@ def _open(found: Discovery) -> Iterator[str]:
 def _detectable(item: Detectable) -> str:
     factor, unit = readable(item.unit, item.value)
     return f"{item.id} {significant(factor * item.value, 2)} {plain(unit)}"
-
-
-def _notes(found: Discovery) -> Iterator[str]:
-    if found.notes:
-        yield "Notes"
-    for note in found.notes:
-        yield from wrapped(note, "  - ")

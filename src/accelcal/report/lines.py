@@ -7,7 +7,7 @@ from textwrap import wrap
 
 from accelcal.escapes import visible
 
-__all__ = ["WIDTH", "aligned", "counted", "hanging", "visible_lines", "wrapped"]
+__all__ = ["WIDTH", "aligned", "counted", "hanging", "notes", "visible_lines", "wrapped"]
 
 WIDTH = 100
 """Characters of the longest line."""
@@ -126,3 +126,11 @@ def aligned(rows: Sequence[Sequence[str]], right: Collection[int]) -> Iterator[s
             for i, (cell, width) in enumerate(zip(row, widths, strict=True))
         )
         yield "  ".join(cells).rstrip()
+
+
+def notes(said: Sequence[str]) -> Iterator[str]:
+    """List notes under their heading; nothing without any."""
+    if said:
+        yield "Notes"
+    for note in said:
+        yield from wrapped(note, "  - ")

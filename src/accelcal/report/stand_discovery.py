@@ -7,7 +7,7 @@ from statistics import median
 
 from accelcal.report.discovery import told
 from accelcal.report.findings import chance, probability
-from accelcal.report.lines import aligned, visible_lines, wrapped
+from accelcal.report.lines import aligned, notes, visible_lines, wrapped
 from accelcal.report.numbers import in_small_unit, matching_digits, significant
 from accelcal.results.findings import Change
 from accelcal.results.stand_discovery import HeadPosition, StandDiscovery, StandEffect
@@ -37,7 +37,7 @@ def stand_text(found: StandDiscovery) -> str:
         _unexplained(found),
         _positions(found),
         _gains(found),
-        _notes(found),
+        notes(found.notes),
     )
     return "\n\n".join(visible_lines(lines) for lines in map(list, sections) if lines)
 
@@ -128,10 +128,3 @@ def _gain(changes: tuple[Change, ...]) -> tuple[tuple[str, ...], float]:
     shrunk = 1.0 - median(after / before for before, after in known)
     row = (name, significant(before), significant(after), f"{100.0 * shrunk:.1f} %", shown)
     return row, shrunk
-
-
-def _notes(found: StandDiscovery) -> Iterator[str]:
-    if found.notes:
-        yield "Notes"
-    for note in found.notes:
-        yield from wrapped(note, "  - ")

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Any, TypeVar
 
-__all__ = ["FrozenMapping", "document_of", "frozen"]
+__all__ = ["FrozenMapping", "document_of", "finite_or_none", "frozen"]
 
 Value = TypeVar("Value", covariant=True)
 
@@ -94,4 +95,20 @@ def document_of(part: Any) -> Any:
         return list(map(document_of, part))
     if isinstance(part, Mapping):
         return {name: document_of(item) for name, item in part.items()}
-    return part.to_document()
+    return part.to_document() if hasattr(part, "to_document") else part
+
+
+def finite_or_none(value: float) -> float | None:
+    """Turn what JSON has no number for into None.
+
+    Parameters
+    ----------
+    value : float
+        A number, infinite or NaN.
+
+    Returns
+    -------
+    float or None
+        The number, if it is finite.
+    """
+    return float(value) if math.isfinite(value) else None

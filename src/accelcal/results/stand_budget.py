@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 from accelcal.arguments.options import check_choice
 from accelcal.equality import EqualByContents
 from accelcal.escapes import visible
-from accelcal.results.mapping import document_of
+from accelcal.results.mapping import document_of, finite_or_none
 from accelcal.results.result import JsonResult, TabularResult
 from accelcal.results.stand_requirements import Requirements, Sufficiency
 
@@ -274,7 +273,7 @@ class StandBudget(EqualByContents, JsonResult, TabularResult):
             "unit": own.unit,
             "value": float(self.nominal[i]),
             "standard_uncertainty": float(self.standard_uncertainty[i]),
-            "dof": _finite_or_none(self.dof[i]),
+            "dof": finite_or_none(self.dof[i]),
             "coverage_factor": float(self.coverage_factor[i]),
             "expanded_uncertainty": float(self.expanded_uncertainty[i]),
             "monte_carlo": None if trials is None else _trial(trials, i),
@@ -287,13 +286,13 @@ class StandBudget(EqualByContents, JsonResult, TabularResult):
             "kind": part.kind,
             "standard_uncertainty": part.standard_uncertainty,
             "unit": part.unit,
-            "dof": _finite_or_none(part.dof),
+            "dof": finite_or_none(part.dof),
             "varies": list(part.varies),
             "errors": part.errors,
             "averages": part.averages,
             "fixed": part.fixed,
             "acts": bool(felt.any()),
-            "residual": _finite_or_none(part.residual),
+            "residual": finite_or_none(part.residual),
             "contributions": part.contributions.tolist(),
             "sensitivities": part.sensitivities.tolist(),
             "origin": part.origin,
@@ -334,7 +333,3 @@ def _trial(found: MonteCarlo, i: int) -> dict[str, Any]:
     return {name: float(getattr(found, name)[i]) for name in names.split()} | {
         "agrees": bool(found.agrees[i])
     }
-
-
-def _finite_or_none(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None

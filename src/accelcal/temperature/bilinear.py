@@ -20,6 +20,7 @@ from accelcal.results.quantity import Quantity
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 
 __all__ = [
+    "LAWS",
     "LEAST_RISE",
     "LawStack",
     "bilinear_design",
@@ -36,7 +37,8 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-_LAWS = ("k0", "K1", "delta")
+LAWS = ("k0", "K1", "delta")
+"""Quantities that follow laws, in the order of their parameters."""
 
 _SAME = 1e-9  # degC, the rounding errors of a mean
 
@@ -187,7 +189,7 @@ class LawStack(NamedTuple):
     @property
     def names(self) -> list[str]:
         """Names of the values, as in ``"k0 above"``."""
-        return [f"{law} {part}" for law in _LAWS for part in ("at_T0", *self.sides)]
+        return [f"{law} {part}" for law in LAWS for part in ("at_T0", *self.sides)]
 
     def model(
         self,
@@ -206,7 +208,7 @@ class LawStack(NamedTuple):
         units = law_units(unit).values()
         found = [interval_of(self.intervals, (index, i)) for i in range(self.values.shape[1])]
         values, count = self.values[index], 1 + len(self.sides)
-        parts = (slice(i * count, (i + 1) * count) for i in range(len(_LAWS)))
+        parts = (slice(i * count, (i + 1) * count) for i in range(len(LAWS)))
         k0, K1, delta = (
             _law(values[own], found[own], self.sides, of_law)
             for own, of_law in zip(parts, units, strict=True)

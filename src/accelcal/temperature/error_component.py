@@ -14,7 +14,7 @@ from accelcal.estimate.uncertainty import Component
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.grouping import grouped
 from accelcal.results.temperature import TemperatureModel
-from accelcal.temperature.bilinear import LEAST_RISE
+from accelcal.temperature.bilinear import LAWS, LEAST_RISE
 from accelcal.temperature.from_tables import LawsOfRecords, tables_of_one_mounting
 
 __all__ = [
@@ -24,7 +24,6 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-_LAWS = ("k0", "K1", "delta")
 _K0, _K1, _M = (COEFFICIENTS.index(name) for name in ("K0", "K1", "M"))
 
 
@@ -52,7 +51,7 @@ class Slopes(NamedTuple):
         """Take those of many records."""
 
         def columns(part: str) -> list[int]:
-            return [laws.names.index(f"{law} {part}") for law in _LAWS]
+            return [laws.names.index(f"{law} {part}") for law in LAWS]
 
         K1 = columns("at_T0")[1]
         slopes = (laws.value[:, columns(side)] for side in ("above", "below"))
@@ -77,7 +76,7 @@ class Slopes(NamedTuple):
     @classmethod
     def without_laws(cls, records: int) -> Slopes:
         """Slopes of records that have none."""
-        unknown = np.full((records, len(_LAWS)), np.nan)
+        unknown = np.full((records, len(LAWS)), np.nan)
         nothing = np.zeros(records, dtype=np.bool_)
         return cls(nothing, unknown[:, 0], unknown[:, 0], unknown, unknown)
 

@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from accelcal.errors import DesignError
 from accelcal.temperature.product_errors import PRIOR, Errors, ProductFit, Solution, errors_at
+from accelcal.temperature.product_model import times
 
 __all__ = ["estimator", "scale_factor_is_told", "solved"]
 
@@ -98,10 +99,10 @@ def _step(fit: ProductFit, state: Solution) -> tuple[Solution, NDArray[np.bool_]
     errors, jacobian = errors_at(fit, state, point), point.jacobian(state.parameters)
     system = _System.of(jacobian, errors)
     away = fit.readings.output - point.model(state.parameters)
-    away += _times(errors.felt, state.felt / PRIOR - 1.0)
+    away += times(errors.felt, state.felt / PRIOR - 1.0)
     step, felt, doubt = system.solve(away)
     found = Solution(state.parameters + step, PRIOR * (1.0 + felt), PRIOR * doubt)
-    moved = _times(jacobian, step) + _times(errors.felt, (found.felt - state.felt) / PRIOR)
+    moved = times(jacobian, step) + times(errors.felt, (found.felt - state.felt) / PRIOR)
     return found, np.asarray((np.abs(moved) < _CONVERGED * errors.noise).all(axis=1))
 
 
@@ -173,8 +174,3 @@ def estimator(fit: ProductFit, state: Solution) -> tuple[Array, Errors]:
     point = fit.readings.at(state.felt)
     errors = errors_at(fit, state, point)
     return _System.of(point.jacobian(state.parameters), errors).map(), errors
-
-
-def _times(matrix: Array, values: Array) -> Array:
-    """Each matrix times its values, (R, n, m) and (R, m)."""
-    return np.asarray((matrix @ values[..., None])[..., 0])

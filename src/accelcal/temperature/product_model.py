@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from accelcal.temperature.bilinear import bilinear_design, local_slopes
 
-__all__ = ["Point", "Readings"]
+__all__ = ["Point", "Readings", "times"]
 
 Array = NDArray[np.float64]
 
@@ -74,7 +74,7 @@ class Point(NamedTuple):
 
     def scale_factor(self, parameters: Array) -> Array:
         """K1 at the temperature of each reading, shape (R, n)."""
-        return _times(self.law, self.laws(parameters)[1])
+        return times(self.law, self.laws(parameters)[1])
 
     def model(self, parameters: Array) -> Array:
         """Output at the parameters, shape (R, n)."""
@@ -84,8 +84,8 @@ class Point(NamedTuple):
         """Output over K1, shape (R, n)."""
         k0, _, delta, common = self.laws(parameters)
         a_i, cross = self.readings.a_i, self.readings.cross
-        tilt = _times(self.law, delta) * cross
-        return np.asarray(_times(self.law, k0) + a_i + tilt + common @ self.readings.common.T)
+        tilt = times(self.law, delta) * cross
+        return np.asarray(times(self.law, k0) + a_i + tilt + common @ self.readings.common.T)
 
     def jacobian(self, parameters: Array) -> Array:
         """Derivative of the output by the parameters, shape (R, n, 3 p + c)."""
@@ -97,11 +97,11 @@ class Point(NamedTuple):
     def by_temperature(self, parameters: Array) -> Array:
         """Derivative of the output by the temperature, shape (R, n)."""
         k0, K1, delta, _ = self.laws(parameters)
-        inside = _times(self.slope, k0) + _times(self.slope, delta) * self.readings.cross
-        scale = _times(self.slope, K1) * self.bracket(parameters)
-        return np.asarray(scale + _times(self.law, K1) * inside)
+        inside = times(self.slope, k0) + times(self.slope, delta) * self.readings.cross
+        scale = times(self.slope, K1) * self.bracket(parameters)
+        return np.asarray(scale + times(self.law, K1) * inside)
 
 
-def _times(matrix: Array, values: Array) -> Array:
+def times(matrix: Array, values: Array) -> Array:
     """Each matrix times its values, (R, n, p) and (R, p)."""
     return np.asarray((matrix @ values[..., None])[..., 0])
