@@ -2,13 +2,16 @@
 
 import errno
 import inspect
+import multiprocessing
 import os
 import shutil
 import sys
+import time
 from contextlib import contextmanager
 from itertools import cycle
 from operator import add
 from pathlib import Path
+from types import SimpleNamespace
 
 import pandas as pd
 import pytest
@@ -374,3 +377,42 @@ def test_a_damaged_block_is_fitted_anew(archive, tmp_path, monkeypatch, damaged)
     block.write_bytes(damaged(block.read_bytes()))
     assert accelcal.write_batch(archive, tmp_path / "r.csv", resume=True) == calm
     assert (tmp_path / "r.csv").read_bytes() == (tmp_path / "calm.csv").read_bytes()
+
+
+# -- other threads and processes -------------------------------------------------------------------
+
+
+def test_results_are_written_by_one_thread_at_a_time(archive, tmp_path):
+    output = tmp_path / "r.csv"
+
+    def begin_again(*_):
+        with pytest.raises(InputError, match=r"r.csv: another accelcal batch is writing it; wait"):
+            accelcal.write_batch(archive, output)
+
+    assert accelcal.write_batch(archive, output, progress=begin_again).fitted == 2
+    assert accelcal.write_batch(archive, output).fitted == 2
+
+
+def test_a_batch_ends_no_process_but_its_own(archive, monkeypatch):
+    monkeypatch.setattr(through, "LEAST_FILES", 1)
+    others = []
+
+    def start_another(*_):
+        others.append(multiprocessing.get_context("spawn").Process(target=time.sleep, args=(600,)))
+        others[-1].start()
+
+    accelcal.batch(archive, jobs=2, progress=start_another)
+    try:
+        others[0].join(0.5)
+        assert all(other.is_alive() for other in others)
+    finally:
+        for other in others:
+            other.kill()
+            other.join()
+
+
+def test_a_worker_of_a_pool_is_told_to_work_alone(archive, monkeypatch):
+    monkeypatch.setattr(through, "LEAST_FILES", 1)
+    monkeypatch.setattr(multiprocessing, "current_process", lambda: SimpleNamespace(daemon=True))
+    with pytest.raises(InputError, match="jobs is 2 in a worker of a pool, which has none; give"):
+        accelcal.batch(archive, jobs=2)

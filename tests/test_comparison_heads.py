@@ -219,7 +219,7 @@ def test_what_a_correction_left_of_the_head_is_not_the_error_of_a_record(tmp_pat
         found = accelcal.compare(calibration, record, same_head=True)
         assert [source.value for source in found.noise if source.name == "head"] == [size]
         assert found.same_head is None
-        assert any("was corrected by the known errors of its head" in note for note in found.notes)
+        assert any("is not corrected, which has them as well" in note for note in found.notes)
 
 
 # -- the other side and the other axis -----------------------------------------

@@ -34,6 +34,8 @@ __all__ = ["Journal", "Summary", "open_journal"]
 _SUFFIX = ".block"
 _LOCK = "lock"
 
+_IN_USE: dict[Path, object] = {}  # journals of this process -> marks of the threads that have them
+
 
 class Summary(NamedTuple):
     """What a finished block tells besides its rows.
@@ -173,7 +175,7 @@ def _take_name(draft: Path, path: str) -> None:
 
 @contextmanager
 def open_journal(output: str, settings: Settings, form: str, *, resume: bool) -> Iterator[Journal]:
-    """Open the journal of a batch, for one process at a time.
+    """Open the journal of a batch, for one thread of one process at a time.
 
     Parameters
     ----------
@@ -198,17 +200,7 @@ def open_journal(output: str, settings: Settings, form: str, *, resume: bool) ->
     """
     target = Path(output).resolve()
     folder = target.with_name(f"{target.name}.journal")
-    try:
-        for name in results(output).values():
-            _require_writable(Path(name).resolve(), name)
-        folder.mkdir(exist_ok=True)
-        lock = (folder / _LOCK).open("wb")
-    except OSError as error:
-        raise InputError(
-            f"{output}: the results, or the folder {folder.name} beside them, cannot be made"
-            f" ({error.strerror}); remove what is in the way, or choose another name"
-        ) from None
-    with lock:
+    with _alone_with(folder, output), _lock_file(folder, output) as lock:
         _lock(lock, output)
         if not resume:
             _refuse_remains(folder, output)
@@ -217,6 +209,19 @@ def open_journal(output: str, settings: Settings, form: str, *, resume: bool) ->
         finally:
             if folder.exists() and not any(folder.glob(f"*{_SUFFIX}")):
                 shutil.rmtree(folder)  # nothing to go on with
+
+
+def _lock_file(folder: Path, output: str) -> IO[bytes]:
+    try:
+        for name in results(output).values():
+            _require_writable(Path(name).resolve(), name)
+        folder.mkdir(exist_ok=True)
+        return (folder / _LOCK).open("wb")
+    except OSError as error:
+        raise InputError(
+            f"{output}: the results, or the folder {folder.name} beside them, cannot be made"
+            f" ({error.strerror}); remove what is in the way, or choose another name"
+        ) from None
 
 
 def _refuse_remains(folder: Path, output: str) -> None:
@@ -243,6 +248,18 @@ def _require_writable(target: Path, output: str) -> None:
         )
 
 
+@contextmanager
+def _alone_with(folder: Path, output: str) -> Iterator[None]:
+    """Keep other threads out, with which this one shares the locks of the process."""
+    mark = object()
+    if _IN_USE.setdefault(folder, mark) is not mark:
+        raise _in_use(output)
+    try:
+        yield
+    finally:
+        del _IN_USE[folder]
+
+
 def _lock(file: IO[bytes], output: str) -> None:
     """Keep other processes out; a lock of this kind goes with the process, however it ends."""
     try:
@@ -252,6 +269,10 @@ def _lock(file: IO[bytes], output: str) -> None:
     try:
         fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
-        raise InputError(
-            f"{output}: another accelcal batch is writing it; wait for it or choose another file"
-        ) from None
+        raise _in_use(output) from None
+
+
+def _in_use(output: str) -> InputError:
+    return InputError(
+        f"{output}: another accelcal batch is writing it; wait for it or choose another file"
+    )

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from accelcal.errors import InputError, not_installed
 
 if TYPE_CHECKING:
+    from concurrent.futures import ProcessPoolExecutor
     from multiprocessing.process import BaseProcess
 
 __all__ = ["completed", "processors", "workers"]
@@ -208,9 +209,10 @@ def workers(jobs: int, dask: str | None) -> AbstractContextManager[tuple[Executo
 @contextmanager
 def _processes(jobs: int) -> Iterator[tuple[Executor, int]]:
     from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing import active_children, get_context
+    from multiprocessing import current_process, get_context
 
-    others = set(active_children())
+    if current_process().daemon:
+        raise InputError(f"jobs is {jobs} in a worker of a pool, which has none; give jobs=1 there")
     # a fork is ready at once, but a copy of a process with threads may hang
     alone = sys.platform == "linux" and threading.active_count() == 1
     context = get_context("fork" if alone else "spawn")
@@ -220,12 +222,19 @@ def _processes(jobs: int) -> Iterator[tuple[Executor, int]]:
             _require_start(pool, jobs)
         yield _Interruptible(pool) if _hears_interrupts() else pool, jobs
     except BaseException:
+        own = _own(pool)
         pool.shutdown(wait=False, cancel_futures=True)
-        _dismiss(set(active_children()) - others)
+        _dismiss(own)
         raise
+    own = _own(pool)
     pool.shutdown(wait=False)
-    for idle in set(active_children()) - others:
+    for idle in own:
         idle.terminate()  # or it might wait for a lock of one that was killed
+
+
+def _own(pool: ProcessPoolExecutor) -> list[BaseProcess]:
+    """Workers of a pool; other threads may have children of this process as well."""
+    return list((pool._processes or {}).values())
 
 
 def _require_start(pool: Executor, jobs: int) -> None:

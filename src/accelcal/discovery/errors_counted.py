@@ -201,7 +201,8 @@ def head_notes(
     if is_corrected(calibration):
         yield (
             "the calibration was corrected by the known errors of its head, the record is not: they"
-            " are in the differences"
+            " are in the differences; on the same head, compare with a calibration that is not"
+            " corrected, which has them as well"
         )
     elif same is None and declared.head_uncertainty and not told:
         yield "the calibration tells no positions of its head, or too many: it counts as another"
