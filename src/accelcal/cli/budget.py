@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from accelcal.cli.deliver import deliver
-from accelcal.cli.forms import in_form
+from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     durations,
     format_option,
@@ -126,10 +125,7 @@ def budget(
         found = _budget(chosen, _random(chosen, options), options)
     if picture is not None:
         _draw(picture, found)
-    if path is not None:
-        deliver(in_form(found, "json"), path)
-    if path != "-":
-        deliver(in_form(found, form), words=form == "text")
+    deliver_result(found, path, form)
 
 
 def _random(calibration: Calibration, options: dict[str, Any]) -> RandomPart:

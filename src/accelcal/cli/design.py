@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from accelcal.cli.deliver import deliver, deliver_picture
-from accelcal.cli.forms import in_form
+from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     apparatus_options,
     effects_option,
@@ -152,10 +152,7 @@ def design(
         _write_sheet(found, given, sheet)
     if picture is not None:
         _draw(picture, found)
-    if path is not None:
-        deliver(found.to_json(), path)
-    if path != "-":
-        deliver(in_form(found, form))
+    deliver_result(found, path, form)
 
 
 def _arguments(options: dict[str, Any]) -> dict[str, Any]:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
-__all__ = ["csv_of", "in_form"]
+from accelcal.cli.deliver import deliver
+
+__all__ = ["csv_of", "deliver_result", "in_form"]
 
 
 class Result(Protocol):
@@ -40,6 +42,24 @@ def in_form(found: Result, form: str) -> str:
     from accelcal.results.json_text import json_text
 
     return json_text(found.to_document())
+
+
+def deliver_result(found: Result, path: str | None, form: str) -> None:
+    """Write a result as JSON to a file, and show it unless the file is standard output.
+
+    Parameters
+    ----------
+    found : Result
+        The result.
+    path : str or None
+        The file; ``"-"`` is standard output.
+    form : {"text", "json", "csv"}
+        The form in which it is shown.
+    """
+    if path is not None:
+        deliver(in_form(found, "json"), path)
+    if path != "-":
+        deliver(in_form(found, form), words=form == "text")
 
 
 def csv_of(rows: Sequence[Mapping[str, Any]]) -> str:

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import click
 
-from accelcal.cli.deliver import deliver, deliver_picture, refuse_to_overwrite
-from accelcal.cli.forms import in_form
+from accelcal.cli.deliver import deliver_picture, refuse_to_overwrite
+from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import format_option, mounting_option, number, output_option
 
 __all__ = ["history"]
@@ -65,7 +65,4 @@ def history(
     )
     if picture is not None:
         deliver_picture(found.plot.trends, picture)
-    if path is not None:
-        deliver(found.to_json(), path)
-    if path != "-":
-        deliver(in_form(found, form), words=form == "text")
+    deliver_result(found, path, form)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from accelcal.cli.deliver import deliver, refuse_stdin_twice
-from accelcal.cli.forms import in_form
+from accelcal.cli.deliver import refuse_stdin_twice
+from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     data_argument,
     duration,
@@ -117,10 +117,7 @@ def stability(
     )
     if picture is not None:
         _draw(picture, result, record)
-    if path is not None:
-        deliver(result.to_json(), path)
-    if path != "-":
-        deliver(in_form(result, form), words=form == "text")
+    deliver_result(result, path, form)
 
 
 def _calibrated(path: str, scale_factor: float | None, record: StabilityRecord) -> float:

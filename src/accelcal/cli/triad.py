@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import click
 
-from accelcal.cli.deliver import deliver, refuse_to_overwrite
-from accelcal.cli.forms import in_form
+from accelcal.cli.deliver import refuse_to_overwrite
+from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import data_argument, format_option, number, output_option
 
 __all__ = ["triad"]
@@ -59,7 +59,4 @@ def triad(
         found = calibrate_triad(record, frame=frame)
     except InputError as error:
         raise error.at(record.source) from None
-    if path is not None:
-        deliver(found.to_json(), path)
-    if path != "-":
-        deliver(in_form(found, form))
+    deliver_result(found, path, form)

@@ -268,8 +268,7 @@ def _tested(
     calibration: Calibration, level: float | None, K1: float
 ) -> tuple[Samples, Array] | None:
     """Positions and temperatures of the test, in the mounting of most tables."""
-    mountings = [table.mounting for table in calibration.tables]
-    main = max(mountings, key=mountings.count)
+    main = calibration.main_mounting
     tables = [t for t in calibration.tables if t.mounting == main and t.residuals.angle_deg]
     if calibration.temperature_model is None:
         tables = [t for t in tables if t.temperature_degC == level][:1]

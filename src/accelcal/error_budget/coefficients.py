@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -105,7 +104,7 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
     (['K1', 'delta_O', 'delta_ip', 'k0', 'k2', 'k3'], (-40.0, 80.0))
     """
     nearest = _nearest_tables(calibration)
-    law_axis = _axis_of_laws(calibration)
+    law_axis = calibration.main_mounting[0]
     main = nearest[law_axis]
     found = {"k0": main.error_model["k0"], "K1": main.coefficients["K1"]}
     found |= {name: main.error_model[name] for name in ("k2", "k3")}
@@ -129,12 +128,6 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
         range=(min(levels), max(levels)) if levels else None,
         model=model,
     )
-
-
-def _axis_of_laws(calibration: Calibration) -> str:
-    """Axis along the shaft in the mounting that met most levels, the one of the laws."""
-    ((mounting, _),) = Counter(table.mounting for table in calibration.tables).most_common(1)
-    return mounting[0]
 
 
 def _nearest_tables(calibration: Calibration) -> dict[str, TableCalibration]:

@@ -78,17 +78,7 @@ def read_small_table(
     given = read_text(source, what)
     refuse_document(given.text, given.name)
     layout = _layout(given.text.split("\n"), given.name, recognise, remedy)
-    places: dict[str, int] = {}
-    for index, heading in enumerate(layout.headings):
-        if heading.role in places:
-            problem = f"two columns mean {heading.role}, the second is {shown(heading.text)}"
-            raise layout.refuse(problem, "keep one and rename the other")
-        if heading.role:
-            places[heading.role] = index
-    for role in needed:
-        if role not in places:
-            found = ", ".join(heading.text for heading in layout.headings)
-            raise layout.refuse(f"no column {role} among {shown(found)}", remedy)
+    places = layout.places(needed, remedy)
     split = columns_by_split(layout, sorted(places.values()), 1 + max(places.values(), default=0))
     text = "".join(layout.rows)
     decimal = "," if layout.separator != "," and text.count(",") > text.count(".") else "."

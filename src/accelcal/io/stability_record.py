@@ -165,17 +165,7 @@ def _acceleration(unit: str) -> float | None:
 
 
 def _columns(layout: Layout) -> Roles:
-    places: dict[str, int] = {}
-    for index, heading in enumerate(layout.headings):
-        if heading.role in places:
-            problem = f"two columns mean {heading.role}, the second is {shown(heading.text)}"
-            raise layout.refuse(problem, "keep one and rename the other")
-        if heading.role in _ROLES:
-            places[heading.role] = index
-    for name in ("time", "output"):
-        if name not in places:
-            found = ", ".join(heading.text for heading in layout.headings)
-            raise layout.refuse(f"no column {name} among {shown(found)}", _REMEDY)
+    places = layout.places(("time", "output"), _REMEDY, among=_ROLES)
     needed = max(places["time"], places["output"]) + 1
     columns = _split(layout, sorted(places.values()), needed)
     return {name: columns[index] for name, index in places.items()}

@@ -22,7 +22,7 @@ from accelcal.page.blocks import (
 from accelcal.page.pictures import pictures
 from accelcal.page.typeset import sentence, typeset
 from accelcal.record import TumbleRecord
-from accelcal.report.discovery import change_row, entry_of
+from accelcal.report.discovery import alias_names, change_row, entry_of
 from accelcal.report.findings import chance, factor_cells, noise_line, probability
 from accelcal.report.lines import counted
 from accelcal.report.numbers import in_small_unit, significant
@@ -199,9 +199,7 @@ def _signature(
 
 
 def _aliases(effect: FoundEffect) -> Note:
-    entries = {other: entry_of(other) for other in effect.indistinguishable}
-    names = ", ".join(entry.name if entry else other for other, entry in entries.items())
-    items = [f"It could as well be: {names}."]
+    items = [f"It could as well be: {alias_names(effect)}."]
     if effect.to_tell_apart:
         items.append(f"To tell them apart: {effect.to_tell_apart}.")
     return Note("plain", "These readings fit others as well", [typeset(item) for item in items])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from accelcal.plot.residuals import tables_of
-from accelcal.plot.style import SMALL, canvas, canvases, entitled, palette, styled
+from accelcal.plot.style import SMALL, blank, canvas, canvases, entitled, palette, styled
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.report.scale import readable
 
@@ -76,8 +76,7 @@ def _draw_runs(ax: Axes, found: Sequence[Quantity], names: Sequence[str]) -> Non
         [np.nan if (u := q.expanded_uncertainty) is None else u for q in found], dtype=float
     )
     if not np.isfinite(values).any():
-        ax.set(xticks=[], yticks=[])
-        ax.text(0.5, 0.5, "not determined", ha="center", transform=ax.transAxes)
+        blank(ax, "not determined")
         return
     factor, unit = readable(next(q.unit for q in found if q.value is not None), values)
     ax.errorbar(

@@ -10,7 +10,7 @@ import numpy as np
 
 from accelcal.arguments.kinds import expect
 from accelcal.errors import InputError
-from accelcal.plot.style import canvas, canvases, palette, styled
+from accelcal.plot.style import blank, canvas, canvases, palette, styled
 from accelcal.report.scale import readable
 from accelcal.stability.noise_terms import TERMS
 from accelcal.stability.record import StabilityRecord
@@ -59,9 +59,7 @@ class StabilityPlot:
         ax, found = canvas(ax, (5.6, 4.2)), self.stability.allan
         ax.set_title("Overlapping Allan deviation")
         if not found.tau_s:
-            ax.set(xticks=[], yticks=[])
-            ax.text(0.5, 0.5, "not determined", ha="center", transform=ax.transAxes)
-            return ax
+            return blank(ax, "not determined")
         factor, unit = readable(self.stability.unit, found.deviation)
         tau = np.array(found.tau_s)
         low, middle, high = (

@@ -9,7 +9,7 @@ import numpy as np
 
 from accelcal.arguments.options import check_text
 from accelcal.errors import InputError
-from accelcal.plot.style import canvas, entitled, palette, styled
+from accelcal.plot.style import blank, canvas, entitled, palette, styled
 from accelcal.report.scale import readable
 
 if TYPE_CHECKING:
@@ -55,9 +55,7 @@ class StandPlot:
         ax.set_title("Errors of the head positions")
         head = self.stand.head
         if not head:
-            ax.set(xticks=[], yticks=[])
-            ax.text(0.5, 0.5, "head uncertainty not declared", ha="center", transform=ax.transAxes)
-            return ax
+            return blank(ax, "head uncertainty not declared")
         angles = [position.angle_deg for position in head]
         values = np.array([position.error.value or 0.0 for position in head])
         half = np.array([position.error.expanded_uncertainty or 0.0 for position in head])

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "FORMS",
+    "blank",
     "canvas",
     "canvases",
     "dressed",
@@ -232,6 +233,13 @@ def entitled(ax: Axes, title: str, columns: int = 3) -> Axes:
     if labelled:
         place = {"bbox_to_anchor": (-0.01, 1.0), "borderaxespad": 0.2}
         ax.legend(loc="lower left", ncols=columns, **place)
+    return ax
+
+
+def blank(ax: Axes, why: str) -> Axes:
+    """Leave axes empty, and say why."""
+    ax.set(xticks=[], yticks=[])
+    ax.text(0.5, 0.5, why, ha="center", transform=ax.transAxes)
     return ax
 
 

@@ -68,8 +68,7 @@ def temperature(calibration: Calibration, axes: Any) -> Any:
 
 def _tables(calibration: Calibration) -> list[TableCalibration]:
     """Tables that the laws are made from: those of the mounting that most are in."""
-    have = [table.mounting for table in calibration.tables]
-    main = max(have, key=have.count)
+    main = calibration.main_mounting
     return [
         table
         for table in calibration.tables

@@ -17,7 +17,7 @@ from accelcal.results.quantity import Quantity
 if TYPE_CHECKING:
     from accelcal.effects.effect import Effect
 
-__all__ = ["change_row", "discovery_text", "entry_of", "told"]
+__all__ = ["alias_names", "change_row", "discovery_text", "entry_of", "told"]
 
 
 def discovery_text(found: Discovery) -> str:
@@ -109,9 +109,7 @@ def _effect(found: Discovery, effect: FoundEffect) -> Iterator[str]:
         before, after = _both(effect.gap_before, effect.gap_after)
         yield f"  gap {before} -> {after} ug"
     if effect.indistinguishable:
-        others = {other: entry_of(other) for other in effect.indistinguishable}
-        names = ", ".join(entry.name if entry else other for other, entry in others.items())
-        yield from wrapped(f"It could as well be: {names}.", "  ")
+        yield from wrapped(f"It could as well be: {alias_names(effect)}.", "  ")
         yield from wrapped(f"To tell them apart: {effect.to_tell_apart}.", "  ")
 
 
@@ -123,6 +121,12 @@ def entry_of(name: str, parameters: Iterable[str] = ()) -> Effect | None:
         return effect_of(name, parameters)
     except InputError:
         return None
+
+
+def alias_names(effect: FoundEffect) -> str:
+    """Names of the effects that explain the readings as well, or their ids where unknown here."""
+    others = {other: entry_of(other) for other in effect.indistinguishable}
+    return ", ".join(entry.name if entry else other for other, entry in others.items())
 
 
 def told(quantity: Quantity) -> str:

@@ -258,10 +258,15 @@ class Calibration(StoredResult, TabularResult):
         laws = self._models().get(mounting)
         return replace(self, tables=tables, temperature_model=laws, second_axis_model=None)
 
+    @property
+    def main_mounting(self) -> str:
+        """Mounting that most tables are in: `temperature_model` is made from these."""
+        have = [table.mounting for table in self.tables]
+        return max(have, key=have.count)
+
     def _models(self) -> dict[str, TemperatureModel | None]:
         """Temperature laws by the mounting that they are made from."""
-        have = [table.mounting for table in self.tables]
-        main = max(have, key=have.count)
+        have, main = [table.mounting for table in self.tables], self.main_mounting
         others = [mounting for mounting in have if mounting[0] != main[0]]
         second = {max(others, key=others.count): self.second_axis_model} if others else {}
         return {main: self.temperature_model, **second}
