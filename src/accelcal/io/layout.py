@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Sized
+from collections.abc import Iterable, Iterator, Mapping, Sized
 from typing import NamedTuple
 
 from accelcal.errors import TableError
@@ -71,43 +71,6 @@ class Layout(NamedTuple):
     rows: list[str]
     lines: list[int]
     notes: tuple[str, ...]
-
-    def places(
-        self, needed: Sequence[str], remedy: str, among: Collection[str] | None = None
-    ) -> dict[str, int]:
-        """Index of the column of each role.
-
-        Parameters
-        ----------
-        needed : sequence of str
-            Roles that must be there.
-        remedy : str
-            What the headings should be.
-        among : collection of str, optional
-            Roles that count; all of them without it.
-
-        Returns
-        -------
-        dict of str to int
-            Role -> index.
-
-        Raises
-        ------
-        TableError
-            If one of them is missing, or a role is there twice.
-        """
-        found: dict[str, int] = {}
-        for index, heading in enumerate(self.headings):
-            if heading.role in found:
-                problem = f"two columns mean {heading.role}, the second is {shown(heading.text)}"
-                raise self.refuse(problem, "keep one and rename the other")
-            if heading.role and (among is None or heading.role in among):
-                found[heading.role] = index
-        for role in needed:
-            if role not in found:
-                have = ", ".join(heading.text for heading in self.headings)
-                raise self.refuse(f"no column {role} among {shown(have)}", remedy)
-        return found
 
     def refuse(self, problem: str, remedy: str) -> TableError:
         """Make the error of the headings."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import NamedTuple
 
 from accelcal.errors import TableError
@@ -12,7 +12,7 @@ from accelcal.io.layout import Declared, Layout, listed, shown, split_line
 from accelcal.io.text import Source, read_text, refuse_document
 from accelcal.io.vocabulary import Heading, canonical_key, split_unit
 
-__all__ = ["SmallTable", "read_small_table", "uniform"]
+__all__ = ["SmallTable", "places_of", "read_small_table", "uniform"]
 
 Recognise = Callable[[str], Heading]
 """Meaning of a heading; a role None for a column that is not used."""
@@ -78,7 +78,7 @@ def read_small_table(
     given = read_text(source, what)
     refuse_document(given.text, given.name)
     layout = _layout(given.text.split("\n"), given.name, recognise, remedy)
-    places = layout.places(needed, remedy)
+    places = places_of(layout, needed, remedy)
     split = columns_by_split(layout, sorted(places.values()), 1 + max(places.values(), default=0))
     text = "".join(layout.rows)
     decimal = "," if layout.separator != "," and text.count(",") > text.count(".") else "."
@@ -89,6 +89,46 @@ def read_small_table(
         headings_line=layout.headings_line,
         notes=layout.notes,
     )
+
+
+def places_of(
+    layout: Layout, needed: Sequence[str], remedy: str, among: Collection[str] | None = None
+) -> dict[str, int]:
+    """Index of the column of each role.
+
+    Parameters
+    ----------
+    layout : Layout
+        The table.
+    needed : sequence of str
+        Roles that must be there.
+    remedy : str
+        What the headings should be.
+    among : collection of str, optional
+        Roles that count; all of them without it.
+
+    Returns
+    -------
+    dict of str to int
+        Role -> index.
+
+    Raises
+    ------
+    TableError
+        If one of them is missing, or a role is there twice.
+    """
+    found: dict[str, int] = {}
+    for index, heading in enumerate(layout.headings):
+        if heading.role in found:
+            problem = f"two columns mean {heading.role}, the second is {shown(heading.text)}"
+            raise layout.refuse(problem, "keep one and rename the other")
+        if heading.role and (among is None or heading.role in among):
+            found[heading.role] = index
+    for role in needed:
+        if role not in found:
+            have = ", ".join(heading.text for heading in layout.headings)
+            raise layout.refuse(f"no column {role} among {shown(have)}", remedy)
+    return found
 
 
 def uniform(columns: Sequence[Column], declared: Declared | None) -> str | None:

@@ -15,6 +15,7 @@ from accelcal.io.cells import Column, labels, numbers
 from accelcal.io.declarations import unit_and_serial
 from accelcal.io.engines import BulkEngineGivesUp, Columns, columns_by_pandas, columns_by_split
 from accelcal.io.layout import Layout, all_outputs, counted, listed, read_layout, shown
+from accelcal.io.small_table import places_of
 from accelcal.io.text import Source, read_text
 from accelcal.io.times import in_seconds, times
 from accelcal.io.units_row import with_units_below
@@ -165,7 +166,7 @@ def _acceleration(unit: str) -> float | None:
 
 
 def _columns(layout: Layout) -> Roles:
-    places = layout.places(("time", "output"), _REMEDY, among=_ROLES)
+    places = places_of(layout, ("time", "output"), _REMEDY, among=_ROLES)
     needed = max(places["time"], places["output"]) + 1
     columns = _split(layout, sorted(places.values()), needed)
     return {name: columns[index] for name, index in places.items()}
