@@ -310,6 +310,7 @@ def test_prefixes_of_units_are_converted():
         (frame(2), {}, r"serial A has 2 dated calibration\(s\) to compare, and a drift needs 3"),
         (frame(date=None), {}, "10 of 10 tables have no date that can be read, first 2010.csv"),
         (frame(), {"serial": "B"}, "no serial 'B' in the results; there is A"),
+        (frame(serial=42), {"serial": "0042"}, r"there is 42; read them .* dtype={'serial': str}"),
         (frame(serial=list("ABABABABAB")), {}, "several units; choose one by its serial: A, B"),
         (frame(), {"mounting": "p+"}, "no mounting 'p\\+' in the results; there is o\\+"),
         (frame(), {"temperature": 80.0}, "no calibration at 80 degC; there is 20 degC"),

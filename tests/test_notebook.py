@@ -188,6 +188,15 @@ def test_a_record_is_a_frame(results):
     assert (again.mounting == record.mounting).all()
 
 
+def test_plot_of_pandas_is_told_the_pictures(results):
+    assert not hasattr(results["Calibration"].plot, "__dict__")
+    with pytest.raises(accelcal.InputError, match=r"^\.plot\(\) is no picture; choose .*residuals"):
+        results["Calibration"].plot(kind="line")
+    for name in ("Discovery", "Disagreement", "Stability", "ErrorBudget", "History", "StandBudget"):
+        with pytest.raises(accelcal.InputError, match=r"choose \.plot\.\w+\(\)"):
+            results[name].plot()
+
+
 # -- equality --------------------------------------------------------------------------------------
 
 

@@ -126,7 +126,7 @@ def read_table(source: Source, *, overrides: Mapping[str, object] | None = None)
     records = read_tables(source, overrides=overrides)
     if len(records) > 1:
         names = shown(", ".join(str(record.serial) for record in records))
-        remedy = "read them by read_tables, or give one accelerometer a file"
+        remedy = "read them by read_tables, or give one accelerometer at a time"
         raise TableError(f"serials {names} in one table", remedy, source=records[0].source)
     return records[0]
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from accelcal.plot.pictures import Pictures
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -14,7 +16,7 @@ __all__ = ["CalibrationPlot"]
 
 
 @dataclass(frozen=True, slots=True)
-class CalibrationPlot:
+class CalibrationPlot(Pictures):
     """Pictures of a calibration.
 
     Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from accelcal.plot.pictures import Pictures
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -18,7 +20,7 @@ _ALPHA = 0.01
 
 
 @dataclass(frozen=True, slots=True)
-class DisagreementPlot:
+class DisagreementPlot(Pictures):
     """Pictures of a comparison.
 
     Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and

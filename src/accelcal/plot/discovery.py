@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from accelcal.plot.pictures import Pictures
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -15,7 +17,7 @@ __all__ = ["DiscoveryPlot"]
 
 
 @dataclass(frozen=True, slots=True)
-class DiscoveryPlot:
+class DiscoveryPlot(Pictures):
     """Pictures of a discovery.
 
     Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and

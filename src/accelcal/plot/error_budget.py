@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import SMALL, canvases, palette, styled
 from accelcal.report.error_budget import joint_variance, place
 from accelcal.units import MICRO
@@ -26,7 +27,7 @@ _HATCHES = ("", "////", "....")
 
 
 @dataclass(frozen=True, slots=True)
-class ErrorBudgetPlot:
+class ErrorBudgetPlot(Pictures):
     """Pictures of an error budget.
 
     Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from accelcal.numerics.probability import NORMAL_FACTOR
+from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, entitled, palette, styled
 from accelcal.report.scale import readable
 
@@ -21,7 +22,7 @@ __all__ = ["HistoryPlot"]
 
 
 @dataclass(frozen=True, slots=True)
-class HistoryPlot:
+class HistoryPlot(Pictures):
     """Pictures of a unit's history.
 
     Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and

@@ -10,6 +10,7 @@ import numpy as np
 
 from accelcal.arguments.kinds import expect
 from accelcal.errors import InputError
+from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import blank, canvas, canvases, palette, styled
 from accelcal.report.scale import readable
 from accelcal.stability.noise_terms import TERMS
@@ -28,7 +29,7 @@ _MOST_NAMED = 6
 
 
 @dataclass(frozen=True, slots=True)
-class StabilityPlot:
+class StabilityPlot(Pictures):
     """Pictures of a stability test.
 
     Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and

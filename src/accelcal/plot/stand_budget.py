@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from accelcal.errors import InputError
+from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, palette, styled
 from accelcal.report.stand_budget import shares, shown_unit
 
@@ -29,7 +30,7 @@ _LEAST = 1e-5
 
 
 @dataclass(frozen=True, slots=True)
-class StandBudgetPlot:
+class StandBudgetPlot(Pictures):
     """Pictures of the budget of a stand.
 
     Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and

@@ -9,6 +9,7 @@ import numpy as np
 
 from accelcal.arguments.options import check_text
 from accelcal.errors import InputError
+from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import blank, canvas, entitled, palette, styled
 from accelcal.report.scale import readable
 
@@ -23,7 +24,7 @@ _MOST_NAMED = 16
 
 
 @dataclass(frozen=True, slots=True)
-class StandPlot:
+class StandPlot(Pictures):
     """Pictures of a stand.
 
     Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and

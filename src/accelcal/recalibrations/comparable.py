@@ -97,7 +97,9 @@ def _of_unit(entries: Sequence[Entry], serial: str | None) -> list[Entry]:
         raise InputError(f"several units; choose one by its serial: {listed(have)}")
     own = [entry for entry in entries if serial is None or _name(entry) == serial]
     if not own:
-        raise InputError(f"no serial {serial!r} in the results; there is {listed(have)}")
+        as_number = serial is not None and serial.lstrip("0") in have
+        remedy = "; read them by pandas.read_csv(..., dtype={'serial': str})" if as_number else ""
+        raise InputError(f"no serial {serial!r} in the results; there is {listed(have)}{remedy}")
     return own
 
 
