@@ -23,6 +23,7 @@ DECLARED = {"head_uncertainty": HEAD}
 LAUNCH = {"launch_uncertainty": 5e-6, "launch_sf_uncertainty": 5e-6}
 STAND = Stand(head=HEAD, launch=5e-6, launch_sf=5e-6)
 THREE = (20.0, 80.0, -40.0)
+SIX = 2 * THREE
 LOWEST, HIGHEST = 93.0, 97.0
 
 
@@ -50,6 +51,7 @@ REGIMES = (
     Regime("two heads, three levels", False, False, temperatures=THREE),
     Regime("one head, estimated", True, True, declared=LAUNCH),
     Regime("two heads, estimated", False, False, declared=LAUNCH),
+    Regime("one head, launches estimated", True, True, declared=DECLARED, temperatures=SIX),
     Regime("one head, closed form", True, True, method="closed-form"),
     Regime("one head, 12 positions and then 8", True, True, positions=(12, 8)),
     Regime("one head, one stroke again", True, True, strokes=(6, 1)),

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import accelcal
+from accelcal.discovery.chances import Estimated, chances
 from accelcal.discovery.factors import Block
 from accelcal.discovery.space import space_of
-from accelcal.discovery.where import shares
 from accelcal.simulation import NoiseComponents, TumblePlan, simulate
 
 SHORT = TumblePlan(strokes=1, temperatures=(20.0,))
@@ -50,10 +51,50 @@ def test_shares_of_noise_known_with_few_degrees_of_freedom_follow_fisher():
     space = space_of(np.eye(3), np.empty((3, 0)), np.eye(3))
     block = Block("position", np.eye(3)[:, :1])
     seen = np.array([2.0, 0.0, 0.0])
-    (few,) = shares(space, seen, [block], 4.0)
-    (known,) = shares(space, seen, [block])
-    assert few.p_value == pytest.approx(0.116117, abs=1e-6)
-    assert known.p_value == pytest.approx(0.045500, abs=1e-5)
+    assert chances(space, seen, [block], 4.0) == pytest.approx([0.116117], abs=1e-6)
+    assert chances(space, seen, [block]) == pytest.approx([0.045500], abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "dof"), [(3.182446, 3.0), (5.840909, 3.0), (9.924843, 2.0), (2.042272, 30.0)]
+)
+def test_a_size_that_was_estimated_leaves_the_tails_of_student(ratio, dof):
+    # one error alone; 1.7 of its estimate is counted, which must not matter
+    space = space_of(np.eye(2) / 1.7, np.empty((2, 0)), np.eye(2))
+    error = Estimated(np.eye(2)[:, :1], np.eye(1) * 1.7**2, lambda f: np.eye(1) * f(dof) ** 2)
+    block = Block("position", np.eye(2)[:, :1])
+    (found,) = chances(space, np.array([ratio / 1.7, 0.0]), [block], errors=error)
+    assert found == pytest.approx(2.0 * stats.t.sf(ratio, dof), rel=1e-3)
+
+
+def test_several_directions_of_an_estimated_size_leave_the_tails_of_fisher():
+    space = space_of(np.eye(5), np.empty((5, 0)), np.eye(5))
+    error = Estimated(np.eye(5)[:, :3], np.eye(3), lambda factor: np.eye(3) * factor(2.0) ** 2)
+    seen = np.array([3.0, -4.0, 12.0, 1.5, 0.0])  # the third square is 19 beyond the first two
+    blocks = [Block("run", np.eye(5)[:, :2]), Block("position", np.eye(5)[:, 2:4])]
+    found = chances(space, seen, blocks, errors=error)
+    assert found[0] == pytest.approx(stats.f.sf(25.0 / 2.0, 2, 2), rel=1e-3)
+    # beside a direction that is known, each size by itself: simulated from the definition
+    sizes = np.sqrt(2.0 / np.random.default_rng(1).chisquare(2.0, 400_000))
+    expected = stats.chi2.sf((12.0 / sizes) ** 2 + 1.5**2, 2).mean()
+    assert found[1] == pytest.approx(expected, rel=0.02)
+
+
+def test_the_chance_of_another_head_of_unknown_error_is_what_it_claims_to_be():
+    # before, 5 % of the pairs of tests on two heads had p below 0.01
+    noise = NoiseComponents(reading=5e-6, head=2e-5, launch=0.0, launch_sf=0.0)
+    plan = TumblePlan(temperatures=(20.0,))
+
+    def test(seed):
+        record = simulate(plan=plan, noise=noise, seed=seed)
+        return record.with_apparatus(head_uncertainty=None)
+
+    p_values = np.array([
+        accelcal.compare(accelcal.fit(test(2 * n)), test(2 * n + 1), same_head=False).p_value
+        for n in range(200)
+    ])  # fmt: skip
+    assert np.mean(p_values < 0.05) < 0.10
+    assert np.mean(p_values < 0.01) < 0.03
 
 
 def test_what_a_calibration_tells_from_few_readings_counts_as_larger():

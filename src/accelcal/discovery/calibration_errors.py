@@ -13,7 +13,7 @@ with Q the projector off the model and s the noise of a reading, what is missed 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -112,13 +112,29 @@ class CalibrationErrors(NamedTuple):
         ndarray, shape (18, 18)
             The covariance.
         """
-        factors = np.array([student_quantile(LEVEL, own) for own in self.freedom.tolist()])
-        factors = np.maximum(factors / student_quantile(LEVEL, dof), 1.0)
+        known = student_quantile(LEVEL, dof)
+        return self.sized(lambda own: max(student_quantile(LEVEL, own) / known, 1.0), head=head)
+
+    def sized(self, factor: Callable[[float], float], *, head: bool) -> Array:
+        """Covariance, were the standard uncertainties other than estimated.
+
+        Parameters
+        ----------
+        factor : callable
+            Size of an uncertainty over its estimate, of the degrees of freedom of that.
+        head : bool
+            Count the errors by the head, as of another head than that of the record.
+
+        Returns
+        -------
+        ndarray, shape (18, 18)
+            The covariance.
+        """
+        factors = np.array([factor(own) for own in self.freedom.tolist()])
         found = self.rest * np.outer(factors, factors)
         found[0, 0] += self.hysteresis**2
         if head:
-            factor = max(student_quantile(LEVEL, self.head_dof) / student_quantile(LEVEL, dof), 1.0)
-            found += factor**2 * self.of_head @ self.of_head.T
+            found += factor(self.head_dof) ** 2 * self.of_head @ self.of_head.T
         return found
 
 

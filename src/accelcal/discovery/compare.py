@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -13,11 +14,22 @@ from accelcal.apparatus import Apparatus
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
 from accelcal.discovery.calibration_errors import CalibrationErrors, calibration_errors
+from accelcal.discovery.chances import Estimated, chances
 from accelcal.discovery.changes import Uncertain, changes, wider
-from accelcal.discovery.errors_counted import coefficient_notes, counted, head_notes, notes, sources
+from accelcal.discovery.errors_counted import (
+    coefficient_notes,
+    counted,
+    freedom,
+    from_calibration,
+    head_notes,
+    notes,
+    size_counted,
+    sources,
+)
 from accelcal.discovery.factors import blocks
 from accelcal.discovery.noise import (
     ReadingNoise,
+    acting,
     covariance,
     dummies,
     reading_noise,
@@ -38,6 +50,7 @@ from accelcal.record import TumbleRecord, naming
 from accelcal.results.calibration import Calibration
 from accelcal.results.disagreement import Disagreement, RunChange
 from accelcal.results.findings import Share
+from accelcal.results.quantity import ErrorSource
 from accelcal.version import __version__
 
 __all__ = ["compare", "residuals_of"]
@@ -55,6 +68,7 @@ class _Seen(NamedTuple):
     noise: ReadingNoise
     dof: float
     declared: Apparatus
+    known: dict[str, ErrorSource]
     errors: CalibrationErrors
     step: float
 
@@ -133,7 +147,8 @@ def compare(
     dof = float(noise.dof) or (known.dof if known else np.inf)
     declared, errors = counted(calibration, record), calibration_errors(calibration, found)
     step = _step(found, converted)
-    seen = _Seen(converted, simulated, noise, dof, declared, errors, step)
+    own = from_calibration(calibration, record)
+    seen = _Seen(converted, simulated, noise, dof, declared, own, errors, step)
     same = is_same_head(calibration, record, errors, same_head)
     judged = _whatever_the_head(seen, same, is_turned_over(calibration, record))
     return Disagreement(
@@ -224,7 +239,8 @@ def _judged(seen: _Seen, same: bool) -> _Judged:
     space = _space(seen, by_error @ larger @ by_error.T + by_head @ by_head.T)
     coordinates = space.see(seen.simulated.residual)
     factors = blocks(space, c, first="run")
-    where = shares(space, coordinates, factors, seen.dof)
+    single = chances(space, coordinates, factors, seen.dof, _estimated(seen, same, larger))
+    where = shares(coordinates, factors, single)
     worst = max(range(len(where)), key=lambda i: (where[i].p_value < _SIGNIFICANT, where[i].share))
     told, block = "", factors[worst]
     if where[worst].p_value < _SIGNIFICANT:
@@ -247,6 +263,30 @@ def _judged(seen: _Seen, same: bool) -> _Judged:
         reduced_chi2=float(coordinates @ coordinates) / coordinates.size,
         structure=told,
         runs=tuple(changes(seen.record, seen.simulated, known)),
+    )
+
+
+def _estimated(seen: _Seen, same: bool, larger: Array) -> Estimated:
+    """Errors whose sizes the calibration tells: its own, those of the head and of launches."""
+    c, by_error = seen.simulated.conditions, seen.simulated.by_error
+    columns = acting(c, head_positions(seen.record.angle))
+    if same:
+        columns["head_uncertainty"] = head_difference(seen.errors, seen.simulated, seen.record)
+    others = [(columns[name], source) for name, source in seen.known.items()]
+
+    def covariance(of_calibration: Array, size: Callable[[ErrorSource], float]) -> Array:
+        sizes = [np.full(own.shape[1], size(source)) for own, source in others]
+        whole = np.diag(np.concatenate([np.zeros(len(of_calibration)), *sizes]) ** 2)
+        whole[: len(of_calibration), : len(of_calibration)] = of_calibration
+        return whole
+
+    return Estimated(
+        acting=np.hstack([by_error, *(own for own, _ in others)]),
+        counted=covariance(larger, size_counted),
+        sized=lambda factor: covariance(
+            seen.errors.sized(factor, head=not same),
+            lambda source: (source.value or 0.0) * factor(freedom(source)),
+        ),
     )
 
 

@@ -13,6 +13,7 @@ from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag
 from accelcal.discovery.candidates import Instance, candidates, searched_among
 from accelcal.discovery.caveats import caveats
+from accelcal.discovery.chances import chances
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.empirical_terms import empirical_explanation
 from accelcal.discovery.explanation import Explanation
@@ -202,7 +203,11 @@ def _discovery(
         noise=_noise(comparison),
         before=_gap_as_given(record, question) if found else _gap(bare, steps[0].held_out),
         after=_gap(within, steps[-1].held_out),
-        where=shares(comparison.space, comparison.seen, family.blocks),
+        where=shares(
+            comparison.seen,
+            family.blocks,
+            chances(comparison.space, comparison.seen, family.blocks),
+        ),
         effects=tuple(_effects(look, named, steps)) if named else (),
         unexplained=unexplained,
         undetectable=undetectable(comparison, family.candidates),

@@ -18,7 +18,16 @@ from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource
 
-__all__ = ["coefficient_notes", "counted", "head_notes", "notes", "sources"]
+__all__ = [
+    "coefficient_notes",
+    "counted",
+    "freedom",
+    "from_calibration",
+    "head_notes",
+    "notes",
+    "size_counted",
+    "sources",
+]
 
 _FROM_CALIBRATION = ("head", "launch", "launch_sf")
 _LIKE = 0.1
@@ -44,25 +53,45 @@ def counted(calibration: Calibration, record: TumbleRecord) -> Apparatus:
         The errors. One that the calibration estimated from few degrees of freedom is larger than
         the estimate by Student's factor over the normal one.
     """
-    known = {source.name: _size(source) for source in calibration.error_sources}
+    taken = from_calibration(calibration, record)
+    return replace(record.apparatus, **{name: size_counted(own) for name, own in taken.items()})
+
+
+def from_calibration(calibration: Calibration, record: TumbleRecord) -> dict[str, ErrorSource]:
+    """Find what the calibration knew of errors that the record does not declare.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    record : TumbleRecord
+        The record that it is compared with.
+
+    Returns
+    -------
+    dict of str to ErrorSource
+        The errors, by their names in `Apparatus`.
+    """
+    known = {f"{source.name}_uncertainty": source for source in calibration.error_sources}
     if is_corrected(calibration):
-        known.pop("head", None)  # that is what the correction left; the record has the whole
-    own = record.apparatus
-    return replace(
-        own,
-        **{
-            f"{name}_uncertainty": known[name]
-            for name in _FROM_CALIBRATION
-            if getattr(own, f"{name}_uncertainty") is None and known.get(name) is not None
-        },
-    )
+        known.pop("head_uncertainty", None)  # what the correction left; the record has the whole
+    return {
+        name: known[name]
+        for name in (f"{name}_uncertainty" for name in _FROM_CALIBRATION)
+        if getattr(record.apparatus, name) is None
+        and name in known
+        and known[name].value is not None
+    }
 
 
-def _size(source: ErrorSource) -> float | None:
+def size_counted(source: ErrorSource) -> float:
     """Size that an error counts with: an estimate of few degrees of freedom may be too small."""
-    if source.value is None or source.dof is None:
-        return source.value
-    return source.value * student_quantile(LEVEL, source.dof) / NORMAL_FACTOR
+    return (source.value or 0.0) * student_quantile(LEVEL, freedom(source)) / NORMAL_FACTOR
+
+
+def freedom(source: ErrorSource) -> float:
+    """Degrees of freedom of the size of an error, infinite where it is known."""
+    return np.inf if source.dof is None else source.dof
 
 
 def sources(
@@ -235,12 +264,10 @@ def _units(calibration: Calibration, record: TumbleRecord) -> Iterator[str]:
 
 def _few_degrees(calibration: Calibration, record: TumbleRecord) -> Iterator[str]:
     """Errors that nobody declared and the calibration told from little."""
-    for source in calibration.error_sources:
-        field = f"{source.name}_uncertainty"
-        is_used = source.name in _FROM_CALIBRATION and getattr(record.apparatus, field) is None
-        if is_used and source.dof is not None and source.dof < _FEW:
+    for name, source in from_calibration(calibration, record).items():
+        if source.dof is not None and source.dof < _FEW:
             degrees = "1 degree" if source.dof == 1.0 else f"{source.dof:.3g} degrees"
             yield (
-                f"{field} is not declared, and the calibration estimated it from {degrees} of"
+                f"{name} is not declared, and the calibration estimated it from {degrees} of"
                 " freedom: it counts as larger than estimated, and may be larger still"
             )

@@ -20,6 +20,7 @@ from accelcal.record import TumbleRecord
 
 __all__ = [
     "ReadingNoise",
+    "acting",
     "cells",
     "covariance",
     "cycle",
@@ -265,15 +266,34 @@ def covariance(
     """
     apart = np.abs(c.number[:, None] - c.number)
     total = np.where(c.run[:, None] == c.run, noise.rho**apart, 0.0)
-    runs = dummies(c.run)
     rounding = step / np.sqrt(12.0) if step > noise.sigma else 0.0
-    for size, acting in (
-        (rounding, dummies(c.run, np.round(c.angle, 6))),
-        (declared.head_uncertainty, (c.gain * c.per_radian)[:, None] * dummies(head)),
-        (declared.launch_uncertainty, c.gain[:, None] * runs),
-        (declared.launch_sf_uncertainty, (c.gain * c.indicated)[:, None] * runs),
-        (declared.temperature_uncertainty, (c.gain * c.per_degree)[:, None] * runs),
-    ):
+    sizes = [(getattr(declared, name), columns) for name, columns in acting(c, head).items()]
+    for size, columns in ((rounding, dummies(c.run, np.round(c.angle, 6))), *sizes):
         if size:
-            total = total + (size / noise.sigma) ** 2 * acting @ acting.T
+            total = total + (size / noise.sigma) ** 2 * columns @ columns.T
     return total
+
+
+def acting(c: Conditions, head: Array) -> dict[str, Array]:
+    """What the errors of head, launches and chamber do to readings.
+
+    Parameters
+    ----------
+    c : Conditions
+        Of n readings.
+    head : ndarray, shape (n,)
+        Head position of each reading [deg].
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n, k)
+        Change of the readings by each of k errors of one size, by its name in `Apparatus`
+        [g per unit].
+    """
+    runs = dummies(c.run)
+    return {
+        "head_uncertainty": (c.gain * c.per_radian)[:, None] * dummies(head),
+        "launch_uncertainty": c.gain[:, None] * runs,
+        "launch_sf_uncertainty": (c.gain * c.indicated)[:, None] * runs,
+        "temperature_uncertainty": (c.gain * c.per_degree)[:, None] * runs,
+    }

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.discovery.factors import Block
-from accelcal.discovery.family import chance, without
-from accelcal.discovery.noise import FEWEST_REPLICATES, cycle, orthonormal
+from accelcal.discovery.family import without
+from accelcal.discovery.noise import cycle, orthonormal
 from accelcal.discovery.space import Space
 from accelcal.effects.conditions import Conditions
 from accelcal.results.findings import Share
@@ -18,46 +18,32 @@ __all__ = ["pattern", "shares", "structure"]
 
 Array = NDArray[np.float64]
 
-_ENDLESS = 10**6
 _HARMONICS = 8
 _PURE = 0.8
 """Part of a pattern's squares that one harmonic must have to be called the pattern."""
 
 
-def shares(
-    space: Space, seen: Array, blocks: Sequence[Block], known_dof: float = np.inf
-) -> tuple[Share, ...]:
+def shares(seen: Array, blocks: Sequence[Block], single: Sequence[float]) -> tuple[Share, ...]:
     """Share of each factor in the disagreement, and the chance that it is noise.
 
     Parameters
     ----------
-    space : Space
-        The space.
     seen : ndarray, shape (m,)
         Coordinates of the readings.
     blocks : sequence of Block
         The factors, each orthogonal to those before it.
-    known_dof : float, default infinite
-        Degrees of freedom of the noise that the space is whitened by, where no replicates tell it
-        anew.
+    single : sequence of float
+        Chance of each alone, see `accelcal.discovery.chances`.
 
     Returns
     -------
     tuple of Share
         With Holm's p-values; what the shares leave of 1 is the repeatability.
     """
-    total, repeated = float(seen @ seen), space.dof >= FEWEST_REPLICATES
-    dof = space.dof if repeated else min(known_dof, _ENDLESS)
-    variance = float(space.pure_error(seen)) / dof if repeated else 1.0
-    squares = [float(((block.basis.T @ seen) ** 2).sum()) for block in blocks]
-    sizes = [block.basis.shape[1] for block in blocks]
-    single = [
-        float(chance(np.array(s / size / variance), dof, size))
-        for s, size in zip(squares, sizes, strict=True)
-    ]
+    total = float(seen @ seen)
     return tuple(
-        Share(block.factor, s / total, p)
-        for block, s, p in zip(blocks, squares, _holm(single), strict=True)
+        Share(block.factor, float(((block.basis.T @ seen) ** 2).sum()) / total, p)
+        for block, p in zip(blocks, _holm(single), strict=True)
     )
 
 

@@ -1,0 +1,141 @@
+"""The chance that noise alone makes a factor disagree, whatever few degrees of freedom leave open.
+
+An error of a size s that was estimated with v degrees of freedom may have the size s sqrt(v / x), x
+of a chi-square distribution of v. The chance under each of these sizes, averaged over them, is that
+of Student's distribution (of one direction) or of Fisher's (of several) where no other error is
+there, and lies between theirs and that of known errors where there are others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.factors import Block
+from accelcal.discovery.family import chance, without
+from accelcal.discovery.noise import FEWEST_REPLICATES, orthonormal
+from accelcal.discovery.space import Space
+
+__all__ = ["Estimated", "chances"]
+
+Array = NDArray[np.float64]
+
+_ENDLESS = 10**6
+_LOGITS = np.linspace(-14.0, 14.0, 41)
+"""Logits of the probabilities at which sizes are tried; the trapezoidal rule is exact enough."""
+
+_NEW = 1e-6
+"""Part of a column beyond others above which it is not rounding."""
+
+
+class Estimated(NamedTuple):
+    """Errors of which some sizes were estimated.
+
+    Attributes
+    ----------
+    acting : ndarray, shape (n, k)
+        Change of the n readings by each error [g per unit].
+    counted : ndarray, shape (k, k)
+        Covariance of the errors that the space is whitened by.
+    sized : callable
+        The covariance, were the sizes other than estimated: of a function that gives the size over
+        its estimate, of the degrees of freedom of that.
+    """
+
+    acting: Array
+    counted: Array
+    sized: Callable[[Callable[[float], float]], Array]
+
+
+def chances(
+    space: Space,
+    seen: Array,
+    blocks: Sequence[Block],
+    known_dof: float = np.inf,
+    errors: Estimated | None = None,
+) -> list[float]:
+    """Chance that noise makes each factor disagree as much.
+
+    Parameters
+    ----------
+    space : Space
+        The space.
+    seen : ndarray, shape (m,)
+        Coordinates of the readings.
+    blocks : sequence of Block
+        The factors, each orthogonal to those before it.
+    known_dof : float, default infinite
+        Degrees of freedom of the noise that the space is whitened by, where no replicates tell it
+        anew.
+    errors : Estimated, optional
+        Errors with estimated sizes; without them all that the space is whitened by is known.
+
+    Returns
+    -------
+    list of float
+        One a block, not yet honest for their number.
+    """
+    repeated = space.dof >= FEWEST_REPLICATES
+    dof = space.dof if repeated else min(known_dof, _ENDLESS)
+    variance = float(space.pure_error(seen)) / dof if repeated else 1.0
+    sizes = [block.basis.shape[1] for block in blocks]
+    tried = [(1.0, [float(((block.basis.T @ seen) ** 2).sum()) for block in blocks])]
+    if errors is not None:
+        tried = list(_under_all_sizes(space, seen, blocks, errors))
+    return [
+        float(
+            sum(
+                weight * chance(np.array(each[i] / size / variance), dof, size)
+                for weight, each in tried
+            )
+        )
+        for i, size in enumerate(sizes)
+    ]
+
+
+def _under_all_sizes(
+    space: Space, seen: Array, blocks: Sequence[Block], errors: Estimated
+) -> Iterator[tuple[float, list[float]]]:
+    """Weight of each size that is tried, and the sums of squares of the blocks under it.
+
+    Under another covariance, what a factor has beyond those before it are innovations: Cholesky's
+    factor forms them, of the factors in the reverse of their order.
+    """
+    from scipy.linalg import solve_triangular  # type: ignore[import-untyped]
+
+    acting = space.see(errors.acting)
+    bases = np.hstack([block.basis for block in reversed(blocks)])
+    coordinates = np.hstack([_beyond(acting, bases), bases]).T
+    shown, acted = coordinates @ seen, coordinates @ acting
+    ends = np.cumsum([block.basis.shape[1] for block in blocks])
+    for weight, factor in _factors():
+        change = acted @ (errors.sized(factor) - errors.counted) @ acted.T
+        lower = np.linalg.cholesky(np.eye(shown.size) + change)
+        squares = np.cumsum(solve_triangular(lower, shown, lower=True)[::-1] ** 2)[ends - 1]
+        yield weight, np.diff(squares, prepend=0.0).tolist()
+
+
+def _beyond(columns: Array, taken: Array) -> Array:
+    """Orthonormal basis of what columns have beyond a basis."""
+    left = without(columns, taken)
+    norms = np.sqrt((left**2).sum(axis=0))
+    return orthonormal(left[:, norms > _NEW * np.sqrt((columns**2).sum(axis=0))])
+
+
+def _factors() -> Iterator[tuple[float, Callable[[float], float]]]:
+    """Weights, and the sizes over their estimates, all large together or all small."""
+    from scipy.special import expit, gammaincinv  # type: ignore[import-untyped]
+
+    levels = expit(_LOGITS)
+    weights = levels * expit(-_LOGITS)
+    for level, weight in zip(levels.tolist(), (weights / weights.sum()).tolist(), strict=True):
+
+        def factor(dof: float, level: float = level) -> float:
+            return (
+                1.0 if np.isinf(dof) else float(np.sqrt(0.5 * dof / gammaincinv(0.5 * dof, level)))
+            )
+
+        yield weight, factor
