@@ -2,6 +2,7 @@
 
     python benchmarks/history.py            # 400 units a line, some minutes
     python benchmarks/history.py --choices  # other intervals that were tried
+    python benchmarks/history.py --alarms --units 4000  # false alarms of few calibrations alone
     python benchmarks/history.py --smoke    # 60 units a line
 
 The units are drawn here, without accelcal: dates at random over ten years, stated uncertainties
@@ -19,9 +20,11 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from scipy.stats import binomtest
 
 import accelcal
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
+from accelcal.recalibrations.jumps import FEWEST
 from accelcal.recalibrations.regression import fit_line, scatter_beyond
 
 UG = 1e-6
@@ -171,6 +174,32 @@ def print_choices(units: int) -> None:
         print(f"{kind.count:12d}  {kind.scatter:7g}  {kind.shared:6g}{cells}")
 
 
+def print_alarms(units: int) -> None:
+    """Print how often a jump is named where none is, with limits of Clopper and Pearson."""
+    print(f"{units} units a line without a jump; percent in which one is named, with 95 % limits")
+    print("calibrations  scatter/ug  shared  false alarms")
+    counts = []
+    for number, kind in enumerate(kind for kind in KINDS if kind.count == FEWEST):
+        rng = np.random.default_rng([40, number])
+        counts.append(sum(has_jump(unit(kind, rng)) for _ in range(units)))
+        cells = (
+            f"{kind.count:12d}  {kind.scatter:10g}  {kind.shared:6g}  {share(counts[-1], units)}"
+        )
+        print(cells, flush=True)
+    print(f"{'together':>32}  {share(sum(counts), units * len(counts))}")
+
+
+def has_jump(frame: pd.DataFrame) -> bool:
+    """Whether a jump of the bias or of the scale factor is named."""
+    return any(trend.jumps for trend in accelcal.history(frame, alpha=0.01).trends)
+
+
+def share(count: int, of: int) -> str:
+    """A count in percent, with its 95 % limits."""
+    low, high = binomtest(count, of).proportion_ci(LEVEL)
+    return f"{100.0 * count / of:.2f} ({100.0 * low:.2f} to {100.0 * high:.2f})"
+
+
 def lines(kinds: tuple[Kind, ...], units: int) -> Iterator[tuple[Kind, list[float]]]:
     """Percent of the units, kind by kind."""
     for number, kind in enumerate(kinds):
@@ -185,8 +214,12 @@ def main() -> None:
     parser.add_argument("--smoke", action="store_true", help="60 units a line, four lines")
     parser.add_argument("--units", type=int, default=400, help="units a line")
     parser.add_argument("--choices", action="store_true", help="intervals that were tried")
+    parser.add_argument("--alarms", action="store_true", help="false alarms of few calibrations")
     asked = parser.parse_args()
     units = 60 if asked.smoke else asked.units
+    if asked.alarms:
+        print_alarms(units)
+        return
     if asked.choices:
         print_choices(units)
         return
