@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import re
 
 import numpy as np
 import pytest
@@ -161,6 +162,20 @@ def test_noise_of_the_temperature_sensor_is_left_alone():
     # 0.3 degC over the root of 54 readings, which the accelerometer did not feel
     heat = found.tables[1].budget["K1"]["temperature"]
     assert heat == pytest.approx(0.3 / 54**0.5 * K1N * BETA[0], rel=0.3)
+
+
+@pytest.mark.parametrize(
+    ("scatter", "sensor", "said"), [(0.3, 0.3, 1), (0.3, 0.0, 0), (0.0, 0.3, 0), (0.0, 0.0, 0)]
+)
+def test_temperatures_that_are_felt_in_part_are_said(scatter, sensor, said):
+    data = record(THREE, noise=5e-6, scatter=scatter, sensor=sensor, **DECLARED)
+    found = accelcal.fit(data, reference_temperature=20.0)
+    told = [s for s in found.warnings if "that nobody recorded" in s]
+    assert len(told) == said
+    for sentence in told:
+        # of two sources of one size, what is recorded holds half of what is felt
+        shares = [float(number) for number in re.findall(r"(\d+) %", sentence)]
+        assert shares == pytest.approx([50.0, 50.0, 50.0], abs=20.0)
 
 
 def test_temperature_of_a_table_is_in_its_uncertainty():

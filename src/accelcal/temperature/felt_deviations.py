@@ -94,11 +94,14 @@ def brought_to_rest(
     moving = _Moving(tables, estimate, temperatures, span)
     at_rest = at_rest._replace(outputs=tuple(y.copy() for y in outputs))
     changed, unknown = np.zeros(span.shape, dtype=np.bool_), np.nan_to_num(span)
+    felt = np.ones(span.shape)
     for chosen, rows, fit, laws in _fits(moving):
         state, these = solved(fit, laws), np.ix_(rows, np.array(chosen))
         unknown[these] = 0.0
         follows = (state.felt - 2.0 * state.doubt > _FOLLOWS) & (span[these] > 0.0)
         changed[these] = follows
+        partly = (state.felt > _SURE * state.doubt) & ~_in_full(state) & (span[these] > 0.0)
+        felt[these] = np.where(partly, state.felt, 1.0)
         at_rest.unfelt[these] = np.where(follows, unfelt_share(state), 1.0)
         follow = np.repeat(follows, [len(tables[i].record) for i in chosen], axis=1)
         change = np.where(follow, _change(fit, state), 0.0)
@@ -106,7 +109,11 @@ def brought_to_rest(
         for table, own in zip(chosen, np.split(change, edges, axis=1), strict=True):
             at_rest.outputs[table][rows] += own
     said = [
-        (*_what_was_done(moving, record, changed[record]), *_left_moving(tables, unknown[record]))
+        (
+            *_what_was_done(moving, record, changed[record]),
+            *_felt_in_part(tables, felt[record]),
+            *_left_moving(tables, unknown[record]),
+        )
         for record in range(len(span))
     ]
     return at_rest._replace(said=said)
@@ -145,9 +152,12 @@ def _change(fit: ProductFit, state: Solution) -> Array:
     """What brings each reading to the mean temperature of its run, shape (R, n) [output unit]."""
     # A share that may well be 1 is taken as 1. Were it estimated for each run, it would follow the
     # noise of the readings, and take some of it out.
-    in_full = np.abs(1.0 - state.felt) < _SURE * state.doubt
-    felt = np.where(in_full, 1.0, felt_beside_noise(fit, state.felt))
+    felt = np.where(_in_full(state), 1.0, felt_beside_noise(fit, state.felt))
     return to_the_mean(fit, state, fit.readings.at(felt))
+
+
+def _in_full(state: Solution) -> Mask:
+    return np.asarray(np.abs(1.0 - state.felt) < _SURE * state.doubt)
 
 
 def _what_was_done(moving: _Moving, record: int, changed: Mask) -> tuple[str, ...]:
@@ -160,6 +170,20 @@ def _what_was_done(moving: _Moving, record: int, changed: Mask) -> tuple[str, ..
         f"{_runs([moving.tables[i] for i in places])}: the temperature moves, by up to {away:.2g}"
         " degC from its mean, and the readings follow; they were brought to the mean temperature"
         " of the run by the slopes of the laws",
+    )
+
+
+def _felt_in_part(tables: Sequence[PreparedTable], felt: Array) -> tuple[str, ...]:
+    """Say where temperatures that nobody recorded make noise that differs by position."""
+    partly = np.flatnonzero(felt < 1.0).tolist()
+    if not partly:
+        return ()
+    shares = ", ".join(f"{100.0 * felt[i]:.0f} %" for i in partly)
+    return (
+        f"{_runs([tables[i] for i in partly])}: of the recorded changes of the temperature {shares}"
+        " were felt, so others were that nobody recorded: they make readings near 0 and 180 deg"
+        " noisier than the others, which the tables take for noise of all alike; U of K3 may be"
+        " too small, those of K0 and M are too large; mend the sensor or the chamber",
     )
 
 
