@@ -13,10 +13,12 @@ from accelcal.discovery.calibration_errors import is_corrected
 from accelcal.discovery.noise import FEWEST_REPLICATES, ReadingNoise
 from accelcal.discovery.one_head import is_same_file
 from accelcal.discovery.simulated import Simulated
+from accelcal.estimate.launch import OTHERS_SHARE
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource
+from accelcal.results.table import TableCalibration
 
 __all__ = [
     "coefficient_notes",
@@ -30,6 +32,7 @@ __all__ = [
 ]
 
 _FROM_CALIBRATION = ("head", "launch", "launch_sf")
+_SHIFTED = {"launch": "K0", "launch_sf": "K1"}
 _LIKE = 0.1
 """Relative change of a scale factor that no accelerometer has; readings [g] that show one."""
 
@@ -76,12 +79,31 @@ def from_calibration(calibration: Calibration, record: TumbleRecord) -> dict[str
     if is_corrected(calibration):
         known.pop("head_uncertainty", None)  # what the correction left; the record has the whole
     return {
-        name: known[name]
+        name: _with_noise(known[name], calibration)
         for name in (f"{name}_uncertainty" for name in _FROM_CALIBRATION)
         if getattr(record.apparatus, name) is None
         and name in known
         and known[name].value is not None
     }
+
+
+def _with_noise(source: ErrorSource, calibration: Calibration) -> ErrorSource:
+    """An estimated shift from launch to launch, with the noise that was taken off its scatter.
+
+    Without it, that of few runs is zero too often (see `accelcal.estimate.launch`).
+    """
+    coefficient = _SHIFTED.get(source.name)
+    if coefficient is None or source.dof is None:
+        return source
+    taken_off = [OTHERS_SHARE * _noise_of(table, coefficient) ** 2 for table in calibration.tables]
+    whole = (source.value or 0.0) ** 2 + np.mean(taken_off)
+    return replace(source, value=float(np.sqrt(whole)))
+
+
+def _noise_of(table: TableCalibration, coefficient: str) -> float:
+    """What the noise of the readings does to a coefficient, over K1."""
+    noise = table.budget.get(coefficient, {}).get("reading", 0.0)
+    return abs(noise / (table.coefficients["K1"].value or np.inf))
 
 
 def size_counted(source: ErrorSource) -> float:

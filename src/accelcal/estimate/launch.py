@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["SAME_LEVEL", "RunShift", "reached_by", "run_shift", "same_levels"]
+__all__ = ["OTHERS_SHARE", "SAME_LEVEL", "RunShift", "reached_by", "run_shift", "same_levels"]
 
 Array = NDArray[np.float64]
 
@@ -19,9 +19,9 @@ SAME_LEVEL = 1.0
 # Runs must span this much for their common slope to be worth anything [degC].
 _TELLING_RANGE = 5.0
 
-# Share of the variance which other errors explain that is taken off the scatter of the runs. All of
-# it would put the shift at zero too often, as for the head (see `_CAUTION` of `estimate.head`).
-_OTHERS_SHARE = 0.5
+OTHERS_SHARE = 0.5
+"""Share of the variance which other errors explain that is taken off the scatter of the runs. All
+of it would put the shift at zero too often, as for the head (see `_CAUTION` of `estimate.head`)."""
 
 
 class RunShift(NamedTuple):
@@ -210,7 +210,7 @@ def _scatter(values: Array, variances: Array, temperature: Array, reached: Array
     if side.any():
         shift = shift - side * (shift @ side)[..., None] / (side @ side)
     whole = (shift * shift).sum(axis=-1) / dof
-    variance = whole - _OTHERS_SHARE * others / repeats
+    variance = whole - OTHERS_SHARE * others / repeats
     return _Scatter(np.sqrt(np.maximum(variance, 0.0)), dof, np.sqrt(whole))
 
 
