@@ -77,7 +77,7 @@ def test_a_trend_scales_with_its_units():
     time, output = np.arange(200.0), random_walk(np.random.default_rng(2), 200)
     one = fit_trend(Launch("1", time, output))
     other = fit_trend(Launch("1", 60.0 * time, 1e-6 * output + 5.0))
-    for name in ("slope", "standard_uncertainty", "lower", "upper"):
+    for name in ("slope", "lower", "upper"):
         assert getattr(other, name) == pytest.approx(getattr(one, name) * 1e-6 / 60.0, rel=1e-6)
     assert other.effective_dof == pytest.approx(one.effective_dof, rel=1e-6)
 
@@ -108,7 +108,7 @@ def test_samples_at_any_times_have_a_trend(seed):
     ]))  # fmt: skip
     trend = fit_trend(Launch("1", time, 2.0 * time + random.normal(size=time.size)))
     assert trend.lower < 2.0 < trend.upper
-    assert trend.standard_uncertainty < 0.1
+    assert trend.upper - trend.lower < 0.4
 
 
 def test_a_trend_needs_five_samples():

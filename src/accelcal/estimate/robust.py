@@ -31,12 +31,11 @@ Array = NDArray[np.float64]
 _BEND = 1.345  # 95 % efficiency on normal errors (Huber 1981)
 _NORMAL_PAIRS = 1.0483  # of normal errors: sigma over the median |difference| of two of them
 _PARTNERS = 32  # pairs of each replicate; all pairs tell the scale hardly better
+_ROUNDS = 100  # at most, of the M-estimate of each centre
 _SETTLED = 1e-9  # the last step is smaller than this, in standard deviations of a centre
 
 
-def pseudo_values(
-    output: Array, cell: Array, scatter: ArrayLike = 1.0, iterations: int = 100
-) -> Array:
+def pseudo_values(output: Array, cell: Array, scatter: ArrayLike = 1.0) -> Array:
     """Replace readings by Huber's pseudo-values about the centre of their replicates.
 
     Parameters
@@ -47,8 +46,6 @@ def pseudo_values(
         Label of the replicates that each reading belongs to.
     scatter : array_like, shape (n,) or (T, n), default 1
         Standard uncertainty of each reading, or anything proportional to it.
-    iterations : int, default 100
-        Most rounds of the M-estimate of each centre.
 
     Returns
     -------
@@ -87,7 +84,7 @@ def pseudo_values(
     unit = weight / np.where(scale > 0.0, scale, np.inf)  # no scale: medians stay
     medians = np.concatenate([_medians(y[:, place]) for place in places], axis=1)
     cells = _Cells(index, members)
-    centre = _settled(np.nan_to_num(y), unit, np.nan_to_num(medians), cells, iterations)
+    centre = _settled(np.nan_to_num(y), unit, np.nan_to_num(medians), cells)
     pseudo = _pseudo(y, unit, centre[:, index], cells)
     return np.asarray(np.where(np.isnan(y), np.nan, pseudo)).reshape(output.shape)
 
@@ -103,11 +100,11 @@ class _Cells(NamedTuple):
         return sums_of_groups(values.T, self.cell, self.members).T
 
 
-def _settled(y: Array, unit: Array, centre: Array, cells: _Cells, rounds: int) -> Array:
+def _settled(y: Array, unit: Array, centre: Array, cells: _Cells) -> Array:
     """M-estimate of the centre of each cell, shape (T, cells); what has settled moves no more."""
     information = np.maximum(cells.sums(unit**2), np.finfo(float).tiny)
     moving = np.arange(len(y))
-    for _ in range(rounds):
+    for _ in range(_ROUNDS):
         u = unit[moving]
         bent = np.clip(u * (y[moving] - centre[moving][:, cells.cell]), -_BEND, _BEND)
         step = cells.sums(u * bent) / information[moving]

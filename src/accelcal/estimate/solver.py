@@ -44,6 +44,9 @@ _MANY = 0.5
 # shares among threads, which here spend more time on waiting for one another than they save.
 _ALONE = 2**18
 
+_REFINEMENTS = 3
+"""Steps of iterative refinement."""
+
 _WELL_CONDITIONED = 100.0  # below it, one correction from the residuals is enough
 
 # Where more than this is left of all diagonal elements of the normal equations, the readings of a
@@ -280,13 +283,13 @@ class LeastSquares:
             left[size:, :, doubtful[~_determined(some)]] = np.nan
         return np.asarray(left[size:])
 
-    def _refined(self, right: Array, steps: int = 3) -> Solution:
+    def _refined(self, right: Array) -> Solution:
         y = right / self._sigma
         matrix = self._design[self._replicates.group] / self._sigma[:, None]
         x = self._through_triangle(y @ self.basis)
         residual = y - x @ matrix.T
         nothing = np.zeros_like(x)
-        for _ in range(steps):
+        for _ in range(_REFINEMENTS):
             f = twice_precise_residual(y, residual, matrix, x)
             g = twice_precise_residual(nothing, nothing, matrix.T, residual)  # -A' r
             h = np.linalg.solve(self._triangle.T, g.T).T

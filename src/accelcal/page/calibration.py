@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import PurePath
 from typing import Any
 
@@ -13,10 +13,10 @@ from accelcal.report.calibration import in_microradians
 from accelcal.report.calibration_rows import alarms, coefficient_rows, without_uncertainty
 from accelcal.report.lines import counted
 from accelcal.results.calibration import Calibration
+from accelcal.results.quantity import Document
 
 __all__ = ["calibration_chapter"]
 
-Document = Mapping[str, Any]
 
 _HIGHLIGHTED = ("K1", "k0", "delta")
 _UNITS = {"1": ""}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from accelcal.page.blocks import Block, Bullets, Gallery, Paragraph, Section, Table
@@ -17,10 +17,10 @@ from accelcal.report.calibration import (
 from accelcal.report.calibration_rows import coefficient_rows, strong_correlations, temperature_rows
 from accelcal.report.numbers import significant
 from accelcal.results.calibration import Calibration
+from accelcal.results.quantity import Document
 
 __all__ = ["coefficients", "effects", "fixture_angles", "place", "temperature"]
 
-Document = Mapping[str, Any]
 
 _HEADINGS = ("coefficient", "symbol", "value", "U (95 %)", "unit", "u", "U/u", "mostly from")
 

@@ -24,11 +24,11 @@ from accelcal.report.calibration_rows import residual_grid, table_title
 from accelcal.report.numbers import significant
 from accelcal.report.verdict import limit_row, remark
 from accelcal.results.calibration import Calibration
+from accelcal.results.quantity import Document
 from accelcal.units import MICRO
 
 __all__ = ["budget", "checks", "open_questions", "provenance", "residuals", "verdict"]
 
-Document = Mapping[str, Any]
 
 _OUTCOMES: dict[str, Tone] = {"PASS": "good", "FAIL": "bad", "undecided": "warn"}
 _CHECKS: dict[str, Tone] = {"pass": "good", "WARN": "warn"}

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import SMALL, canvases, palette, styled
 from accelcal.report.error_budget import joint_variance, place
+from accelcal.results.quantity import Document
 from accelcal.units import MICRO
 
 if TYPE_CHECKING:
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
 __all__ = ["ErrorBudgetPlot", "shares"]
 
-Document = Mapping[str, Any]
 Table = Mapping[str, list[float]]
 
 _COEFFICIENTS = "all coefficients together"

@@ -12,13 +12,13 @@ from accelcal.errors import InputError
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, palette, styled
 from accelcal.report.stand_budget import shares, shown_unit
+from accelcal.results.quantity import Document
 
 if TYPE_CHECKING:
     from accelcal.results.stand_budget import StandBudget
 
 __all__ = ["StandBudgetPlot"]
 
-Document = Mapping[str, Any]
 
 _DRAWN = ("K1", "k0", "k2", "k3", "delta", "delta_ip")
 _SLOPES = ("lam1", "lam2", "beta1", "beta2", "gam1", "gam2")

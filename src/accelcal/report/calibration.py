@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Iterator, Sequence
 
 from accelcal.escapes import visible
 from accelcal.report.calibration_rows import (
@@ -17,7 +16,7 @@ from accelcal.report.lines import aligned, counted, hanging, visible_lines
 from accelcal.report.numbers import in_small_unit, matching_digits, significant
 from accelcal.report.residuals import residual_lines
 from accelcal.report.scale import sized
-from accelcal.results.quantity import Quantity
+from accelcal.results.quantity import Document, Quantity
 from accelcal.units import MICRO
 
 __all__ = [
@@ -31,7 +30,6 @@ __all__ = [
     "sizes_of",
 ]
 
-Document = Mapping[str, Any]
 
 _STANDARD_GRAVITY = 9.80665  # m/s^2, 3rd CGPM 1901
 

@@ -7,9 +7,10 @@ as a fresh result.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from accelcal.report.numbers import matching_digits, significant
+from accelcal.results.quantity import Document
 
 __all__ = [
     "CoefficientRow",
@@ -22,7 +23,6 @@ __all__ = [
     "without_uncertainty",
 ]
 
-Document = Mapping[str, Any]
 
 _SHOWN = (  # name, symbol, coefficient of (1), factor, unit; the scale factor keeps its own unit
     ("scale factor", "K1", "K1", 1.0, None),

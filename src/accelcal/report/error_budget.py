@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 from accelcal.report.lines import aligned, hanging, visible_lines
 from accelcal.report.numbers import significant
+from accelcal.results.quantity import Document
 from accelcal.units import MICRO
 
 __all__ = ["TOGETHER", "budget_text", "joint_variance", "place"]
 
-Document = Mapping[str, Any]
 
 TOGETHER = "these together, with their correlations"
 """What stands for the coefficients that are correlated with one another."""

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
 
 from accelcal.report.calibration_rows import residual_grid
 from accelcal.report.lines import aligned
+from accelcal.results.quantity import Document
 
 __all__ = ["residual_lines"]
 
-Document = Mapping[str, Any]
 Residual = float | None
 
 _UNITS = ((1e-6, "ug"), (1e-3, "mg"), (1.0, "g"))

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 from accelcal.report.lines import aligned, counted, hanging, visible_lines
 from accelcal.report.numbers import in_small_unit, significant
+from accelcal.results.quantity import Document
 from accelcal.units import MICRO
 
 __all__ = ["shares", "shown_unit", "stand_budget_text"]
 
-Document = Mapping[str, Any]
 
 _NAMED = 3  # components of a coefficient that are named; beside Monte Carlo one less
 _MANY = 9999.0  # degrees of freedom that are shown as infinite

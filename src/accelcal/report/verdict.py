@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
 from accelcal.report.lines import aligned, hanging, visible_lines
 from accelcal.report.numbers import matching_digits
+from accelcal.results.quantity import Document
 
 __all__ = ["limit_row", "remark", "verdict_text"]
 
-Document = Mapping[str, Any]
 
 _HEADING = ("", "", "value", "+- U", "limit", "")
 

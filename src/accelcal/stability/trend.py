@@ -44,8 +44,6 @@ class Trend(NamedTuple):
     ----------
     slope : float
         Slope [unit/s].
-    standard_uncertainty : float
-        Of the slope [unit/s].
     lower, upper : float
         Limits of the interval of the slope at `LEVEL` [unit/s].
     start : float
@@ -59,7 +57,6 @@ class Trend(NamedTuple):
     """
 
     slope: float
-    standard_uncertainty: float
     lower: float
     upper: float
     start: float
@@ -133,7 +130,6 @@ def fit_trend(launch: Launch) -> Trend:
     slopes = np.array([mixture.slope for mixture in mixtures])
     errors = np.array([mixture.standard_error for mixture in mixtures])
     slope = float(weights @ slopes)
-    variance = float(weights @ (errors**2 + (slopes - slope) ** 2))
     lower, upper = _limits(weights, slopes, errors, blocks.time.size - 2)
     between, inverse = _between(blocks), float(weights @ [1.0 / m.effective_dof for m in mixtures])
     dof = launch.output.size - 2
@@ -141,7 +137,7 @@ def fit_trend(launch: Launch) -> Trend:
     spare = max(launch.output.size - blocks.time.size, 1)
     effective = total**2 / (between**2 * inverse + within**2 / spare) if total > 0.0 else 1.0
     start = float(launch.output.mean() - slope * (launch.time.mean() - launch.time[0]))
-    return Trend(slope, variance**0.5, lower, upper, start, total, dof, min(effective, dof))
+    return Trend(slope, lower, upper, start, total, dof, min(effective, dof))
 
 
 def _in_blocks(launch: Launch) -> tuple[_Blocks, float]:

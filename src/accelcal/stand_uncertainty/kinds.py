@@ -29,8 +29,6 @@ class Kind:
         What its size is, one of `accelcal.stand_uncertainty.sizes.SIZES`.
     varies : tuple of str
         For what a new error is drawn, where the file does not say.
-    meaning : str
-        A line of documentation.
     pattern : callable
         From the readings, and the harmonic order, to the change of the channel per unit: shape
         (n, 1), or (n, 2) where an unknown phase makes two components.
@@ -39,7 +37,6 @@ class Kind:
     channel: str
     quantity: str
     varies: tuple[str, ...]
-    meaning: str
     pattern: Callable[[Readings, int], Array]
 
 
@@ -80,103 +77,59 @@ def _scaled(factor: Callable[[Readings], Array | float]) -> Callable[[Readings, 
 
 KINDS: Mapping[str, Kind] = MappingProxyType(
     {
-        "head-position": Kind("turn", "angle", ("position",), "error of each head position", _same),
-        "head-harmonic": Kind(
-            "turn",
-            "angle",
-            (),
-            "error of the head with `order` waves in a turn, of unknown phase: 1 is eccentricity",
-            _harmonic,
-        ),
-        "backlash": Kind(
-            "turn",
-            "angle",
-            (),
-            "half of the play of the drive: -b forward, +b back",
-            _scaled(lambda r: -r.rotation),
-        ),
-        "fixture-angle": Kind(
-            "turn",
-            "angle",
-            ("axis",),
-            "angle between head zero and input axis, beyond the given d0; zero of the head"
-            " against the vertical",
-            _same,
-        ),
-        "shaft-tilt": Kind(
-            "tilt", "angle", (), "shaft of the head out of the horizontal: the level", _same
-        ),
-        "fixture-tilt": Kind(
-            "lean", "angle", ("axis",), "input axis out of the plane of rotation", _same
-        ),
-        "fixture-clocking": Kind(
-            "clock", "angle", ("axis",), "accelerometer turned about its input axis", _same
-        ),
-        "foundation-drift": Kind(
-            "turn",
-            "angle/day",
-            (),
-            "tilt of the foundation in the plane of rotation, linear in time",
-            _scaled(lambda r: r.time / DAY),
-        ),
+        # error of each head position
+        "head-position": Kind("turn", "angle", ("position",), _same),
+        # error of the head with `order` waves in a turn, of unknown phase: 1 is eccentricity
+        "head-harmonic": Kind("turn", "angle", (), _harmonic),
+        # half of the play of the drive: -b forward, +b back
+        "backlash": Kind("turn", "angle", (), _scaled(lambda r: -r.rotation)),
+        # angle between head zero and input axis, beyond the given d0; zero of the head against the
+        # vertical
+        "fixture-angle": Kind("turn", "angle", ("axis",), _same),
+        # shaft of the head out of the horizontal: the level
+        "shaft-tilt": Kind("tilt", "angle", (), _same),
+        # input axis out of the plane of rotation
+        "fixture-tilt": Kind("lean", "angle", ("axis",), _same),
+        # accelerometer turned about its input axis
+        "fixture-clocking": Kind("clock", "angle", ("axis",), _same),
+        # tilt of the foundation in the plane of rotation, linear in time
+        "foundation-drift": Kind("turn", "angle/day", (), _scaled(lambda r: r.time / DAY)),
+        # tilt of the foundation in the plane of rotation, once a day, of unknown phase
         "foundation-daily": Kind(
-            "turn",
-            "angle",
-            (),
-            "tilt of the foundation in the plane of rotation, once a day, of unknown phase",
-            lambda r, _: _wave(2.0 * np.pi * r.time / DAY),
+            "turn", "angle", (), lambda r, _: _wave(2.0 * np.pi * r.time / DAY)
         ),
-        "chamber-temperature": Kind(
-            "temperature",
-            "temperature",
-            ("run",),
-            "temperature of the accelerometer less that written down: sensor, stability, soak",
-            _same,
-        ),
+        # temperature of the accelerometer less that written down: sensor, stability, soak
+        "chamber-temperature": Kind("temperature", "temperature", ("run",), _same),
+        # the same in proportion to the distance from room temperature
         "chamber-gradient": Kind(
-            "temperature",
-            "ratio",
-            (),
-            "the same in proportion to the distance from room temperature",
-            _scaled(lambda r: r.temperature - r.stand.room_temperature),
+            "temperature", "ratio", (), _scaled(lambda r: r.temperature - r.stand.room_temperature)
         ),
-        "voltmeter-gain": Kind("gain", "ratio", (), "relative error of the voltmeter", _same),
-        "voltmeter-offset": Kind("output", "voltage", (), "zero of the voltmeter", _volts),
-        "voltmeter-range": Kind(
-            "output",
-            "ratio",
-            ("voltage", "range"),
-            "error in parts of the range in use: nonlinearity",
-            _ranges,
-        ),
-        "voltmeter-noise": Kind("output", "voltage", ("reading",), "noise of a reading", _volts),
-        "voltmeter-resolution": Kind(
-            "output", "voltage", ("reading",), "rounding: half a step, rectangular", _volts
-        ),
-        "resistor-tolerance": Kind("gain", "ratio", (), "relative error of the load", _same),
+        # relative error of the voltmeter
+        "voltmeter-gain": Kind("gain", "ratio", (), _same),
+        # zero of the voltmeter
+        "voltmeter-offset": Kind("output", "voltage", (), _volts),
+        # error in parts of the range in use: nonlinearity
+        "voltmeter-range": Kind("output", "ratio", ("voltage", "range"), _ranges),
+        # noise of a reading
+        "voltmeter-noise": Kind("output", "voltage", ("reading",), _volts),
+        # rounding: half a step, rectangular
+        "voltmeter-resolution": Kind("output", "voltage", ("reading",), _volts),
+        # relative error of the load
+        "resistor-tolerance": Kind("gain", "ratio", (), _same),
+        # change of the room's temperature, which changes the load by its coefficient
         "resistor-temperature": Kind(
-            "gain",
-            "temperature",
-            ("run",),
-            "change of the room's temperature, which changes the load by its coefficient",
-            _scaled(lambda r: r.stand.load_coefficient),
+            "gain", "temperature", ("run",), _scaled(lambda r: r.stand.load_coefficient)
         ),
-        "local-gravity": Kind(
-            "gravity", "ratio", (), "declared less true local gravity, relative", _same
-        ),
+        # declared less true local gravity, relative
+        "local-gravity": Kind("gravity", "ratio", (), _same),
+        # noise of the accelerometer in a reading
         "reading-noise": Kind(
-            "output",
-            "acceleration",
-            ("reading",),
-            "noise of the accelerometer in a reading",
-            _scaled(lambda r: r.scale_factor),
+            "output", "acceleration", ("reading",), _scaled(lambda r: r.scale_factor)
         ),
-        "launch-bias": Kind(
-            "bias", "acceleration", ("run",), "bias of the accelerometer from run to run", _same
-        ),
-        "launch-scale-factor": Kind(
-            "scale", "ratio", ("run",), "scale factor of the accelerometer from run to run", _same
-        ),
+        # bias of the accelerometer from run to run
+        "launch-bias": Kind("bias", "acceleration", ("run",), _same),
+        # scale factor of the accelerometer from run to run
+        "launch-scale-factor": Kind("scale", "ratio", ("run",), _same),
     }
 )
 """Name -> kind, in the order of the signal: head, fixture, foundation, chamber, voltmeter ..."""
