@@ -71,6 +71,14 @@ def test_folders_may_be_deep(tmp_path):
     assert found.path == str(inside / "a.csv")
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="has no such pipes")
+def test_a_pipe_is_no_file_of_an_archive(archive):
+    os.mkfifo(archive / "pipe")
+    with pytest.raises(InputError, match="pipe is a pipe or device, which accelcal fit reads; ba"):
+        accelcal.batch(archive / "pipe")
+    assert accelcal.batch(archive).tables["source"].nunique() == 2
+
+
 def test_large_rubbish_costs_no_other(archive, monkeypatch):
     monkeypatch.setattr(parts, "LARGE", 4000)
     (archive / "rubbish.parquet").write_bytes(bytes(range(256)) * 20)

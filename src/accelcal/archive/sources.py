@@ -173,8 +173,10 @@ def _of_path(path: str, aside: Collection[str]) -> list[str]:
         raise InputError("- is standard input, which accelcal fit reads; batch takes files")
     if os.path.isdir(path):  # noqa: PTH112
         return _some(sorted(_without(aside, _in_folder(path))), path)
-    if os.path.exists(path):  # noqa: PTH110
+    if os.path.isfile(path):  # noqa: PTH113
         return [path]
+    if os.path.exists(path):  # noqa: PTH110
+        raise InputError(f"{path} is a pipe or device, which accelcal fit reads; batch takes files")
     if _MAGIC.isdisjoint(path):
         raise InputError(f"{path}: no such file or folder; give files, folders or globs")
     return _some(list(_without(aside, _in_glob(path))), path)
