@@ -624,3 +624,8 @@ def test_without_matplotlib_the_error_says_how_to_install_it(saved, tmp_path, ca
     assert run(saved, "--plot", tmp_path / "budget.png") == 2
     assert "pip install 'accelcal[plot]'" in capsys.readouterr().err
     assert not (tmp_path / "budget.png").exists()
+
+
+def test_the_path_of_a_stability_test_is_none(al15):
+    with pytest.raises(InputError, match=r"^str in place of a stability test; make one by accelc"):
+        random_part(al15, "stability.json")

@@ -1,6 +1,7 @@
 """Many tables at once: the same numbers as one by one, with gaps, weights and outliers."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from tumble_oracle import AL15, forward, rows, turn
@@ -311,4 +312,12 @@ def test_robust_needs_three_strokes():
 def test_frame():
     frame = accelcal.estimate_tables(readings(4), ANGLES).frame()
     assert list(frame.columns[[0, 6, 12, 13]]) == ["K0", "u(K0)", "residual_rms", "dof"]
-    assert len(frame) == 4
+    assert frame.index.tolist() == [0, 1, 2, 3]
+
+
+def test_a_frame_may_have_the_index_of_its_outputs():
+    outputs = pd.DataFrame(readings(2), index=["b", "a"])
+    found = accelcal.estimate_tables(outputs, ANGLES)
+    frame = found.frame(outputs.index)
+    assert frame.index.tolist() == ["b", "a"]
+    assert frame.loc["a", "K1"] == found.coefficients[1, found.names.index("K1")]

@@ -69,6 +69,10 @@ _KINDS = {
         "a data sheet",
         "read one by accelcal.read_specification('sheet.toml')",
     ),
+    "Stability": (
+        "a stability test",
+        "make one by accelcal.analyse(accelcal.read_stability('record.csv'))",
+    ),
     "StabilityRecord": (
         "a stability record",
         "make one by accelcal.read_stability('record.csv')",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from os import PathLike
 from typing import Any, NamedTuple
 
 from accelcal.arguments.kinds import expect
@@ -192,10 +193,16 @@ def random_part(
         "threshold": _given(threshold, _RECTANGULAR),
         "scale_factor": _given(scale_factor_instability, factor),
     }
-    document = stability.to_document() if isinstance(stability, Stability) else stability
+    document = _document_of(stability)
     measured = _from_stability(document) if document is not None else {}
     found = {name: bound for name, bound in given.items() if bound is not None}
     return RandomPart(**(_from_calibration(calibration, factor) | measured | found))
+
+
+def _document_of(stability: Stability | Mapping[str, Any] | None) -> Mapping[str, Any] | None:
+    if isinstance(stability, str | PathLike):
+        expect(stability, Stability)
+    return stability.to_document() if isinstance(stability, Stability) else stability
 
 
 def _given(bound: float | None, divisor: float) -> RandomBound | None:

@@ -68,14 +68,26 @@ class TableEstimates(NamedTuple):
     def __ne__(self, other: object) -> bool:
         return not self == other
 
-    def frame(self) -> pd.DataFrame:
-        """Return a DataFrame of a row a table: ``K0``, ``u(K0)`` ... ``residual_rms``, ``dof``."""
+    def frame(self, index: Any = None) -> pd.DataFrame:
+        """Return a DataFrame of a row a table: ``K0``, ``u(K0)`` ... ``residual_rms``, ``dof``.
+
+        Parameters
+        ----------
+        index : pandas.Index or array_like of shape (T,), optional
+            Index of the rows, such as that of the frame of the outputs; numbers from 0 by default.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The estimates.
+        """
         import pandas as pd
 
         values, errors = self.coefficients.T, self.standard_uncertainties.T
         columns = dict(zip(self.names, values, strict=True))
         columns |= dict(zip([f"u({name})" for name in self.names], errors, strict=True))
-        return pd.DataFrame({**columns, "residual_rms": self.residual_rms, "dof": self.dof})
+        columns |= {"residual_rms": self.residual_rms, "dof": self.dof}
+        return pd.DataFrame(columns).set_axis(range(len(self.dof)) if index is None else index)
 
 
 def estimate_tables(
