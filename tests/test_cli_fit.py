@@ -304,7 +304,7 @@ BAD = {
         HEADINGS + "1,1,20,1.3\n1,2,20,1.4\n",
         "bad.csv:2: the readings do not determine",
     ),
-    "one reading": (HEADINGS + "1,1,20,1.3\n", "bad.csv:2: one reading only; "),
+    "one reading": (HEADINGS + "1,1,20,1.3\n", "bad.csv:2: one reading only in run 20; "),
     "std": (
         "temperature,position,stroke,output,std\n20,1,1,1,1e-300\n20,5,1,2,1e-300\n",
         "bad.csv:2: std of 1e-300; it lies between 1e-40 and 1e20",

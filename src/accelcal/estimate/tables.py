@@ -119,7 +119,10 @@ def prepare(
         If the angles do not determine K1, or by `strict`.
     """
     if len(record) == 1:
-        raise InputError("one reading only; a tumble test has readings at two or more angles")
+        run = record.run_labels[int(record.run[0])]
+        raise InputError(
+            f"one reading only in run {run}; a tumble test has readings at two or more angles"
+        )
     if not is_usable(record.output):
         raise InputError(_unusable(record.output))
     _check_scatter(record)
