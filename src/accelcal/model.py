@@ -40,6 +40,7 @@ __all__ = [
     "ERROR_TERMS",
     "ERROR_UNITS",
     "POWERS",
+    "SCALE_FACTOR",
     "SEEN_IN_MOUNTING",
     "acceleration_error",
     "bias_bound",
@@ -65,6 +66,9 @@ _TERMS: Mapping[str, Callable[[Acceleration], Array]] = MappingProxyType(
 
 COEFFICIENTS = ("K0", "K1", "K2", "K3", "M", "M_ip")
 """Symbols of what one tumble test determines, in the order used everywhere."""
+
+SCALE_FACTOR = COEFFICIENTS.index("K1")
+"""Place of K1 among them."""
 
 POWERS: Mapping[str, int] = MappingProxyType(
     {"K0": 0, "K1": 1, "K2": 2, "K3": 3, "M": 1, "M_ip": 2}

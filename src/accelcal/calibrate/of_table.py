@@ -12,7 +12,7 @@ from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.stack_of_one import stack_of_one
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
-from accelcal.model import COEFFICIENTS
+from accelcal.model import SCALE_FACTOR
 from accelcal.record import TumbleRecord
 from accelcal.results.mapping import finite_or_none
 from accelcal.results.quantity import Gate, Residuals
@@ -21,8 +21,6 @@ from accelcal.results.table import TableCalibration
 __all__ = ["table_calibrations"]
 
 Array = NDArray[np.float64]
-
-_SCALE_FACTOR = COEFFICIENTS.index("K1")
 
 
 def table_calibrations(
@@ -68,7 +66,7 @@ def _table_calibration(
     covariance = np.sum([part.covariance for part in own.values()], axis=0)
     known = bool(np.isfinite(covariance).all())
     dof = residual.size - len(names)
-    scale_factor = estimate.judged[index][_SCALE_FACTOR]
+    scale_factor = estimate.judged[index][SCALE_FACTOR]
     return TableCalibration(
         run=table.run_label,
         mounting=table.mounting,

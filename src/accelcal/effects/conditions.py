@@ -10,12 +10,15 @@ from numpy.typing import NDArray
 from accelcal.geometry import accelerations
 from accelcal.record import TumbleRecord
 
-__all__ = ["LEVEL_CHANGE", "SECONDS_PER_READING", "Conditions", "conditions_of"]
+__all__ = ["LEVEL_CHANGE", "SAME_ANGLE", "SECONDS_PER_READING", "Conditions", "conditions_of"]
 
 Array = NDArray[np.float64]
 
 SECONDS_PER_READING = 60.0
 """Time from one reading to the next where a record has no times [s]."""
+
+SAME_ANGLE = 1e-6
+"""Head angles closer than this are one position [deg]."""
 
 LEVEL_CHANGE = 2.0
 """Runs closer than this are at one level, reached the same way [degC]."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.effects.catalogue import effect
-from accelcal.effects.conditions import Conditions
+from accelcal.effects.conditions import SAME_ANGLE, Conditions
 from accelcal.effects.effect import Effect, Parameter
 
 __all__ = ["FACTORS", "effect_of", "empirical"]
@@ -18,7 +18,6 @@ Array = NDArray[np.float64]
 
 _ID = "empirical:"
 _AT = "at {:g} deg"
-_SAME_ANGLE = 1e-6
 
 
 def _one(c: Conditions) -> Array:
@@ -52,7 +51,7 @@ class _Pattern:
         total = np.zeros(turn.size)
         for name, value in values.items():
             apart = np.abs(np.mod(turn - _angle_of(name) + 180.0, 360.0) - 180.0)
-            total += np.where(apart < _SAME_ANGLE, value, 0.0)
+            total += np.where(apart < SAME_ANGLE, value, 0.0)
         return np.asarray(total * FACTORS[self.factor][0](c))
 
 

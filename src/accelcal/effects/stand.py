@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.effects.conditions import Conditions
+from accelcal.effects.conditions import SAME_ANGLE, Conditions
 from accelcal.effects.effect import Effect, Parameter
 from accelcal.errors import InputError
 
@@ -13,12 +13,9 @@ __all__ = ["EFFECTS"]
 
 Array = NDArray[np.float64]
 
-_SAME_ANGLE = 1e-6
-"""Head angles closer than this are one position [deg]."""
-
 
 def _position_error(c: Conditions, error: float, at: float) -> Array:
-    here = np.abs(np.mod(c.angle - at + 180.0, 360.0) - 180.0) < _SAME_ANGLE
+    here = np.abs(np.mod(c.angle - at + 180.0, 360.0) - 180.0) < SAME_ANGLE
     if not here.any():
         angles = ", ".join(f"{angle:g}" for angle in _head_positions(c))
         raise InputError(f"position-error: no reading at {at:g} deg; there are some at {angles}")

@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LackOfFit", "SeenErrors"]
+__all__ = ["LEAST_STRENGTH", "LackOfFit", "SeenErrors"]
 
 Array = NDArray[np.float64]
 
 # Where the size of the head error is estimated, contrasts are left out in which it acts with less
 # than this share of its action on the contrast that shows it best: they tell of the noise only.
-_LEAST_STRENGTH = 0.05
+LEAST_STRENGTH = 0.05
 
 
 class LackOfFit(NamedTuple):
@@ -56,7 +56,7 @@ class LackOfFit(NamedTuple):
 
     def telling(self) -> tuple[LackOfFit, NDArray[np.intp]]:
         """Return what tells of the head and its degrees of freedom, shape (...)."""
-        telling = self.strengths > _LEAST_STRENGTH * self.strongest[..., None]
+        telling = self.strengths > LEAST_STRENGTH * self.strongest[..., None]
         strengths, contrasts = (np.where(telling, x, 0.0) for x in (self.strengths, self.contrasts))
         found = self._replace(strengths=strengths, contrasts=contrasts)
         return found, found.number

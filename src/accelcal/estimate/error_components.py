@@ -17,7 +17,7 @@ from accelcal.estimate.many_positions import ManyPositions, SeenAtMany
 from accelcal.estimate.noise import NoiseStack
 from accelcal.estimate.rounding import rounding
 from accelcal.estimate.uncertainty import Component
-from accelcal.model import COEFFICIENTS
+from accelcal.model import SCALE_FACTOR
 from accelcal.numerics.decimal_steps import decimal_steps
 from accelcal.numerics.grouping import grouped, products_of_groups, sums_of_groups
 
@@ -25,7 +25,6 @@ __all__ = ["Errors", "ErrorsOfReadings"]
 
 Array = NDArray[np.float64]
 
-_SCALE_FACTOR = COEFFICIENTS.index("K1")
 _SHIFTED = {"launch": "K0", "launch_sf": "K1"}
 
 
@@ -119,7 +118,7 @@ class Errors(NamedTuple):
     def _shift(self, coefficient: str, shift: RunShift) -> Component:
         """Errors by the shift of one coefficient from run to run, common to a run's mountings."""
         _, run, _ = grouped(np.array([e.table.run for e in self.estimators]))
-        scale_factors = np.stack([k[:, _SCALE_FACTOR] for k in self.judged.coefficients], axis=1)
+        scale_factors = np.stack([k[:, SCALE_FACTOR] for k in self.judged.coefficients], axis=1)
         size = scale_factors * shift.of_run[:, run]
         among = size[:, :, None] * size[:, None, :] * np.equal.outer(run, run)
         table = np.arange(run.size)

@@ -24,7 +24,7 @@ from accelcal.estimate.noise import NoiseStack, ReadingNoise, noise_of_stack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.estimate.unrepeated import told_apart
-from accelcal.model import COEFFICIENTS
+from accelcal.model import COEFFICIENTS, SCALE_FACTOR
 from accelcal.numerics.sorting import distinct
 
 if TYPE_CHECKING:
@@ -35,7 +35,6 @@ __all__ = ["JointEstimate", "JointStack", "estimate_stack"]
 Array = NDArray[np.float64]
 
 _BIAS = COEFFICIENTS.index("K0")
-_SCALE_FACTOR = COEFFICIENTS.index("K1")
 
 
 class JointEstimate(NamedTuple):
@@ -300,7 +299,7 @@ def _run_shifts(
     tables = [runs.index(run) for run in sorted(set(runs))]
     at = levels[:, tables]
     k = np.stack([errors.judged.coefficients[i] for i in tables], axis=1)
-    scale_factor = k[:, :, _SCALE_FACTOR].mean(axis=1, keepdims=True)
+    scale_factor = k[:, :, SCALE_FACTOR].mean(axis=1, keepdims=True)
     starts = np.cumsum([0, *(len(e.names) for e in estimators)])
     variance = reading.variances / scale_factor**2
 
@@ -311,8 +310,8 @@ def _run_shifts(
         own = [variance[:, s + n.index(name)] if name in n else unknown for s, n in names]
         return np.stack(own, axis=1)
 
-    bias = k[:, :, _BIAS] / k[:, :, _SCALE_FACTOR]
-    relative = k[:, :, _SCALE_FACTOR] / scale_factor
+    bias = k[:, :, _BIAS] / k[:, :, SCALE_FACTOR]
+    relative = k[:, :, SCALE_FACTOR] / scale_factor
     reached = reached_by(at[0])
     return (
         run_shift(apparatus.launch_uncertainty, bias, of("K0"), at, reached),

@@ -22,13 +22,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.estimate.contrasts import LEAST_STRENGTH
+
 __all__ = ["ManyPositions", "SeenAtMany"]
 
 Array = NDArray[np.float64]
-
-# Positions in which the head shows less than this share of what it shows in the best one tell of
-# the noise only.
-_LEAST_STRENGTH = 0.05
 
 # As in `head`, contrasts in which the head shows less than this share of the most rest on small
 # differences of coefficients, such as noise and rounding make. Here no contrast is worked out, so
@@ -119,7 +117,7 @@ class ManyPositions(NamedTuple):
         return self, np.maximum(number, 1.0)
 
     def _tells(self) -> NDArray[np.bool_]:
-        return np.asarray(self.acting > (_LEAST_STRENGTH * self.strongest[..., None]) ** 2)
+        return np.asarray(self.acting > (LEAST_STRENGTH * self.strongest[..., None]) ** 2)
 
     def in_units_of(self, noise: Array) -> ManyPositions:
         """Return the same where the reading noise is `noise` times what it was, shape (...)."""
