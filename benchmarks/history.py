@@ -2,7 +2,7 @@
 
     python benchmarks/history.py            # 400 units a line, some minutes
     python benchmarks/history.py --choices  # other intervals that were tried
-    python benchmarks/history.py --alarms --units 4000  # false alarms of few calibrations alone
+    python benchmarks/history.py --alarms --units 2000  # false alarms of few calibrations alone
     python benchmarks/history.py --smoke    # 60 units a line
 
 The units are drawn here, without accelcal: dates at random over ten years, stated uncertainties

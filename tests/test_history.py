@@ -100,6 +100,20 @@ def test_the_chance_of_a_jump_is_even_where_there_is_none():
         assert stats.binomtest(int((chances < level).sum()), 300, level).pvalue > 1e-3
 
 
+def test_the_chance_at_the_only_gap_is_that_of_fisher():
+    """Two calibrations of one date leave one gap of five, whose F has 1 and 2 degrees of freedom."""
+    time = np.array([0.0, 1.0, 2.0, 2.0, 3.0])
+    design = line_with_steps(time, [2])
+    left = np.linalg.svd(design)[0][:, 3:] @ np.array([0.6, 0.8])  # beside line and step
+    step = np.linalg.qr(design)[0][:, 2]
+    for chance in (0.01, 0.005, 0.002):
+        size = np.sqrt(stats.f.isf(chance, 1, 2) / 2.0)
+        found = search_jumps(time, left + size * step, np.full(5, 0.1), 1e-9).rest
+        assert found == pytest.approx(chance, abs=3.3 * np.sqrt(chance / 22_000))
+    # before, of 1999 values, no chance was below 0.0005
+    assert search_jumps(time, left + 1e4 * step, np.full(5, 0.1), 1e-9).rest < 1e-4
+
+
 # -- history ---------------------------------------------------------------------------------------
 
 
