@@ -101,7 +101,7 @@ def test_the_chance_of_a_jump_is_even_where_there_is_none():
 
 
 def test_the_chance_at_the_only_gap_is_that_of_fisher():
-    """Two calibrations of one date leave one gap of five, whose F has 1 and 2 degrees of freedom."""
+    """Two of five calibrations on one date leave one gap; its F has 1 and 2 degrees of freedom."""
     time = np.array([0.0, 1.0, 2.0, 2.0, 3.0])
     design = line_with_steps(time, [2])
     left = np.linalg.svd(design)[0][:, 3:] @ np.array([0.6, 0.8])  # beside line and step
