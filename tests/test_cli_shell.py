@@ -108,14 +108,8 @@ def test_no_command_shows_the_help(capsys):
     ("arguments", "line"),
     [
         ("nosuch", "no such command 'nosuch'; see accelcal --help"),
-        ("--nosuch", "no such option '--nosuch'; see accelcal --help"),
         ("check", "missing argument 'DATA'; see accelcal check --help"),
         ("check x y", "got unexpected extra argument (y); see accelcal check --help"),
-        (
-            "fit x --magic",
-            "no such option '--magic' (did you mean '--g'?); see accelcal fit --help",
-        ),
-        ("check --nosuch x", "no such option '--nosuch'; see accelcal check --help"),
         ("fit x --method", "option '--method' requires an argument; see accelcal"),
         ("fit x --method y", "invalid value for '--method': 'y' is not one of 'least-squares', "),
         (
@@ -131,6 +125,24 @@ def test_unknown_words_are_unusable_options_and_one_line(arguments, line, capsys
     assert err.startswith(f"error: {line}")
     assert err.endswith(" --help\n")
     assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        ("--nosuch", "; see accelcal --help"),
+        ("fit x --magic", r" \(?did you mean '?--g'?\?\)?; see accelcal fit --help"),
+        ("check --nosuch x", "; see accelcal check --help"),
+    ],
+)
+def test_an_unknown_option_is_one_line(arguments, line, capsys):
+    """In the words of click, which put quotes and brackets to it from 8.4 on."""
+    (unknown,) = [word for word in arguments.split() if word.startswith("--")]
+    assert main(arguments.split()) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    said = f"error: no such option:? '?{unknown}'?{line}\n"
+    assert re.fullmatch(said, err, re.IGNORECASE)
 
 
 def test_shell_completion_knows_the_commands():

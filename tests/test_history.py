@@ -12,7 +12,8 @@ from scipy import stats
 import accelcal
 from accelcal.cli.main import main
 from accelcal.errors import InputError
-from accelcal.recalibrations.entries import year
+from accelcal.io.recalibrations import read_entries
+from accelcal.recalibrations.entries import entries_of, year
 from accelcal.recalibrations.history import _told
 from accelcal.recalibrations.jumps import line_with_steps, search_jumps
 from accelcal.recalibrations.regression import fit_line, scatter_beyond
@@ -245,6 +246,12 @@ def test_calibrations_and_their_frame_tell_the_same():
     assert accelcal.history(table) == direct
     assert direct.temperature_degC == pytest.approx(20.0, abs=0.1)
     assert "runs at -40, 80 degC are left out" in direct.notes[0]
+
+
+def test_no_digit_of_a_frame_is_lost_in_csv(tmp_path):
+    _, table = calibrations_and_their_frame(4)
+    table.to_csv(tmp_path / "r.csv", index=False)
+    assert read_entries([str(tmp_path / "r.csv")]) == entries_of(table)
 
 
 def test_a_point_has_the_interval_that_its_calibration_states():

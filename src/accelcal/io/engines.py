@@ -14,6 +14,7 @@ import numpy as np
 
 from accelcal.errors import TableError
 from accelcal.io.cells import MISSING, Column
+from accelcal.io.exact_numbers import exact_numbers
 from accelcal.io.layout import Layout, split_line
 
 __all__ = [
@@ -130,8 +131,6 @@ def columns_by_pandas(layout: Layout, used: Sequence[int], needed: int) -> Colum
     rows = _even_rows(layout, needed)
     comma = layout.separator != "," and any("," in row for row in rows)
     options = _options(layout, used, "," if comma else ".")
-    if _version(pd.__version__) < (3, 1):  # from then on this is the only converter
-        options["float_precision"] = "round_trip"
     try:
         frame = pd.read_csv(io.StringIO("\n".join(rows)), **options)
     except ValueError as error:
@@ -158,11 +157,8 @@ def _options(layout: Layout, used: Sequence[int], decimal: str) -> dict[str, Any
         "na_values": dict.fromkeys(numeric, blank),
         "quoting": 3,  # csv.QUOTE_NONE
         "skip_blank_lines": False,
+        **exact_numbers(),
     }
-
-
-def _version(text: str) -> tuple[int, ...]:
-    return tuple(int(part) for part in text.split(".")[:2])
 
 
 def _cells(series: Any, numeric: bool) -> Any:

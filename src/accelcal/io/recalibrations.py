@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from accelcal.errors import InputError
+from accelcal.io.exact_numbers import exact_numbers
 from accelcal.io.text import read_text
 from accelcal.recalibrations.entries import Entry, entries_of
 from accelcal.results.documents import calibrations_from_json
@@ -52,12 +53,17 @@ def _frame(text: str) -> pd.DataFrame:
 
     import pandas as pd
 
-    as_text: Any = {"serial": str, "date": str, "run": str, "source": str}
+    options: Any = {
+        "dtype": {"serial": str, "date": str, "run": str, "source": str},
+        "keep_default_na": False,  # only what is empty is missing: a serial may be NA
+        "na_values": [""],
+        **exact_numbers(),
+    }
     try:
-        # only what is empty is missing: a serial may be NA
-        return pd.read_csv(StringIO(text), dtype=as_text, keep_default_na=False, na_values=[""])
+        frame: pd.DataFrame = pd.read_csv(StringIO(text), **options)
     except ValueError:  # that of the parser is one too
         raise InputError(
             "not a frame of results; give what accelcal batch -o RESULTS.csv wrote, or fit the"
             " table first"
         ) from None
+    return frame

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from accelcal.errors import TableError
 from accelcal.io.cells import MISSING, Column, numbers
 from accelcal.io.engines import decimal_mark
+from accelcal.io.exact_numbers import exact_numbers
 from accelcal.io.layout import split_line
 from accelcal.io.sample_headings import SampleHeadings, read_sample_headings
 from accelcal.io.text import PARQUET, refuse_foreign
@@ -145,7 +146,7 @@ class SampleReader:
         import pandas as pd
 
         try:
-            frame = pd.read_csv(io.StringIO(text), **self._pandas_options(pd.__version__))
+            frame = pd.read_csv(io.StringIO(text), **self._pandas_options())
         except ValueError:
             return None
         values = {role: frame[i].to_numpy() for role, i in self.headings.numeric.items()}
@@ -155,10 +156,10 @@ class SampleReader:
         time = None if at is None else frame[at].str.strip().tolist()
         return SampleBlock(values, time, self._line + np.arange(rows))
 
-    def _pandas_options(self, version: str) -> dict[str, Any]:
+    def _pandas_options(self) -> dict[str, Any]:
         used, numeric = self.headings.columns.values(), self.headings.numeric.values()
         blank = sorted(MISSING | {text.upper() for text in MISSING} | {"NaN"})
-        options = {
+        return {
             "sep": self.headings.separator,
             "header": None,
             "names": list(range(len(self.headings.texts))),
@@ -170,10 +171,8 @@ class SampleReader:
             "na_values": dict.fromkeys(numeric, blank),
             "quoting": 3,  # csv.QUOTE_NONE
             "skip_blank_lines": False,
+            **exact_numbers(),
         }
-        if tuple(map(int, version.split(".")[:2])) < (3, 1):  # then the only converter
-            options["float_precision"] = "round_trip"
-        return options
 
     def _by_split(self, text: str) -> SampleBlock:
         blank = ' \t"' + (self.headings.separator or "")

@@ -29,7 +29,7 @@ def with_units_below(layout: Layout) -> Layout:
     --------
     >>> from accelcal.io.layout import read_layout
     >>> from accelcal.io.text import SourceText
-    >>> text = "T;J;k;Y\\ndegC;-;;[mA]\\n20;1;1;1.35"
+    >>> text = "T;J;k;Y\ndegC;-;;[mA]\n20;1;1;1.35"
     >>> layout = with_units_below(read_layout(SourceText("a.csv", text, "utf-8", compressed=False)))
     >>> [heading.unit for heading in layout.headings], layout.rows
     (['degC', None, None, 'mA'], ['20;1;1;1.35'])

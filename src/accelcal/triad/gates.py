@@ -54,11 +54,12 @@ def _number(record: TriadRecord, found: Solution) -> Gate:
 
 
 def _spread(found: Solution) -> Gate:
-    told = f"condition number {found.condition:.1f}, worst told: {', '.join(found.weakness)}"
-    if found.condition > _WORST_CONDITION:
-        advice = f"{told}; attitudes spread over all directions have 3 to 4"
-        return Gate("spread of attitudes", "warn", advice)
-    return Gate("spread of attitudes", "pass", told)
+    told = f"condition number {found.condition:.1f}"
+    if found.condition <= _WORST_CONDITION:
+        return Gate("spread of attitudes", "pass", told)
+    worst = f"worst told: {', '.join(found.weakness)}"
+    advice = f"{told}, {worst}; attitudes spread over all directions have 3 to 4"
+    return Gate("spread of attitudes", "warn", advice)
 
 
 def _outlier(record: TriadRecord, found: Solution) -> Gate:
