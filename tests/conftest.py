@@ -13,6 +13,10 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+# side by side, tests have a processor each; numpy is not loaded yet
+if "PYTEST_XDIST_WORKER" in os.environ:
+    os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1")
+
 sys.path.insert(0, str(Path(__file__).parent / "oracles"))
 
 # of the benchmarks these packages alone: others there have names of modules elsewhere
