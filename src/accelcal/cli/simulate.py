@@ -14,6 +14,7 @@ from accelcal.cli.options import (
     numbers,
     output_option,
     setting,
+    words,
 )
 from accelcal.errors import InputError
 
@@ -30,11 +31,6 @@ Settings = list[tuple[str, float]]
 def settings(text: str) -> Settings:
     """Type of an option: names and their numbers, as in ``warm-up=1e-4,tau=900``."""
     return [setting(item) for item in text.split(",")]
-
-
-def texts(text: str) -> list[str]:
-    """Type of an option: words separated by commas, as in ``o+,o-``."""
-    return [item.strip() for item in text.split(",")]
 
 
 @click.command()
@@ -64,7 +60,7 @@ def texts(text: str) -> list[str]:
 @click.option(
     "--mounting",
     "mountings",
-    type=texts,
+    type=words,
     multiple=True,
     metavar="SIDE,...",
     help="Mountings o+, o-, p+ or p- in their order, each taken through all temperatures [o+].",
