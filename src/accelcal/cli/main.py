@@ -128,7 +128,7 @@ def _tell(kind: str, message: object, *, prefix: bool = True) -> None:
     from accelcal.escapes import visible
 
     label = click.style(f"{kind}: ", fg={"error": "red", "warning": "yellow"}[kind], bold=True)
-    line = visible(" ".join(by_options(str(message)).splitlines()))
+    line = visible(" ".join(str(message).splitlines()))
     click.echo(f"{label}{line}" if prefix else line, file=sys.stderr, color=_colour())
 
 
@@ -163,7 +163,7 @@ def _warnings_in_one_line() -> Iterator[None]:
             line: str | None = None,
         ) -> None:
             if issubclass(category, AccelcalWarning):
-                _tell("warning", message)
+                _tell("warning", by_options(str(message)))
             else:
                 show_other(message, category, filename, lineno, file, line)
 
