@@ -145,9 +145,9 @@ def compare(
     if worse:
         warnings.warn(f"{record.source}: {worse}", AccelcalWarning, stacklevel=2)
     dof = float(noise.dof) or (known.dof if known else np.inf)
-    declared, errors = counted(calibration, record), calibration_errors(calibration, found)
-    step = _step(found, converted)
     own = from_calibration(calibration, record)
+    declared, errors = counted(record, own), calibration_errors(calibration, found)
+    step = _step(found, converted)
     seen = _Seen(converted, simulated, noise, dof, declared, own, errors, step)
     same = is_same_head(calibration, record, errors, same_head)
     judged = _whatever_the_head(seen, same, is_turned_over(calibration, record))
@@ -164,7 +164,7 @@ def compare(
         notes=(
             *filter(None, [worse]),
             *coefficient_notes(found, simulated),
-            *notes(calibration, record, declared),
+            *notes(calibration, record, declared, own),
             *head_notes(calibration, record, declared, same, bool(errors.positions.size)),
         ),
         serial=record.serial,

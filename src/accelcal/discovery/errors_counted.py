@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -40,15 +40,15 @@ _FEW = 10.0
 """Degrees of freedom below which an estimated size may be wrong by half and more."""
 
 
-def counted(calibration: Calibration, record: TumbleRecord) -> Apparatus:
+def counted(record: TumbleRecord, known: Mapping[str, ErrorSource]) -> Apparatus:
     """Take what the record declares, and where it does not, what the calibration knew.
 
     Parameters
     ----------
-    calibration : Calibration
-        The calibration.
     record : TumbleRecord
-        The record that it is compared with.
+        The record that is compared.
+    known : mapping of str to ErrorSource
+        What the calibration knew, from `from_calibration`.
 
     Returns
     -------
@@ -56,8 +56,7 @@ def counted(calibration: Calibration, record: TumbleRecord) -> Apparatus:
         The errors. One that the calibration estimated from few degrees of freedom is larger than
         the estimate by Student's factor over the normal one.
     """
-    taken = from_calibration(calibration, record)
-    return replace(record.apparatus, **{name: size_counted(own) for name, own in taken.items()})
+    return replace(record.apparatus, **{name: size_counted(own) for name, own in known.items()})
 
 
 def from_calibration(calibration: Calibration, record: TumbleRecord) -> dict[str, ErrorSource]:
@@ -161,7 +160,12 @@ def _origin(own: Apparatus, declared: Apparatus, field: str) -> str:
     return "none" if getattr(declared, field) is None else "calibration"
 
 
-def notes(calibration: Calibration, record: TumbleRecord, declared: Apparatus) -> Iterator[str]:
+def notes(
+    calibration: Calibration,
+    record: TumbleRecord,
+    declared: Apparatus,
+    known: Mapping[str, ErrorSource],
+) -> Iterator[str]:
     """Say what makes a comparison less than it seems.
 
     Parameters
@@ -172,6 +176,8 @@ def notes(calibration: Calibration, record: TumbleRecord, declared: Apparatus) -
         The record.
     declared : Apparatus
         The errors, from `counted`.
+    known : mapping of str to ErrorSource
+        What the calibration knew of them, from `from_calibration`.
 
     Yields
     ------
@@ -190,7 +196,7 @@ def notes(calibration: Calibration, record: TumbleRecord, declared: Apparatus) -
         )
     if declared.head_uncertainty is None:
         yield "head_uncertainty is not declared: errors of the head count as a disagreement"
-    yield from _few_degrees(calibration, record)
+    yield from _few_degrees(known)
 
 
 def coefficient_notes(found: Compensation, simulated: Simulated) -> Iterator[str]:
@@ -284,9 +290,9 @@ def _units(calibration: Calibration, record: TumbleRecord) -> Iterator[str]:
         yield f"readings in {own} are converted to {other}"
 
 
-def _few_degrees(calibration: Calibration, record: TumbleRecord) -> Iterator[str]:
+def _few_degrees(known: Mapping[str, ErrorSource]) -> Iterator[str]:
     """Errors that nobody declared and the calibration told from little."""
-    for name, source in from_calibration(calibration, record).items():
+    for name, source in known.items():
         if source.dof is not None and source.dof < _FEW:
             degrees = "1 degree" if source.dof == 1.0 else f"{source.dof:.3g} degrees"
             yield (
