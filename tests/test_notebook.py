@@ -239,6 +239,11 @@ def test_another_number_makes_it_unequal(calibration):
     assert frames != frames._replace(laws=frames.laws + 1.0)
 
 
+def test_launches_are_counted():
+    stability = analyse(read_stability("examples/stability.csv"))
+    assert f"{len(stability.launches)} launches" in stability._repr_html_()
+
+
 def test_a_launch_is_one_short_line():
     launch = read_stability("examples/stability.csv").launches[0]
     assert repr(launch) == "<Launch 1: 720 samples in 3595 s>"

@@ -22,6 +22,7 @@ from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
 from accelcal.geometry import MOUNTINGS, is_mounting
 from accelcal.numerics.sorting import distinct
+from accelcal.plural import counted
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -228,7 +229,7 @@ class TumbleRecord(EqualByContents):
     def __repr__(self) -> str:
         name = f"serial {self.serial!r}" if self.serial else repr(self.source)
         return (
-            f"<TumbleRecord {name}: {len(self)} readings, {len(self.run_labels)} runs,"
+            f"<TumbleRecord {name}: {len(self)} readings, {counted(len(self.run_labels), 'run')},"
             f" {distinct(np.mod(self.angle, 360.0)).size} positions>"
         )
 

@@ -12,6 +12,7 @@ from accelcal.estimate.joint import JointStack
 from accelcal.estimate.launch import RunShift
 from accelcal.estimate.noise import NoiseStack
 from accelcal.estimate.tables import PreparedTable
+from accelcal.plural import plural
 from accelcal.record import TumbleRecord
 from accelcal.sentences import Sentence, first_of, of_each
 from accelcal.temperature.error_component import Slopes
@@ -269,8 +270,8 @@ def _lost_in_noise(shows: bool, dof: float) -> str:
 
 def _head_of_few_dof(dof: float) -> str:
     return (
-        f"head error estimated from the lack of fit with {dof:.0f} degree"
-        f"{'' if round(dof) == 1 else 's'} of freedom;"
+        f"head error estimated from the lack of fit with {dof:.0f}"
+        f" {plural('degree', round(dof))} of freedom;"
         " declare head_uncertainty or measure more positions for narrower intervals"
     )
 

@@ -14,7 +14,7 @@ from accelcal.cli.deliver import remark
 from accelcal.cli.fit_arguments import fit_arguments, models_in, specification_in
 from accelcal.cli.options import calibration_options, effects_option, output_option
 from accelcal.errors import InputError
-from accelcal.report.lines import counted
+from accelcal.plural import counted
 
 if TYPE_CHECKING:
     from accelcal.archive.batch import BatchCounts

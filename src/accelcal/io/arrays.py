@@ -65,7 +65,7 @@ def read_arrays(
     >>> output = 1.35 * np.cos(np.radians(45.0 * (position - 1)))
     >>> columns = {"position": position, "stroke": 1, "temperature": 20.0, "Y [mA]": output}
     >>> accelcal.read_arrays(columns, overrides={"serial": "AL-15"})
-    <TumbleRecord serial 'AL-15': 8 readings, 1 runs, 8 positions>
+    <TumbleRecord serial 'AL-15': 8 readings, 1 run, 8 positions>
     """
     arrays = _arrays(columns)
     text = io.StringIO()

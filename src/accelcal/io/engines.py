@@ -16,6 +16,7 @@ from accelcal.errors import TableError
 from accelcal.io.cells import MISSING, Column
 from accelcal.io.exact_numbers import exact_numbers
 from accelcal.io.layout import Layout, split_line
+from accelcal.plural import counted
 
 __all__ = [
     "NUMERIC",
@@ -200,8 +201,8 @@ def _fitted(cells: list[str], width: int, needed: int, layout: Layout, index: in
     if len(cells) < needed:
         if _is_broken(layout.rows[max(index - 1, 0) : index + 1]):
             raise TableError("a cell has a line break", "write it in one line", **place)  # type: ignore[arg-type]
-        fields = f"{len(cells)} field{'s' if len(cells) > 1 else ''}"
-        problem = f"{fields}, but {layout.headings[needed - 1].text} is field {needed}"
+        missing = layout.headings[needed - 1].text
+        problem = f"{counted(len(cells), 'field')}, but {missing} is field {needed}"
         raise TableError(problem, "complete the row or delete it", **place)  # type: ignore[arg-type]
     return cells + [""] * (width - len(cells))
 

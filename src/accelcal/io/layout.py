@@ -9,16 +9,17 @@ from typing import NamedTuple
 from accelcal.errors import TableError
 from accelcal.io.text import SourceText, refuse_document
 from accelcal.io.vocabulary import Heading, canonical_key, read_heading, split_unit
+from accelcal.plural import counted
 
 __all__ = [
     "Declared",
     "Layout",
     "all_outputs",
-    "counted",
     "listed",
     "read_layout",
     "shown",
     "split_line",
+    "were",
 ]
 
 _SEPARATORS = ("\t", ";", ",", None)
@@ -109,7 +110,7 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
     declared, aside = _declarations(above, source.name)
     rows, numbers, comments = _rows(lines, start, headings, source)
     if comments:
-        aside.append(f"{counted(comments, 'comment line')} set aside ({listed(comments)})")
+        aside.append(f"{were(comments, 'comment line')} set aside ({listed(comments)})")
     return Layout(
         source=source.name,
         declared=declared,
@@ -194,15 +195,15 @@ def listed(lines: Iterable[int]) -> str:
     return ("lines " if len(numbers) > 1 else "line ") + ", ".join(numbers[:5] + more)
 
 
-def counted(things: Sized, what: str) -> str:
-    """Count things for a note.
+def were(lines: Sized, what: str) -> str:
+    """Count what stands in some lines, before saying what was done to it.
 
     Parameters
     ----------
-    things : sized
-        What to count.
+    lines : sized
+        A line for each.
     what : str
-        Their name in the singular.
+        The name of one.
 
     Returns
     -------
@@ -211,10 +212,10 @@ def counted(things: Sized, what: str) -> str:
 
     Examples
     --------
-    >>> counted([7], "row"), counted([7, 8], "row")
+    >>> were([7], "row"), were([7, 8], "row")
     ('1 row was', '2 rows were')
     """
-    return f"{len(things)} {what}{' was' if len(things) == 1 else 's were'}"
+    return f"{counted(len(lines), what)} {'was' if len(lines) == 1 else 'were'}"
 
 
 def all_outputs(count: int) -> str:

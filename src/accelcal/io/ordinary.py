@@ -94,7 +94,7 @@ def read_ordinary(
     --------
     >>> text = b"# unit: mA\ntemperature,position,stroke,output\n20,1,1,1.3\n20,4,1,-0.9\n"
     >>> read_ordinary([Content("a.csv", text), Content("b.csv", b"temperature;output")], {})
-    [(<TumbleRecord 'a.csv': 2 readings, 1 runs, 2 positions>,), None]
+    [(<TumbleRecord 'a.csv': 2 readings, 1 run, 2 positions>,), None]
     """
     chosen = read_engine(engine)
     read: list[tuple[TumbleRecord, ...] | None] = []

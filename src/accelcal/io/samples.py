@@ -24,6 +24,7 @@ from accelcal.io.exact_numbers import exact_numbers
 from accelcal.io.layout import split_line
 from accelcal.io.sample_headings import SampleHeadings, read_sample_headings
 from accelcal.io.text import PARQUET, refuse_foreign
+from accelcal.plural import counted
 
 __all__ = ["BLOCK", "SampleBlock", "SampleReader", "open_samples"]
 
@@ -197,7 +198,7 @@ class SampleReader:
         if len(cells) < width and not any(self.headings.texts[len(cells) :]):
             cells += [""] * (width - len(cells))
         if len(cells) != width:
-            problem = f"{len(cells)} field{'s' if len(cells) > 1 else ''} under {width} headings"
+            problem = f"{counted(len(cells), 'field')} under {width} headings"
             remedy = "write every field, nothing between the separators where one is missing"
             raise TableError(problem, remedy, source=self.source, line=line)
         return cells

@@ -14,12 +14,13 @@ from accelcal.errors import InputError, TableError, located
 from accelcal.io.cells import Column, labels, numbers
 from accelcal.io.declarations import unit_and_serial
 from accelcal.io.engines import BulkEngineGivesUp, Columns, columns_by_pandas, columns_by_split
-from accelcal.io.layout import Layout, all_outputs, counted, listed, read_layout, shown
+from accelcal.io.layout import Layout, all_outputs, listed, read_layout, shown, were
 from accelcal.io.small_table import places_of
 from accelcal.io.text import Source, read_text
 from accelcal.io.times import in_seconds, times
 from accelcal.io.units_row import with_units_below
 from accelcal.io.vocabulary import Heading, has_unit, split_unit
+from accelcal.plural import counted
 from accelcal.specification import UNITS
 from accelcal.stability.record import Launch, StabilityRecord
 from accelcal.units import output_unit
@@ -125,7 +126,7 @@ def read_stability(
     notes = list(layout.notes)
     if not kept.all():
         missing = columns["output"].lines[~kept]
-        notes.append(f"{counted(missing, 'missing output')} left out ({listed(missing)})")
+        notes.append(f"{were(missing, 'missing output')} left out ({listed(missing)})")
     columns = {name: column.take(kept) for name, column in columns.items()}
     _require_size(output[kept], columns["output"])
     _require_change(output[kept], columns["output"])
@@ -215,7 +216,7 @@ def _launch(
     parts = {key: array[chosen] for key, array in values.items()}
     lines = column.lines[chosen]
     if lines.size < 3:
-        problem = f"launch {shown(name)} has {counted(lines, 'sample').rsplit(' ', 1)[0]}"
+        problem = f"launch {shown(name)} has {counted(lines.size, 'sample')}"
         remedy = "a launch has at least 3; one launch in the file needs no column launch"
         raise TableError(problem, remedy, source=column.source, line=int(lines[0]))
     back = np.flatnonzero(np.diff(parts["time"]) < _SHORTEST)

@@ -19,7 +19,7 @@ from accelcal.io.cells import MISSING, Column
 from accelcal.io.columns import CONSTANTS, Engine, Table, choose_columns
 from accelcal.io.declarations import Declarations, declarations, declared_by_caller
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split
-from accelcal.io.layout import Layout, counted, listed, read_layout, shown
+from accelcal.io.layout import Layout, listed, read_layout, shown, were
 from accelcal.io.readings import Readings, notes_of_midnight, notes_of_turn, read_readings
 from accelcal.io.runs import runs_of
 from accelcal.io.text import Source, SourceText, read_text
@@ -95,7 +95,7 @@ def read_tables(
     >>> import io
     >>> text = "# temperature: 20\nposition,Y1,Y2\n1,1.30,1.31\n5,-1.29,-1.28\n"
     >>> read_tables(io.StringIO(text))
-    (<TumbleRecord '<table>': 4 readings, 1 runs, 2 positions>,)
+    (<TumbleRecord '<table>': 4 readings, 1 run, 2 positions>,)
     """
     records = survey(source, overrides=overrides)[1]
     for record in records:
@@ -307,7 +307,7 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
 
 
 def _left_out(lines: NDArray[np.int64], what: str) -> str:
-    return f"{counted(lines, what)} left out ({listed(lines)})"
+    return f"{were(lines, what)} left out ({listed(lines)})"
 
 
 def _without_repeats(readings: Readings, run: NDArray[np.int64], source: str) -> NDArray[np.bool_]:

@@ -9,9 +9,9 @@ from typing import Any
 from accelcal.page import coefficients, evidence
 from accelcal.page.blocks import Block, Chapter, Highlight, Note, Section, Tone
 from accelcal.page.typeset import typeset
+from accelcal.plural import counted
 from accelcal.report.calibration import in_microradians
 from accelcal.report.calibration_rows import alarms, coefficient_rows, without_uncertainty
-from accelcal.report.lines import counted
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Document
 

@@ -8,6 +8,7 @@ from typing import Any
 from accelcal.page.blocks import Block, Bullets, Gallery, Paragraph, Section, Table
 from accelcal.page.pictures import pictures
 from accelcal.page.typeset import typeset
+from accelcal.plural import counted
 from accelcal.report.calibration import (
     fixture_angle_rows,
     reversed_mountings,
@@ -70,7 +71,7 @@ def _of_table(table: Document, local_gravity: float | None) -> Iterator[Block]:
         )
         for r in found
     ]
-    count = f"{table['readings']} readings, {table['dof']} degrees of freedom"
+    count = f"{table['readings']} readings, {counted(table['dof'], 'degree')} of freedom"
     yield Table(f"{place(table)} ({count})", _HEADINGS, _set(rows), frozenset({2, 3, 5, 6}))
     said = [f"{r.symbol} stands for {r.meaning}" for r in found if r.meaning]
     said += [line.strip() for line in scale_factor_elsewhere(table, local_gravity)]

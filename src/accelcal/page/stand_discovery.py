@@ -5,6 +5,7 @@ from __future__ import annotations
 from accelcal.page.blocks import Block, Bullets, Chapter, Gallery, Note, Paragraph, Section, Table
 from accelcal.page.pictures import pictures
 from accelcal.page.typeset import sentence, typeset
+from accelcal.plural import counted
 from accelcal.report.findings import chance, probability
 from accelcal.report.numbers import matching_digits
 from accelcal.report.scale import sized
@@ -49,7 +50,7 @@ def stand_chapter(found: StandDiscovery, name: str = "") -> Chapter:
         title=f"The stand of {len(found.units)} units",
         subtitle=", ".join(found.units),
         tone="warn" if count or found.common.unexplained else "good",
-        outcome=f"{count} effect{'' if count == 1 else 's'}" if count else "nothing missing",
+        outcome=counted(count, "effect") if count else "nothing missing",
         lede=_lede(found),
         highlights=(),
         sections=[section for section in sections if section is not None],

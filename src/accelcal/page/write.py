@@ -14,8 +14,8 @@ from accelcal.page.discovery import discovery_chapter
 from accelcal.page.paper import pdf
 from accelcal.page.render import html, markdown
 from accelcal.page.stand_discovery import stand_chapter
+from accelcal.plural import counted
 from accelcal.record import TumbleRecord
-from accelcal.report.lines import counted
 from accelcal.results.calibration import Calibration
 from accelcal.results.discovery import Discovery
 from accelcal.results.stand_discovery import StandDiscovery

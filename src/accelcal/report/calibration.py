@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from accelcal.escapes import visible
+from accelcal.plural import counted, plural
 from accelcal.report.calibration_rows import (
     alarms,
     coefficient_rows,
@@ -12,7 +13,7 @@ from accelcal.report.calibration_rows import (
     temperature_rows,
     without_uncertainty,
 )
-from accelcal.report.lines import aligned, counted, hanging, visible_lines
+from accelcal.report.lines import aligned, hanging, visible_lines
 from accelcal.report.numbers import in_small_unit, matching_digits, significant
 from accelcal.report.residuals import residual_lines
 from accelcal.report.scale import sized
@@ -110,7 +111,7 @@ def _table(table: Document, document: Document) -> Iterator[str]:
 
 
 def _degrees(dof: float) -> str:
-    return f"{dof:.0f} degree{'' if round(dof) == 1 else 's'} of freedom"
+    return f"{dof:.0f} {plural('degree', round(dof))} of freedom"
 
 
 def _coefficients(table: Document) -> Iterator[str]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from accelcal.escapes import visible
-from accelcal.report.lines import aligned, counted, hanging, visible_lines
+from accelcal.plural import counted
+from accelcal.report.lines import aligned, hanging, visible_lines
 from accelcal.report.numbers import SMALL_UNITS, matching_digits, significant
 from accelcal.results.quantity import Quantity
 from accelcal.results.unit_history import History, Trend

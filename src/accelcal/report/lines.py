@@ -7,7 +7,7 @@ from textwrap import wrap
 
 from accelcal.escapes import visible
 
-__all__ = ["WIDTH", "aligned", "counted", "hanging", "notes", "visible_lines", "wrapped"]
+__all__ = ["WIDTH", "aligned", "hanging", "notes", "visible_lines", "wrapped"]
 
 WIDTH = 100
 """Characters of the longest line."""
@@ -32,29 +32,6 @@ def visible_lines(lines: Iterable[str]) -> str:
     'serial AL\\n15\nK1'
     """
     return "\n".join(map(visible, lines))
-
-
-def counted(number: int, what: str) -> str:
-    """Write a number of things.
-
-    Parameters
-    ----------
-    number : int
-        How many.
-    what : str
-        One of them.
-
-    Returns
-    -------
-    str
-        Number and noun.
-
-    Examples
-    --------
-    >>> counted(1, "degree") + ", " + counted(3, "table")
-    '1 degree, 3 tables'
-    """
-    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def hanging(sentence: str, indent: str = "") -> list[str]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from accelcal.plural import counted
 from accelcal.report.html import heading, items, safe, table
-from accelcal.report.lines import counted
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.report.scale import readable
 from accelcal.report.verdict import limit_row, remark

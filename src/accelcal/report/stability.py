@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 
+from accelcal.plural import counted
 from accelcal.report.lines import WIDTH, aligned, hanging, visible_lines, wrapped
 from accelcal.report.numbers import significant
 from accelcal.results.stability import Estimate, Stability
@@ -57,8 +58,7 @@ def _heading(result: Stability) -> Iterator[str]:
     unit = f"in {result.unit}"
     if result.scale_factor is not None:
         unit = f"in g (local), scale factor {result.scale_factor:.7g} {result.output_unit or '?'}/g"
-    count = len(result.launches)
-    yield f"{count} launch{'' if count == 1 else 'es'}, {samples} samples; {unit}"
+    yield f"{counted(len(result.launches), 'launch')}, {samples} samples; {unit}"
     yield f"{result.coverage}; intervals are of 95 %"
 
 

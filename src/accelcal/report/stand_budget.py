@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from accelcal.report.lines import aligned, counted, hanging, visible_lines
+from accelcal.plural import counted
+from accelcal.report.lines import aligned, hanging, visible_lines
 from accelcal.report.numbers import in_small_unit, significant
 from accelcal.results.quantity import Document
 from accelcal.units import MICRO

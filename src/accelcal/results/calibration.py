@@ -10,6 +10,7 @@ from accelcal.arguments.kinds import expect
 from accelcal.arguments.options import check_written
 from accelcal.errors import InputError
 from accelcal.escapes import visible
+from accelcal.plural import counted
 from accelcal.results import calibration_parts as parts
 from accelcal.results.checked import (
     checked,
@@ -132,8 +133,7 @@ class Calibration(StoredResult, TabularResult):
 
     def __repr__(self) -> str:
         name = f"serial {self.serial}" if self.serial else self.source
-        count = f"{len(self.tables)} table{'' if len(self.tables) == 1 else 's'}"
-        return visible(f"<Calibration {name}: {self.method}, {count}>")
+        return visible(f"<Calibration {name}: {self.method}, {counted(len(self.tables), 'table')}>")
 
     def _repr_html_(self) -> str:
         from accelcal.report.notebook_calibration import calibration_html

@@ -13,6 +13,7 @@ from accelcal.arguments.kinds import expect, several
 from accelcal.arguments.numbers import check_number
 from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, student_quantile
+from accelcal.plural import counted
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Gate
 from accelcal.results.stability import (
@@ -239,7 +240,7 @@ def _launch_spread(means: list[float], setting: _Setting) -> Estimate:
     if len(means) < 2:
         what = "repeat the launch" if means else f"none lasts {setting.window:g} s"
         return Estimate(
-            None, setting.unit, finding=f"not determined: {_counted(len(means))}; {what}"
+            None, setting.unit, finding=f"not determined: {counted(len(means), 'launch')}; {what}"
         )
     dof = len(means) - 1
     spread = deviation(dof * float(np.var(means, ddof=1)), dof, setting.unit, dof)
@@ -248,10 +249,6 @@ def _launch_spread(means: list[float], setting: _Setting) -> Estimate:
         finding = "launches are not independent: no honest interval"
         return replace(spread, lower=None, upper=None, finding=finding)
     return spread
-
-
-def _counted(launches: int) -> str:
-    return f"{launches} launch{'' if launches == 1 else 'es'}"
 
 
 def _drift(trends: list[Trend], unit: str) -> Estimate:
@@ -337,7 +334,9 @@ def _gates(
 ) -> Iterator[Gate]:
     lag = lag1_correlation(means)
     if lag is None:
-        finding = f"{_counted(len(means))} with a mean; at least 5 different means are wanted"
+        finding = (
+            f"{counted(len(means), 'launch')} with a mean; at least 5 different means are wanted"
+        )
         yield Gate("independent launches", "not assessed", finding)
     else:
         finding = f"lag-1 correlation of the launch means {lag.value:+.2f}, p = {lag.p_value:.2g}"

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.plural import counted
 from accelcal.stability.record import Launch
 
 __all__ = ["EvenSeries", "even_series"]
@@ -86,13 +87,13 @@ def even_series(launches: Sequence[Launch]) -> EvenSeries:
     ratio = steps / interval
     inside = ratio <= _GAP
     gaps = int(np.sum(~inside))
-    notes = [f"{_counted(gaps, 'gap')}: the series is cut there"] if gaps else []
+    notes = [f"{counted(gaps, 'gap')}: the series is cut there"] if gaps else []
     if np.all(np.abs(ratio[inside] - np.round(ratio[inside])) <= JITTER):
         missing = int(np.sum(np.round(ratio[inside]) - 1))
         longest = LONGEST_FILLED if missing <= MOST_FILLED * steps.size else 0
         if missing:
             done = "filled in by a straight line" if longest else "taken as gaps"
-            notes.append(f"{_counted(missing, 'missing sample')} in short gaps: {done}")
+            notes.append(f"{counted(missing, 'missing sample')} in short gaps: {done}")
         filled = [p for launch in launches for p in _on_raster(launch, interval, longest + 1.5)]
         return _series(interval, filled, notes, launches)
     width = float(steps[inside].max()) * (1.0 + 1e-9)
@@ -109,7 +110,7 @@ def _series(
     lost = total - sum(piece.samples for piece in pieces)
     if lost:
         where = "in pieces shorter than three means, or in the last span of a piece"
-        notes.append(f"{lost} of {_counted(total, 'sample')} not used, {where}")
+        notes.append(f"{lost} of {counted(total, 'sample')} not used, {where}")
     return EvenSeries(interval, tuple(piece.output for piece in pieces), tuple(notes))
 
 
@@ -137,7 +138,3 @@ def _in_spans(launch: Launch, width: float, longest: float) -> list[_Piece]:
         means = np.bincount(span, weights=output) / np.maximum(count, 1)
         even.append(_Piece(means[:-1], int(count[:-1].sum())))  # the last span is not complete
     return [piece for piece in even if piece.output.size >= 3]
-
-
-def _counted(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"

@@ -13,6 +13,7 @@ from accelcal.arguments.numbers import check_whole
 from accelcal.estimate.linear import METHODS
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.probability import LEVEL, student_quantile
+from accelcal.plural import counted
 from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle
 from accelcal.results.calibration import Calibration
@@ -204,8 +205,8 @@ def _described(readings: Readings) -> str:
     levels = ", ".join(f"{t:g}" for t in dict.fromkeys(readings.temperature.round(6).tolist()))
     mountings = ", ".join(dict.fromkeys(record.mounting.tolist()))
     return (
-        f"{len(record)} readings, {positions} positions, {record.stroke.max()} strokes,"
-        f" {len(record.run_labels)} runs at {levels} degC, mounting {mountings}"
+        f"{len(record)} readings, {positions} positions, {counted(record.stroke.max(), 'stroke')},"
+        f" {counted(len(record.run_labels), 'run')} at {levels} degC, mounting {mountings}"
     )
 
 

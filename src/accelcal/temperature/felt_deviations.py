@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from accelcal.estimate.joint import JointStack
 from accelcal.estimate.tables import PreparedTable
+from accelcal.plural import plural
 from accelcal.temperature.at_rest import AtRest
 from accelcal.temperature.from_tables import (
     LawsOfRecords,
@@ -200,4 +201,4 @@ def _left_moving(tables: Sequence[PreparedTable], unknown: Array) -> tuple[str, 
 
 def _runs(tables: Sequence[PreparedTable]) -> str:
     names = ", ".join(table.run_label for table in tables)
-    return f"run{'s' if len(tables) > 1 else ''} {names}"
+    return f"{plural('run', len(tables))} {names}"

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from accelcal.estimate.joint import JointStack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
+from accelcal.plural import plural
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.temperature.bilinear import named_model
 from accelcal.temperature.from_tables import tables_of_one_mounting
@@ -126,7 +127,7 @@ def _unfelt(fit: ProductFit, state: Solution) -> Iterator[str]:
         names = ", ".join(name for name, _ in own)
         scatter = max(recorded.std(ddof=1) for _, recorded in own)
         yield (
-            f"run{'s' if len(own) > 1 else ''} {names}: the readings do not follow the recorded"
+            f"{plural('run', len(own))} {names}: the readings do not follow the recorded"
             f" temperatures, which scatter by {scatter:.2g} degC; taken as noise of the sensor, and"
             " the mean of a run as its temperature"
         )

@@ -1,0 +1,55 @@
+"""Nouns in their number."""
+
+from __future__ import annotations
+
+__all__ = ["counted", "plural"]
+
+_HISSING = ("ch", "sh", "s", "x")
+
+
+def plural(noun: str, number: float) -> str:
+    """Put a noun into the plural where there are several.
+
+    Parameters
+    ----------
+    noun : str
+        One of the things.
+    number : float
+        How many there are.
+
+    Returns
+    -------
+    str
+        The noun.
+
+    Examples
+    --------
+    >>> plural("run", 1), plural("run", 2), plural("launch", 0)
+    ('run', 'runs', 'launches')
+    """
+    if number == 1:
+        return noun
+    return noun + ("es" if noun.endswith(_HISSING) else "s")
+
+
+def counted(number: int, noun: str) -> str:
+    """Write a number of things.
+
+    Parameters
+    ----------
+    number : int
+        How many.
+    noun : str
+        One of them.
+
+    Returns
+    -------
+    str
+        Number and noun.
+
+    Examples
+    --------
+    >>> counted(1, "degree") + ", " + counted(3, "table")
+    '1 degree, 3 tables'
+    """
+    return f"{number} {plural(noun, number)}"
