@@ -29,7 +29,7 @@ from accelcal.discovery.search import search
 from accelcal.discovery.space import whitener_of
 from accelcal.effects.catalogue import catalogue, effect
 from accelcal.errors import InputError
-from accelcal.estimate.tables import head_positions
+from accelcal.geometry import head_positions
 from accelcal.simulation import NOISE_FREE, NoiseComponents, TumblePlan, simulate
 
 T0 = 20.0

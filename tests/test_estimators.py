@@ -16,8 +16,8 @@ from tumble_oracle import AL15, NAMES, UNITY, Apparatus, forward, rates, record,
 from accelcal.errors import DesignError, InputError
 from accelcal.estimate.estimability import estimability
 from accelcal.estimate.linear import METHODS, linear_estimator
-from accelcal.estimate.tables import head_positions, prepare
-from accelcal.geometry import MOUNTINGS
+from accelcal.estimate.tables import prepare
+from accelcal.geometry import MOUNTINGS, head_positions
 from accelcal.printed import CLOSED_FORMS, documented_bias
 
 DECLARED = {

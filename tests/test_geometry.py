@@ -10,7 +10,14 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
 from accelcal.errors import InputError
-from accelcal.geometry import MOUNTINGS, accelerations, position_angles, turn_angles
+from accelcal.geometry import (
+    MOUNTINGS,
+    accelerations,
+    angular_distance,
+    head_positions,
+    position_angles,
+    turn_angles,
+)
 
 ANGLES = st.floats(-3600, 3600, allow_subnormal=False)
 FIXTURE = st.floats(-0.1, 0.1, allow_subnormal=False)
@@ -45,6 +52,22 @@ def test_positions_keep_their_shape() -> None:
     assert position_angles(13, positions=24).shape == ()
     assert position_angles(13, positions=24) == 180.0
     assert position_angles([]).shape == (0,)
+
+
+@given(st.integers(1, 72), st.integers(-720_000, 720_000))
+def test_a_turn_has_its_positions_wherever_it_starts(positions: int, millidegrees: int) -> None:
+    places = head_positions(turn_angles(positions) + millidegrees / 1000.0)
+    assert places[-1] == places[0]
+    assert np.unique(places).size == positions
+    assert (places >= 0.0).all()
+    assert (places < 360.0).all()
+
+
+@given(ANGLES, ANGLES)
+def test_the_distance_of_two_angles_is_that_of_their_directions(one: float, other: float) -> None:
+    c, s = precise(one - other, 0.0)
+    distance = float(angular_distance(np.array(one), other))
+    assert distance == pytest.approx(abs(np.degrees(np.arctan2(s, c))), abs=1e-9)
 
 
 @pytest.mark.parametrize(("position", "positions"), [(0, 8), (10, 8), (-3, 12), (14, 12), (6, 4)])

@@ -198,6 +198,13 @@ def test_head_error_belongs_to_the_head_position():
     assert_variance(error, 1e-5)
 
 
+def test_a_turn_that_starts_off_zero_returns_to_the_same_head_error():
+    angles = tuple((np.arange(9) * 45.0 + 0.1).tolist())
+    record = simulate(IDEAL, TumblePlan(angles=angles, strokes=1, resolution=0.0), only(head=1e-3))
+    assert record.output[8] == pytest.approx(record.output[0], abs=1e-12)
+    assert "8 positions" in repr(record)
+
+
 @pytest.mark.parametrize(
     ("component", "degrees", "sensitivity"),
     [("launch", 90.0, 1.0), ("launch_sf", 180.0, -1.0), ("temperature", 90.0, 3e-3)],

@@ -34,7 +34,9 @@ __all__ = [
     "MOUNTINGS",
     "Acceleration",
     "accelerations",
+    "angular_distance",
     "checked_fixture_angle",
+    "head_positions",
     "is_mounting",
     "position_angles",
     "turn_angles",
@@ -195,6 +197,50 @@ def turn_angles(positions: int = 8) -> NDArray[np.float64]:
     [0.0, 90.0, 180.0, 270.0, 360.0]
     """
     return position_angles(np.arange(1, positions + 2), positions)
+
+
+def head_positions(angle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Head position of an angle: 0 and 360 deg are the same place on the head.
+
+    Parameters
+    ----------
+    angle : ndarray
+        Head angles [deg].
+
+    Returns
+    -------
+    ndarray
+        Angle within one turn, rounded to a micro-degree [deg].
+
+    Examples
+    --------
+    >>> head_positions(np.array([0.1, 360.1, -90.0])).tolist()
+    [0.1, 0.1, 270.0]
+    """
+    return np.asarray(np.mod(np.round(np.mod(angle, 360.0), 6), 360.0))
+
+
+def angular_distance(
+    angle: NDArray[np.float64], other: NDArray[np.float64] | float
+) -> NDArray[np.float64]:
+    """Distance of two angles by the shorter way round the turn.
+
+    Parameters
+    ----------
+    angle, other : ndarray or float
+        Angles [deg].
+
+    Returns
+    -------
+    ndarray
+        From 0 to 180 deg.
+
+    Examples
+    --------
+    >>> angular_distance(np.array([1.0, 90.0, 270.0]), 360.0).tolist()
+    [1.0, 90.0, 90.0]
+    """
+    return np.asarray(np.abs(np.mod(angle - other + 180.0, 360.0) - 180.0))
 
 
 def is_mounting(name: NDArray[Any]) -> NDArray[np.bool_]:

@@ -20,7 +20,7 @@ from accelcal.apparatus import Apparatus
 from accelcal.arguments.kinds import as_given
 from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
-from accelcal.geometry import MOUNTINGS, is_mounting
+from accelcal.geometry import MOUNTINGS, head_positions, is_mounting
 from accelcal.numerics.sorting import distinct
 from accelcal.plural import counted
 
@@ -230,7 +230,7 @@ class TumbleRecord(EqualByContents):
         name = f"serial {self.serial!r}" if self.serial else repr(self.source)
         return (
             f"<TumbleRecord {name}: {len(self)} readings, {counted(len(self.run_labels), 'run')},"
-            f" {distinct(np.mod(self.angle, 360.0)).size} positions>"
+            f" {distinct(head_positions(self.angle)).size} positions>"
         )
 
     def _repr_html_(self) -> str:

@@ -26,7 +26,7 @@ from accelcal.arguments.options import check_flag
 from accelcal.effects.conditions import SECONDS_PER_READING, Conditions, conditions_of
 from accelcal.effects.effect import ActsOn, Disturbance
 from accelcal.errors import InputError
-from accelcal.geometry import accelerations, checked_fixture_angle, turn_angles
+from accelcal.geometry import accelerations, checked_fixture_angle, head_positions, turn_angles
 from accelcal.record import TumbleRecord
 
 __all__ = ["AL15", "NOISE_FREE", "Accelerometer", "BilinearLaw", "NoiseComponents"]
@@ -250,7 +250,7 @@ class _Simulation:
     def true_conditions(self, blank: TumbleRecord) -> Conditions:
         """Conditions at the true head angles and temperatures, with the true indication."""
         c = conditions_of(blank, self.accelerometer.reference_temperature, self.plan.delta0)
-        _, head_position = np.unique(np.round(c.angle, 9) % 360.0, return_inverse=True)
+        _, head_position = np.unique(head_positions(c.angle), return_inverse=True)
         turned = self.errors("head", head_position) + self.total("angle", c)
         angle = c.angle + np.degrees(turned)
         excess = c.excess + self.errors("temperature", c.run) + self.total("temperature", c)

@@ -11,7 +11,7 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.noise import dummies
 from accelcal.discovery.solution import changes, solution
-from accelcal.estimate.tables import head_positions
+from accelcal.geometry import head_positions
 from accelcal.results.findings import Change
 from accelcal.units import MICRO
 

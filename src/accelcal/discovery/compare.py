@@ -43,7 +43,7 @@ from accelcal.discovery.space import Space, space_of, whitener_of
 from accelcal.discovery.suited import suited
 from accelcal.discovery.where import pattern, shares, structure
 from accelcal.errors import AccelcalWarning, InputError
-from accelcal.estimate.tables import head_positions
+from accelcal.geometry import head_positions
 from accelcal.numerics.decimal_steps import decimal_step
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.record import TumbleRecord, naming

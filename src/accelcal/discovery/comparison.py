@@ -18,7 +18,7 @@ from accelcal.discovery.noise import (
     saturated,
 )
 from accelcal.discovery.space import Space, space_of, whitener_of
-from accelcal.estimate.tables import head_positions
+from accelcal.geometry import head_positions
 from accelcal.record import TumbleRecord
 
 __all__ = ["Comparison", "compared"]

@@ -11,6 +11,7 @@ from accelcal.discovery.family import Family, judge
 from accelcal.discovery.noise import orthonormal
 from accelcal.effects.effect import Effect
 from accelcal.effects.empirical import FACTORS, empirical
+from accelcal.geometry import head_positions
 from accelcal.numerics.grouping import grouped
 
 __all__ = ["empirical_explanation"]
@@ -35,7 +36,7 @@ def empirical_explanation(comparison: Comparison, family: Family) -> Explanation
     """
     space, seen = comparison.space, comparison.seen
     c = comparison.model.conditions
-    angles = grouped(np.mod(np.round(c.angle, 6), 360.0))[0]
+    angles = grouped(head_positions(c.angle))[0]
     terms: list[Effect] = []
     columns, p_values = np.empty((space.size, 0)), []
     for _ in FACTORS:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from accelcal.discovery.noise import cycle, dummies, orthonormal, worn
 from accelcal.discovery.space import Space
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions
+from accelcal.geometry import head_positions
 
 __all__ = ["Block", "blocks"]
 
@@ -65,7 +66,7 @@ def blocks(space: Space, c: Conditions, first: str = "position") -> tuple[Block,
 
 
 def _columns(c: Conditions) -> Iterator[tuple[str, Array]]:
-    position = dummies(np.mod(np.round(c.angle, 6), 360.0))
+    position = dummies(head_positions(c.angle))
     direction = c.rotation[:, None]
     axes = np.stack([np.ones_like(c.input), c.input, c.cross], axis=1)
     hours = c.run_time / max(float(c.run_time.max()), 1e-9) - 0.5

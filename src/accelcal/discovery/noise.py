@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from accelcal.apparatus import Apparatus
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
+from accelcal.geometry import head_positions
 from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
 
@@ -114,7 +115,7 @@ def saturated(c: Conditions, mounting: NDArray[np.str_]) -> Array:
 def worn(c: Conditions) -> Array:
     """Columns of positions that change from cycle to cycle, the same in all runs."""
     later = cycle(c) - cycle(c).mean()
-    return np.asarray(dummies(np.mod(np.round(c.angle, 6), 360.0)) * later[:, None])
+    return np.asarray(dummies(head_positions(c.angle)) * later[:, None])
 
 
 def orthonormal(columns: Array) -> Array:

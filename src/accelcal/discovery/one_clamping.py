@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from accelcal.errors import InputError
+from accelcal.geometry import head_positions
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 
@@ -25,7 +26,7 @@ def refuse_several_clampings(record: TumbleRecord) -> None:
     InputError
         If the fixture was clamped at more than one angle.
     """
-    met = [] if record.clamping is None else distinct(record.clamping % 360.0).tolist()
+    met = [] if record.clamping is None else distinct(head_positions(record.clamping)).tolist()
     if len(met) > 1:
         raise InputError(
             f"{record.source}: clampings at {' and '.join(f'{angle:g}' for angle in met)} deg; head"

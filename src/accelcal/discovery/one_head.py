@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from accelcal.discovery.calibration_errors import CalibrationErrors
 from accelcal.discovery.simulated import Simulated
-from accelcal.estimate.tables import head_positions
+from accelcal.geometry import head_positions
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from accelcal.effects.catalogue import effect
 from accelcal.effects.conditions import SAME_ANGLE, Conditions
 from accelcal.effects.effect import Effect, Parameter
+from accelcal.geometry import angular_distance
 
 __all__ = ["FACTORS", "effect_of", "empirical"]
 
@@ -47,11 +48,10 @@ class _Pattern:
     factor: str
 
     def __call__(self, c: Conditions, **values: float) -> Array:
-        turn = np.mod(c.angle, 360.0)
-        total = np.zeros(turn.size)
+        total = np.zeros(c.angle.size)
         for name, value in values.items():
-            apart = np.abs(np.mod(turn - _angle_of(name) + 180.0, 360.0) - 180.0)
-            total += np.where(apart < SAME_ANGLE, value, 0.0)
+            here = angular_distance(c.angle, _angle_of(name)) < SAME_ANGLE
+            total += np.where(here, value, 0.0)
         return np.asarray(total * FACTORS[self.factor][0](c))
 
 

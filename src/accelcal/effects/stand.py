@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from accelcal.effects.conditions import SAME_ANGLE, Conditions
 from accelcal.effects.effect import Effect, Parameter
 from accelcal.errors import InputError
+from accelcal.geometry import angular_distance, head_positions
 
 __all__ = ["EFFECTS"]
 
@@ -15,16 +16,16 @@ Array = NDArray[np.float64]
 
 
 def _position_error(c: Conditions, error: float, at: float) -> Array:
-    here = np.abs(np.mod(c.angle - at + 180.0, 360.0) - 180.0) < SAME_ANGLE
+    here = angular_distance(c.angle, at) < SAME_ANGLE
     if not here.any():
-        angles = ", ".join(f"{angle:g}" for angle in _head_positions(c))
+        angles = ", ".join(f"{angle:g}" for angle in _positions(c))
         raise InputError(f"position-error: no reading at {at:g} deg; there are some at {angles}")
     return np.where(here, error, 0.0)
 
 
-def _head_positions(c: Conditions) -> Array:
+def _positions(c: Conditions) -> Array:
     """Distinct head angles in a turn [deg]."""
-    return np.unique(np.mod(np.round(c.angle, 6), 360.0))
+    return np.unique(head_positions(c.angle))
 
 
 EFFECTS = (
@@ -84,7 +85,7 @@ EFFECTS = (
                 "nominal head angle of the position",
                 default=45.0,
                 linear=False,
-                search=_head_positions,
+                search=_positions,
                 discrete=True,
             ),
         ),

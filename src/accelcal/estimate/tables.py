@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from accelcal.errors import InputError
 from accelcal.estimate.estimability import Estimability, estimability
 from accelcal.estimate.solver import LeastSquares
-from accelcal.geometry import Acceleration, accelerations
+from accelcal.geometry import Acceleration, accelerations, head_positions
 from accelcal.model import COEFFICIENTS, design_matrix
 from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
 
-__all__ = ["PreparedTable", "head_positions", "is_usable", "prepare"]
+__all__ = ["PreparedTable", "is_usable", "prepare"]
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -194,28 +194,6 @@ def _unusable(output: Array) -> str:
         f"outputs of up to {np.abs(output).max():g}; they lie between 1e-20 and 1e20, so give them"
         " in another unit"
     )
-
-
-def head_positions(angle: Array) -> Array:
-    """Head position of an angle: 0 and 360 deg are the same place on the head.
-
-    Parameters
-    ----------
-    angle : ndarray
-        Head angles [deg].
-
-    Returns
-    -------
-    ndarray
-        Angle within one turn, rounded to a micro-degree [deg].
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> head_positions(np.array([0.0, 360.0, -90.0])).tolist()
-    [0.0, 0.0, 270.0]
-    """
-    return np.mod(np.round(np.mod(angle, 360.0), 6), 360.0)
 
 
 def _angular_derivative(angle: Array, delta0: float, mounting: str) -> Array:

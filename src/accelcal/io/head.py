@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import TableError, located
+from accelcal.geometry import head_positions
 from accelcal.io.cells import Column, complete_numbers
 from accelcal.io.small_table import SmallTable, read_small_table
 from accelcal.io.text import Source, read_document
@@ -111,11 +112,12 @@ def _certificate(table: SmallTable) -> HeadCalibration:
     column = table.columns[there[0]]
     error = sign * complete_numbers(column) * _factor(column)
     column.check(np.abs(error) < _LARGEST, "{} is no error of a head", "check its unit")
-    place, order = np.unique(np.mod(np.round(angle, 6), 360.0), return_index=True)
-    for i in range(angle.size):
-        same = order[np.searchsorted(place, np.mod(np.round(angle[i], 6), 360.0))]
-        if abs(error[i] - error[same]) > 1e-12:
-            raise column.refuse(i, "{} of a position that has another error above", "keep one")
+    place, order, of_row = np.unique(head_positions(angle), return_index=True, return_inverse=True)
+    column.check(
+        np.abs(error - error[order][of_row]) <= 1e-12,
+        "{} of a position that has another error above",
+        "keep one",
+    )
     variance = _uncertainty(table, angle.size)[order] ** 2
     return HeadCalibration(
         angles_deg=tuple(place.tolist()),

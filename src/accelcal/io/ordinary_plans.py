@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.geometry import MOUNTINGS
+from accelcal.geometry import MOUNTINGS, angular_distance
 from accelcal.io.cell_blocks import CellBlock
 from accelcal.io.ordinary_parts import Stretches, met_before
 from accelcal.io.readings import MAXIMUM_ANGLE, MAXIMUM_TEMPERATURE
@@ -114,7 +114,7 @@ def _places(numbers: Mapping[str, Floats], positions: int) -> tuple[Ints, Floats
     if "angle" not in numbers:
         return position, nominal, odd
     angle = numbers["angle"]
-    away = np.abs(np.mod(angle - nominal + 180.0, 360.0) - 180.0) > 180.0 / positions
+    away = angular_distance(angle, nominal) > 180.0 / positions
     return position, angle, odd | away | (np.abs(angle) > MAXIMUM_ANGLE)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import TableError
-from accelcal.geometry import MOUNTINGS, is_mounting
+from accelcal.geometry import MOUNTINGS, angular_distance, is_mounting
 from accelcal.io.cells import Column, labels, numbers, whole_numbers
 from accelcal.io.columns import Table
 from accelcal.io.layout import all_outputs, listed
@@ -320,7 +320,7 @@ def _position(column: Column | None, positions: int) -> Ints | None:
 
 def _check_agreement(column: Column, angle: Floats, nominal: Floats, positions: int) -> None:
     """Demand that angle and position differ by less than half a step of the head."""
-    away = np.abs(np.mod(angle - nominal + 180.0, 360.0) - 180.0)
+    away = angular_distance(angle, nominal)
     half = 180.0 / positions
     problem = f"{{}} does not belong to its position, which it misses by more than {half:g} deg"
     column.check(~(away > half), problem, "correct one, or declare '# positions: N'")

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import TableError
+from accelcal.geometry import head_positions
 from accelcal.io.layout import listed
 from accelcal.io.readings import Readings
 
@@ -203,7 +204,7 @@ def _segments(readings: Readings, level: Ints, order: Ints) -> _Segments:
     rows = level[order]
     of_row = np.cumsum(np.concatenate([[0], rows[1:] != rows[:-1]])[: rows.size]).astype(np.int64)
     first = np.unique(of_row, return_index=True)[1]
-    angle = np.mod(readings.angle[order], 360.0)
+    angle = head_positions(readings.angle[order])
     pairs = np.unique(np.stack([of_row, angle], axis=1), axis=0)[:, 0].astype(np.int64)
     return _Segments(order, of_row, rows[first], np.bincount(pairs))
 

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.geometry import angular_distance
 from accelcal.planning.criterion import Angles, Criterion, covariances, losses
 
 __all__ = ["Budget", "exchange", "polish"]
@@ -56,7 +57,7 @@ class Budget(NamedTuple):
     def free(self, degrees: Array, counts: Counts) -> NDArray[np.bool_]:
         """Angles that are taken already, or far enough from those that are."""
         taken = degrees[counts > 0]
-        distance = np.abs((degrees[:, None] - taken + 180.0) % 360.0 - 180.0)
+        distance = angular_distance(degrees[:, None], taken)
         near = (distance < self.spacing - 1e-6).any(axis=1)
         return np.asarray(~near | (counts > 0))
 
@@ -216,5 +217,5 @@ def polish(
 
 
 def _apart(degrees: Array, i: int, spacing: float) -> bool:
-    distance = np.abs((np.delete(degrees, i) - degrees[i] + 180.0) % 360.0 - 180.0)
+    distance = angular_distance(np.delete(degrees, i), degrees[i])
     return bool((distance >= spacing - 1e-6).all())

@@ -15,7 +15,7 @@ from accelcal.arguments.kinds import expect, several
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag
 from accelcal.errors import InputError
-from accelcal.geometry import turn_angles
+from accelcal.geometry import angular_distance, head_positions, turn_angles
 from accelcal.model import COEFFICIENTS
 from accelcal.planning.compare import (
     PACE,
@@ -83,7 +83,7 @@ class _Question(NamedTuple):
 
     def loss(self, plan: TumblePlan) -> float:
         """What a test comes to."""
-        degrees, counts = np.unique(np.mod(stops_of(plan), 360.0), return_counts=True)
+        degrees, counts = np.unique(head_positions(stops_of(plan)), return_counts=True)
         found = covariances(self.seen(degrees, plan.strokes), counts.astype(float))
         return float(losses(self.criterion, found))
 
@@ -256,7 +256,7 @@ def _starts(
         for degrees in np.arange(stops) * 360.0 / stops + rng.uniform(0.0, 360.0):
             free = np.flatnonzero(budget.free(grid, counts) & (counts == 0))
             if free.size:
-                distance = np.abs((grid[free] - degrees + 180.0) % 360.0 - 180.0)
+                distance = angular_distance(grid[free], degrees)
                 counts[free[int(distance.argmin())]] = 1
         yield counts
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from accelcal.discovery.compare import residuals_of
 from accelcal.errors import InputError
+from accelcal.geometry import head_positions
 from accelcal.plot.by_angle import Readings
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
 from accelcal.report.scale import readable
@@ -255,7 +256,7 @@ def tumble(calibration: Calibration, ax: Axes | None, *, run: str | int | None) 
 
 def _closed(readings: Readings) -> Readings:
     """The turn closed: a return to the start is another reading of it, as 0 and as 360 deg."""
-    angle = np.mod(readings.angle, 360.0)
+    angle = head_positions(readings.angle)
     again = angle == 0.0
     return Readings(
         np.concatenate([angle, np.full(int(again.sum()), 360.0)]),

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from accelcal.arguments.numbers import number_array
 from accelcal.errors import InputError
 from accelcal.escapes import visible
+from accelcal.geometry import angular_distance
 from accelcal.numerics.probability import NORMAL_FACTOR
 from accelcal.results.checked import (
     Kind,
@@ -256,7 +257,7 @@ class HeadCalibration(StoredResult, TabularResult):
             If one is no position of this head: nothing tells what lies between two.
         """
         known, asked = np.array(self.angles_deg), number_array(graduations, "graduations").ravel()
-        away = np.abs(np.mod(asked[:, None] - known + 180.0, 360.0) - 180.0)
+        away = angular_distance(asked[:, None], known)
         place = np.argmin(away, axis=1)
         missed = ~(away[np.arange(len(place)), place] <= 1e-5)
         if missed.any():

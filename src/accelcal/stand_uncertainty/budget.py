@@ -11,6 +11,7 @@ from accelcal.accelerometer import AL15, Accelerometer
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_whole
 from accelcal.estimate.linear import METHODS
+from accelcal.geometry import head_positions
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.plural import counted
@@ -201,7 +202,7 @@ def _share(part: StandComponent, effect: Propagated, readings: Readings) -> Stan
 def _described(readings: Readings) -> str:
     """Tell the test in words."""
     record = readings.record
-    positions = np.unique(np.mod(np.round(readings.angle, 6), 360.0)).size
+    positions = np.unique(head_positions(readings.angle)).size
     levels = ", ".join(f"{t:g}" for t in dict.fromkeys(readings.temperature.round(6).tolist()))
     mountings = ", ".join(dict.fromkeys(record.mounting.tolist()))
     return (

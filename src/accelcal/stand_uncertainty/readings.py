@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from accelcal.accelerometer import Accelerometer
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.errors import InputError
-from accelcal.geometry import accelerations
+from accelcal.geometry import accelerations, head_positions
 from accelcal.record import TumbleRecord
 from accelcal.units import conversion_factor
 
@@ -252,7 +252,7 @@ class Readings:
     def _classes(self) -> dict[str, Array]:
         mounting = self.record.mounting
         numbers = {
-            "position": np.mod(np.round(self.angle, 6), 360.0),
+            "position": head_positions(self.angle),
             "stroke": self.conditions.stroke + 1e6 * self.conditions.run,
             "reading": self.conditions.number,
             "run": self.conditions.run,

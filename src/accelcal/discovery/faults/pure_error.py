@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from accelcal.discovery.noise import cycle, dummies, orthonormal, saturated
 from accelcal.effects.conditions import Conditions
-from accelcal.estimate.tables import head_positions
+from accelcal.geometry import head_positions
 
 __all__ = ["TELLING", "PureError", "moving", "pooled", "pure_error", "smooth"]
 

@@ -21,7 +21,7 @@ from accelcal.discovery.noise import (
 from accelcal.discovery.space import space_of, whitener_of
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
-from accelcal.estimate.tables import head_positions
+from accelcal.geometry import head_positions
 from accelcal.numerics.probability import student_quantile
 from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord

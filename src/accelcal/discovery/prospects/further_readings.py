@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from accelcal.apparatus import Apparatus
 from accelcal.effects.conditions import LEVEL_CHANGE, SECONDS_PER_READING
 from accelcal.errors import InputError
-from accelcal.estimate.tables import head_positions
-from accelcal.geometry import turn_angles
+from accelcal.geometry import head_positions, turn_angles
 from accelcal.numerics.sorting import distinct, median
 from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle

@@ -19,7 +19,7 @@ from accelcal.discovery.noise import ReadingNoise, covariance, dummies, orthonor
 from accelcal.discovery.prospects.further_readings import Block, blank, joined, menu
 from accelcal.discovery.space import whitener_of
 from accelcal.effects.conditions import Conditions, conditions_of
-from accelcal.estimate.tables import head_positions
+from accelcal.geometry import head_positions
 from accelcal.record import TumbleRecord
 from accelcal.units import HOUR
 

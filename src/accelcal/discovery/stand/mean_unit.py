@@ -16,7 +16,7 @@ from accelcal.discovery.noise import dummies
 from accelcal.discovery.solution import solution
 from accelcal.effects.conditions import LEVEL_CHANGE
 from accelcal.errors import InputError
-from accelcal.estimate.tables import head_positions
+from accelcal.geometry import head_positions
 from accelcal.record import TumbleRecord
 
 __all__ = ["Unit", "amplitudes", "check_one_plan", "mean_unit", "on_one_stand"]
