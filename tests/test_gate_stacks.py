@@ -226,6 +226,8 @@ def records(count, seed=3):
     k = np.array(list(TRUTH.values())) * rng.normal(1.0, 1e-3, (count, 3, 6))
     k[1::5, 1] *= 1000.0
     k[2::5, 2, 0] += 0.2
+    outputs = [rng.normal(size=(count, 9)).round(7) for _ in range(3)]
+    k[3::5, 1], outputs[1][3::5] = k[3::5, 0], outputs[0][3::5]
     return RecordStack(
         contrasts=contrasts,
         squares=contrasts * rng.chisquare(2, count),
@@ -234,6 +236,8 @@ def records(count, seed=3):
         head_source=np.array([("declared", "estimated", "none")[i % 3] for i in range(count)]),
         noise_dof=rng.integers(0, 40, count).astype(float),
         coefficients=k,
+        outputs=outputs,
+        noise=rng.choice([5e-6, 1e-9, np.nan], (count, 3)),
         names=["run 1", "run 2", "run 3"],
     )
 
@@ -243,7 +247,8 @@ def test_a_stack_of_records_is_as_each_record():
     together = gates_of_records(stack)
     for i in range(60):
         one = {name: getattr(stack, name)[i : i + 1] for name in stack._fields}
-        one = RecordStack(**one | {"names": stack.names})
+        outputs = [own[i : i + 1] for own in stack.outputs]
+        one = RecordStack(**one | {"names": stack.names, "outputs": outputs})
         for many, single in zip(together, gates_of_records(one), strict=True):
             assert many.gate(i) == single.gate(0)
     assert {name for gate in together for name in gate.verdicts} == set(VERDICTS)

@@ -14,6 +14,7 @@ import pytest
 from one_record import noises_of_record
 
 import accelcal
+from accelcal.calibrate.many import calibrate_many
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.tables import prepare
 from accelcal.gates import order, plan
@@ -626,6 +627,16 @@ def test_out_of_proportion(error, said):
     assert_said(warnings_of(fitted(added(error))), PROPORTIONS, said)
 
 
+def test_an_output_on_a_carrier_is_told_to_be_subtracted():
+    """As of a frequency of 128 kHz at 0 g, which moves by 86 kHz a g; or of a bias of 1.5 g."""
+    remedy = "subtract what the output is at 0 g by design, a carrier or mid-range"
+    assert (
+        warnings_of(fitted(added(1.48)))[PROPORTIONS]
+        == f"K0/K1 = 1.48 is above 0.2 in size, {remedy}"
+    )
+    assert remedy not in warnings_of(fitted(shifted(*ALL)))[PROPORTIONS]
+
+
 def test_a_wrong_head_angle_shows_as_lack_of_fit():
     """An index fault: position 4 stands 300 urad off in all strokes."""
     fault = added(-3e-4 * math.sin(math.radians(135)), rows=(4,))
@@ -640,6 +651,41 @@ def test_bias_that_jumps_between_runs():
 
     warned = warnings_of(fitted(fault, runs=2, strokes=2))
     assert_said(warned, "agreement of tables", "the bias by 148 mg")
+
+
+def copied(readings, _):
+    """The second run is the first one, copied."""
+    read = {(j, k): y for run, j, k, y in readings if run == 1}
+    return [[run, j, k, read[j, k]] for run, j, k, _ in readings]
+
+
+@pytest.mark.parametrize("strokes", [1, 2, 6])
+def test_a_run_that_is_a_copy_of_another(strokes):
+    warned = warnings_of(fitted(copied, runs=2, strokes=strokes))
+    said = "^run 2 has the readings of run 1 to the last digit: give it its own$"
+    assert_said(warned, "agreement of tables", said)
+
+
+def test_runs_alike_that_noise_may_not_tell_apart():
+    """Steps of 1 mg with a noise of a tenth of it: two runs agree to the last digit by chance."""
+
+    def rounded(readings, _):
+        return [[run, j, k, round(y, 3)] for run, j, k, y in readings]
+
+    warned = warnings_of(fitted(rounded, runs=2, strokes=1, noise=1e-4))
+    assert "agreement of tables" not in warned
+    warned = warnings_of(
+        fitted(lambda r, n: copied(rounded(r, n), n), runs=2, strokes=1, noise=1e-4)
+    )
+    assert "agreement of tables" not in warned
+
+
+def test_a_copy_among_many_records_is_that_of_its_record():
+    table = io.StringIO(text_of(copied(list(readings_of(runs=2, strokes=2)), 8)))
+    one = accelcal.read_table(table)
+    other = accelcal.read_table(io.StringIO(text_of(list(readings_of(runs=2, strokes=2)))))
+    ((_, stack),) = calibrate_many([other, one, other]).stacks
+    assert [stack.one(i).gates[-1].verdict for i in range(3)] == ["pass", "warn", "pass"]
 
 
 # -- verdicts --------------------------------------------------------------------------------------

@@ -270,9 +270,9 @@ def test_map_of_the_product_fit_is_its_derivative():
 @pytest.mark.parametrize("options", [DECLARED, {}], ids=["declared", "nothing declared"])
 def test_gates_of_a_stack_of_records_are_those_of_each(options):
     made = list(records(THREE, **options))
-    estimate = stacked(made)[1]
+    tables, estimate, _ = stacked(made)
     names = [f"run {label}" for label in made[0].run_labels]
-    found = gates_of_records(RecordStack.of(estimate, names))
+    found = gates_of_records(RecordStack.of(estimate, tables, names))
     for i, one in enumerate(made):
         expected = accelcal.fit(one, reference_temperature=20.0)
         assert tuple(gate.gate(i) for gate in found) == expected.gates

@@ -80,7 +80,7 @@ def calibration_of_record(
         source=record.source,
         date=record.date,
         error_sources=error_sources(tables, estimate, record.unit),
-        gates=record_gates(estimate, table_names(tables)),
+        gates=record_gates(estimate, tables, table_names(tables)),
         warnings=warned.of_record[0],
         software=f"accelcal {__version__}",
         temperature_model=laws.main,

@@ -209,7 +209,8 @@ class CalibrationStack:
     @cached_property
     def record_gates(self) -> tuple[GateStack, ...]:
         """Gates on what the tables of a record say together."""
-        return gates_of_records(RecordStack.of(self.estimate, table_names(self.tables)))
+        names = table_names(self.tables)
+        return gates_of_records(RecordStack.of(self.estimate, self.tables, names))
 
     @cached_property
     def gates(self) -> list[tuple[Sequence[GateStack], int]]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from accelcal.estimate.joint import JointEstimate, JointStack
 from accelcal.estimate.stack_of_one import stack_of_one
+from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.verdict import (
     SIGNIFICANT,
     GateStack,
@@ -19,7 +20,9 @@ from accelcal.gates.verdict import (
     times,
 )
 from accelcal.model import COEFFICIENTS
+from accelcal.numerics.decimal_steps import decimal_step
 from accelcal.numerics.probability import f_exceeds, f_survival
+from accelcal.numerics.sorting import median
 from accelcal.results.quantity import Gate
 
 __all__ = ["RecordStack", "gates_of_records", "record_gates"]
@@ -29,6 +32,8 @@ Array = NDArray[np.float64]
 _IMPLAUSIBLE_HEAD = 1e-4  # rad, 20 arcsec
 _LARGEST_SPREAD = {"K1": 0.2, "K0": 0.1}  # relative, and [g]
 _SMALLEST = 1e-300
+_SAME = 1e-12  # over K1: a difference of coefficients that rounding alone makes
+_NO_CHANCE = 1e-6  # of two runs that agree to the last digit by chance
 _BIAS, _SCALE_FACTOR = COEFFICIENTS.index("K0"), COEFFICIENTS.index("K1")
 
 
@@ -49,6 +54,10 @@ class RecordStack(NamedTuple):
         Fewest degrees of freedom of the reading noise of its tables.
     coefficients : ndarray, shape (R, tables, 6)
         Coefficients [output unit / g^n].
+    outputs : sequence of ndarray, shape (R, n)
+        Readings of each table [output unit].
+    noise : ndarray, shape (R, tables)
+        Standard deviation of one of them [output unit]; NaN where nothing tells it.
     names : sequence of str
         What to call each table.
     """
@@ -60,11 +69,15 @@ class RecordStack(NamedTuple):
     head_source: NDArray[np.str_]
     noise_dof: Array
     coefficients: Array
+    outputs: Sequence[Array]
+    noise: Array
     names: Sequence[str]
 
     @classmethod
-    def of(cls, estimate: JointStack, names: Sequence[str]) -> RecordStack:
-        """Take what the gates look at from the estimate of R records."""
+    def of(
+        cls, estimate: JointStack, tables: Sequence[PreparedTable], names: Sequence[str]
+    ) -> RecordStack:
+        """Take what the gates look at from the estimate of R records; the tables are of any."""
         head = estimate.head
         seen = (head.dof > 0.0) | (head.source != "estimated")
         contrasts, squares = estimate.lack_of_fit.against(head.uncertainty)
@@ -76,17 +89,24 @@ class RecordStack(NamedTuple):
             head_source=np.where(seen, head.source, "none"),
             noise_dof=np.min([noise.dof for noise in estimate.noises], axis=0),
             coefficients=np.stack(estimate.coefficients, axis=1),
+            outputs=estimate.outputs,
+            noise=np.stack([noise.factor for noise in estimate.noises], axis=1)
+            * [median(table.scatter) for table in tables],
             names=names,
         )
 
 
-def record_gates(estimate: JointEstimate, names: Sequence[str]) -> tuple[Gate, ...]:
+def record_gates(
+    estimate: JointEstimate, tables: Sequence[PreparedTable], names: Sequence[str]
+) -> tuple[Gate, ...]:
     """Check what several tables say together.
 
     Parameters
     ----------
     estimate : JointEstimate
         The fit of all tables of a record.
+    tables : sequence of PreparedTable
+        The tables.
     names : sequence of str
         What to call each table.
 
@@ -95,7 +115,7 @@ def record_gates(estimate: JointEstimate, names: Sequence[str]) -> tuple[Gate, .
     tuple of Gate
         See `gates_of_records`.
     """
-    stack = RecordStack.of(stack_of_one(estimate), names)
+    stack = RecordStack.of(stack_of_one(estimate), tables, names)
     return tuple(found.gate(0) for found in gates_of_records(stack))
 
 
@@ -148,7 +168,8 @@ def _lack_of_fit(stack: RecordStack) -> GateStack:
 
 
 def _agreement(stack: RecordStack) -> GateStack:
-    """Compare scale factors and biases of the tables."""
+    """Compare scale factors and biases of the tables, and look for copies."""
+    copies = _copies(stack)
     bias, k1 = (np.ascontiguousarray(stack.coefficients[..., i].T) for i in (_BIAS, _SCALE_FACTOR))
     scale_factor = k1 / np.sort(k1, axis=0)[(len(k1) - 1) // 2]
     odd = np.abs(np.log(np.maximum(np.abs(scale_factor), _SMALLEST))).argmax(axis=0)
@@ -156,6 +177,9 @@ def _agreement(stack: RecordStack) -> GateStack:
     over = np.maximum(apart / _LARGEST_SPREAD["K1"], spread / _LARGEST_SPREAD["K0"])
 
     def said(index: int) -> str:
+        if index in copies:
+            first, second = (stack.names[table] for table in copies[index])
+            return f"{second} has the readings of {first} to the last digit: give it its own"
         if apart[index] / _LARGEST_SPREAD["K1"] > 1.0:
             ratio = times(float(scale_factor[odd[index], index]))
             other = f"K1 of {stack.names[odd[index]]} is {ratio} times that of the others"
@@ -163,4 +187,33 @@ def _agreement(stack: RecordStack) -> GateStack:
         percent = f"{100 * apart[index]:.2g} %"
         return f"K1 differs by {percent}, the bias by {acceleration(float(spread[index]))}"
 
-    return gate_stack("agreement of tables", over > 1.0, said)
+    bad = over > 1.0
+    bad[list(copies)] = True
+    return gate_stack("agreement of tables", bad, said)
+
+
+def _copies(stack: RecordStack) -> dict[int, tuple[int, int]]:
+    """Records with two tables of the same readings, and which two, where chance makes none."""
+    k1 = stack.coefficients[..., _SCALE_FACTOR]
+    order = np.argsort(k1, axis=1, kind="stable")  # the same coefficients are neighbours in it
+    ordered = np.take_along_axis(stack.coefficients, order[..., None], axis=1)
+    apart = np.abs(np.diff(ordered, axis=1)).max(axis=2)
+    same = apart <= _SAME * np.abs(k1).max(axis=1, keepdims=True)
+    found = {}
+    for record, at in np.argwhere(same).tolist():
+        first, second = sorted(order[record, at : at + 2].tolist())
+        if _chance(stack.outputs[first][record], stack.noise[record, first]) < _NO_CHANCE:
+            found[record] = (first, second)
+    return found
+
+
+def _chance(output: Array, noise: float) -> float:
+    """Chance that the readings of a second run agree with these in all digits.
+
+    The difference of two readings has the density 1 / (2 sqrt(pi) noise) at zero, which is taken
+    over a step of the readings.
+    """
+    smallest = np.spacing(np.abs(output).max())
+    step = max(decimal_step(output), 4.0 * smallest)
+    density = 1.0 / (2.0 * np.sqrt(np.pi) * np.fmax(noise, smallest))
+    return float(min(step * density, 1.0) ** output.size)

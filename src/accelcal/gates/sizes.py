@@ -71,11 +71,14 @@ def _odd(ratios: dict[str, float], rms: float) -> list[str]:
         for name, limit in _LARGEST.items()
         if abs(ratios[name]) / limit > 1.0
     ]
+    alone = len(odd) == 1
     if rms / _LARGEST_RESIDUAL > 1.0:
         odd.append(f"the readings are {acceleration(rms)} (rms) away from the model")
     elif abs(ratios["M"]) / _LARGEST["M"] > 1.0:
         turn = np.degrees(np.arctan2(-ratios["M"], 1.0))
         odd.append(f"as if all positions were shifted by {turn:.1f} deg")
+    elif alone and abs(ratios["K0"]) / _LARGEST["K0"] > 1.0:
+        odd.append("subtract what the output is at 0 g by design, a carrier or mid-range")
     return odd
 
 
