@@ -38,6 +38,8 @@ numpydoc_show_class_members = False
 html_math_renderer = "mathml"
 html_theme = "furo"
 html_title = f"accelcal {release}"
+html_static_path = ["static"]
+html_css_files = ["pages.css"]
 
 
 class CommandHelp(Directive):
