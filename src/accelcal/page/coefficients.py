@@ -75,8 +75,7 @@ def _of_table(table: Document, local_gravity: float | None) -> Iterator[Block]:
     yield Table(f"{place(table)} ({count})", _HEADINGS, _set(rows), frozenset({2, 3, 5, 6}))
     said = [f"{r.symbol} stands for {r.meaning}" for r in found if r.meaning]
     said += [line.strip() for line in scale_factor_elsewhere(table, local_gravity)]
-    pairs = [f"{a} with {b} {r:+.2f}" for a, b, r in strong_correlations(table)]
-    said += [f"strongly correlated: {', '.join(pairs)}"] if pairs else []
+    said += strong_correlations(table)
     if said or table["warnings"]:
         yield Bullets([typeset(sentence) for sentence in (*said, *table["warnings"])])
     if table["covariance"]["matrix"]:

@@ -23,7 +23,7 @@ from accelcal.page.pictures import pictures
 from accelcal.page.typeset import sentence, typeset
 from accelcal.plural import counted
 from accelcal.record import TumbleRecord
-from accelcal.report.discovery import alias_names, change_row, entry_of
+from accelcal.report.discovery import alias_names, change_row, entry_of, outcome
 from accelcal.report.findings import chance, factor_cells, noise_line, probability
 from accelcal.report.numbers import in_small_unit, significant
 from accelcal.report.scale import sized
@@ -89,16 +89,10 @@ def _outcome(found: Discovery) -> tuple[Tone, str]:
 
 
 def _lede(found: Discovery) -> str:
-    p = typeset(chance(found.p_value))
-    faults = ""
-    if found.faults:
-        faults = f"{counted(len(found.faults), 'fault')} of the readings came first. "
-    if found.effects:
-        names = " and ".join(effect.name for effect in found.effects)
-        return f"{faults}Model and readings disagree ({p}). What is missing: {names}."
-    if found.unexplained:
-        return f"{faults}Model and readings disagree ({p}), and no known effect explains it."
-    return f"{faults}Model and readings agree ({p}): nothing is missing that shows."
+    said = outcome(found, typeset(chance(found.p_value)))
+    if not found.faults:
+        return said
+    return f"{counted(len(found.faults), 'fault')} of the readings came first. {said}"
 
 
 def _highlights(found: Discovery) -> Iterator[Highlight]:

@@ -19,7 +19,7 @@ from accelcal.page.blocks import (
 from accelcal.page.coefficients import place
 from accelcal.page.pictures import pictures
 from accelcal.page.typeset import typeset
-from accelcal.report.calibration import in_micro_g, size_of_source
+from accelcal.report.calibration import error_rows
 from accelcal.report.calibration_rows import residual_grid, table_title
 from accelcal.report.numbers import significant
 from accelcal.report.verdict import limit_row, remark
@@ -33,8 +33,6 @@ __all__ = ["budget", "checks", "open_questions", "provenance", "residuals", "ver
 _OUTCOMES: dict[str, Tone] = {"PASS": "good", "FAIL": "bad", "undecided": "warn"}
 _CHECKS: dict[str, Tone] = {"pass": "good", "WARN": "warn"}
 _SHOWN = {"warn": "WARN", "pass": "pass"}
-_SOURCES = {"head": "head position", "launch": "bias, launch to launch"}
-_SOURCES["launch_sf"] = "scale factor, launch to launch"
 _NAMES = {"reading": "readings", "launch": "launches", "launch_sf": "launches (scale factor)"}
 _NOT_RECORDED = "not recorded"
 
@@ -174,18 +172,8 @@ def budget(calibration: Calibration, document: Document, name: str) -> Section:
 
 
 def _sources(document: Document) -> list[tuple[str, str]]:
-    sources = document["error_sources"]
-    readings = [source for source in sources if source["name"] == "reading"]
-    rows = [
-        (f"reading noise, run {table['run']}", size_of_source(source) + in_micro_g(source, table))
-        for table, source in zip(document["tables"], readings, strict=False)
-    ]
-    rows += [
-        (_SOURCES[source["name"]], size_of_source(source))
-        for source in sources
-        if source["name"] in _SOURCES
-    ]
-    return [(name, typeset(size)) for name, size in rows] or [("none", _NOT_RECORDED)]
+    rows = [(name, typeset(size)) for name, size in error_rows(document)]
+    return rows or [("none", _NOT_RECORDED)]
 
 
 def _shares(table: Document) -> Table:

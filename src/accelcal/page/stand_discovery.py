@@ -7,9 +7,8 @@ from accelcal.page.pictures import pictures
 from accelcal.page.typeset import sentence, typeset
 from accelcal.plural import counted
 from accelcal.report.findings import chance, probability
-from accelcal.report.numbers import matching_digits
 from accelcal.report.scale import sized
-from accelcal.report.stand_discovery import gain_rows
+from accelcal.report.stand_discovery import gain_rows, head_rows
 from accelcal.results.stand_discovery import StandDiscovery, StandEffect
 
 __all__ = ["stand_chapter"]
@@ -44,13 +43,12 @@ def stand_chapter(found: StandDiscovery, name: str = "") -> Chapter:
         _gains(found),
         _notes(found),
     )
-    count = len(found.effects)
     return Chapter(
         sort="Stand",
         title=f"The stand of {len(found.units)} units",
         subtitle=", ".join(found.units),
-        tone="warn" if count or found.common.unexplained else "good",
-        outcome=counted(count, "effect") if count else "nothing missing",
+        tone="warn" if found.effects or found.common.unexplained else "good",
+        outcome=counted(len(found.effects), "effect") if found.effects else "nothing missing",
         lede=_lede(found),
         highlights=(),
         sections=[section for section in sections if section is not None],
@@ -100,11 +98,7 @@ def _head(found: StandDiscovery, name: str) -> Section | None:
     if not found.head:
         return None
     words = ("Errors of the head positions.", "The table below has the numbers.")
-    rows = []
-    for position in found.head:
-        expanded = (position.error.expanded_uncertainty or 0.0) * 1e6
-        shown = matching_digits((position.error.value or 0.0) * 1e6, expanded)
-        rows.append((f"{position.angle_deg:g}°", *map(typeset, shown)))
+    rows = [(f"{angle:g}°", *map(typeset, shown)) for angle, *shown in head_rows(found)]
     headings = ("head angle", "error [µrad]", "U (95 %)")
     caption = "True minus nominal, of what does not look like coefficients"
     table = Table(caption, headings, rows, frozenset({1, 2}))

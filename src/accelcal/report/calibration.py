@@ -13,7 +13,7 @@ from accelcal.report.calibration_rows import (
     temperature_rows,
     without_uncertainty,
 )
-from accelcal.report.lines import aligned, hanging, visible_lines
+from accelcal.report.lines import aligned, hanging, sections, unit_of
 from accelcal.report.numbers import in_small_unit, matching_digits, significant
 from accelcal.report.residuals import residual_lines
 from accelcal.report.scale import sized
@@ -22,12 +22,11 @@ from accelcal.units import MICRO
 
 __all__ = [
     "calibration_text",
+    "error_rows",
     "fixture_angle_rows",
-    "in_micro_g",
     "in_microradians",
     "reversed_mountings",
     "scale_factor_elsewhere",
-    "size_of_source",
     "sizes_of",
 ]
 
@@ -48,31 +47,25 @@ def calibration_text(document: Document) -> str:
     str
         Lines of at most 100 characters, in ASCII.
     """
-    lines = [*_heading(document)]
-    for part in (_bare(document), _alarms(document), _open(document["warnings"])):
-        lines += _apart(part)
-    for table in document["tables"]:
-        lines += _apart(_table(table, document))
-    if document["temperature_model"]:
-        lines += _apart(_temperature(document))
-    lines += _apart(_fixture_angles(document.get("fixture_angle", ())))
-    lines += _apart(_effects(document.get("effects", ())))
-    lines += _apart(_errors(document))
-    lines += _apart(_record_gates(document["gates"]))
-    lines += _apart(_verdict(document.get("verdict")))
-    return visible_lines(lines)
-
-
-def _apart(lines: Iterable[str]) -> list[str]:
-    """Set a part off by an empty line; nothing for an empty part."""
-    found = list(lines)
-    return ["", *found] if found else []
+    return sections(
+        _heading(document),
+        _bare(document),
+        _alarms(document),
+        _open(document["warnings"]),
+        *(_table(table, document) for table in document["tables"]),
+        _temperature(document),
+        _fixture_angles(document.get("fixture_angle", ())),
+        _effects(document.get("effects", ())),
+        _errors(document),
+        _record_gates(document["gates"]),
+        _verdict(document.get("verdict")),
+    )
 
 
 def _heading(document: Document) -> Iterator[str]:
-    name = f"serial {document['serial']}, " if document["serial"] else ""
+    unit = unit_of(document["serial"], document["source"])
     date = f", {document['date']}" if document["date"] else ""
-    yield from hanging(visible(f"Calibration of {name}{document['source']}{date}"))
+    yield from hanging(visible(f"Calibration of {unit}{date}"))
     tables = document["tables"]
     readings = counted(sum(table["readings"] for table in tables), "reading")
     robust = ", robust" if document["robust"] else ""
@@ -118,7 +111,7 @@ def _coefficients(table: Document) -> Iterator[str]:
     found = coefficient_rows(table)
     heading = ("", "", "value", "U (95 %)", "unit", "u", "U/u", "mostly from")
     rows = [(r.name, r.symbol + " *" * bool(r.meaning), *r[3:]) for r in found]
-    yield from (f"  {line}" for line in aligned([heading, *rows], right={2, 3, 5, 6}))
+    yield from aligned([heading, *rows], right={2, 3, 5, 6}, indent="  ")
     yield from (f"  * {r.symbol} stands for {r.meaning}" for r in found if r.meaning)
 
 
@@ -135,22 +128,22 @@ def scale_factor_elsewhere(table: Document, local_gravity: float | None) -> Iter
         (1.0 / local_gravity, "per m/s^2"),
         (_STANDARD_GRAVITY / local_gravity, f"per standard g ({_STANDARD_GRAVITY} m/s^2)"),
     ):
-        shown = matching_digits(factor * value, None if expanded is None else factor * expanded)
+        shown = matching_digits(value, expanded, factor)
         yield f"  K1 = {shown[0]} +- {shown[1]} {unit} {per}"
 
 
 def _correlations(table: Document) -> Iterator[str]:
-    pairs = [f"{a} with {b} {r:+.2f}" for a, b, r in strong_correlations(table)]
-    if pairs:
-        yield from hanging(f"strongly correlated: {', '.join(pairs)}", indent="  ")
+    for sentence in strong_correlations(table):
+        yield from hanging(sentence, indent="  ")
 
 
 def _temperature(document: Document) -> Iterator[str]:
     model = document["temperature_model"]
+    if not model:
+        return
     yield f"Temperature laws, bilinear about T0 = {document['T0_degC']:g} degC"
     heading = ("", "", "value", "U (95 %)", "unit")
-    lines = aligned([heading, *temperature_rows(document)], right={2, 3})
-    yield from (f"  {line}" for line in lines)
+    yield from aligned([heading, *temperature_rows(document)], right={2, 3}, indent="  ")
     yield from _items("note", model["warnings"])
 
 
@@ -159,8 +152,7 @@ def _fixture_angles(angles: Sequence[Document]) -> Iterator[str]:
     for found in angles:
         yield f"Fixture angle apart from the misalignment, mountings {reversed_mountings(found)}"
         heading = ("", "", "value", "U (95 %)", "unit")
-        lines = aligned([heading, *fixture_angle_rows(found)], right={2, 3})
-        yield from (f"  {line}" for line in lines)
+        yield from aligned([heading, *fixture_angle_rows(found)], right={2, 3}, indent="  ")
 
 
 def reversed_mountings(found: Document) -> str:
@@ -183,9 +175,7 @@ def fixture_angle_rows(found: Document) -> list[tuple[str, str, str, str, str]]:
 
 def in_microradians(quantity: Document) -> tuple[str, str, str]:
     """Tell an angle: value, half width of the 95 % interval, unit."""
-    expanded = quantity["expanded_uncertainty"]
-    u = None if expanded is None else MICRO * expanded
-    return (*matching_digits(MICRO * quantity["value"], u), "urad")
+    return (*matching_digits(quantity["value"], quantity["expanded_uncertainty"], MICRO), "urad")
 
 
 def _effects(effects: Sequence[Document]) -> Iterator[str]:
@@ -205,18 +195,28 @@ def sizes_of(effect: Document) -> str:
 def _errors(document: Document) -> Iterator[str]:
     if document["error_sources"]:
         yield "Sources of error"
-    readings = [s for s in document["error_sources"] if s["name"] == "reading"]
+    yield from (f"  {name}: {size}" for name, size in error_rows(document))
+
+
+def error_rows(document: Document) -> Iterator[tuple[str, str]]:
+    """Tell each source of error and its size, that of the readings for each table."""
+    sources = document["error_sources"]
+    readings = (source for source in sources if source["name"] == "reading")
     for table, source in zip(document["tables"], readings, strict=False):
-        size = size_of_source(source) + in_micro_g(source, table)
-        yield f"  reading noise, run {table['run']}: {size}"
-    titles = {"head": "head position", "launch": "bias, launch to launch"}
-    titles["launch_sf"] = "scale factor, launch to launch"
-    for source in document["error_sources"]:
-        if source["name"] in titles:
-            yield f"  {titles[source['name']]}: {size_of_source(source)}"
+        yield f"reading noise, run {table['run']}", _size(source) + _in_micro_g(source, table)
+    for source in sources:
+        if source["name"] in _COMMON_SOURCES:
+            yield _COMMON_SOURCES[source["name"]], _size(source)
 
 
-def size_of_source(source: Document) -> str:
+_COMMON_SOURCES = {
+    "head": "head position",
+    "launch": "bias, launch to launch",
+    "launch_sf": "scale factor, launch to launch",
+}
+
+
+def _size(source: Document) -> str:
     """Tell the size of a source of error, and how it is known."""
     if source["value"] is None:
         return "unknown"
@@ -227,7 +227,7 @@ def size_of_source(source: Document) -> str:
     return f"{significant(factor * source['value'])} {unit} ({source['source']}{dof})"
 
 
-def in_micro_g(source: Document, table: Document) -> str:
+def _in_micro_g(source: Document, table: Document) -> str:
     """Tell the noise of a table's readings as an acceleration too."""
     scale_factor = table["coefficients"]["K1"]["value"]
     if source["value"] is None or not scale_factor:

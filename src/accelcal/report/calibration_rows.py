@@ -143,9 +143,8 @@ def _row(
     if quantity["value"] is None:
         return CoefficientRow(name, symbol, "", "not determined", "", unit, "", "", "")
     standard, expanded = quantity["standard_uncertainty"], quantity["expanded_uncertainty"]
-    shown = [factor * part if part is not None else None for part in (standard, expanded)]
     known = expanded is not None
-    value, half_width = matching_digits(factor * quantity["value"], shown[1])
+    value, half_width = matching_digits(quantity["value"], expanded, factor)
     return CoefficientRow(
         name=name,
         symbol=symbol,
@@ -153,7 +152,7 @@ def _row(
         value=value if known else _few_digits(factor * quantity["value"]),
         expanded=half_width,
         unit=unit,
-        standard="unknown" if shown[0] is None else _short(shown[0]),
+        standard="unknown" if standard is None else _short(factor * standard),
         factor=f"{expanded / standard:.2f}" if standard and expanded is not None else "",
         dominated_by=_dominating(table["budget"].get(coefficient, {})) if known else "",
     )
@@ -201,10 +200,7 @@ def _law_row(
 ) -> tuple[str, str, str, str, str]:
     if quantity is None or quantity["value"] is None:
         return name, symbol, "not determined", "", unit
-    expanded = quantity["expanded_uncertainty"]
-    shown = matching_digits(
-        factor * quantity["value"], None if expanded is None else factor * expanded
-    )
+    shown = matching_digits(quantity["value"], quantity["expanded_uncertainty"], factor)
     return name, symbol, *shown, unit
 
 
@@ -260,8 +256,8 @@ def residual_grid(table: Document) -> tuple[list[int], list[tuple[float, list[fl
     return strokes, [(angle, [found.get((angle, k)) for k in strokes]) for angle in angles]
 
 
-def strong_correlations(table: Document) -> list[tuple[str, str, float]]:
-    """Find the pairs of coefficients that are strongly correlated.
+def strong_correlations(table: Document) -> list[str]:
+    """Name the pairs of coefficients that are strongly correlated.
 
     Parameters
     ----------
@@ -270,8 +266,8 @@ def strong_correlations(table: Document) -> list[tuple[str, str, float]]:
 
     Returns
     -------
-    list of tuple
-        Two names and their correlation, where it is above 0.8 in size.
+    list of str
+        One sentence with the pairs whose correlation is above 0.8 in size; none without any.
     """
     names: Sequence[str] = table["covariance"]["names"]
     matrix = table["covariance"]["matrix"]
@@ -280,5 +276,5 @@ def strong_correlations(table: Document) -> list[tuple[str, str, float]]:
         for j in range(i + 1, len(names)):
             scale = (matrix[i][i] * matrix[j][j]) ** 0.5
             if scale > 0.0 and abs(matrix[i][j]) > _STRONG * scale:
-                pairs.append((first, names[j], matrix[i][j] / scale))
-    return pairs
+                pairs.append(f"{first} with {names[j]} {matrix[i][j] / scale:+.2f}")
+    return [f"strongly correlated: {', '.join(pairs)}"] if pairs else []

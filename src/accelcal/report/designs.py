@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+from accelcal.model import COEFFICIENTS
 from accelcal.report.lines import aligned, visible_lines
 from accelcal.report.numbers import SMALL_UNITS, in_small_unit, significant
 from accelcal.results.designs import DesignComparison, Forecast, TestDesign, Visibility
@@ -11,7 +12,6 @@ from accelcal.units import MICRO
 
 __all__ = ["comparison_text", "scaled", "stand_line"]
 
-COEFFICIENTS = ("K0", "K1", "K2", "K3", "M", "M_ip")
 _SLOPES = ("lam1", "lam2", "beta1", "beta2", "gam1", "gam2")
 _OTHERS = ("k0 at T0", "K1 at T0", "delta at T0", "delta0")
 _LETTERS = {
@@ -175,7 +175,7 @@ def _booking(found: DesignComparison) -> Iterator[str]:
     rows = [_worth(name, front) for name, front in fronts.items() if front]
     if rows:
         yield "What more time buys: the best of these, and the quickest within 10 % of it"
-        yield from (f"  {line}" for line in aligned(rows, right={1}))
+        yield from aligned(rows, right={1}, indent="  ")
 
 
 def _worth(name: str, front: Sequence[TestDesign]) -> list[str]:
@@ -256,7 +256,7 @@ def _effect_table(designs: Sequence[TestDesign], hidden: set[str]) -> Iterator[s
         unit = next((v.unit for v in own if v is not None and v.unit), "")
         shown = SMALL_UNITS.get(unit, f"1e-6 {unit}") if unit else ""
         rows.append([name, *(_seen(v, MICRO if unit else 1.0) for v in own), shown])
-    yield from (f"  {line}" for line in aligned(rows, right=set(range(1, len(designs) + 1))))
+    yield from aligned(rows, right=set(range(1, len(designs) + 1)), indent="  ")
 
 
 def _of(effects: Iterable[Visibility], name: str) -> Visibility | None:

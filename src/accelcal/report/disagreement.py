@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from accelcal.report.findings import chance, factor_rows, noise_line
-from accelcal.report.lines import aligned, notes, visible_lines, wrapped
+from accelcal.report.lines import aligned, notes, sections, unit_of, wrapped
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.disagreement import Disagreement
 from accelcal.results.quantity import Quantity
+from accelcal.units import MICRO
 
 __all__ = ["disagreement_text"]
 
@@ -28,15 +29,12 @@ def disagreement_text(found: Disagreement) -> str:
     str
         Lines of at most 100 characters.
     """
-    sections = (_head(found), _verdict(found), _where(found), _runs(found), notes(found.notes))
-    return "\n\n".join(visible_lines(lines) for lines in map(list, sections) if lines)
+    return sections(_head(found), _verdict(found), _where(found), _runs(found), notes(found.notes))
 
 
 def _head(found: Disagreement) -> Iterator[str]:
-    name = f"serial {found.serial}, " if found.serial else ""
-    yield from wrapped(
-        f"COMPARISON  {name}{found.source}, {found.readings} readings, with {found.calibration}"
-    )
+    unit = unit_of(found.serial, found.source)
+    yield from wrapped(f"COMPARISON  {unit}, {found.readings} readings, with {found.calibration}")
     if found.effects:
         yield from wrapped(f"effects in the calibration: {', '.join(found.effects)}")
     yield from wrapped(noise_line(found.noise))
@@ -50,7 +48,7 @@ def _verdict(found: Disagreement) -> Iterator[str]:
     verb = "agree" if agree else "DISAGREE"
     yield f"Simulation and measurement {verb} ({chance(found.p_value)})"
     yield (
-        f"gap {significant(found.rms * 1e6, 3)} ug rms; chi^2 per reading"
+        f"gap {significant(found.rms * MICRO, 3)} ug rms; chi^2 per reading"
         f" {significant(found.reduced_chi2, 3)}"
     )
 
@@ -69,18 +67,18 @@ def _runs(found: Disagreement) -> Iterator[str]:
         (
             name,
             "" if change.temperature_degC is None else f"{change.temperature_degC:.1f}",
-            significant(change.rms * 1e6, 3),
+            significant(change.rms * MICRO, 3),
             _micro(change.bias),
             _micro(change.scale_factor),
             _micro(change.misalignment),
         )
         for name, change in zip(found.run_names, found.runs, strict=True)
     ]
-    yield from (f"  {line}" for line in aligned(rows, right={1, 2, 3, 4, 5}))
+    yield from aligned(rows, right={1, 2, 3, 4, 5}, indent="  ")
 
 
 def _micro(quantity: Quantity) -> str:
     if quantity.value is None:
         return "not told"
-    value, expanded = quantity.value, quantity.expanded_uncertainty or 0.0
-    return " +- ".join(matching_digits(value * 1e6, expanded * 1e6))
+    expanded = quantity.expanded_uncertainty or 0.0
+    return " +- ".join(matching_digits(quantity.value, expanded, MICRO))

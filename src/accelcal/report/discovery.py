@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from accelcal.errors import InputError
 from accelcal.report.findings import chance, factor_rows, noise_line
-from accelcal.report.lines import aligned, notes, visible_lines, wrapped
+from accelcal.report.lines import aligned, notes, sections, unit_of, wrapped
 from accelcal.report.numbers import in_small_unit, matching_digits, significant
 from accelcal.report.scale import plain, readable, sized
 from accelcal.results.discovery import Discovery
@@ -17,7 +17,7 @@ from accelcal.results.quantity import Quantity
 if TYPE_CHECKING:
     from accelcal.effects.effect import Effect
 
-__all__ = ["alias_names", "change_row", "discovery_text", "entry_of", "told"]
+__all__ = ["alias_names", "change_row", "discovery_text", "entry_of", "outcome", "told"]
 
 
 def discovery_text(found: Discovery) -> str:
@@ -33,7 +33,7 @@ def discovery_text(found: Discovery) -> str:
     str
         Lines of at most 100 characters.
     """
-    sections = (
+    return sections(
         _head(found),
         _faults(found),
         _verdict(found),
@@ -43,12 +43,11 @@ def discovery_text(found: Discovery) -> str:
         _open(found),
         notes(found.notes),
     )
-    return "\n\n".join(visible_lines(lines) for lines in map(list, sections) if lines)
 
 
 def _head(found: Discovery) -> Iterator[str]:
-    name = f"serial {found.serial}, " if found.serial else ""
-    yield from wrapped(f"DISCOVERY  {name}{found.source}, {found.readings} readings")
+    unit = unit_of(found.serial, found.source)
+    yield from wrapped(f"DISCOVERY  {unit}, {found.readings} readings")
     yield from wrapped(noise_line(found.noise))
 
 
@@ -60,15 +59,18 @@ def _faults(found: Discovery) -> Iterator[str]:
 
 
 def _verdict(found: Discovery) -> Iterator[str]:
-    p = chance(found.p_value)
+    yield from wrapped(outcome(found, chance(found.p_value)))
+    yield from _gap(found)
+
+
+def outcome(found: Discovery, p: str) -> str:
+    """Tell in a sentence what was discovered, with the chance of noise as it is written."""
     if found.effects:
         names = " and ".join(effect.name for effect in found.effects)
-        yield from wrapped(f"Model and readings disagree ({p}). What is missing: {names}.")
-    elif found.unexplained:
-        yield from wrapped(f"Model and readings disagree ({p}), and no known effect explains it.")
-    else:
-        yield from wrapped(f"Model and readings agree ({p}): nothing is missing that shows.")
-    yield from _gap(found)
+        return f"Model and readings disagree ({p}). What is missing: {names}."
+    if found.unexplained:
+        return f"Model and readings disagree ({p}), and no known effect explains it."
+    return f"Model and readings agree ({p}): nothing is missing that shows."
 
 
 def _gap(found: Discovery) -> Iterator[str]:
@@ -141,7 +143,7 @@ def _changes(found: Discovery) -> Iterator[str]:
     yield "What it changes in the coefficients (over K1)"
     rows = [("", "before", "after", "change", "")]
     rows += [change_row(item) for item in found.coefficients]
-    yield from (f"  {line}" for line in aligned(rows, right={1, 2, 3}))
+    yield from aligned(rows, right={1, 2, 3}, indent="  ")
 
 
 def change_row(item: Change) -> tuple[str, str, str, str, str]:

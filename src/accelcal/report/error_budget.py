@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from accelcal.report.lines import aligned, hanging, visible_lines
+from accelcal.report.lines import aligned, hanging, sections, unit_of
 from accelcal.report.numbers import significant
 from accelcal.results.quantity import Document
 from accelcal.units import MICRO
@@ -38,18 +38,17 @@ def budget_text(document: Document) -> str:
         The totals of all points, and the components of each, or of the worst of many; in ASCII.
     """
     points = document["points"]
-    name = f"serial {document['serial']}, " if document["serial"] else ""
-    lines = [
-        f"Error of the measured acceleration by (4): {name}{document['source']}",
-        "All errors in ug (1e-6 local g); error = systematic part, +- its band",
-    ]
-    notes = [_ABOUT_THE_BOUND, *document["warnings"]]
-    lines += [line for note in notes for line in hanging(f"note: {note}", indent="  ")]
-    if len(points) > 1:
-        lines += ["", *_totals(points)]
-    for point in points if len(points) <= _IN_FULL else [max(points, key=_size)]:
-        lines += ["", *_split(point)]
-    return visible_lines(lines)
+    split = points if len(points) <= _IN_FULL else [max(points, key=_size)]
+    totals = _totals(points) if len(points) > 1 else ()
+    return sections(_heading(document), totals, *map(_split, split))
+
+
+def _heading(document: Document) -> Iterator[str]:
+    unit = unit_of(document["serial"], document["source"])
+    yield f"Error of the measured acceleration by (4): {unit}"
+    yield "All errors in ug (1e-6 local g); error = systematic part, +- its band"
+    for note in (_ABOUT_THE_BOUND, *document["warnings"]):
+        yield from hanging(f"note: {note}", indent="  ")
 
 
 def place(point: Document) -> str:
@@ -87,7 +86,7 @@ def _size(point: Document) -> float:
 def _totals(points: Sequence[Document]) -> Iterator[str]:
     heading = ("a_i", "a_p", "a_o", "degC", "s", "error", "bound of (4)", "U (95 %)")
     rows = [heading, *map(_total, points)]
-    yield from (f"  {line}" for line in aligned(rows, right=range(len(heading))))
+    yield from aligned(rows, right=range(len(heading)), indent="  ")
 
 
 def _total(point: Document) -> tuple[str, ...]:
@@ -118,7 +117,7 @@ def _split(point: Document) -> Iterator[str]:
         rows.append(_jointly(point, variance))
     rows += [_component(part, variance) for part in alone]
     rows.append(_sum(point))
-    yield from (f"  {line}" for line in aligned(rows, right={2, 3, 4, 5}))
+    yield from aligned(rows, right={2, 3, 4, 5}, indent="  ")
     yield from _bands(point)
 
 

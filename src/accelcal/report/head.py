@@ -49,7 +49,7 @@ def _positions(found: HeadCalibration) -> Iterator[str]:
     rows = [("position", "error", "+- 95 %", "")]
     for angle, q in zip(found.angles_deg, found.quantities(), strict=True):
         rows.append((f"{angle:g} deg", *_micro(q), "urad"))
-    yield from (f"  {line}" for line in aligned(rows, right={0, 1, 2}))
+    yield from aligned(rows, right={0, 1, 2}, indent="  ")
 
 
 def _harmonics(found: HeadCalibration) -> Iterator[str]:
@@ -59,7 +59,7 @@ def _harmonics(found: HeadCalibration) -> Iterator[str]:
         why = f"cannot be told apart from {item.absorbed_by}" if item.absorbed_by else "not told"
         share = f"{100 * item.told:.0f} %"
         rows.append((item.name, *_micro(item.amplitude), "urad", share, why if lost else ""))
-    yield from (f"  {line}" for line in aligned(rows, right={1, 2, 4}))
+    yield from aligned(rows, right={1, 2, 4}, indent="  ")
 
 
 def _units(found: HeadCalibration) -> Iterator[str]:
@@ -68,7 +68,7 @@ def _units(found: HeadCalibration) -> Iterator[str]:
     for unit in found.units:
         for name, change in unit.coefficients.items():
             rows.append((unit.name, name, *_micro(change.before), *_micro(change.after)))
-    yield from (f"  {line}" for line in aligned(rows, right={2, 3, 4, 5}))
+    yield from aligned(rows, right={2, 3, 4, 5}, indent="  ")
 
 
 def _gates(found: HeadCalibration) -> Iterator[str]:
@@ -78,7 +78,7 @@ def _gates(found: HeadCalibration) -> Iterator[str]:
 
 
 def _micro(quantity: Quantity) -> tuple[str, str]:
-    value, u = MICRO * (quantity.value or 0.0), quantity.expanded_uncertainty
-    if not u:
-        return significant(value), "0"
-    return matching_digits(value, MICRO * u)
+    value, expanded = quantity.value or 0.0, quantity.expanded_uncertainty
+    if not expanded:
+        return significant(MICRO * value), "0"
+    return matching_digits(value, expanded, MICRO)

@@ -68,11 +68,9 @@ def _trend(trend: Trend, alpha: float) -> Iterator[str]:
 def _points(trend: Trend) -> Iterator[str]:
     rows = [("date", "value", "U", "less line", "from")]
     for point in trend.points[:_SHOWN]:
-        expanded = point.measured.expanded_uncertainty
-        wide = None if expanded is None else MICRO * expanded
-        found = point.measured.value or 0.0
-        value, half = matching_digits(MICRO * found, wide)
-        apart = matching_digits(MICRO * (found - point.line), wide)[0]
+        found, wide = point.measured.value or 0.0, point.measured.expanded_uncertainty
+        value, half = matching_digits(found, wide, MICRO)
+        apart = matching_digits(found - point.line, wide, MICRO)[0]
         rows.append((point.date, value, half, apart, visible(point.source)[-50:]))
     yield from aligned(rows, right={1, 2, 3})
     if len(trend.points) > _SHOWN:
@@ -80,9 +78,8 @@ def _points(trend: Trend) -> Iterator[str]:
 
 
 def _interval(quantity: Quantity) -> str:
-    wide = quantity.expanded_uncertainty
-    scaled = None if wide is None else MICRO * wide
-    return " +- ".join(matching_digits(MICRO * (quantity.value or 0.0), scaled))
+    shown = matching_digits(quantity.value or 0.0, quantity.expanded_uncertainty, MICRO)
+    return " +- ".join(shown)
 
 
 def _significance(quantity: Quantity) -> str:

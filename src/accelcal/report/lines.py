@@ -7,7 +7,16 @@ from textwrap import wrap
 
 from accelcal.escapes import visible
 
-__all__ = ["WIDTH", "aligned", "hanging", "notes", "visible_lines", "wrapped"]
+__all__ = [
+    "WIDTH",
+    "aligned",
+    "hanging",
+    "notes",
+    "sections",
+    "unit_of",
+    "visible_lines",
+    "wrapped",
+]
 
 WIDTH = 100
 """Characters of the longest line."""
@@ -32,6 +41,38 @@ def visible_lines(lines: Iterable[str]) -> str:
     'serial AL\\n15\nK1'
     """
     return "\n".join(map(visible, lines))
+
+
+def sections(*parts: Iterable[str]) -> str:
+    r"""Join the parts of a report by empty lines, and leave out the empty parts.
+
+    Parameters
+    ----------
+    *parts : iterable of str
+        The lines of each part.
+
+    Returns
+    -------
+    str
+        The text, each line with escapes as of `visible`.
+
+    Examples
+    --------
+    >>> sections(["AL-15", "162 readings"], [], ["K1"])
+    'AL-15\n162 readings\n\nK1'
+    """
+    return "\n\n".join(visible_lines(part) for part in map(list, parts) if part)
+
+
+def unit_of(serial: str | None, source: str) -> str:
+    """Name a unit by its serial number, where it has one, and its input.
+
+    Examples
+    --------
+    >>> unit_of("AL-15", "al15.csv"), unit_of(None, "al15.csv")
+    ('serial AL-15, al15.csv', 'al15.csv')
+    """
+    return f"serial {serial}, {source}" if serial else source
 
 
 def hanging(sentence: str, indent: str = "") -> list[str]:
@@ -75,7 +116,9 @@ def wrapped(sentence: str, lead: str = "") -> list[str]:
     return wrap(sentence, WIDTH, initial_indent=lead, subsequent_indent=" " * len(lead))
 
 
-def aligned(rows: Sequence[Sequence[str]], right: Collection[int]) -> Iterator[str]:
+def aligned(
+    rows: Sequence[Sequence[str]], right: Collection[int], indent: str = ""
+) -> Iterator[str]:
     r"""Align cells in columns.
 
     Parameters
@@ -84,6 +127,8 @@ def aligned(rows: Sequence[Sequence[str]], right: Collection[int]) -> Iterator[s
         The cells, as many in each row.
     right : collection of int
         Columns whose cells stand at the right.
+    indent : str, optional
+        What stands before each line.
 
     Yields
     ------
@@ -102,7 +147,7 @@ def aligned(rows: Sequence[Sequence[str]], right: Collection[int]) -> Iterator[s
             cell.rjust(width) if i in right else cell.ljust(width)
             for i, (cell, width) in enumerate(zip(row, widths, strict=True))
         )
-        yield "  ".join(cells).rstrip()
+        yield indent + "  ".join(cells).rstrip()
 
 
 def notes(said: Sequence[str]) -> Iterator[str]:

@@ -310,9 +310,7 @@ def _interval(quantity: Quantity) -> tuple[str, str, str]:
     if quantity.value is None:
         return ("not determined" if quantity.unit else "", "", quantity.unit)
     factor, unit = readable(quantity.unit, quantity.value)
-    wide = quantity.expanded_uncertainty
-    shown = matching_digits(factor * quantity.value, None if wide is None else factor * wide)
-    return (*shown, unit)
+    return (*matching_digits(quantity.value, quantity.expanded_uncertainty, factor), unit)
 
 
 def _estimate(estimate: Estimate) -> tuple[str, ...]:

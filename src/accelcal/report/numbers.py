@@ -48,7 +48,9 @@ def in_small_unit(unit: str) -> tuple[float, str]:
     return (MICRO, SMALL_UNITS[unit]) if unit in SMALL_UNITS else (1.0, unit)
 
 
-def matching_digits(value: float, uncertainty: float | None) -> tuple[str, str]:
+def matching_digits(
+    value: float, uncertainty: float | None, factor: float = 1.0
+) -> tuple[str, str]:
     """Write a value and its uncertainty with two significant digits of the uncertainty.
 
     Parameters
@@ -57,6 +59,8 @@ def matching_digits(value: float, uncertainty: float | None) -> tuple[str, str]:
         The value.
     uncertainty : float or None
         Its uncertainty in the same unit; None where unknown.
+    factor : float, optional
+        What both are multiplied by, from their unit to the one that is shown.
 
     Returns
     -------
@@ -71,9 +75,13 @@ def matching_digits(value: float, uncertainty: float | None) -> tuple[str, str]:
     ('-16320', '410')
     >>> matching_digits(1.35, None)
     ('1.35', 'unknown')
+    >>> matching_digits(1.1521e-3, 5.6e-6, MICRO)
+    ('1152.1', '5.6')
     """
+    value *= factor
     if uncertainty is None or not math.isfinite(uncertainty):
         return f"{value:.6g}", "unknown"
+    uncertainty *= factor
     if uncertainty <= _LAST_DIGIT * abs(value):
         return f"{value:.12g}", significant(uncertainty, 2)
     decimals = 1 - math.floor(math.log10(uncertainty))

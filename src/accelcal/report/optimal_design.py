@@ -71,7 +71,7 @@ def _table(found: OptimalDesign) -> Iterator[str]:
         sizes = [design.forecast(each) for each in COEFFICIENTS]
         cells = [scaled(f.standard_uncertainty, f.unit) if f else "-" for f in sizes]
         rows.append([name, design.label, str(design.readings), f"{design.hours:.1f}", *cells])
-    yield from (f"  {line}" for line in aligned(rows, right=set(range(2, len(head)))))
+    yield from aligned(rows, right=set(range(2, len(head))), indent="  ")
 
 
 def _gains(found: OptimalDesign) -> Iterator[str]:

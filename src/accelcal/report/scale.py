@@ -128,7 +128,7 @@ def sized(quantity: Quantity) -> str:
     if quantity.standard_uncertainty is None:
         return f"{factor * quantity.value:g} {plain(unit)}".rstrip()
     half = quantity.expanded_uncertainty or 2.0 * quantity.standard_uncertainty
-    value, uncertainty = matching_digits(factor * quantity.value, factor * half)
+    value, uncertainty = matching_digits(quantity.value, half, factor)
     return f"{value} +- {uncertainty} {plain(unit)}".rstrip()
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 
 from accelcal.plural import counted
-from accelcal.report.lines import WIDTH, aligned, hanging, visible_lines, wrapped
+from accelcal.report.lines import WIDTH, aligned, hanging, sections, unit_of, wrapped
 from accelcal.report.numbers import significant
 from accelcal.results.stability import Estimate, Stability
 from accelcal.stability.noise_terms import TERMS
@@ -44,17 +44,15 @@ def stability_text(result: Stability) -> str:
     str
         Lines of at most 100 characters, in ASCII but for names of the user.
     """
-    lines = [*_heading(result), "", *_components(result), "", *_bounds(result)]
-    lines += ["", *_launches(result)]
+    parts = [_heading(result), _components(result), _bounds(result), _launches(result)]
     if result.allan.tau_s:
-        lines += ["", *_allan(result), "", *_noise_terms(result)]
-    return visible_lines([*lines, *_open(result)])
+        parts += [_allan(result), _noise_terms(result)]
+    return sections(*parts, _open(result))
 
 
 def _heading(result: Stability) -> Iterator[str]:
-    name = f"serial {result.serial}, " if result.serial else ""
     samples = sum(launch.samples for launch in result.launches)
-    yield f"Stability of {name}{result.source}"
+    yield f"Stability of {unit_of(result.serial, result.source)}"
     unit = f"in {result.unit}"
     if result.scale_factor is not None:
         unit = f"in g (local), scale factor {result.scale_factor:.7g} {result.output_unit or '?'}/g"
@@ -95,7 +93,7 @@ def _launches(result: Stability) -> Iterator[str]:
                 f"{low_high[0]:.2f} .. {low_high[1]:.2f}" if low_high else "-",
             )
         )
-    yield from _indented(aligned(rows, right={1, 2, 3, 4, 5, 6, 7}))
+    yield from aligned(rows, right={1, 2, 3, 4, 5, 6, 7}, indent="  ")
     if len(result.launches) > _SHOWN_LAUNCHES:
         yield f"  and {len(result.launches) - _SHOWN_LAUNCHES} more"
 
@@ -109,7 +107,7 @@ def _allan(result: Stability) -> Iterator[str]:
         numbers = (row["deviation"], row["lower"], row["upper"])
         cells = [_short(factor * number) for number in numbers]
         rows.append((_time(row["tau_s"]), *cells, f"{row['edf']:.0f}", _ALPHA[int(row["alpha"])]))
-    yield from _indented(aligned(rows, right={0, 1, 2, 3, 4}))
+    yield from aligned(rows, right={0, 1, 2, 3, 4}, indent="  ")
 
 
 def _noise_terms(result: Stability) -> Iterator[str]:
@@ -118,14 +116,19 @@ def _noise_terms(result: Stability) -> Iterator[str]:
     yield from _table([_row(text, symbol, e) for text, symbol, e in named])
 
 
+_VERDICTS = {"warn": "WARNING", "pass": "passed", "not assessed": "not assessed"}
+
+
 def _open(result: Stability) -> Iterator[str]:
-    warned = [f"WARNING: {g.name}: {g.finding}" for g in result.gates if g.verdict == "warn"]
-    passed = [f"passed: {g.name}: {g.finding}" for g in result.gates if g.verdict == "pass"]
-    rest = [f"not assessed: {g.name}: {g.finding}" for g in result.gates]
-    rest = [text for text, g in zip(rest, result.gates, strict=True) if "not" in g.verdict]
-    sentences = [*warned, *passed, *rest, *result.warnings]
+    sentences = [
+        f"{told}: {gate.name}: {gate.finding}"
+        for verdict, told in _VERDICTS.items()
+        for gate in result.gates
+        if gate.verdict == verdict
+    ]
+    sentences += result.warnings
     if sentences:
-        yield from ("", "What to know")
+        yield "What to know"
     for sentence in sentences:
         yield from hanging(f"- {sentence}", indent="  ")
 
@@ -147,26 +150,23 @@ def _row(name: str, symbol: str, estimate: Estimate) -> tuple[str, ...]:
         _short(upper),
         unit if seen else "",
         dof,
-        (estimate.finding),
+        estimate.finding,
     )
 
 
 def _table(rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
     """Rows of estimates, each finding on the line below its row where the line would get long."""
     heading = ("", "", "value", "from", "to", "unit", "dof")
-    lines = list(aligned([heading, *(row[:-1] for row in rows)], right={2, 3, 4, 6}))
-    yield "  " + lines[0]
-    for line, row in zip(lines[1:], rows, strict=True):
-        long = f"  {line}  {row[-1]}".rstrip()
+    cells = [heading, *(row[:-1] for row in rows)]
+    first, *lines = aligned(cells, right={2, 3, 4, 6}, indent="  ")
+    yield first
+    for line, row in zip(lines, rows, strict=True):
+        long = f"{line}  {row[-1]}".rstrip()
         if len(long) <= WIDTH:
             yield long
         else:
-            yield f"  {line}"
+            yield line
             yield from wrapped(row[-1], " " * 6)
-
-
-def _indented(lines: Iterable[str]) -> Iterator[str]:
-    return (f"  {line}" for line in lines)
 
 
 def _prefix(unit: str, numbers: Iterable[float | None]) -> tuple[float, str]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from accelcal.plural import counted
-from accelcal.report.lines import aligned, hanging, visible_lines
+from accelcal.report.lines import aligned, hanging, sections
 from accelcal.report.numbers import in_small_unit, significant
 from accelcal.results.quantity import Document
 from accelcal.units import MICRO
@@ -35,21 +35,20 @@ def stand_budget_text(document: Document) -> str:
     str
         Uncertainty of the coefficients, what the components do, requirements; in ASCII.
     """
-    lines = [
-        f"Budget of the stand: {document['stand']}",
-        *hanging(f"from {document['source']}"),
-        *hanging(f"Test: {document['test']}"),
-        *(line for note in document["warnings"] for line in hanging(f"note: {note}")),
-        "",
-        *_coefficients(document),
-        "",
-        *_components(document),
-    ]
+    parts = [_heading(document), _coefficients(document), _components(document)]
     if document["requirements"] is not None:
-        lines += ["", *_targets(document), "", *_instruments(document)]
+        parts += [_targets(document), _instruments(document)]
     if document["data_sheet"]:
-        lines += ["", *_data_sheet(document)]
-    return visible_lines(lines)
+        parts.append(_data_sheet(document))
+    return sections(*parts)
+
+
+def _heading(document: Document) -> Iterator[str]:
+    yield f"Budget of the stand: {document['stand']}"
+    yield from hanging(f"from {document['source']}")
+    yield from hanging(f"Test: {document['test']}")
+    for note in document["warnings"]:
+        yield from hanging(f"note: {note}")
 
 
 def shown_unit(coefficient: Document) -> tuple[str, float]:
@@ -127,7 +126,7 @@ def _coefficients(document: Document) -> Iterator[str]:
     for place, own in enumerate(document["coefficients"]):
         if not own["where"] or "run" in own["where"].partition(" and ")[2] or _change(own):
             rows.append(_row(document, place))
-    yield from (f"  {line}" for line in aligned(rows, right=range(2, len(heading))))
+    yield from aligned(rows, right=range(2, len(heading)), indent="  ")
     left = len(document["coefficients"]) - len(rows) + 1
     if left:
         yield f"  (and {counted(left, 'coefficient')} of the other tables, in CSV and JSON)"
@@ -168,7 +167,7 @@ def _components(document: Document) -> Iterator[str]:
     )
     rows: list[Sequence[str]] = [("", "u", "", "errors", "seen", "goes into")]
     rows += [_component(document, part) for part in document["components"]]
-    yield from (f"  {line}" for line in aligned(rows, right=(1, 3, 4)))
+    yield from aligned(rows, right=(1, 3, 4), indent="  ")
     silent = [p["name"] for p in document["components"] if not p["acts"]]
     if silent:
         yield from hanging(f"Below 0.1 % of every u here: {', '.join(silent)}.")
@@ -244,7 +243,7 @@ def _targets(document: Document) -> Iterator[str]:
         unit, factor = shown_unit(_of_symbol(document, target["symbol"]))
         sizes = (significant(factor * target[n], 3) for n in ("target", "present", "floor"))
         rows.append((target["symbol"], unit, *sizes, _reached(target)))
-    yield from (f"  {line}" for line in aligned(rows, right=(2, 3, 4)))
+    yield from aligned(rows, right=(2, 3, 4), indent="  ")
 
 
 def _reached(target: Document) -> str:
@@ -277,7 +276,7 @@ def _instruments(document: Document) -> Iterator[str]:
                 item["limited_by"],
             )
         )
-    yield from (f"  {line}" for line in aligned(rows, right=range(2, 6)))
+    yield from aligned(rows, right=range(2, 6), indent="  ")
     yield from hanging(
         "alone: largest with all others as they are, 0 where not even a perfect one would do;"
         " equal shares and all alike: two allocations that keep all targets within reach. A half"
@@ -308,7 +307,7 @@ def _data_sheet(document: Document) -> Iterator[str]:
                 limit["verdict"],
             )
         )
-    yield from (f"  {line}" for line in aligned(rows, right=(3, 4, 5)))
+    yield from aligned(rows, right=(3, 4, 5), indent="  ")
     for note in dict.fromkeys(limit["note"] for limit in limits if limit["note"]):
         named = ", ".join(limit["name"] for limit in limits if limit["note"] == note)
         yield from hanging(f"  {named}: {note}")

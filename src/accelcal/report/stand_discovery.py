@@ -7,12 +7,13 @@ from statistics import median
 
 from accelcal.report.discovery import told
 from accelcal.report.findings import chance, probability
-from accelcal.report.lines import aligned, notes, visible_lines, wrapped
+from accelcal.report.lines import aligned, notes, sections, wrapped
 from accelcal.report.numbers import in_small_unit, matching_digits, significant
 from accelcal.results.findings import Change
-from accelcal.results.stand_discovery import HeadPosition, StandDiscovery, StandEffect
+from accelcal.results.stand_discovery import StandDiscovery, StandEffect
+from accelcal.units import MICRO
 
-__all__ = ["gain_rows", "stand_text"]
+__all__ = ["gain_rows", "head_rows", "stand_text"]
 
 _WORTH_TELLING = 0.005
 """Part by which an uncertainty shrinks that is told as a gain."""
@@ -31,7 +32,7 @@ def stand_text(found: StandDiscovery) -> str:
     str
         Lines of at most 100 characters.
     """
-    sections = (
+    return sections(
         _head(found),
         *(_effect(found, effect) for effect in found.effects),
         _unexplained(found),
@@ -39,7 +40,6 @@ def stand_text(found: StandDiscovery) -> str:
         _gains(found),
         notes(found.notes),
     )
-    return "\n\n".join(visible_lines(lines) for lines in map(list, sections) if lines)
 
 
 def _head(found: StandDiscovery) -> Iterator[str]:
@@ -72,7 +72,7 @@ def _effect(found: StandDiscovery, effect: StandEffect) -> Iterator[str]:
     one = f"one size for all: chance of noise {probability(effect.p_one_value)}; {spread}"
     yield from wrapped(one, "  ")
     rows = [(name, told(effect.sizes[name])) for name in found.units]
-    yield from (f"    {line}" for line in aligned(rows, right=()))
+    yield from aligned(rows, right=(), indent="    ")
     if effect.indistinguishable:
         yield from wrapped(f"It could as well be: {', '.join(effect.indistinguishable)}.", "  ")
 
@@ -86,15 +86,19 @@ def _unexplained(found: StandDiscovery) -> Iterator[str]:
 def _positions(found: StandDiscovery) -> Iterator[str]:
     if found.head:
         yield "Head positions, of what does not look like coefficients [urad, 95 %]"
-        rows = [_position(position) for position in found.head]
-        yield from (f"  {line}" for line in aligned(rows, right={0}))
+        rows = [
+            (f"{angle:g} deg", f"{error} +- {expanded}")
+            for angle, error, expanded in head_rows(found)
+        ]
+        yield from aligned(rows, right={0}, indent="  ")
 
 
-def _position(position: HeadPosition) -> tuple[str, str]:
-    error = position.error
-    expanded = (error.expanded_uncertainty or 0.0) * 1e6
-    value, uncertainty = matching_digits((error.value or 0.0) * 1e6, expanded)
-    return f"{position.angle_deg:g} deg", f"{value} +- {uncertainty}"
+def head_rows(found: StandDiscovery) -> Iterator[tuple[float, str, str]]:
+    """Tell the error of each head position: angle [deg], value and half width [urad]."""
+    for position in found.head:
+        error = position.error
+        shown = matching_digits(error.value or 0.0, error.expanded_uncertainty or 0.0, MICRO)
+        yield position.angle_deg, *shown
 
 
 def _gains(found: StandDiscovery) -> Iterator[str]:
@@ -105,7 +109,7 @@ def _gains(found: StandDiscovery) -> Iterator[str]:
     gains = [_gain(changes) for changes in zip(*found.coefficients.values(), strict=True)]
     rows += [row for row, shrunk in gains if shrunk >= _WORTH_TELLING]
     if len(rows) > 1:
-        yield from (f"  {line}" for line in aligned(rows, right={1, 2, 3}))
+        yield from aligned(rows, right={1, 2, 3}, indent="  ")
     if any(shrunk < _WORTH_TELLING for _, shrunk in gains):
         others = [row[0] for row, shrunk in gains if shrunk < _WORTH_TELLING]
         yield from wrapped(f"no smaller by half a percent: {', '.join(others)}", "  ")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from accelcal.report.lines import aligned, hanging, visible_lines
+from accelcal.report.lines import aligned, hanging, unit_of, visible_lines
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.quantity import Quantity
 from accelcal.results.triad import TriadCalibration
@@ -36,8 +36,7 @@ def triad_text(found: TriadCalibration) -> str:
 
 
 def _head(found: TriadCalibration) -> Iterator[str]:
-    name = f"serial {found.serial}, " if found.serial else ""
-    yield f"Triad {name}{found.source}"
+    yield f"Triad {unit_of(found.serial, found.source)}"
     what = "|a| - 1" if found.frame != "block" else "the channels"
     yield (
         f"{found.attitudes} attitudes, {found.dof} degrees of freedom;"
@@ -53,7 +52,7 @@ def _table(found: TriadCalibration) -> Iterator[str]:
         rows += _rows("", {n: _per_si(q, found) for n, q in found.scale_factors.items()})
     rows += _rows("sensitive axis", found.misalignments)
     rows += _rows("90 deg - angle", {f"{p[0]}, {p[1]}": q for p, q in found.axis_angles.items()})
-    yield from (f"  {line}" for line in aligned(rows, right={2, 3, 4}))
+    yield from aligned(rows, right={2, 3, 4}, indent="  ")
 
 
 def _per_si(quantity: Quantity, found: TriadCalibration) -> Quantity:

@@ -49,7 +49,7 @@ def _lines(document: Document) -> Iterator[str]:
         f"Verdict against {document['specification']}: {document['outcome'].upper()} ({told})"
     )
     rows = [_HEADING, *map(limit_row, limits)]
-    yield from (f"  {line}" for line in aligned(rows, right={2, 3}))
+    yield from aligned(rows, right={2, 3}, indent="  ")
     for limit in limits:
         if said := remark(limit):
             yield from hanging(f"{limit['symbol']}: {said}", indent="  ")
