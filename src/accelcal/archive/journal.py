@@ -18,13 +18,14 @@ import zlib
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from functools import reduce
 from pathlib import Path
 from typing import IO, NamedTuple
 
 from accelcal.archive.block import Block, Outcome
 from accelcal.archive.formats import results
+from accelcal.archive.lock import alone_in
 from accelcal.archive.settings import Settings
 from accelcal.atomic import open_atomically, replacing
 from accelcal.errors import InputError
@@ -32,9 +33,6 @@ from accelcal.errors import InputError
 __all__ = ["Journal", "Summary", "open_journal"]
 
 _SUFFIX = ".block"
-_LOCK = "lock"
-
-_IN_USE: dict[Path, object] = {}  # journals of this process -> marks of the threads that have them
 
 
 class Summary(NamedTuple):
@@ -142,7 +140,20 @@ class Journal:
             _bring_to_disk([self._draft(name) for name in drafts])
         for name, path in drafts.items():
             _take_name(self._draft(name), path)
-        shutil.rmtree(self.folder)
+        for block in list(self._blocks()):
+            block.unlink()
+
+    def remains(self) -> bool:
+        """Tell whether there is something to go on with."""
+        return any(self._blocks())
+
+    def clear(self) -> None:
+        """Remove what is of no use without blocks."""
+        for path in (*self.folder.glob("draft-*"), *self.folder.glob("*.tmp")):
+            path.unlink(missing_ok=True)
+
+    def _blocks(self) -> Iterator[Path]:
+        return self.folder.glob(f"*{_SUFFIX}")
 
     def _draft(self, name: str) -> Path:
         return self.folder / f"draft-{name}"
@@ -200,36 +211,34 @@ def open_journal(output: str, settings: Settings, form: str, *, resume: bool) ->
     """
     target = Path(output).resolve()
     folder = target.with_name(f"{target.name}.journal")
-    with _alone_with(folder, output), _lock_file(folder, output) as lock:
-        _lock(lock, output)
-        if not resume:
-            _refuse_remains(folder, output)
+    journal = Journal(folder, settings, form)
+    with ExitStack() as alone:
+        with _refusals_told(folder, output):
+            for name in results(output).values():
+                _require_writable(Path(name).resolve(), name)
+            alone.enter_context(alone_in(folder, output))
+        if journal.remains() and not resume:
+            raise InputError(
+                f"{output}: an interrupted batch left its finished part in {folder.name}; add"
+                " resume=True to go on with it, or delete that folder to start anew"
+            )
         try:
-            yield Journal(folder, settings, form)
+            yield journal
         finally:
-            if folder.exists() and not any(folder.glob(f"*{_SUFFIX}")):
-                shutil.rmtree(folder)  # nothing to go on with
+            if not journal.remains():
+                journal.clear()
 
 
-def _lock_file(folder: Path, output: str) -> IO[bytes]:
+@contextmanager
+def _refusals_told(folder: Path, output: str) -> Iterator[None]:
+    """Say in one line what cannot be made."""
     try:
-        for name in results(output).values():
-            _require_writable(Path(name).resolve(), name)
-        folder.mkdir(exist_ok=True)
-        return (folder / _LOCK).open("wb")
+        yield
     except OSError as error:
         raise InputError(
             f"{output}: the results, or the folder {folder.name} beside them, cannot be made"
             f" ({error.strerror}); remove what is in the way, or choose another name"
         ) from None
-
-
-def _refuse_remains(folder: Path, output: str) -> None:
-    if any(folder.glob(f"*{_SUFFIX}")):
-        raise InputError(
-            f"{output}: an interrupted batch left its finished part in {folder.name}; add"
-            " resume=True to go on with it, or delete that folder to start anew"
-        )
 
 
 def _require_writable(target: Path, output: str) -> None:
@@ -246,33 +255,3 @@ def _require_writable(target: Path, output: str) -> None:
         raise InputError(
             f"{output}: the file or its folder is not writable; change that or choose another"
         )
-
-
-@contextmanager
-def _alone_with(folder: Path, output: str) -> Iterator[None]:
-    """Keep other threads out, with which this one shares the locks of the process."""
-    mark = object()
-    if _IN_USE.setdefault(folder, mark) is not mark:
-        raise _in_use(output)
-    try:
-        yield
-    finally:
-        del _IN_USE[folder]
-
-
-def _lock(file: IO[bytes], output: str) -> None:
-    """Keep other processes out; a lock of this kind goes with the process, however it ends."""
-    try:
-        import fcntl
-    except ImportError:  # not on this system
-        return
-    try:
-        fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        raise _in_use(output) from None
-
-
-def _in_use(output: str) -> InputError:
-    return InputError(
-        f"{output}: another accelcal batch is writing it; wait for it or choose another file"
-    )
