@@ -58,6 +58,64 @@ def test_a_lost_file_costs_no_other(archive, pattern):
     assert found.errors["message"].str.startswith(str(archive)).all()
 
 
+@pytest.fixture
+def locked(archive, monkeypatch):
+    """An archive with two folders that may not be read, not even by an administrator."""
+    scandir = os.scandir
+
+    def refusing(path):
+        if Path(path).name.startswith("locked"):
+            raise PermissionError(errno.EACCES, "Permission denied", path)
+        return scandir(path)
+
+    for name in ("locked-2", "locked-1"):
+        (archive / "below" / name).mkdir(parents=True)
+        shutil.copy(EXAMPLE, archive / "below" / name / "a.csv")
+    monkeypatch.setattr(os, "scandir", refusing)
+    return archive
+
+
+UNREADABLE = (
+    "the folder cannot be read (Permission denied); ask for the permission, or name what can be"
+    " read"
+)
+
+
+@pytest.mark.parametrize("pattern", ["", "*"])
+def test_a_folder_that_cannot_be_read_costs_no_other(locked, pattern):
+    found = accelcal.batch(locked / pattern)
+    assert found.tables["source"].nunique() == 2
+    names = [str(locked / "below" / name) for name in ("locked-1", "locked-2")]
+    assert found.errors["source"].tolist() == names
+    assert found.errors["message"].tolist() == [f"{name}: {UNREADABLE}" for name in names]
+
+
+def test_a_folder_that_cannot_be_read_is_told_whenever_the_batch_runs(
+    locked, tmp_path, capsys, monkeypatch
+):
+    (locked / "bad.csv").write_text("no table")
+    output = tmp_path / "r.csv"
+
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Journal, "publish", stop)
+        assert main(["batch", str(locked), "-o", str(output)]) == 130
+    assert main(["batch", str(locked), "-o", str(output), "--resume"]) == 1
+    said = capsys.readouterr().err.splitlines()[-1]
+    assert said == "2 calibrations from 3 files; 3 errors, see " + str(tmp_path / "r.errors.csv")
+    told = pd.read_csv(tmp_path / "r.errors.csv")
+    assert [Path(name).name for name in told["source"]] == ["locked-1", "locked-2", "bad.csv"]
+    assert told["message"][0] == f"{locked / 'below' / 'locked-1'}: {UNREADABLE}"
+
+
+@pytest.mark.parametrize("name", ["below", "below/locked-1"])
+def test_a_path_that_holds_nothing_to_be_read_is_refused(locked, name):
+    with pytest.raises(InputError, match=r"locked-1: the folder cannot be read \(Permission deni"):
+        accelcal.batch([locked, locked / name])
+
+
 def test_folders_may_be_deep(tmp_path):
     depth, before = 200, sys.getrecursionlimit()
     inside = tmp_path.joinpath(*["d"] * depth)

@@ -49,7 +49,7 @@ class BatchCounts(NamedTuple):
     fitted : int
         Records that were fitted.
     errors : tuple of tuple of str
-        Source and message of what could not be read or fitted.
+        Source and message of what could not be read or fitted: folders first.
     failed : int
         Records that failed the data sheet.
     """
@@ -70,7 +70,7 @@ class BatchFrames(NamedTuple):
     laws : pandas.DataFrame
         A row a record and term of its temperature laws.
     errors : pandas.DataFrame
-        A row for what could not be read or fitted.
+        A row for what could not be read or fitted: folders first.
     """
 
     tables: pd.DataFrame
@@ -149,7 +149,7 @@ def batch(
     return BatchFrames(
         _frame([part.tables for part in found], ROWS),
         _frame([part.laws for part in found], LAWS),
-        _errors_frame([error for part in found for error in part.errors]),
+        _errors_frame([*sources.unreadable, *(error for part in found for error in part.errors)]),
     )
 
 
@@ -210,7 +210,7 @@ def write_batch(
             with growing_results(journal, form) as growing:
                 for block in blocks:
                     growing.expect(block)
-        counts = _counted(len(sources), growing.told.values())
+        counts = _counted(sources, growing.told.values())
         with journal.draft("errors") as file, journal.refusals_told():
             write_errors(counts.errors, file)
         journal.publish({name: names[name] for name in ("errors", "laws", "tables")})
@@ -255,14 +255,14 @@ def _sources(paths: Sequence[str], names: Mapping[str, str]) -> Sources:
     return find_sources(paths, aside=names.values())
 
 
-def _counted(files: int, summaries: Iterable[Summary]) -> BatchCounts:
-    errors: list[tuple[str, str]] = []
+def _counted(sources: Sources, summaries: Iterable[Summary]) -> BatchCounts:
+    errors = list(sources.unreadable)
     fitted = failed = 0
     for summary in summaries:
         errors += summary.errors
         fitted += summary.fitted
         failed += summary.failed
-    return BatchCounts(files, fitted, tuple(errors), failed)
+    return BatchCounts(len(sources), fitted, tuple(errors), failed)
 
 
 # -- frames ----------------------------------------------------------------------------------------

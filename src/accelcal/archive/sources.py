@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple, TypeVar
 
@@ -54,10 +54,18 @@ class Sources:
     ----------
     found : collection of str or SourceFile
         Their paths, or what a store has told of them.
+    unreadable : mapping of str to str
+        Folders among them that cannot be read, each with the line that tells why.
+
+    Attributes
+    ----------
+    unreadable : tuple of tuple of str
+        Their paths and lines, by the paths.
     """
 
-    def __init__(self, found: Collection[str | SourceFile]) -> None:
+    def __init__(self, found: Collection[str | SourceFile], unreadable: Mapping[str, str]) -> None:
         self._found = found
+        self.unreadable = tuple(sorted(unreadable.items()))
 
     def __len__(self) -> int:
         """Number of the files."""
@@ -83,12 +91,13 @@ def find_sources(paths: Sequence[str], aside: Collection[str] = ()) -> Sources:
     -------
     Sources
         In the order of `paths`, those of a folder or glob by name; a file that is met again is
-        there once.
+        there once. Folders below one of `paths` that cannot be read are told of apart.
 
     Raises
     ------
     InputError
-        If one of `paths` is nothing, or holds no table; if one of `aside` is no result.
+        If one of `paths` is nothing, holds no table, or cannot be read; if one of `aside` is no
+        result.
 
     Examples
     --------
@@ -98,15 +107,18 @@ def find_sources(paths: Sequence[str], aside: Collection[str] = ()) -> Sources:
     accelcal.errors.InputError: nosuch: no such file or folder; give files, folders or globs
     """
     if len(paths) == 1 and os.path.isdir(paths[0]):  # noqa: PTH112  (holds no file twice)
-        return Sources(_of_path(paths[0], aside))
+        return Sources(*_of_path(paths[0], aside))
     found: dict[str, str | SourceFile] = {}
+    unreadable: dict[str, str] = {}
     for path in paths:
         if is_url(path):
             found |= {source.path: source for source in _of_url(path) if source.path not in found}
         else:
-            for name in _of_path(path, aside):
+            names, refused = _of_path(path, aside)
+            unreadable |= refused
+            for name in names:
                 found.setdefault(os.path.abspath(name), name)  # noqa: PTH100
-    return Sources(list(found.values()))
+    return Sources(list(found.values()), unreadable)
 
 
 def is_url(path: str) -> bool:
@@ -168,18 +180,22 @@ def _measured(path: str) -> SourceFile:
     return SourceFile(path, status.st_size, str(status.st_mtime_ns))
 
 
-def _of_path(path: str, aside: Collection[str]) -> list[str]:
+def _of_path(path: str, aside: Collection[str]) -> tuple[list[str], dict[str, str]]:
+    """Tables of a path, and the folders below it that cannot be read."""
     if path == "-":
         raise InputError("- is standard input, which accelcal fit reads; batch takes files")
+    unreadable: dict[str, str] = {}
     if os.path.isdir(path):  # noqa: PTH112
-        return _some(sorted(_without(aside, _in_folder(path))), path)
+        found = sorted(_without(aside, _in_folder(path, unreadable)))
+        return _some(found, path, unreadable), unreadable
     if os.path.isfile(path):  # noqa: PTH113
-        return [path]
+        return [path], unreadable
     if os.path.exists(path):  # noqa: PTH110
         raise InputError(f"{path} is a pipe or device, which accelcal fit reads; batch takes files")
     if _MAGIC.isdisjoint(path):
         raise InputError(f"{path}: no such file or folder; give files, folders or globs")
-    return _some(list(_without(aside, _in_glob(path))), path)
+    found = list(_without(aside, _in_glob(path, unreadable)))
+    return _some(found, path, unreadable), unreadable
 
 
 def _without(aside: Collection[str], found: Iterator[str]) -> Iterator[str]:
@@ -194,8 +210,11 @@ def _without(aside: Collection[str], found: Iterator[str]) -> Iterator[str]:
             )
 
 
-def _in_folder(folder: str) -> Iterator[str]:
-    """Tables below a folder; what begins with a dot is hidden, and stays so."""
+def _in_folder(folder: str, unreadable: dict[str, str]) -> Iterator[str]:
+    """Tables below a folder; what begins with a dot is hidden, and stays so.
+
+    A folder that cannot be read is put down in `unreadable`.
+    """
     folders = [folder]
     while folders:
         inside = folders.pop()
@@ -209,18 +228,18 @@ def _in_folder(folder: str) -> Iterator[str]:
                     elif entry.is_dir(follow_symlinks=False):
                         folders.append(entry.path)
         except OSError as error:
-            raise InputError(
+            unreadable[inside] = (
                 f"{inside}: the folder cannot be read ({error.strerror}); ask for the permission,"
                 " or name what can be read"
-            ) from None
+            )
 
 
-def _in_glob(pattern: str) -> Iterator[str]:
+def _in_glob(pattern: str, unreadable: dict[str, str]) -> Iterator[str]:
     import glob
 
     for path in sorted(glob.glob(pattern, recursive=True)):  # noqa: PTH207  (keeps ./ as given)
         if os.path.isdir(path):  # noqa: PTH112
-            yield from sorted(_in_folder(path))
+            yield from sorted(_in_folder(path, unreadable))
         elif _leads_to_file(path):
             yield path
 
@@ -236,9 +255,10 @@ def _leads_to_file(path: str) -> bool:
     return os.path.isfile(path) or not os.path.exists(path)  # noqa: PTH110, PTH113
 
 
-def _some(found: list[Item], path: str) -> list[Item]:
+def _some(found: list[Item], path: str, unreadable: Mapping[str, str]) -> list[Item]:
     if not found:
-        raise InputError(f"{path}: no table in it; batch takes {_SUFFIXES_TOLD}")
+        nothing = f"{path}: no table in it; batch takes {_SUFFIXES_TOLD}"
+        raise InputError(min(unreadable.values(), default=nothing))
     return found
 
 
@@ -260,7 +280,7 @@ def _of_url(url: str) -> list[SourceFile]:
         raise InputError(f"{url}: no such file or folder; give files, folders or globs") from None
     except Exception as error:  # each file system fails in its own way
         raise InputError(f"{url} cannot be listed: {_line(error)}; check the address") from None
-    return _some([_of_store(system, path, known[path]) for path in sorted(known)], url)
+    return _some([_of_store(system, path, known[path]) for path in sorted(known)], url, {})
 
 
 def _tables(known: dict[str, Any]) -> dict[str, Any]:
