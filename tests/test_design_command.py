@@ -61,6 +61,18 @@ def test_ticks_of_a_picture_say_whole_values():
     assert {ax.yaxis.get_offset_text().get_text() for ax in axes} == {""}
 
 
+def test_tests_that_are_as_good_look_as_good():
+    """No axis spans less than a tenth of its values, and its unit is written as in a report."""
+    pytest.importorskip("matplotlib")
+    found = accelcal.design(positions=[8, 12], temperatures=[(20.0, 80.0, -40.0)], effects=False)
+    axes = designs_by_hours(found)
+    for ax in axes:
+        low, high = ax.get_ylim()
+        assert (high - low) / (high + low) >= 0.049
+        assert all(low < y < high for line in ax.lines for y in line.get_ydata())
+    assert axes[4].get_ylabel() == "u [µrad]"
+
+
 def test_options_reach_the_stand_and_the_pace(capsys):
     stand = ["--noise", "1e-5", "--head-uncertainty", "2e-5", "--launch-uncertainty", "0"]
     pace = ["--reading-time", "10", "--turn-time", "20", "--soak-time", "1", "--mount-time", "0"]

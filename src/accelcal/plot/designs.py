@@ -8,6 +8,7 @@ import numpy as np
 
 from accelcal.plot.style import canvases, palette, styled
 from accelcal.report.numbers import in_small_unit
+from accelcal.report.scale import written
 from accelcal.results.designs import DesignComparison, TestDesign
 from accelcal.results.optimal_design import OptimalDesign
 
@@ -25,6 +26,7 @@ _MEANINGS = {
     "gam1": "misalignment by temperature",
 }
 _WIDE = 6.0
+_NARROW = 0.1  # of the values: an axis that spans less would make much of what matters to nobody
 _ACROSS = 3
 _LABELLED = 40  # tests; of more, only those on the front are named
 _KINDS = 8
@@ -103,7 +105,7 @@ def _draw(
     ax.plot(*np.reshape(line, (-1, 2)).T, "-", color=palette().muted, lw=2.0, alpha=0.6, zorder=1)
     if name in found.targets:
         _target(ax, factor * found.targets[name])
-    ax.set(title=f"{name}, {_MEANINGS[name]}", xlabel="hours", ylabel=f"u [{unit}]")
+    ax.set(title=f"{name}, {_MEANINGS[name]}", xlabel="hours", ylabel=f"u [{written(unit)}]")
     _scales(ax)
 
 
@@ -134,6 +136,9 @@ def _scales(ax: Any) -> None:
             axis.set_minor_formatter(NullFormatter())
         else:
             ax.ticklabel_format(axis=which, useOffset=False)
+            middle, half = (low + high) / 2.0, 0.6 * (high - low)
+            half = max(half, _NARROW * abs(middle) / 2.0)
+            ax.set(**{f"{which}lim": (middle - half, middle + half)})
 
 
 def _kind(design: TestDesign) -> str:

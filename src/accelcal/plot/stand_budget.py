@@ -11,6 +11,7 @@ import numpy as np
 from accelcal.errors import InputError
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, palette, styled
+from accelcal.report.scale import written
 from accelcal.report.stand_budget import shares, shown_unit
 from accelcal.results.quantity import Document
 
@@ -109,7 +110,8 @@ def _colours(document: Document, places: Sequence[int]) -> dict[str, str]:
 
 def _panel(ax: Any, document: Document, place: int, colours: Mapping[str, str]) -> None:
     own = document["coefficients"][place]
-    unit, factor = shown_unit(own)
+    plain, factor = shown_unit(own)
+    unit = written(plain)
     bars = _bars(document, place)
     u = factor * own["standard_uncertainty"]
     sizes = [u * np.sqrt(share) for _, share in bars]

@@ -147,9 +147,9 @@ def written(unit: str) -> str:
 
     Examples
     --------
-    >>> written("uA/g^2"), written("g/degC")
-    ('µA/g²', 'g/°C')
+    >>> written("uA/g^2"), written("urad/degC")
+    ('µA/g²', 'µrad/°C')
     """
     for plain, sign in _SIGNS:
         unit = unit.replace(plain, sign)
-    return re.sub(r"^u(?=[AVg]\b)", "µ", unit)
+    return re.sub(r"^u(?=(?:[AVg]|rad)\b)", "µ", unit)
