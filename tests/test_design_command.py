@@ -1,5 +1,6 @@
 """The command: its forms, its picture, its sheet, and what it refuses."""
 
+import itertools
 import json
 from pathlib import Path
 
@@ -71,6 +72,18 @@ def test_tests_that_are_as_good_look_as_good():
         assert (high - low) / (high + low) >= 0.049
         assert all(low < y < high for line in ax.lines for y in line.get_ydata())
     assert axes[4].get_ylabel() == "u [µrad]"
+
+
+def test_names_of_tests_are_apart_and_within_their_panel():
+    pytest.importorskip("matplotlib")
+    found = accelcal.optimal_design("K2", hours=12.0)
+    for ax in designs_by_hours(found):
+        ax.figure.canvas.draw()
+        boxes = [text.get_window_extent() for text in ax.texts]
+        assert len(boxes) > 2
+        pairs = itertools.combinations(boxes, 2)
+        assert not any(one.overlaps(other) for one, other in pairs)
+        assert all(ax.bbox.x0 <= box.x0 and box.x1 <= ax.bbox.x1 for box in boxes)
 
 
 def test_options_reach_the_stand_and_the_pace(capsys):

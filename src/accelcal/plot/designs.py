@@ -28,6 +28,7 @@ _MEANINGS = {
 _WIDE = 6.0
 _NARROW = 0.1  # of the values: an axis that spans less would make much of what matters to nobody
 _ACROSS = 3
+_BESIDE = (0.25, 0.06)  # of a panel: points that are nearer have labels on top of each other
 _LABELLED = 40  # tests; of more, only those on the front are named
 _KINDS = 8
 
@@ -88,7 +89,7 @@ def _draw(
 ) -> None:
     """Fill one panel: a point for each test, and the line of the front."""
     front = found.front(name)
-    unit, factor = "", 1.0
+    unit, factor, named = "", 1.0, []
     for place, design in enumerate(found.designs):
         forecast = design.forecast(name)
         if forecast is None:
@@ -99,7 +100,7 @@ def _draw(
         inside = "none" if forecast.stands_for else colour
         ax.plot(x, y, "o", ms=5.5, mfc=inside, mec=colour, zorder=3)
         if place in front or len(found.designs) <= _LABELLED:
-            ax.annotate(labels[place], (x, y), (4, 4), textcoords="offset points", fontsize=8)
+            named.append((labels[place], x, y))
     on_front = [(found.designs[i].hours, found.designs[i].forecast(name)) for i in front]
     line = [(x, factor * f.standard_uncertainty) for x, f in on_front if f is not None]
     ax.plot(*np.reshape(line, (-1, 2)).T, "-", color=palette().muted, lw=2.0, alpha=0.6, zorder=1)
@@ -107,6 +108,26 @@ def _draw(
         _target(ax, factor * found.targets[name])
     ax.set(title=f"{name}, {_MEANINGS[name]}", xlabel="hours", ylabel=f"u [{written(unit)}]")
     _scales(ax)
+    _name(ax, named)
+
+
+def _name(ax: Any, named: list[tuple[str, float, float]]) -> None:
+    """Write beside each point what it is: within the panel, and below it where one is above."""
+    free: list[Any] = []
+    for label, x, y in named:
+        place = ax.transAxes.inverted().transform(ax.transData.transform((x, y)))
+        below = any((np.abs(place - other) < _BESIDE).all() for other in free)
+        free.append(place)
+        left = place[0] > 0.5
+        ax.annotate(
+            label,
+            (x, y),
+            (-4 if left else 4, -4 if below else 4),
+            ha="right" if left else "left",
+            va="top" if below else "bottom",
+            textcoords="offset points",
+            fontsize=8,
+        )
 
 
 def _target(ax: Any, limit: float) -> None:
