@@ -14,10 +14,10 @@ import accelcal
 from accelcal.compensate.apply import compensate
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation, CrossAxis, Launch, Law, Slope
-from accelcal.compensate.covariance import rows
 from accelcal.compensate.inversion import FARTHEST, invert, rising_branch
 from accelcal.error_budget.budget import budget
 from accelcal.errors import AccelcalWarning, InputError
+from accelcal.results.covariance import rows_of
 from accelcal.units import conversion_factor
 
 NOTHING = tuple((0.0,) * 12 for _ in range(12))
@@ -243,7 +243,7 @@ def test_the_expanded_uncertainty_has_the_factor_of_its_degrees_of_freedom():
     known = np.zeros((12, 12))
     known[0, 0] = of_bias**2
     freedom = (7.0, *[np.inf] * 11)
-    found = dataclasses.replace(TYPICAL, covariance=rows(known), freedom=freedom)
+    found = dataclasses.replace(TYPICAL, covariance=rows_of(known), freedom=freedom)
     alone = compensate(found, [0.0, 1.35], 20.0)
     assert alone.expanded_uncertainty / alone.standard_uncertainty == pytest.approx(
         stats.t.ppf(0.975, 7.0), rel=1e-9
@@ -263,9 +263,9 @@ def test_the_second_axis_adds_linearly_with_its_degrees_of_freedom():
     one[0, 0], other[0, 0] = 1e-12, 9e-12
     found = dataclasses.replace(
         TYPICAL,
-        covariance=rows(one),
+        covariance=rows_of(one),
         other=CrossAxis("a_o", Law(0.0), 0.0),
-        other_covariance=rows(other),
+        other_covariance=rows_of(other),
         other_freedom=(2.0, np.inf, np.inf, np.inf),
     )
     told = compensate(found, [0.0], 20.0, a_o=1.0)
@@ -286,7 +286,7 @@ def test_the_expanded_uncertainty_holds_a_new_launch_that_few_launches_tell():
             found = dataclasses.replace(
                 TYPICAL,
                 k0=Law(own.mean()),
-                covariance=rows(known),
+                covariance=rows_of(known),
                 freedom=(n - 1.0, *[np.inf] * 11),
                 launch=Launch(s, 0.0, bias_dof=n - 1.0),
             )

@@ -14,6 +14,7 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.model import SCALE_FACTOR
 from accelcal.record import TumbleRecord
+from accelcal.results.covariance import rows_of
 from accelcal.results.mapping import finite_or_none
 from accelcal.results.quantity import Gate, Residuals
 from accelcal.results.table import TableCalibration
@@ -77,7 +78,7 @@ def _table_calibration(
         coefficients=quantities.coefficients.one(0, index),
         error_model=quantities.error_model.one(0, index),
         covariance_names=names if known else (),
-        covariance_matrix=_rows(covariance) if known else (),
+        covariance_matrix=rows_of(covariance) if known else (),
         budget=_budget(names, own),
         stands_for=dict(estimate.stands_for[index]),
         residuals=_residuals(table.record, residual / scale_factor),
@@ -100,7 +101,3 @@ def _budget(names: Sequence[str], own: Mapping[str, Component]) -> dict[str, dic
         name: {source: float(s[i]) for source, s in sigma.items() if s[i] > 0.0}
         for i, name in enumerate(names)
     }
-
-
-def _rows(matrix: Array) -> tuple[tuple[float, ...], ...]:
-    return tuple(tuple(row) for row in matrix.tolist())

@@ -30,12 +30,10 @@ from accelcal.compensate.coefficients import (
     Slope,
 )
 from accelcal.compensate.covariance import (
-    Rows,
     covariance_of_laws,
     covariance_of_table,
     freedom_of_laws,
     freedom_of_table,
-    rows,
     standard_uncertainty,
 )
 from accelcal.effects.left_in_use import left_in_use
@@ -43,6 +41,7 @@ from accelcal.effects.static import how_taken_up, static_effects
 from accelcal.errors import InputError
 from accelcal.geometry import accelerations
 from accelcal.results.calibration import Calibration
+from accelcal.results.covariance import Rows, rows_of
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
@@ -171,7 +170,7 @@ def _from_tables(
         k2=values["k2"],
         k3=values["k3"],
         cross=CrossAxis(_cross_name(main), Law(values["delta"]), values["delta_ip"]),
-        covariance=rows(np.pad(covariance_of_table(calibration, main), (0, len(SLOPES)))),
+        covariance=rows_of(np.pad(covariance_of_table(calibration, main), (0, len(SLOPES)))),
         freedom=freedom_of_table(calibration, main),
         T0=level,
         temperatures=None if level is None else (level, level),
@@ -217,7 +216,7 @@ def _from_laws(
         k2=values["k2"],
         k3=values["k3"],
         cross=CrossAxis(_cross_name(main), laws["delta"], values["delta_ip"]),
-        covariance=rows(covariance_of_laws(model, laws, alone)),
+        covariance=rows_of(covariance_of_laws(model, laws, alone)),
         freedom=freedom_of_laws(model, alone),
         T0=T0,
         temperatures=(min(levels), max(levels)),
@@ -334,7 +333,7 @@ def _of_other(axis: CrossAxis, covariance: Array, freedom: Sequence[float]) -> _
     """Keep of the covariance what belongs to the other axis alone."""
     names = (*PARAMETERS, *SLOPES)
     own = [names.index(n) for n in ("delta", "delta_ip", "delta_slope_above", "delta_slope_below")]
-    return _OtherAxis(axis, rows(covariance[np.ix_(own, own)]), tuple(freedom[i] for i in own))
+    return _OtherAxis(axis, rows_of(covariance[np.ix_(own, own)]), tuple(freedom[i] for i in own))
 
 
 def _tested(table: TableCalibration, delta0: float) -> tuple[float, float]:

@@ -15,11 +15,10 @@ from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
 
-__all__ = ["Rows", "covariance_of_laws", "covariance_of_table", "freedom_of_laws"]
-__all__ += ["freedom_of_table", "rows", "standard_uncertainty"]
+__all__ = ["covariance_of_laws", "covariance_of_table", "freedom_of_laws"]
+__all__ += ["freedom_of_table", "standard_uncertainty"]
 
 Array = NDArray[np.float64]
-Rows = tuple[tuple[float, ...], ...]
 
 _IN_MODEL = {name: f"{name} at_T0" for name in ("k0", "K1", "delta")} | {
     name: name.replace("_slope_", " ") for name in SLOPES
@@ -144,11 +143,6 @@ def _freedom(known: Mapping[str, Quantity | None]) -> tuple[float, ...]:
     """Degrees of freedom in the order of the covariance; infinite where a quantity has none."""
     quantities = (known.get(name) for name in (*PARAMETERS, *SLOPES))
     return tuple((q and q.dof) or math.inf for q in quantities)
-
-
-def rows(matrix: Array) -> Rows:
-    """Rows of a matrix as plain tuples."""
-    return tuple(tuple(row) for row in matrix.tolist())
 
 
 def standard_uncertainty(quantity: Quantity) -> float:

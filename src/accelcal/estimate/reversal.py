@@ -31,7 +31,7 @@ from accelcal.estimate.uncertainty import (
     propagate,
 )
 from accelcal.model import COEFFICIENTS
-from accelcal.results.checked import Covariance
+from accelcal.results.covariance import Covariance, rows_of
 from accelcal.results.fixture_angle import FixtureAngle
 from accelcal.results.quantity import Quantity
 
@@ -163,7 +163,7 @@ def _covariance(components: Mapping[str, Component], levels: int) -> Covariance:
         return (), ()
     each = range(1, levels + 1)
     names = ["delta0", *(f"delta_{i}" for i in each), *(f"delta_ip_{i}" for i in each)]
-    return tuple(names[: len(matrix)]), tuple(map(tuple, matrix.tolist()))
+    return tuple(names[: len(matrix)]), rows_of(matrix)
 
 
 def _tells_couplings(estimate: JointEstimate, weights: Array) -> bool:

@@ -27,6 +27,7 @@ from accelcal.numerics.probability import f_survival, student_quantile
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord, naming, refuse_twice
 from accelcal.reference import fixture_angle
+from accelcal.results.covariance import rows_of
 from accelcal.results.findings import Change
 from accelcal.results.head_calibration import (
     HeadCalibration,
@@ -130,7 +131,7 @@ def calibrate_head(
     return HeadCalibration(
         angles_deg=tuple(positions.tolist()),
         errors=tuple(errors.tolist()),
-        covariance=_rows(covariance),
+        covariance=rows_of(covariance),
         origin="self-calibration",
         declared_uncertainty=declared,
         harmonics=tuple(_harmonics(positions, errors, covariance, declared)),
@@ -138,7 +139,7 @@ def calibrate_head(
             UnitOnHead(
                 name=unit.record.serial or unit.record.source,
                 sha256=unit.record.sha256,
-                information=_rows(matrix),
+                information=rows_of(matrix),
                 pull=tuple(pull.tolist()),
                 coefficients=_changes(unit, posterior(prior + matrix, pull), (errors, covariance)),
             )
@@ -321,7 +322,3 @@ def _left_over(units: Sequence[_Unit], of_head: float) -> Gate:
         told += "; something else disturbs them, which accelcal discover names, or the head is"
         return Gate("what is left", "warn", f"{told} worse than declared")
     return Gate("what is left", "pass", told)
-
-
-def _rows(matrix: Array) -> tuple[tuple[float, ...], ...]:
-    return tuple(map(tuple, matrix.tolist()))

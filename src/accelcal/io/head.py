@@ -13,6 +13,7 @@ from accelcal.io.cells import Column, complete_numbers
 from accelcal.io.small_table import SmallTable, read_small_table
 from accelcal.io.text import Source, read_document
 from accelcal.io.vocabulary import Heading, split_unit
+from accelcal.results.covariance import rows_of
 from accelcal.results.head_calibration import HeadCalibration
 
 __all__ = ["read_head"]
@@ -122,7 +123,7 @@ def _certificate(table: SmallTable) -> HeadCalibration:
     return HeadCalibration(
         angles_deg=tuple(place.tolist()),
         errors=tuple(error[order].tolist()),
-        covariance=tuple(map(tuple, np.diag(variance).tolist())),
+        covariance=rows_of(np.diag(variance)),
         origin="certificate",
         source=table.source,
     )

@@ -10,9 +10,7 @@ from typing import Any, TypeVar
 from accelcal.results.damage import DamageError
 
 __all__ = [
-    "Covariance",
     "checked",
-    "covariance",
     "finite",
     "flag",
     "freedom_or_none",
@@ -31,7 +29,6 @@ __all__ = [
 
 Part = TypeVar("Part")
 Kind = Callable[[Any], Part]
-Covariance = tuple[tuple[str, ...], tuple[tuple[float, ...], ...]]
 
 LARGEST = 1e40
 """Numbers beyond it are none of a calibration; their squares can still be calculated with."""
@@ -41,8 +38,6 @@ SMALLEST = 1e-60
 
 _FEWEST = 0.1
 """Degrees of freedom below it are none."""
-
-_ROUNDING = 1e-6
 
 
 def checked(document: Mapping[str, Any], key: str, kind: Kind[Part], *default: Part) -> Part:
@@ -208,24 +203,6 @@ def mapping_of(kind: Kind[Part], among: Sequence[str] = ()) -> Kind[dict[str, Pa
         return {key: checked(value, key, kind) for key in value}
 
     return take
-
-
-def covariance(value: Any) -> Covariance:
-    """Take the names and the matrix of a covariance; both are empty where it is unknown."""
-    names = checked(value, "names", list_of(text))
-    matrix = checked(value, "matrix", list_of(list_of(number)))
-    sizes = {len(row) for row in matrix} | {len(matrix)}
-    if sizes != {len(names)} or len(set(names)) < len(names):
-        raise DamageError(f"{len(names)} names, and no matrix of that size")
-    sigma = [matrix[i][i] ** 0.5 if matrix[i][i] >= 0.0 else -1.0 for i in range(len(matrix))]
-    for i, row in enumerate(matrix):
-        for j, item in enumerate(row):
-            most = sigma[i] * sigma[j]
-            if sigma[i] < 0.0 or abs(item) > most * (1.0 + _ROUNDING):
-                raise DamageError(f"{item:g} in place of a covariance", "matrix", i, j)
-            if abs(item - matrix[j][i]) > most * _ROUNDING:
-                raise DamageError(f"{item:g} in a matrix that is not symmetric", "matrix", i, j)
-    return names, matrix
 
 
 def _wrong(value: Any, right: str) -> DamageError:

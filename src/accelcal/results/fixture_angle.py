@@ -12,14 +12,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from accelcal.results.checked import (
-    Covariance,
     checked,
-    covariance,
     list_of,
     number,
     number_or_none,
     text,
 )
+from accelcal.results.covariance import Covariance, covariance, covariance_document
 from accelcal.results.damage import DamageError
 from accelcal.results.quantity import Document, Quantity
 
@@ -106,10 +105,7 @@ class FixtureAngle:
             **self.angle.to_document(),
             "misalignment": [{"temperature_degC": t, **q.to_document()} for t, q in levels],
             "cross_coupling": [quantity.to_document() for quantity in self.couplings],
-            "covariance": {
-                "names": list(self.covariance[0]),
-                "matrix": [list(row) for row in self.covariance[1]],
-            },
+            "covariance": covariance_document(*self.covariance),
             "clamping_deg": self.clamping_deg,
         }
 

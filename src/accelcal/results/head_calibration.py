@@ -24,6 +24,7 @@ from accelcal.results.checked import (
     size_or_none,
     text,
 )
+from accelcal.results.covariance import Rows, rows_of
 from accelcal.results.findings import Change
 from accelcal.results.mapping import document_of
 from accelcal.results.quantity import Gate, Quantity, StoredPart
@@ -34,7 +35,6 @@ __all__ = ["SCHEMA", "HeadCalibration", "HeadHarmonic", "UnitOnHead", "posterior
 SCHEMA = "accelcal/head/1"
 
 Array = NDArray[np.float64]
-Rows = tuple[tuple[float, ...], ...]
 
 _LEAST = 1e-12
 """Information below it, over that of each position alone, is rounding."""
@@ -231,7 +231,7 @@ class HeadCalibration(StoredResult, TabularResult):
         return replace(
             self,
             errors=tuple(errors.tolist()),
-            covariance=tuple(map(tuple, covariance.tolist())),
+            covariance=rows_of(covariance),
             harmonics=(),
             units=rest,
         )

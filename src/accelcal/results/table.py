@@ -10,7 +10,6 @@ from accelcal.escapes import visible
 from accelcal.geometry import MOUNTINGS
 from accelcal.results.checked import (
     checked,
-    covariance,
     list_of,
     mapping_of,
     number,
@@ -19,6 +18,7 @@ from accelcal.results.checked import (
     text,
     whole,
 )
+from accelcal.results.covariance import covariance, covariance_document
 from accelcal.results.damage import DamageError
 from accelcal.results.mapping import FrozenMapping, document_of
 from accelcal.results.quantity import Document, Gate, Quantity, Residuals
@@ -144,10 +144,7 @@ class TableCalibration:
             "residual_rms": self.residual_rms,
             "coefficients": document_of(self.coefficients),
             "error_model": document_of(self.error_model),
-            "covariance": {
-                "names": list(self.covariance_names),
-                "matrix": document_of(self.covariance_matrix),
-            },
+            "covariance": covariance_document(self.covariance_names, self.covariance_matrix),
             "budget": document_of(self.budget),
             "stands_for": dict(self.stands_for),
             "residuals": document_of(self.residuals),

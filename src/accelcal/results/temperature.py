@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from accelcal.results.checked import Covariance, checked, covariance, list_of, or_none, text
+from accelcal.results.checked import checked, list_of, or_none, text
+from accelcal.results.covariance import Covariance, covariance, covariance_document
 from accelcal.results.mapping import document_of
 from accelcal.results.quantity import Document, Quantity, StoredPart
 
@@ -67,10 +68,7 @@ class TemperatureModel:
             **{name: document_of(getattr(self, name)) for name in ("k0", "K1", "delta")},
             "hysteresis": document_of(self.hysteresis),
             "warnings": list(self.warnings),
-            "covariance": {
-                "names": list(self.covariance_names),
-                "matrix": document_of(self.covariance_matrix),
-            },
+            "covariance": covariance_document(self.covariance_names, self.covariance_matrix),
         }
 
     def quantities(self) -> Iterator[tuple[str, Quantity]]:

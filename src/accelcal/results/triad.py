@@ -13,9 +13,7 @@ from accelcal.arguments.numbers import number_array
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.results.checked import (
-    Covariance,
     checked,
-    covariance,
     list_of,
     mapping_of,
     number,
@@ -24,6 +22,7 @@ from accelcal.results.checked import (
     text_or_none,
     whole,
 )
+from accelcal.results.covariance import Covariance, covariance, covariance_document
 from accelcal.results.mapping import document_of
 from accelcal.results.quantity import Gate, Quantity
 from accelcal.results.result import StoredResult, TabularResult
@@ -33,6 +32,7 @@ __all__ = ["SCHEMA", "TriadCalibration"]
 SCHEMA = "accelcal/triad/1"
 
 _PLAIN = ("attitudes", "frame", "dof", "residual_rms", "output_unit", "serial", "source")
+_GROUPS = ("parameters", "scale_factors", "misalignments", "axis_angles")
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,18 +149,14 @@ class TriadCalibration(StoredResult, TabularResult):
 
     def to_document(self) -> dict[str, Any]:
         """Return the calibration as the JSON document of schema `SCHEMA`."""
-        names, matrix = self.covariance
         return {
             "schema": SCHEMA,
             "software": self.software,
             "acceleration_unit": "g_local",
             "g_local_m_s2": self.local_gravity,
             **{name: getattr(self, name) for name in _PLAIN},
-            **{
-                group: {name: q.to_document() for name, q in getattr(self, group).items()}
-                for group in _GROUPS
-            },
-            "covariance": {"names": list(names), "matrix": [list(row) for row in matrix]},
+            **{group: document_of(getattr(self, group)) for group in _GROUPS},
+            "covariance": covariance_document(*self.covariance),
             "gates": document_of(self.gates),
             "notes": list(self.notes),
         }
@@ -170,10 +166,7 @@ class TriadCalibration(StoredResult, TabularResult):
         quantities = mapping_of(Quantity.from_document)
         return cls(
             frame=checked(document, "frame", text),
-            parameters=checked(document, "parameters", quantities),
-            scale_factors=checked(document, "scale_factors", quantities),
-            misalignments=checked(document, "misalignments", quantities),
-            axis_angles=checked(document, "axis_angles", quantities),
+            **{group: checked(document, group, quantities) for group in _GROUPS},
             covariance=checked(document, "covariance", covariance),
             attitudes=checked(document, "attitudes", whole),
             dof=checked(document, "dof", whole),
@@ -186,6 +179,3 @@ class TriadCalibration(StoredResult, TabularResult):
             notes=checked(document, "notes", list_of(text)),
             software=checked(document, "software", text),
         )
-
-
-_GROUPS = ("parameters", "scale_factors", "misalignments", "axis_angles")

@@ -16,6 +16,7 @@ from accelcal.estimate.uncertainty import (
     propagate,
 )
 from accelcal.model import coefficient_unit
+from accelcal.results.covariance import rows_of
 from accelcal.results.quantity import Quantity
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 
@@ -221,7 +222,7 @@ class LawStack(NamedTuple):
             hysteresis,
             warnings,
             covariance_names=(*self.names, *others) if known else (),
-            covariance_matrix=tuple(map(tuple, covariance.tolist())) if known else (),
+            covariance_matrix=rows_of(covariance) if known else (),
         )
 
 

@@ -13,6 +13,7 @@ from accelcal.estimate.joint import JointEstimate, JointStack
 from accelcal.estimate.reversal import free_of_fixture_angle
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
+from accelcal.results.covariance import rows_of
 from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.error_component import Slopes, stacked_temperature_component
 from accelcal.temperature.from_tables import (
@@ -146,7 +147,8 @@ def with_misalignment(readings: TemperatureModel, tables: TemperatureModel) -> T
     theirs = np.array(tables.covariance_matrix)[np.ix_(places, places)]
     matrix = np.array(readings.covariance_matrix) * ~(own[:, None] ^ own)
     matrix[np.ix_(own, own)] = theirs[np.ix_(own, own)]
-    rows = tuple(tuple(row) for row in matrix.tolist())
     said = "the law of the misalignment is that of the tables, of both sides"
     warnings = (*readings.warnings, said)
-    return replace(readings, delta=tables.delta, covariance_matrix=rows, warnings=warnings)
+    return replace(
+        readings, delta=tables.delta, covariance_matrix=rows_of(matrix), warnings=warnings
+    )

@@ -12,6 +12,7 @@ from accelcal.arguments.numbers import number_array
 from accelcal.arguments.options import check_choice
 from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, student_quantile
+from accelcal.results.covariance import Covariance, rows_of
 from accelcal.results.quantity import Quantity
 from accelcal.results.triad import TriadCalibration
 from accelcal.triad.gates import gates_of
@@ -175,8 +176,8 @@ def _standard(
     return [float(u) for u in np.sqrt(np.maximum(variance, 0.0))]
 
 
-def _covariance(found: Solution) -> tuple[tuple[str, ...], tuple[tuple[float, ...], ...]]:
+def _covariance(found: Solution) -> Covariance:
     if found.covariance is None:
         return (), ()
     names = tuple(NAMES[i] for i in found.free)
-    return names, tuple(map(tuple, found.covariance.tolist()))
+    return names, rows_of(found.covariance)
