@@ -629,3 +629,12 @@ def test_without_matplotlib_the_error_says_how_to_install_it(saved, tmp_path, ca
 def test_the_path_of_a_stability_test_is_none(al15):
     with pytest.raises(InputError, match=r"^str in place of a stability test; make one by accelc"):
         random_part(al15, "stability.json")
+
+
+def test_a_run_of_unknown_temperature_stands_not_for_the_reference():
+    plan = TumblePlan(temperatures=(80.0, 20.0, -40.0))
+    record = accelcal.simulate(plan=plan, noise=QUIET, seed=0)
+    unknown = np.where(record.run == 0, np.nan, record.temperature)
+    found = accelcal.fit(replace(record, temperature=unknown, reference_temperature=20.0))
+    (bias,) = (part for part in budget(found, 0.0).components if part.symbol == "k0")
+    assert bias.value == pytest.approx(accelcal.AL15.bias.at_reference, abs=1e-9)

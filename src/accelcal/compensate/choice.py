@@ -43,7 +43,7 @@ from accelcal.geometry import accelerations
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import Rows, rows_of
 from accelcal.results.quantity import Quantity
-from accelcal.results.table import TableCalibration
+from accelcal.results.table import TableCalibration, nearest_table
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.results.usable import (
     refuse_misprinted,
@@ -202,10 +202,10 @@ def _from_laws(
     if T0 is None or not chosen:
         raise InputError("the temperature laws have no T0 or no tables; fit the record anew")
     levels = [t.temperature_degC for t in chosen if t.temperature_degC is not None]
-    main = _nearest(chosen, T0)
+    main = nearest_table(chosen, T0)
     others = [t for t in tables if _cross_name(t) != _cross_name(main)]
     other = _other_axis(calibration, calibration.second_axis_model, others, T0)
-    common = {name: _nearest(_telling(chosen, name) or [main], T0) for name in _COMMON}
+    common = {name: nearest_table(_telling(chosen, name) or [main], T0) for name in _COMMON}
     values = {name: table.error_model[name].value or 0.0 for name, table in common.items()}
     laws = {name: _law(getattr(model, name), name) for name in ("k0", "K1", "delta")}
     alone = {name: table.error_model[name] for name, table in common.items()}
@@ -233,7 +233,7 @@ def _from_laws(
         assumptions=(
             *one_sided(model),
             *not_determined(groups),
-            *(same_at_all_temperatures(other.axis, _nearest(others, T0)) if other else []),
+            *(same_at_all_temperatures(other.axis, nearest_table(others, T0)) if other else []),
             *without_covariance(main),
         ),
     )
@@ -252,10 +252,6 @@ def _one_side(
         axis = table.mounting[:1]
         kept.setdefault(axis if axis in reversed_axes else table.mounting, table)
     return list(kept.values())
-
-
-def _nearest(tables: Sequence[TableCalibration], level: float | None) -> TableCalibration:
-    return min(tables, key=lambda t: abs((t.temperature_degC or 0.0) - (level or 0.0)))
 
 
 def _telling(tables: Sequence[TableCalibration], name: str) -> list[TableCalibration]:
@@ -316,7 +312,7 @@ def _other_axis(
     """The other cross axis by its laws, or by the table nearest in temperature."""
     if not tables:
         return None
-    table = _nearest(tables, level)
+    table = nearest_table(tables, level)
     values = _values(calibration, table)
     if model is None or model.delta.at_T0 is None:
         axis = CrossAxis(_cross_name(table), Law(values["delta"]), values["delta_ip"])

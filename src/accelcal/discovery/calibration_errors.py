@@ -38,6 +38,7 @@ from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
+from accelcal.results.levels import nearest_level
 from accelcal.results.table import TableCalibration
 
 __all__ = ["CalibrationErrors", "calibration_errors", "is_corrected"]
@@ -294,13 +295,12 @@ def _tables(calibration: Calibration, found: Compensation) -> Iterator[_Table]:
 
 def _nearest(tables: Sequence[_Table], level: float | None) -> dict[str, _Table]:
     """Table nearest in temperature on each side of an axis, the side of most tables first."""
-    sides = [table.calibrated.mounting for table in tables]
+    sides: dict[str, list[_Table]] = {}
+    for table in tables:
+        sides.setdefault(table.calibrated.mounting, []).append(table)
     return {
-        side: min(
-            (table for table, own in zip(tables, sides, strict=True) if own == side),
-            key=lambda t: abs((t.calibrated.temperature_degC or 0.0) - (level or 0.0)),
-        )
-        for side in sorted(dict.fromkeys(sides), key=sides.count, reverse=True)
+        side: own[nearest_level([t.calibrated.temperature_degC for t in own], level)]
+        for side, own in sorted(sides.items(), key=lambda item: -len(item[1]))
     }
 
 

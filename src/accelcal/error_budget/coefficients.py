@@ -12,7 +12,7 @@ from accelcal.errors import InputError
 from accelcal.model import ERROR_TERMS
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
-from accelcal.results.table import TableCalibration
+from accelcal.results.table import TableCalibration, nearest_table
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 
 __all__ = ["Coefficients", "coefficients_of"]
@@ -132,17 +132,10 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
 
 def _nearest_tables(calibration: Calibration) -> dict[str, TableCalibration]:
     """For each axis along the shaft the table nearest to T0."""
-    reference = calibration.T0_degC
-
-    def distance(table: TableCalibration) -> float:
-        known = reference is not None and table.temperature_degC is not None
-        return abs(table.temperature_degC - reference) if known else 0.0  # type: ignore[operator]
-
-    axes = dict.fromkeys(table.mounting[0] for table in calibration.tables)
-    return {
-        axis: min((t for t in calibration.tables if t.mounting[0] == axis), key=distance)
-        for axis in axes
-    }
+    of_axes: dict[str, list[TableCalibration]] = {}
+    for table in calibration.tables:
+        of_axes.setdefault(table.mounting[0], []).append(table)
+    return {axis: nearest_table(own, calibration.T0_degC) for axis, own in of_axes.items()}
 
 
 def _correlations(table: TableCalibration, axis: tuple[str, str]) -> dict[tuple[str, str], float]:

@@ -127,7 +127,7 @@ def _means(temperatures: Array, chosen: NDArray[np.bool_]) -> Array:
 
 def _nearest(temperatures: Array, levels: Array) -> NDArray[np.intp]:
     """Place of the level, (R, L), that is nearest to each temperature, (R, m)."""
-    away = np.nan_to_num(np.abs(temperatures[..., None] - levels[:, None]))
+    away = np.nan_to_num(np.abs(temperatures[..., None] - levels[:, None]), nan=np.inf)
     return np.asarray(away.argmin(axis=2))
 
 

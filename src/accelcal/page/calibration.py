@@ -13,6 +13,7 @@ from accelcal.plural import counted
 from accelcal.report.calibration import in_microradians
 from accelcal.report.calibration_rows import alarms, coefficient_rows, without_uncertainty
 from accelcal.results.calibration import Calibration
+from accelcal.results.levels import nearest_level
 from accelcal.results.quantity import Document
 
 __all__ = ["calibration_chapter"]
@@ -138,13 +139,8 @@ def _not_made(document: Document) -> int:
 
 def _main_table(document: Document) -> Document:
     """The table nearest to the reference temperature."""
-    reference = document["T0_degC"]
-
-    def distance(table: Document) -> float:
-        t = table["temperature_degC"]
-        return 0.0 if t is None or reference is None else abs(t - reference)
-
-    nearest: Document = min(document["tables"], key=distance)
+    levels = [table["temperature_degC"] for table in document["tables"]]
+    nearest: Document = document["tables"][nearest_level(levels, document["T0_degC"])]
     return nearest
 
 

@@ -11,6 +11,7 @@ from accelcal.plot.residuals import tables_of
 from accelcal.plot.style import SMALL, blank, canvas, canvases, entitled, palette, styled
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.report.scale import readable
+from accelcal.results.table import nearest_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -126,7 +127,7 @@ _SOURCES = {
 @styled
 def budget(calibration: Calibration, ax: Axes | None, *, run: str | int | None) -> Axes:
     """Draw `CalibrationPlot.budget`."""
-    table = _nearest(tables_of(calibration, run), calibration.T0_degC)
+    table = nearest_table(tables_of(calibration, run), calibration.T0_degC)
     shown = [row for row in _SHOWN if any(table.budget.get(row[2], {}).values())]
     ax = canvas(ax, (7.2, 3.4))
     ax.grid(visible=False, axis="y")
@@ -141,16 +142,6 @@ def budget(calibration: Calibration, ax: Axes | None, *, run: str | int | None) 
         ax.set(yticks=[], xticks=[])
         ax.text(0.5, 0.5, "no uncertainty is known", ha="center", transform=ax.transAxes)
     return entitled(ax, f"Where the uncertainty comes from, run {table.run}", columns=4)
-
-
-def _nearest(tables: Sequence[TableCalibration], reference: float | None) -> TableCalibration:
-    """The table nearest to T0; the first one where temperatures are unknown."""
-
-    def distance(table: TableCalibration) -> float:
-        level = table.temperature_degC
-        return 0.0 if level is None or reference is None else abs(level - reference)
-
-    return min(tables, key=distance)
 
 
 def _stack(ax: Axes, parts: Sequence[Any]) -> None:

@@ -20,6 +20,7 @@ from accelcal.results.checked import (
 )
 from accelcal.results.covariance import Covariance, covariance, covariance_document
 from accelcal.results.damage import DamageError
+from accelcal.results.levels import nearest_level
 from accelcal.results.quantity import Document, Quantity
 
 __all__ = ["FixtureAngle"]
@@ -82,20 +83,14 @@ class FixtureAngle:
         -0.001
         """
         name, sign, coupling = _IEEE_1293[self.axis]
-        level = self._nearest_level(temperature)
+        level = nearest_level(self.temperatures, temperature)
         own = self.misalignments[level]
         found = {name: replace(own, value=None if own.value is None else sign * own.value)}
         return found | ({coupling: self.couplings[level]} if self.couplings else {})
 
     def nearest(self, temperature: float | None) -> Quantity:
         """Misalignment at the level nearest to a temperature [degC]."""
-        return self.misalignments[self._nearest_level(temperature)]
-
-    def _nearest_level(self, temperature: float | None) -> int:
-        def distance(level: float | None) -> float:
-            return 0.0 if None in (level, temperature) else abs(level - temperature)  # type: ignore[operator]
-
-        return min(range(len(self.temperatures)), key=lambda i: distance(self.temperatures[i]))
+        return self.misalignments[nearest_level(self.temperatures, temperature)]
 
     def to_document(self) -> dict[str, Any]:
         """Return the angle as it stands in the JSON document."""

@@ -20,6 +20,7 @@ from accelcal.results.checked import (
 )
 from accelcal.results.covariance import covariance, covariance_document
 from accelcal.results.damage import DamageError
+from accelcal.results.levels import nearest_level
 from accelcal.results.mapping import FrozenMapping, document_of
 from accelcal.results.quantity import Document, Gate, Quantity, Residuals
 
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["TableCalibration"]
+__all__ = ["TableCalibration", "nearest_table"]
 
 _SMALLEST = 1e-20
 """Scale factors below it are none [output unit / g]."""
@@ -190,6 +191,26 @@ class TableCalibration:
             names = ", ".join(self.covariance_names)
             raise DamageError(f"{names} in place of K1 and others of coefficients", "covariance")
         return self
+
+
+def nearest_table(
+    tables: Sequence[TableCalibration], temperature: float | None
+) -> TableCalibration:
+    """Choose the table nearest to a temperature.
+
+    Parameters
+    ----------
+    tables : sequence of TableCalibration
+        One or more.
+    temperature : float or None
+        Temperature, such as T0; None where unknown [degC].
+
+    Returns
+    -------
+    TableCalibration
+        The first of the nearest, by `nearest_level`.
+    """
+    return tables[nearest_level([t.temperature_degC for t in tables], temperature)]
 
 
 def _complete(found: Mapping[str, Quantity], names: Sequence[str]) -> dict[str, Quantity]:

@@ -7,7 +7,7 @@ from accelcal.errors import InputError
 from accelcal.reference import USUAL_TEMPERATURE
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
-from accelcal.results.table import TableCalibration
+from accelcal.results.table import nearest_table
 from accelcal.results.temperature import TemperatureLaw
 
 __all__ = ["accelerometer_of"]
@@ -41,7 +41,7 @@ def accelerometer_of(calibration: Calibration) -> Accelerometer:
     """
     reference = calibration.T0_degC
     reference = USUAL_TEMPERATURE if reference is None else reference
-    nearest = min(calibration.tables, key=lambda table: _distance(table, reference))
+    nearest = nearest_table(calibration.tables, reference)
     own, model = nearest.error_model, calibration.temperature_model
     laws = {} if model is None else {"k0": model.k0, "K1": model.K1, "delta": model.delta}
     scale_factor = _law(laws.get("K1"), nearest.coefficients["K1"])
@@ -58,11 +58,6 @@ def accelerometer_of(calibration: Calibration) -> Accelerometer:
         unit=calibration.output_unit,
         serial=calibration.serial,
     )
-
-
-def _distance(table: TableCalibration, reference: float) -> float:
-    known = table.temperature_degC
-    return 0.0 if known is None else abs(known - reference)
 
 
 def _law(law: TemperatureLaw | None, at_rest: Quantity) -> BilinearLaw:
