@@ -350,6 +350,6 @@ def fate(result, text):
         found = result.from_json(text)
     except DocumentError as error:
         said = str(error)
-        whole = said.endswith(f"; give a file as {result.WRITER} writes it") and "\n" not in said
+        whole = said.endswith(f"; give a file as {result._WRITER} writes it") and "\n" not in said
         return "told" if whole else said
     return "read" if result.from_json(found.to_json()) == found else "changed"

@@ -139,6 +139,13 @@ def test_repr_is_one_short_line(results, name):
     assert len(text) < 160
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_completion_of_names_shows_nothing_of_how_documents_are_read(results, name):
+    shown = {own for own in dir(results[name]) if not own.startswith("_")}
+    assert {own for own in shown if own.isupper()} <= {"SCHEMA"}
+    assert shown.isdisjoint({"part", "parts"})
+
+
 def test_numbers_have_units_that_are_easily_read(discovery):
     html = discovery._repr_html_()
     assert "<td>50.20</td><td>0.40</td><td>µrad</td>" in html

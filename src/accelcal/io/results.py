@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, NamedTuple
 
 from accelcal.errors import InputError
@@ -11,6 +12,7 @@ from accelcal.results.checked import checked, schema_of
 from accelcal.results.damage import read_as
 from accelcal.results.discovery import Discovery
 from accelcal.results.json_text import parse_json
+from accelcal.results.result import part_of, parts_of
 from accelcal.results.stand_discovery import StandDiscovery
 
 __all__ = ["ResultFile", "read_results"]
@@ -99,6 +101,10 @@ def read_results(source: str) -> ResultFile:
 def _results(document: Any) -> ResultFile:
     schema = checked(document, "schema", schema_of(Calibration.SCHEMA, Discovery.SCHEMA))
     if schema == Calibration.SCHEMA:
-        return ResultFile("", Calibration.parts(document, "calibrations"), (), None)
-    stand = checked(document, "stand", StandDiscovery.part) if document.get("stand") else None
-    return ResultFile("", (), Discovery.parts(document, "discoveries"), stand)
+        return ResultFile("", parts_of(Calibration, document, "calibrations"), (), None)
+    stand = (
+        checked(document, "stand", partial(part_of, StandDiscovery))
+        if document.get("stand")
+        else None
+    )
+    return ResultFile("", (), parts_of(Discovery, document, "discoveries"), stand)

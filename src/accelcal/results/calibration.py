@@ -100,8 +100,8 @@ class Calibration(StoredResult, TabularResult):
     """
 
     SCHEMA: ClassVar[str] = SCHEMA
-    WRITER: ClassVar[str] = "accelcal fit"
-    REMEDIES: ClassVar[Mapping[str, str]] = {
+    _WRITER: ClassVar[str] = "accelcal fit"
+    _REMEDIES: ClassVar[Mapping[str, str]] = {
         "accelcal/discovery/1": "use it by accelcal fit --model, and give what this writes"
     }
 

@@ -91,7 +91,7 @@ class Discovery(StoredResult, TabularResult):
     """
 
     SCHEMA: ClassVar[str] = SCHEMA
-    WRITER: ClassVar[str] = "accelcal discover"
+    _WRITER: ClassVar[str] = "accelcal discover"
 
     noise: tuple[ErrorSource, ...]
     before: Gap

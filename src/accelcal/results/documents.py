@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING
 
 from accelcal.results.calibration import SCHEMA, Calibration
-from accelcal.results.damage import read_as
 from accelcal.results.discovery import Discovery
-from accelcal.results.json_text import json_text, parse_json
-from accelcal.results.result import StoredResult
+from accelcal.results.json_text import json_text
+from accelcal.results.result import all_of
 
 if TYPE_CHECKING:
     from accelcal.results.stand_discovery import StandDiscovery
 
 __all__ = ["calibrations_from_json", "calibrations_to_json"]
 __all__ += ["discoveries_from_json", "discoveries_to_json"]
-
-Result = TypeVar("Result", bound=StoredResult)
 
 
 def calibrations_to_json(calibrations: Sequence[Calibration]) -> str:
@@ -57,7 +54,7 @@ def calibrations_from_json(text: str) -> tuple[Calibration, ...]:
     DocumentError
         If the text is not such a document.
     """
-    return _all_of(Calibration, "calibrations", text)
+    return all_of(Calibration, text, "calibrations")
 
 
 def discoveries_to_json(
@@ -104,13 +101,4 @@ def discoveries_from_json(text: str) -> tuple[Discovery, ...]:
     DocumentError
         If the text is not such a document.
     """
-    return _all_of(Discovery, "discoveries", text)
-
-
-def _all_of(kind: type[Result], key: str, text: str) -> tuple[Result, ...]:
-    """Results of a kind, of which several stand in a list under a key."""
-
-    def read(document: Any) -> tuple[Result, ...]:
-        return kind.parts(document, key)
-
-    return read_as(read, parse_json(text, writer=kind.WRITER), kind.WRITER)
+    return all_of(Discovery, text, "discoveries")

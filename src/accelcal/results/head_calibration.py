@@ -108,7 +108,7 @@ class UnitOnHead(StoredPart):
         k2, k3 and delta_ip (of each axis), fitted with this record alone and with all.
     """
 
-    KINDS: ClassVar[Mapping[str, Kind[Any]]] = {
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {
         "information": list_of(list_of(number)),
         "coefficients": mapping_of(Change.from_document),
     }
@@ -149,7 +149,7 @@ class HeadCalibration(StoredResult, TabularResult):
     """
 
     SCHEMA: ClassVar[str] = SCHEMA
-    WRITER: ClassVar[str] = "accelcal head"
+    _WRITER: ClassVar[str] = "accelcal head"
 
     angles_deg: tuple[float, ...]
     errors: tuple[float, ...]

@@ -45,10 +45,10 @@ class Part:
 class StoredPart(Part):
     """A part that is read back from its place in a document."""
 
-    KINDS: ClassVar[Mapping[str, Kind[Any]]] = MappingProxyType({})
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = MappingProxyType({})
     """Field -> what it must be, where its type does not tell all of it."""
 
-    OPTIONAL: ClassVar[frozenset[str]] = frozenset()
+    _OPTIONAL: ClassVar[frozenset[str]] = frozenset()
     """Fields that are None where a document has no such key."""
 
     @classmethod
@@ -62,8 +62,8 @@ class StoredPart(Part):
         """
         found = {}
         for item in fields(cls):
-            kind = cls.KINDS.get(item.name) or _KINDS[str(item.type)]
-            missing = [None] if item.name in cls.OPTIONAL else []
+            kind = cls._KINDS.get(item.name) or _OF_TYPE[str(item.type)]
+            missing = [None] if item.name in cls._OPTIONAL else []
             found[item.name] = checked(document, item.name, kind, *missing)
         return cls(**found)
 
@@ -96,12 +96,12 @@ class Quantity(StoredPart):
     1.973684210526316
     """
 
-    KINDS: ClassVar[Mapping[str, Kind[Any]]] = {
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {
         "standard_uncertainty": size_or_none,
         "expanded_uncertainty": size_or_none,
         "dof": freedom_or_none,
     }
-    OPTIONAL: ClassVar[frozenset[str]] = frozenset({"expanded_uncertainty", "dof"})
+    _OPTIONAL: ClassVar[frozenset[str]] = frozenset({"expanded_uncertainty", "dof"})
 
     value: float | None
     standard_uncertainty: float | None
@@ -170,8 +170,8 @@ class ErrorSource(StoredPart):
         ``"declared"``, ``"estimated"``, ``"none"``, or where a reading's noise was taken from.
     """
 
-    KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"value": size_or_none, "dof": freedom_or_none}
-    OPTIONAL: ClassVar[frozenset[str]] = frozenset({"dof"})
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"value": size_or_none, "dof": freedom_or_none}
+    _OPTIONAL: ClassVar[frozenset[str]] = frozenset({"dof"})
 
     name: str
     value: float | None
@@ -211,7 +211,7 @@ class Residuals(Part):
         return found
 
 
-_KINDS: dict[str, Kind[Any]] = {
+_OF_TYPE: dict[str, Kind[Any]] = {
     "str": text,
     "str | None": text_or_none,
     "int": whole,

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from functools import partial
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from accelcal.errors import InputError
 from accelcal.results.checked import checked, list_of, schema_of
 from accelcal.results.damage import DamageError, read_as
-from accelcal.results.json_text import json_text, read_json
+from accelcal.results.json_text import json_text, parse_json, read_json
 
 if TYPE_CHECKING:
     from os import PathLike
 
     import pandas as pd
 
-__all__ = ["JsonResult", "StoredResult", "TabularResult"]
+__all__ = ["JsonResult", "StoredResult", "TabularResult", "all_of", "part_of", "parts_of"]
+
+Result = TypeVar("Result", bound="StoredResult")
 
 
 class JsonResult(ABC):
@@ -45,17 +48,6 @@ class JsonResult(ABC):
         return json_text(self.to_document(), path)
 
 
-def _refuse_several(document: Mapping[str, Any]) -> None:
-    """Refuse a document of several units where one is wanted."""
-    for key in ("calibrations", "discoveries"):
-        listed = document.get(key)
-        if isinstance(listed, list):
-            named = [part.get("serial") for part in listed if isinstance(part, Mapping)]
-            serials = ", ".join(str(serial) for serial in named if serial is not None)
-            rule = f"{len(listed)} in a list{serials and f', of {serials},'} in place of one"
-            raise DamageError(rule, key, remedy="save one item of the list as a file of its own")
-
-
 class StoredResult(JsonResult):
     """A result that is read back from its document."""
 
@@ -64,10 +56,10 @@ class StoredResult(JsonResult):
     SCHEMA: ClassVar[str]
     """Type and version of such documents."""
 
-    WRITER: ClassVar[str]
+    _WRITER: ClassVar[str]
     """The command that writes such documents, for messages."""
 
-    REMEDIES: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    _REMEDIES: ClassVar[Mapping[str, str]] = MappingProxyType({})
     """Schema of another document -> what to do with one that is given in place of this."""
 
     @classmethod
@@ -80,37 +72,6 @@ class StoredResult(JsonResult):
         DamageError
             If a part of it is missing or something else.
         """
-
-    @classmethod
-    def part(cls, document: Any) -> Self:
-        """Read the result from its place in a document.
-
-        Raises
-        ------
-        DamageError
-            If there is something else.
-        """
-        checked(document, "schema", schema_of(cls.SCHEMA, remedies=cls.REMEDIES))
-        _refuse_several(document)
-        try:
-            return cls._read(document)
-        except DamageError:
-            raise
-        except InputError as error:  # parts that do not fit each other
-            raise DamageError(str(error)) from None
-
-    @classmethod
-    def parts(cls, document: Any, key: str) -> tuple[Self, ...]:
-        """Read the results in the list under a key of a document, or the one that it is.
-
-        Raises
-        ------
-        DamageError
-            If there is something else.
-        """
-        if isinstance(document, Mapping) and key in document:
-            return checked(document, key, list_of(cls.part, 1))
-        return (cls.part(document),)
 
     @classmethod
     def from_document(cls, document: Any) -> Self:
@@ -132,7 +93,7 @@ class StoredResult(JsonResult):
             If the document is of another type or version, incomplete or damaged; the message
             names the key.
         """
-        return read_as(cls.part, document, cls.WRITER)
+        return read_as(partial(part_of, cls), document, cls._WRITER)
 
     @classmethod
     def from_json(cls, source: str | PathLike[str]) -> Self:
@@ -154,7 +115,101 @@ class StoredResult(JsonResult):
         DocumentError
             If there is no such file, or its text is not such a document.
         """
-        return read_json(source, cls.from_document, writer=cls.WRITER)
+        return read_json(source, cls.from_document, writer=cls._WRITER)
+
+
+def part_of(kind: type[Result], document: Any) -> Result:
+    """Read a result from its place in a document.
+
+    Parameters
+    ----------
+    kind : type of StoredResult
+        Which result.
+    document : object
+        What is in that place.
+
+    Returns
+    -------
+    StoredResult
+        The result.
+
+    Raises
+    ------
+    DamageError
+        If there is something else.
+    """
+    checked(document, "schema", schema_of(kind.SCHEMA, remedies=kind._REMEDIES))
+    _refuse_several(document)
+    try:
+        return kind._read(document)
+    except DamageError:
+        raise
+    except InputError as error:  # parts that do not fit each other
+        raise DamageError(str(error)) from None
+
+
+def parts_of(kind: type[Result], document: Any, key: str) -> tuple[Result, ...]:
+    """Read the results in the list under a key of a document, or the one that it is.
+
+    Parameters
+    ----------
+    kind : type of StoredResult
+        Which results.
+    document : object
+        The document.
+    key : str
+        Key of the list.
+
+    Returns
+    -------
+    tuple of StoredResult
+        One or more.
+
+    Raises
+    ------
+    DamageError
+        If there is something else.
+    """
+    if isinstance(document, Mapping) and key in document:
+        return checked(document, key, list_of(partial(part_of, kind), 1))
+    return (part_of(kind, document),)
+
+
+def all_of(kind: type[Result], text: str, key: str) -> tuple[Result, ...]:
+    """Read the results of a JSON text.
+
+    Parameters
+    ----------
+    kind : type of StoredResult
+        Which results.
+    text : str
+        The text.
+    key : str
+        Key of the list in which several stand.
+
+    Returns
+    -------
+    tuple of StoredResult
+        One or more.
+
+    Raises
+    ------
+    DocumentError
+        If the text is not such a document.
+    """
+    document = parse_json(text, writer=kind._WRITER)
+    return read_as(partial(parts_of, kind, key=key), document, kind._WRITER)
+
+
+def _refuse_several(document: Mapping[str, Any]) -> None:
+    """Refuse a document of several units where one is wanted."""
+    for key in ("calibrations", "discoveries"):
+        listed = document.get(key)
+        if isinstance(listed, list):
+            named = [part.get("serial") for part in listed if isinstance(part, Mapping)]
+            serials = ", ".join(str(serial) for serial in named if serial is not None)
+            rule = f"{len(listed)} in a list{serials and f', of {serials},'} in place of one"
+            raise DamageError(rule, key, remedy="save one item of the list as a file of its own")
 
 
 class TabularResult(ABC):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
@@ -12,7 +13,7 @@ from accelcal.results.discovery import SCHEMA, Discovery
 from accelcal.results.findings import Change
 from accelcal.results.mapping import document_of
 from accelcal.results.quantity import Document, Quantity, StoredPart
-from accelcal.results.result import StoredResult
+from accelcal.results.result import StoredResult, part_of
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -50,7 +51,7 @@ class StandEffect(StoredPart):
         Ids of effects that explain these readings too.
     """
 
-    KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"verdict": one_of(*VERDICTS)}
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"verdict": one_of(*VERDICTS)}
 
     id: str
     name: str
@@ -105,7 +106,7 @@ class StandDiscovery(StoredResult):
     """
 
     SCHEMA: ClassVar[str] = SCHEMA
-    WRITER: ClassVar[str] = Discovery.WRITER
+    _WRITER: ClassVar[str] = Discovery._WRITER
 
     units: tuple[str, ...]
     effects: tuple[StandEffect, ...]
@@ -175,7 +176,7 @@ class StandDiscovery(StoredResult):
             coefficients=checked(
                 document, "coefficients", mapping_of(list_of(Change.from_document))
             ),
-            common=checked(document, "common", Discovery.part),
+            common=checked(document, "common", partial(part_of, Discovery)),
             notes=checked(document, "notes", list_of(text), ()),
             alpha=checked(document, "alpha", number, 0.01),
         )

@@ -79,7 +79,7 @@ class TriadCalibration(StoredResult, TabularResult):
     """
 
     SCHEMA: ClassVar[str] = SCHEMA
-    WRITER: ClassVar[str] = "accelcal triad"
+    _WRITER: ClassVar[str] = "accelcal triad"
 
     frame: str
     parameters: dict[str, Quantity]

@@ -41,7 +41,7 @@ class Judgement(StoredPart):
         Why it was not tested, or what else must be known.
     """
 
-    KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"outcome": one_of(*OUTCOMES)}
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"outcome": one_of(*OUTCOMES)}
 
     limit: str
     symbol: str
