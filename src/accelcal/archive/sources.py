@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple, TypeVar
 
-from accelcal.archive.own_results import may_be_replaced
+from accelcal.archive.replaceable import may_be_replaced
 from accelcal.errors import InputError, not_installed
 
 __all__ = [

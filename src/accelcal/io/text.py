@@ -11,8 +11,8 @@ from typing import IO, NamedTuple, TypeVar
 
 from accelcal.arguments.kinds import kind_of
 from accelcal.errors import DocumentError, InputError, TableError
+from accelcal.io.batch_results import is_batch_result
 from accelcal.io.digest import sha256_of
-from accelcal.io.own_results import is_batch_result
 
 __all__ = [
     "PARQUET",

@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from accelcal.errors import InputError
-from accelcal.io.own_results import is_batch_result
+from accelcal.io.batch_results import is_batch_result
 from accelcal.io.parquet import headings_of, is_parquet
 
 __all__ = ["may_be_replaced"]
