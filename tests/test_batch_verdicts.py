@@ -16,7 +16,7 @@ from accelcal.calibrate.many import calibrate_many
 from accelcal.calibrate.options import Options
 from accelcal.io.specification import read_specification
 from accelcal.specification import PLACES, QUANTITIES, RULES, Limit, Specification
-from accelcal.verdict import judge
+from accelcal.verdict.judge import judge
 
 AL15 = read_specification(Path(__file__).parents[1] / "examples" / "al15.toml")
 

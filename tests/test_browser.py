@@ -15,7 +15,7 @@ import accelcal
 from accelcal.io.specification import read_specification
 from accelcal.page.paper import browser
 from accelcal.page.write import write_report
-from accelcal.verdict import judge
+from accelcal.verdict.judge import judge
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 QUIET = (

@@ -24,7 +24,7 @@ from accelcal.errors import DocumentError
 from accelcal.io.specification import read_specification
 from accelcal.results.documents import calibrations_to_json, discoveries_to_json
 from accelcal.results.stand_discovery import StandDiscovery
-from accelcal.verdict import judge
+from accelcal.verdict.judge import judge
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 STABILITY = {

@@ -43,7 +43,6 @@ FLOORS = (
         "triad",
         "recalibrations",
     },
-    {"conformity"},
     {"estimate", "effects"},
     {"printed"},
     {"reference"},

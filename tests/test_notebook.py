@@ -18,7 +18,7 @@ from accelcal.results.findings import Fault, FoundEffect, Gap, Unexplained
 from accelcal.results.quantity import ErrorSource, Gate, Quantity
 from accelcal.results.stand_discovery import HeadPosition, StandDiscovery, StandEffect
 from accelcal.stability.analysis import analyse
-from accelcal.verdict import judge
+from accelcal.verdict.judge import judge
 
 EVIL = "<script>alert(1)</script>"
 SIZE = Quantity(5.02e-5, 2e-7, "rad", 4e-7)

@@ -17,7 +17,7 @@ from accelcal.page.write import form_of, report_page
 from accelcal.report.numbers import matching_digits
 from accelcal.results.quantity import Residuals
 from accelcal.results.stand_discovery import HeadPosition, StandDiscovery, StandEffect
-from accelcal.verdict import judge
+from accelcal.verdict.judge import judge
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 VOID = {"meta", "link", "br", "img", "hr"}

@@ -10,7 +10,7 @@ from accelcal.compensate.choice import compensation
 from accelcal.error_budget.budget import budget
 from accelcal.export.content import export_content
 from accelcal.specification import Limit, Specification
-from accelcal.verdict import judge
+from accelcal.verdict.judge import judge
 
 DELTA0, DELTA = 1e-3, 1.15e-3  # the misalignment of the simulation at 20 degC
 BOTH = ("o+", "o-")

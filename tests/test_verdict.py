@@ -14,7 +14,6 @@ from scipy import stats
 
 import accelcal
 from accelcal.cli.main import main
-from accelcal.conformity import in_unit
 from accelcal.errors import InputError, TableError
 from accelcal.io.specification import read_specification
 from accelcal.results.calibration import Calibration
@@ -23,7 +22,8 @@ from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.simulation import TumblePlan
 from accelcal.specification import QUANTITIES, RULES, Limit, Specification
-from accelcal.verdict import judge
+from accelcal.verdict.conformity import in_unit
+from accelcal.verdict.judge import judge
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 AL15 = EXAMPLES / "al15.toml"

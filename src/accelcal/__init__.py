@@ -151,7 +151,7 @@ if TYPE_CHECKING:
     from accelcal.stand_uncertainty.stand import StandComponent as StandComponent
     from accelcal.triad.calibrate import calibrate_triad as calibrate_triad
     from accelcal.triad.record import TriadRecord as TriadRecord
-    from accelcal.verdict import judge as judge
+    from accelcal.verdict.judge import judge as judge
 
 __all__ = [
     "AL15",
@@ -310,7 +310,7 @@ _HOME = {
     "estimate_tables": "accelcal.estimate.stacked_tables",
     "fit": "accelcal.calibrate.fit",
     "history": "accelcal.recalibrations.history",
-    "judge": "accelcal.verdict",
+    "judge": "accelcal.verdict.judge",
     "optimal_design": "accelcal.planning.optimum",
     "output": "accelcal.model",
     "position_angles": "accelcal.geometry",

@@ -23,7 +23,7 @@ from accelcal.estimate.estimability import check_names
 from accelcal.io.tables import read_table
 from accelcal.results.calibration import Calibration
 from accelcal.specification import Specification
-from accelcal.verdict import judge
+from accelcal.verdict.judge import judge
 from accelcal.version import __version__
 
 __all__ = ["Settings"]

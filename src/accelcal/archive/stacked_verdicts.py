@@ -12,10 +12,10 @@ from accelcal.archive.cells import Columns
 from accelcal.archive.rows import JOINT
 from accelcal.calibrate.columns import mountings_of
 from accelcal.calibrate.stack import CalibrationStack
-from accelcal.conformity import Found, Measured, conformity
 from accelcal.estimate.reversal import misalignment_stack
 from accelcal.results.verdict import OUTCOMES
 from accelcal.specification import Specification
+from accelcal.verdict.conformity import Found, Measured, conformity
 
 __all__ = ["StackVerdicts", "verdicts_of"]
 
@@ -52,7 +52,7 @@ def verdicts_of(
     Returns
     -------
     StackVerdicts
-        What `accelcal.verdict.judge` says of each.
+        What `accelcal.judge` says of each.
 
     Raises
     ------

@@ -113,7 +113,7 @@ def _model_of(record: TumbleRecord, models: DiscoveryFile) -> Discovery:
 def _judged(calibrations: Sequence[Calibration], specification: Specification) -> list[Calibration]:
     from dataclasses import replace
 
-    from accelcal.verdict import judge
+    from accelcal.verdict.judge import judge
 
     return [replace(found, verdict=judge(found, specification)) for found in calibrations]
 

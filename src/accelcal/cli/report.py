@@ -88,7 +88,7 @@ def _judged(found: ResultFile, spec: str) -> ResultFile:
     from dataclasses import replace
 
     from accelcal.io.specification import read_specification
-    from accelcal.verdict import judge
+    from accelcal.verdict.judge import judge
 
     if not found.calibrations:
         raise InputError(f"{found.name}: a discovery has no limits to judge; leave --spec out")

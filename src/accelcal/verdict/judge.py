@@ -1,6 +1,6 @@
 """Verdict of a calibration against a data sheet: pass, fail, undecided, or not tested.
 
-The rule is that of `accelcal.conformity`; here its outcomes get their numbers and words.
+The rule is that of `accelcal.verdict.conformity`; here its outcomes get their numbers and words.
 """
 
 from __future__ import annotations
@@ -12,7 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arguments.kinds import expect
-from accelcal.conformity import (
+from accelcal.model import ERROR_TERMS
+from accelcal.numerics.probability import LEVEL, dof_of_student_quantile, student_survival
+from accelcal.results.calibration import Calibration
+from accelcal.results.quantity import Quantity
+from accelcal.results.table import TableCalibration
+from accelcal.results.verdict import OUTCOMES, Judgement, Verdict
+from accelcal.specification import RULES, Limit, Specification
+from accelcal.verdict.conformity import (
     ANOTHER_TEST,
     Conformity,
     Found,
@@ -21,13 +28,6 @@ from accelcal.conformity import (
     conformity,
     in_unit,
 )
-from accelcal.model import ERROR_TERMS
-from accelcal.numerics.probability import LEVEL, dof_of_student_quantile, student_survival
-from accelcal.results.calibration import Calibration
-from accelcal.results.quantity import Quantity
-from accelcal.results.table import TableCalibration
-from accelcal.results.verdict import OUTCOMES, Judgement, Verdict
-from accelcal.specification import RULES, Limit, Specification
 
 __all__ = ["judge"]
 
