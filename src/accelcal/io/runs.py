@@ -110,7 +110,7 @@ def _levels(readings: Readings, source: str) -> Runs:
     level = np.unique(finer, return_inverse=True)[1].astype(np.int64)
     wide = _spans(temperature, level) > LEVEL_GAP
     if wide.any():
-        raise _no_level(readings, wide[level], source)
+        raise _no_level(readings, level == np.argmax(wide), source)
     labels = _labels(temperature, level, 1)
     close = ", ".join(labels[i] for i in np.unique(level[joined]).tolist())
     note = f"levels {close} degC lie close together and were taken as a run each"
