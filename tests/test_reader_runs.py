@@ -181,7 +181,7 @@ def test_levels_that_run_into_one_another():
 def test_a_level_that_is_too_wide_is_told_by_its_own_temperatures():
     """Two runs drift by 2.4 degC: a temperature of one does not join the level of the other."""
     both = [(low + 0.3 * i, *row[1:]) for low in (20, -40) for i, row in enumerate(visit(0, (1,)))]
-    with pytest.raises(TableError, match="temperature -37.9 joins the level that starts at -40 "):
+    with pytest.raises(TableError, match=r"temperature -37\.9 joins the level that starts at -40 "):
         read(both)
 
 
