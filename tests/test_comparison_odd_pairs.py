@@ -53,6 +53,18 @@ def test_readings_of_another_size_or_sign_are_said(calibration, record, factor):
     assert accelcal.compare(calibration, record, same_head=False).notes == ()
 
 
+@pytest.mark.parametrize("factor", [1e-2, 1e-3, 3.7e-4])
+def test_readings_that_lack_nearly_all_of_their_size_disagree(factor):
+    """As in V, of a calibration in mV: the disagreement is a million times their noise."""
+    nothing_declared = {f"{name}_uncertainty": None for name in ("head", "launch", "launch_sf")}
+    made = simulate(seed=2)
+    made = replace(made, apparatus=replace(made.apparatus, **nothing_declared))
+    other = replace(made, output=factor * made.output)
+    found = accelcal.compare(accelcal.fit(made), other)
+    assert found.p_value < 1e-10
+    assert "disagree" in str(found)
+
+
 def test_readings_without_temperature_are_refused_where_it_counts(calibration, record):
     unknown = replace(record, temperature=np.full(len(record), np.nan))
     with pytest.raises(accelcal.InputError, match="54 readings without temperature, on which the"):

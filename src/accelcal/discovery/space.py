@@ -48,8 +48,9 @@ class Space(NamedTuple):
 
     def pure_error(self, seen: Array) -> Array:
         """Sum of squares of the pure error of coordinates, shape (m,) or (m, k)."""
-        shown = self.systematic.T @ seen
-        return np.asarray((seen**2).sum(axis=0) - (shown**2).sum(axis=0))
+        # not as a difference of squares: a disagreement may be a million times the noise
+        left = seen - self.systematic @ (self.systematic.T @ seen)
+        return np.asarray((left**2).sum(axis=0))
 
 
 def whitener_of(covariance: Array, sigma: float) -> Array:
