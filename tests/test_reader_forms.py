@@ -241,6 +241,19 @@ def test_overrides_win_over_the_header():
     assert record.apparatus.local_gravity == 9.80665
 
 
+@pytest.mark.parametrize(
+    ("header", "heading"),
+    [("# unit: V\n", "output"), ("", "output [V]"), ("# unit: pt\n", "output")],
+)
+def test_a_unit_that_is_overridden_is_said(header, heading):
+    written = "pt" if "pt" in header else "V"
+    text = header + TEXT.replace("output", heading, 1)
+    said = f"the table has outputs in '{written}'; they are taken as mA, as asked"
+    assert read(text, unit="mA").notes == (said,)
+    assert read(TEXT, unit="mA").notes == ()
+    assert read("# unit: milliamp\n" + TEXT, unit="mA").notes == ()
+
+
 def test_an_override_replaces_a_bad_header_line():
     assert read("# g: somewhere\n" + TEXT, local_gravity=9.81).apparatus.local_gravity == 9.81
 
