@@ -17,7 +17,7 @@ from accelcal.model import COEFFICIENTS, design_matrix
 from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
 
-__all__ = ["PreparedTable", "is_usable", "prepare"]
+__all__ = ["PreparedTable", "angular_derivative", "is_usable", "prepare"]
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -159,7 +159,7 @@ def _from_angles(
     angle, scatter = np.frombuffer(angles), np.frombuffer(spread)
     design = design_matrix(accelerations(angle, delta0, mounting), mounting)
     found = estimability(design, asked, strict=strict)
-    angular, head = _angular_derivative(angle, delta0, mounting), head_positions(angle)
+    angular, head = angular_derivative(angle, delta0, mounting), head_positions(angle)
     at_head = grouped(head)
     for shared in (design, angular, head, *at_head):
         shared.setflags(write=False)
@@ -196,8 +196,23 @@ def _unusable(output: Array) -> str:
     )
 
 
-def _angular_derivative(angle: Array, delta0: float, mounting: str) -> Array:
-    """Derivative of the design matrix by the head angle [1/rad], exact by a complex step."""
+def angular_derivative(angle: Array, delta0: float, mounting: str) -> Array:
+    """Derivative of the design matrix by the head angle, exact by a complex step.
+
+    Parameters
+    ----------
+    angle : ndarray, shape (n,)
+        Head angle [deg].
+    delta0 : float
+        Fixture angle [rad].
+    mounting : str
+        One of `accelcal.geometry.MOUNTINGS`.
+
+    Returns
+    -------
+    ndarray, shape (n, 6)
+        Change of the terms of (1) [1/rad].
+    """
     step = 1e-30
     here = accelerations(angle, delta0, mounting)
     rates = accelerations(angle + 90.0, delta0, mounting)  # derivatives of cosine and sine

@@ -23,7 +23,7 @@ from accelcal.units import HOUR
 from accelcal.version import __version__
 
 __all__ = ["PACE", "POSITIONS", "STAND", "STROKES", "TEMPERATURES"]
-__all__ += ["blank_plan", "design", "design_of", "stand_of"]
+__all__ += ["blank_plan", "compared", "design", "design_of"]
 
 POSITIONS = (4, 6, 8, 12, 16, 24, 36)
 """Positions in a turn that are compared."""
@@ -127,13 +127,52 @@ def design(
         design_of(plan, noise, pace, accelerometer, declared=declared, effects=effects)
         for plan in _fitting(choices, several(strokes), pace, hours)
     )
-    refuse_impossible(found, asked)
+    return compared(found, noise, resolution, pace, asked, declared=declared)
+
+
+def compared(
+    designs: tuple[TestDesign, ...],
+    noise: NoiseComponents,
+    resolution: float,
+    pace: Pace,
+    targets: Mapping[str, float],
+    *,
+    declared: bool,
+) -> DesignComparison:
+    """Put tests that were foreseen side by side.
+
+    Parameters
+    ----------
+    designs : tuple of TestDesign
+        The tests.
+    noise : NoiseComponents
+        Errors of the stand, `declared` to the fit or not.
+    resolution : float
+        Step of the readings [g].
+    pace : Pace
+        Time that each action takes.
+    targets : mapping
+        Standard uncertainties asked for.
+    declared : bool
+        Whether the errors of the stand will be declared.
+
+    Returns
+    -------
+    DesignComparison
+        The tests with what they have in common.
+
+    Raises
+    ------
+    InputError
+        If a target is below the floor of all tests.
+    """
+    refuse_impossible(designs, targets)
     return DesignComparison(
-        designs=found,
-        stand=stand_of(noise, resolution),
+        designs=designs,
+        stand={**asdict(noise), "resolution": resolution},
         declared=declared,
         pace=asdict(pace),
-        targets=asked,
+        targets=targets,
         software=f"accelcal {__version__}",
     )
 
@@ -142,11 +181,6 @@ def _choices(given: Any) -> tuple[Any, ...]:
     """Choices of lists; a flat list is the only choice."""
     found = several(given)
     return (found,) if any(isinstance(each, str | Real) for each in found) else found
-
-
-def stand_of(noise: NoiseComponents, resolution: float) -> dict[str, float]:
-    """Sizes of all sources of error of a stand, the step of the readings [g] among them."""
-    return {**asdict(noise), "resolution": resolution}
 
 
 def blank_plan(pace: Pace, resolution: float, accelerometer: Accelerometer) -> TumblePlan:

@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 from accelcal.accelerometer import Accelerometer
 from accelcal.arguments.options import check_choice
 from accelcal.errors import InputError
-from accelcal.geometry import Acceleration, accelerations
+from accelcal.estimate.tables import angular_derivative
+from accelcal.geometry import accelerations
 from accelcal.model import COEFFICIENTS, design_matrix
 from accelcal.simulation import NoiseComponents
 
@@ -142,14 +143,11 @@ def seen_from(
     Angles
         The angles.
     """
-    here, turned = (accelerations(degrees + by, 0.0, mounting) for by in (0.0, 90.0))
-    step = 1e-30  # complex: the derivative is exact
-    aside = Acceleration(*(a + 1j * step * rate for a, rate in zip(here, turned, strict=True)))
-    slope = (design_matrix(aside, mounting) @ _nominal(accelerometer)).imag / step
+    slope = angular_derivative(degrees, 0.0, mounting) @ _nominal(accelerometer)
     variance = max(noise.reading, 1e-12) ** 2 + resolution**2 / 12.0
     return Angles(
         degrees=degrees,
-        rows=design_matrix(here, mounting),
+        rows=design_matrix(accelerations(degrees, 0.0, mounting), mounting),
         head=np.asarray((noise.head * slope) ** 2),
         noise=variance / strokes,
         tables=tables,

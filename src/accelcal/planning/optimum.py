@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -22,8 +22,8 @@ from accelcal.planning.compare import (
     STAND,
     TEMPERATURES,
     blank_plan,
+    compared,
     design_of,
-    stand_of,
 )
 from accelcal.planning.criterion import (
     Angles,
@@ -36,11 +36,9 @@ from accelcal.planning.criterion import (
 from accelcal.planning.exchange import Budget, exchange, polish
 from accelcal.planning.pace import Pace, per_run, stops_of, strokes_within
 from accelcal.planning.prediction import forecasts
-from accelcal.planning.targets import checked_targets, refuse_impossible
-from accelcal.results.designs import DesignComparison
+from accelcal.planning.targets import checked_targets
 from accelcal.results.optimal_design import OptimalDesign
 from accelcal.simulation import NoiseComponents, TumblePlan
-from accelcal.version import __version__
 
 __all__ = ["SPACING", "optimal_design"]
 
@@ -177,15 +175,7 @@ def optimal_design(
         design_of(each, noise, pace, accelerometer, declared=declared, effects=effects)
         for each in plans.values()
     )
-    refuse_impossible(designs, asked)
-    comparison = DesignComparison(
-        designs=designs,
-        stand=stand_of(noise, resolution),
-        declared=declared,
-        pace=asdict(pace),
-        targets=asked,
-        software=f"accelcal {__version__}",
-    )
+    comparison = compared(designs, noise, resolution, pace, asked, declared=declared)
     found = {name: question.loss(each) for name, each in plans.items()}
     return OptimalDesign(criterion, comparison, found, spacing, seed)
 
