@@ -124,7 +124,9 @@ def budget(
         standard_uncertainty=standard,
         coverage_factor=factor,
         expanded_uncertainty=factor * standard,
-        warnings=tuple(weaknesses(calibration, random, points, factor * standard, exact=exact)),
+        warnings=tuple(
+            weaknesses(calibration, coefficients, random, points, factor * standard, exact=exact)
+        ),
         serial=calibration.serial,
         source=calibration.source,
     )

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from os import PathLike
-from typing import Any, NamedTuple
+from typing import Any
 
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number
@@ -23,7 +23,7 @@ from accelcal.results.checked import (
     text,
 )
 from accelcal.results.damage import read_as
-from accelcal.results.stability import DRIFTS_DIFFER, Stability
+from accelcal.results.stability import DRIFTS_DIFFER, SCHEMA, Estimate, Stability
 
 __all__ = [
     "NOT_IDENTIFIED",
@@ -45,7 +45,6 @@ FEW_LAUNCHES = "stability test, launches taken as alike"
 
 _RECTANGULAR = math.sqrt(3.0)  # GUM 4.3.7
 _TWO_POINTS = 1.0  # either of two values, half the distance each: the standard deviation
-_STABILITY = "accelcal/stability/1"
 WRITER = "accelcal stability --scale-factor"
 """The command that writes stability tests in g, for messages."""
 
@@ -245,17 +244,7 @@ def _from_stability(document: Any) -> dict[str, RandomBound]:
     return found if drift is None else found | _drift(drift)
 
 
-class _Component(NamedTuple):
-    """Component of a stability test [g, g/s], with its interval, degrees of freedom and finding."""
-
-    value: float | None
-    lower: float | None
-    upper: float | None
-    dof: float | None
-    finding: str
-
-
-def _drift(found: _Component) -> dict[str, RandomBound]:
+def _drift(found: Estimate) -> dict[str, RandomBound]:
     """Bound of the drift in a launch to come, from the mean slope of those tested."""
     if found.lower is None or found.upper is None:
         size = found.value and abs(found.value)
@@ -281,17 +270,18 @@ def _largest_drift(lower: float, upper: float, dof: float | None) -> float:
     return abs(0.5 * (lower + upper)) + 0.5 * wider * (upper - lower)
 
 
-def _stability_components(document: Any) -> dict[str, _Component]:
-    checked(document, "schema", schema_of(_STABILITY))
+def _stability_components(document: Any) -> dict[str, Estimate]:
+    checked(document, "schema", schema_of(SCHEMA))
     checked(document, "unit", one_of("g"))
-    return checked(document, "components", mapping_of(_component))
+    return checked(document, "components", mapping_of(_estimate))
 
 
-def _component(estimate: Any) -> _Component:
-    return _Component(
-        checked(estimate, "value", number_or_none),
-        checked(estimate, "lower", number_or_none, None),
-        checked(estimate, "upper", number_or_none, None),
-        checked(estimate, "dof", freedom_or_none, None),
-        checked(estimate, "finding", text, ""),
+def _estimate(document: Any) -> Estimate:
+    return Estimate(
+        value=checked(document, "value", number_or_none),
+        unit=checked(document, "unit", text, ""),
+        lower=checked(document, "lower", number_or_none, None),
+        upper=checked(document, "upper", number_or_none, None),
+        dof=checked(document, "dof", freedom_or_none, None),
+        finding=checked(document, "finding", text, ""),
     )

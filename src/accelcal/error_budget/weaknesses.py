@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from accelcal.effects.left_in_use import left_in_use, static_in_use
 from accelcal.effects.static import how_taken_up
-from accelcal.error_budget.coefficients import Coefficients, coefficients_of
+from accelcal.error_budget.coefficients import Coefficients
 from accelcal.error_budget.conditions import Conditions
 from accelcal.error_budget.random_part import FEW_LAUNCHES, NOT_IDENTIFIED, RandomPart
 from accelcal.results.calibration import Calibration
@@ -31,6 +31,7 @@ _RANDOM_NAMES = {
 
 def weaknesses(
     calibration: Calibration,
+    coefficients: Coefficients,
     random: RandomPart,
     points: Conditions,
     expanded: Array,
@@ -43,6 +44,8 @@ def weaknesses(
     ----------
     calibration : Calibration
         What was calibrated.
+    coefficients : Coefficients
+        Its coefficients.
     random : RandomPart
         The bounds.
     points : Conditions
@@ -57,7 +60,6 @@ def weaknesses(
     str
         A sentence for each weakness.
     """
-    coefficients = coefficients_of(calibration)
     yield from how_taken_up(calibration)
     taken_up = [str(item["id"]) for item in static_in_use(calibration)]
     yield from left_in_use(calibration, taken_up)
