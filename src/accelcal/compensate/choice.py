@@ -48,6 +48,7 @@ from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.results.usable import (
     refuse_misprinted,
     refuse_undetermined_laws,
+    tables_of_run,
 )
 
 __all__ = ["compensation"]
@@ -115,10 +116,7 @@ def compensation(
     """
     expect(calibration, Calibration)
     refuse_misprinted(calibration)
-    tables = [table for table in calibration.tables if run is None or table.run == str(run)]
-    if not tables:
-        runs = ", ".join(dict.fromkeys(table.run for table in calibration.tables))
-        raise InputError(f"no run {run!r} in the calibration; it has {runs or 'none'}")
+    tables = tables_of_run(calibration, run)
     launch = Launch() if same_launch else _next_launch(calibration)
     model = calibration.temperature_model
     if model is not None and run is None:

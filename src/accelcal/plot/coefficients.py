@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from accelcal.plot.residuals import tables_of
 from accelcal.plot.style import SMALL, blank, canvas, canvases, entitled, palette, styled
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.report.scale import readable
 from accelcal.results.table import nearest_table
+from accelcal.results.usable import tables_of_run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -127,7 +127,7 @@ _SOURCES = {
 @styled
 def budget(calibration: Calibration, ax: Axes | None, *, run: str | int | None) -> Axes:
     """Draw `CalibrationPlot.budget`."""
-    table = nearest_table(tables_of(calibration, run), calibration.T0_degC)
+    table = nearest_table(tables_of_run(calibration, run), calibration.T0_degC)
     shown = [row for row in _SHOWN if any(table.budget.get(row[2], {}).values())]
     ax = canvas(ax, (7.2, 3.4))
     ax.grid(visible=False, axis="y")

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from accelcal.discovery.compare import residuals_of
-from accelcal.errors import InputError
 from accelcal.geometry import head_positions
 from accelcal.plot.by_angle import Readings
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
 from accelcal.report.scale import readable
+from accelcal.results.usable import tables_of_run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,7 +26,6 @@ __all__ = [
     "residual_map",
     "residuals",
     "simulation_residuals",
-    "tables_of",
     "tumble",
 ]
 
@@ -37,37 +36,10 @@ _CROWDED = 400  # points; more of them are drawn fainter
 _PIXELS = 3000  # points or cells; more of them are drawn as pixels even in SVG and PDF
 
 
-def tables_of(calibration: Calibration, run: str | int | None) -> tuple[TableCalibration, ...]:
-    """Tables of one run, or of all.
-
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    run : str, int or None
-        Label of the run.
-
-    Returns
-    -------
-    tuple of TableCalibration
-        One or more.
-
-    Raises
-    ------
-    InputError
-        If there is no such run.
-    """
-    found = tuple(t for t in calibration.tables if run is None or t.run == str(run))
-    if not found:
-        have = ", ".join(dict.fromkeys(t.run for t in calibration.tables))
-        raise InputError(f"no run {run!r} in the calibration; it has {have}")
-    return found
-
-
 @styled
 def residuals(calibration: Calibration, ax: Axes | None, *, run: str | int | None) -> Axes:
     """Draw `CalibrationPlot.residuals`."""
-    tables = tables_of(calibration, run)
+    tables = tables_of_run(calibration, run)
     ax = draw_by_angle(canvas(ax), _readings(tables), "residual")
     return entitled(ax, _title("Residuals by head angle", tables, run))
 
@@ -232,7 +204,7 @@ def _level(table: TableCalibration) -> str:
 @styled
 def tumble(calibration: Calibration, ax: Axes | None, *, run: str | int | None) -> Axes:
     """Draw `CalibrationPlot.tumble`."""
-    tables = tables_of(calibration, run)
+    tables = tables_of_run(calibration, run)
     readings, colours = _readings(tables), palette()
     factor, unit = readable("g", readings.value)
     ax = canvas(ax, (4.8, 4.8), polar=True)

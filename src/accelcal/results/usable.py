@@ -1,11 +1,12 @@
-"""Whether a calibration is one to work with; otherwise it is refused, with what to do."""
+"""What of a calibration is there to work with; otherwise it is refused, with what to do."""
 
 from __future__ import annotations
 
 from accelcal.errors import InputError
 from accelcal.results.calibration import Calibration
+from accelcal.results.table import TableCalibration
 
-__all__ = ["refuse_misprinted", "refuse_undetermined_laws"]
+__all__ = ["refuse_misprinted", "refuse_undetermined_laws", "tables_of_run"]
 
 
 def refuse_misprinted(calibration: Calibration) -> None:
@@ -50,3 +51,30 @@ def refuse_undetermined_laws(calibration: Calibration) -> None:
         f" {found} degC lie on both sides of it and none at it; measure at T0, or fit with T0 at"
         " one of the levels"
     )
+
+
+def tables_of_run(calibration: Calibration, run: str | int | None) -> tuple[TableCalibration, ...]:
+    """Take the tables of one run, or all.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    run : str, int or None
+        Label of the run.
+
+    Returns
+    -------
+    tuple of TableCalibration
+        One or more.
+
+    Raises
+    ------
+    InputError
+        If there is no such run.
+    """
+    found = tuple(t for t in calibration.tables if run is None or t.run == str(run))
+    if not found:
+        have = ", ".join(dict.fromkeys(t.run for t in calibration.tables))
+        raise InputError(f"no run {run!r} in the calibration; it has {have or 'none'}")
+    return found
