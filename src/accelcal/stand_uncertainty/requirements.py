@@ -177,9 +177,9 @@ def _told(
     budget: StandBudget, problem: _Problem, place: int, t: int, floor: float
 ) -> TargetReached:
     own, target = budget.coefficients[place], float(problem.targets[t])
-    fixed = [i for i in np.argsort(-np.abs(problem.contributions[:, t])) if not _free(problem, i)]
-    acting = [i for i in fixed if abs(problem.contributions[i, t]) > 0.1 * target]
-    held = acting if floor >= target else []
+    sizes = np.abs(problem.contributions[:, t])
+    acting = ~problem.adjustable & (sizes > 0.1 * target)
+    held = [i for i in np.argsort(-sizes) if acting[i]] if floor >= target else []
     return TargetReached(
         symbol=own.symbol,
         unit=own.unit,
@@ -188,10 +188,6 @@ def _told(
         floor=floor,
         held_up_by=tuple(budget.components[i].name for i in held),
     )
-
-
-def _free(problem: _Problem, index: int) -> bool:
-    return bool(problem.adjustable[index])
 
 
 def _instruments(
