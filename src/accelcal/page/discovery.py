@@ -20,11 +20,12 @@ from accelcal.page.blocks import (
     Tone,
 )
 from accelcal.page.pictures import pictures
-from accelcal.page.typeset import sentence, typeset
+from accelcal.page.typeset import typeset
 from accelcal.plural import counted
 from accelcal.record import TumbleRecord
 from accelcal.report.discovery import alias_names, change_row, entry_of, outcome
 from accelcal.report.findings import chance, factor_cells, noise_line, probability
+from accelcal.report.lines import sentence
 from accelcal.report.numbers import in_small_unit, significant
 from accelcal.report.scale import sized
 from accelcal.results.discovery import Discovery

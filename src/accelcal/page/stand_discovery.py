@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from accelcal.page.blocks import Block, Bullets, Chapter, Gallery, Note, Paragraph, Section, Table
 from accelcal.page.pictures import pictures
-from accelcal.page.typeset import sentence, typeset
+from accelcal.page.typeset import typeset
 from accelcal.plural import counted
 from accelcal.report.findings import chance, probability
+from accelcal.report.lines import sentence
 from accelcal.report.scale import sized
 from accelcal.report.stand_discovery import gain_rows, head_rows
 from accelcal.results.stand_discovery import StandDiscovery, StandEffect

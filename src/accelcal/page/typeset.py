@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["sentence", "typeset"]
+__all__ = ["typeset"]
 
 _SUBSCRIPTS = str.maketrans("0123456789ipo", "₀₁₂₃₄₅₆₇₈₉ᵢₚₒ")
 _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
@@ -71,8 +71,3 @@ def _coupling(match: re.Match[str]) -> str:
 
 def _power_of_ten(match: re.Match[str]) -> str:
     return f"{match[1]}·10{str(int(match[2])).translate(_SUPERSCRIPTS)}"
-
-
-def sentence(text: str) -> str:
-    """Begin a text with a capital letter."""
-    return text[:1].upper() + text[1:]

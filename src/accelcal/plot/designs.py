@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from accelcal.plot.style import canvases, palette, styled
+from accelcal.plot.style import canvases, own_panels, palette, styled
 from accelcal.report.numbers import in_small_unit
 from accelcal.report.scale import written
 from accelcal.results.designs import DesignComparison, TestDesign
@@ -72,16 +72,13 @@ def designs_by_hours(found: DesignComparison | OptimalDesign, axes: Any = None) 
 
 def _own(count: int, colours: dict[str, Any], found: DesignComparison) -> Any:
     """Make a figure of its own, with a legend below."""
-    down = -(-count // _ACROSS)
-    axes = canvases(None, down, _ACROSS, (12.0, 3.1 * down + 0.9))
-    for spare in axes[count:]:
-        spare.remove()
+    axes = own_panels(count, _ACROSS, (4.0, 3.1), around=0.9)
     figure = axes[0].figure
     figure.suptitle(
         "Expected standard uncertainty u by hours of testing; numbers are those of the positions"
     )
     figure.legend(handles=_legend(colours, found), loc="outside lower center", ncols=4)
-    return axes[:count]
+    return axes
 
 
 def _draw(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import SMALL, canvases, palette, styled
 from accelcal.report.error_budget import joint_variance, place
+from accelcal.report.lines import sentence
 from accelcal.results.quantity import Document
 from accelcal.units import MICRO
 
@@ -91,7 +92,7 @@ def _draw(panels: Sequence[Axes], points: Sequence[Document]) -> dict[str, Any]:
         sums = [MICRO * point[total] for point in points]
         ink = palette().ink
         shown["total"] = ax.plot(range(len(points)), sums, "D", color=ink, ms=4, label="total")[0]
-        ax.set(title=title[0].upper() + title[1:], ylabel="error [µg]")
+        ax.set(title=sentence(title), ylabel="error [µg]")
         ax.axhline(0.0, color=ink, lw=0.8)
         _name_points(ax, points, last=ax is panels[-1])
     return shown

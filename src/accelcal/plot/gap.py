@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
+from accelcal.report.findings import p_value
 from accelcal.report.scale import readable
 
 if TYPE_CHECKING:
@@ -91,8 +92,9 @@ def where(found: Sequence[Share], alpha: float, ax: Axes | None) -> Axes:
             ax.barh(rows, [sizes[i] for i in rows], 0.62, color=colour, label=name)
     most = max(sizes, default=1.0)
     for place, share in enumerate(shares):
-        chance = "p < 0.001" if share.p_value < 1e-3 else f"p = {share.p_value:.2g}"
-        ax.text(sizes[place] + 0.015 * most, place, chance, va="center", fontsize=SMALL)
+        ax.text(
+            sizes[place] + 0.015 * most, place, p_value(share.p_value), va="center", fontsize=SMALL
+        )
     ax.set_yticks(range(len(shares)), [_in_words(share.factor) for share in shares])
     ax.invert_yaxis()
     ax.set(xlabel="share of the disagreement [%]", xlim=(0.0, 1.25 * most or 1.0))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from accelcal.discovery.action import Action, action
 from accelcal.plot.by_angle import Readings
 from accelcal.plot.style import canvas, entitled, palette, styled
+from accelcal.report.lines import sentence
 from accelcal.report.scale import readable
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ def signature(
     ax.set(xlabel=along.label, ylabel=f"reading − model without it [{unit}]")
     if along.label.startswith("head"):
         ax.set_xticks(np.arange(0.0, 361.0, 45.0))
-    return entitled(ax, found.name[0].upper() + found.name[1:], columns=4)
+    return entitled(ax, sentence(found.name), columns=4)
 
 
 def _along(found: Action) -> _Along:

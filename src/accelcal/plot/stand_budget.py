@@ -10,7 +10,7 @@ import numpy as np
 
 from accelcal.errors import InputError
 from accelcal.plot.pictures import Pictures
-from accelcal.plot.style import canvases, palette, styled
+from accelcal.plot.style import canvases, own_panels, palette, styled
 from accelcal.report.scale import written
 from accelcal.report.stand_budget import shares, shown_unit
 from accelcal.results.quantity import Document
@@ -85,16 +85,12 @@ def _places(document: Document) -> list[int]:
 
 def _panels(document: Document, count: int) -> Any:
     """A figure of its own with a panel for each coefficient."""
-    columns = min(_COLUMNS, count)
-    rows = -(-count // columns)
-    axes = canvases(None, rows, columns, (4.0 * columns, 2.5 * rows + 0.6))
-    for spare in axes[count:]:
-        spare.remove()
+    axes = own_panels(count, min(_COLUMNS, count), (4.0, 2.5), around=0.6)
     axes[0].figure.suptitle(
         f"{document['stand']}: bars are standard uncertainties by component, the line is their"
         " part of u² added up"
     )
-    return axes[:count]
+    return axes
 
 
 def _colours(document: Document, places: Sequence[int]) -> dict[str, str]:

@@ -11,6 +11,7 @@ from accelcal.arguments.options import check_text
 from accelcal.errors import InputError
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import blank, canvas, entitled, palette, styled
+from accelcal.report.lines import sentence
 from accelcal.report.scale import readable
 
 if TYPE_CHECKING:
@@ -106,7 +107,7 @@ class StandPlot(Pictures):
         every = max(1, -(-len(known) // _MOST_NAMED))
         ax.set_xticks(list(places)[::every], list(known)[::every], rotation=35, ha="right")
         ax.set(xlabel="unit", ylabel=f"size [{unit}]")
-        return entitled(ax, f"{item.name[0].upper()}{item.name[1:]}: {item.verdict}")
+        return entitled(ax, f"{sentence(item.name)}: {item.verdict}")
 
 
 def _effect(stand: StandDiscovery, effect: str | None) -> StandEffect:

@@ -29,6 +29,7 @@ __all__ = [
     "dressed",
     "entitled",
     "form_of",
+    "own_panels",
     "palette",
     "picture",
     "styled",
@@ -183,6 +184,32 @@ def canvases(axes: Any, rows: int, columns: int, size: tuple[float, float]) -> A
         _refuse_no_axes(ax)
         dressed(ax)
     return flat
+
+
+def own_panels(count: int, across: int, size: tuple[float, float], around: float) -> Any:
+    """Make a figure of its own for some panels, row by row.
+
+    Parameters
+    ----------
+    count : int
+        Number of panels.
+    across : int
+        How many stand side by side.
+    size : tuple of float
+        Width and height of one [inch].
+    around : float
+        Height that a title and a legend take [inch].
+
+    Returns
+    -------
+    ndarray of Axes, shape (count,)
+        The panels.
+    """
+    down = -(-count // across)
+    axes = canvases(None, down, across, (size[0] * across, size[1] * down + around))
+    for spare in axes[count:]:
+        spare.remove()
+    return axes[:count]
 
 
 def _refuse_no_axes(ax: object) -> None:

@@ -9,7 +9,7 @@ from accelcal.report.numbers import in_small_unit, significant
 from accelcal.results.findings import Share
 from accelcal.results.quantity import ErrorSource
 
-__all__ = ["chance", "factor_cells", "factor_rows", "noise_line", "probability"]
+__all__ = ["chance", "factor_cells", "factor_rows", "noise_line", "p_value", "probability"]
 
 _SHOWN_P = 0.05
 _NAMES = {"launch_sf": "launch scale factor"}
@@ -58,3 +58,14 @@ def chance(p: float) -> str:
 def probability(p: float) -> str:
     """Write a p-value with the digits that it is worth."""
     return f"{p:.2f}" if p >= 0.1 else f"{p:.1g}" if p > 1e-15 else "below 1e-15"
+
+
+def p_value(p: float) -> str:
+    """Write a p-value beside a number, for pictures and notebooks.
+
+    Examples
+    --------
+    >>> p_value(0.0123), p_value(1e-9)
+    ('p = 0.012', 'p < 0.001')
+    """
+    return "p < 0.001" if p < 1e-3 else f"p = {p:.2g}"

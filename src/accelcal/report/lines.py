@@ -13,6 +13,7 @@ __all__ = [
     "hanging",
     "notes",
     "sections",
+    "sentence",
     "unit_of",
     "visible_lines",
     "wrapped",
@@ -62,6 +63,17 @@ def sections(*parts: Iterable[str]) -> str:
     'AL-15\n162 readings\n\nK1'
     """
     return "\n\n".join(visible_lines(part) for part in map(list, parts) if part)
+
+
+def sentence(text: str) -> str:
+    """Begin a text with a capital letter, and leave the others as they are.
+
+    Examples
+    --------
+    >>> sentence("drift of the foundation, as DIN says")
+    'Drift of the foundation, as DIN says'
+    """
+    return text[:1].upper() + text[1:]
 
 
 def unit_of(serial: str | None, source: str) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from accelcal.plural import counted
+from accelcal.report.findings import p_value
 from accelcal.report.html import heading, items, safe, table
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.report.scale import readable
@@ -88,7 +89,11 @@ def disagreement_html(found: Disagreement) -> str:
     str
         A fragment of HTML.
     """
-    told = f"rms {_micro(found.rms)} µg", f"reduced χ² {found.reduced_chi2:.3g}", _p(found.p_value)
+    told = (
+        f"rms {_micro(found.rms)} µg",
+        f"reduced χ² {found.reduced_chi2:.3g}",
+        p_value(found.p_value),
+    )
     parts = [heading(f"Comparison of {found.serial or found.source}", *told)]
     parts.append(_where(found.where))
     rows = [
@@ -115,7 +120,7 @@ def stand_html(stand: StandDiscovery) -> str:
     """
     parts = [heading("Stand", counted(len(stand.units), "unit"))]
     rows = [
-        (effect.name, effect.verdict, name, *_interval(quantity), _p(effect.p_value))
+        (effect.name, effect.verdict, name, *_interval(quantity), p_value(effect.p_value))
         for effect in stand.effects
         for name, quantity in (effect.parameters or {"": Quantity(None, None, "")}).items()
     ]
@@ -236,7 +241,12 @@ def history_html(history: History) -> str:
     parts = [heading(f"History of {history.serial or 'a unit'}", count)]
     rows = [(trend.name, "drift", "", *_interval(trend.drift)) for trend in history.trends]
     rows += [
-        (trend.name, f"jump {jump.after} … {jump.before}", _p(jump.p_value), *_interval(jump.size))
+        (
+            trend.name,
+            f"jump {jump.after} … {jump.before}",
+            p_value(jump.p_value),
+            *_interval(jump.size),
+        )
         for trend in history.trends
         for jump in trend.jumps
     ]
@@ -295,13 +305,15 @@ def _effect_rows(effect: Any) -> Iterator[tuple[str, ...]]:
     alike = ", ".join(effect.indistinguishable)
     for number, (name, quantity) in enumerate(effect.parameters.items()):
         first = number == 0
-        told = (_p(effect.p_value), alike) if first else ("", "")
+        told = (p_value(effect.p_value), alike) if first else ("", "")
         yield (effect.name if first else "", name, *_interval(quantity), *told)
 
 
 def _where(found: Sequence[Share]) -> str:
     shares = sorted(found, key=lambda share: -share.share)
-    rows = [(share.factor, f"{100 * share.share:.1f} %", _p(share.p_value)) for share in shares]
+    rows = [
+        (share.factor, f"{100 * share.share:.1f} %", p_value(share.p_value)) for share in shares
+    ]
     return table("where they disagree", ("factor", "share", ""), rows)
 
 
@@ -340,7 +352,3 @@ def _cut(rows: Sequence[object]) -> str:
 
 def _micro(value: float | None) -> str:
     return "" if value is None else significant(MICRO * value) if value else "0"
-
-
-def _p(chance: float) -> str:
-    return "p < 0.001" if chance < 1e-3 else f"p = {chance:.2g}"
