@@ -7,7 +7,7 @@ unusual, quotes, missing fields or a cell that is no number; the light one then 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ __all__ = [
     "columns_by_pandas",
     "columns_by_split",
     "decimal_mark",
+    "pandas_options",
 ]
 
 _NO_THOUSANDS = re.compile(r",(?!\d{3}(?!\d))")
@@ -131,7 +132,9 @@ def columns_by_pandas(layout: Layout, used: Sequence[int], needed: int) -> Colum
 
     rows = _even_rows(layout, needed)
     comma = layout.separator != "," and any("," in row for row in rows)
-    options = _options(layout, used, "," if comma else ".")
+    numeric = [i for i in used if _is_numeric(layout, i)]
+    decimal = "," if comma else "."
+    options = pandas_options(layout.separator, len(layout.headings), used, numeric, decimal)
     try:
         frame = pd.read_csv(io.StringIO("\n".join(rows)), **options)
     except ValueError as error:
@@ -139,17 +142,40 @@ def columns_by_pandas(layout: Layout, used: Sequence[int], needed: int) -> Colum
     if len(frame) != len(rows):
         raise BulkEngineGivesUp
     lines = np.array(layout.lines, dtype=np.int64)
-    cells = {i: _cells(frame[i], _is_numeric(layout, i)) for i in used}
-    return {i: _column(layout, i, cells[i], lines, options["decimal"]) for i in used}
+    cells = {i: _cells(frame[i], i in numeric) for i in used}
+    return {i: _column(layout, i, cells[i], lines, decimal) for i in used}
 
 
-def _options(layout: Layout, used: Sequence[int], decimal: str) -> dict[str, Any]:
-    numeric = [i for i in used if _is_numeric(layout, i)]
+def pandas_options(
+    separator: str | None,
+    headings: int,
+    used: Collection[int],
+    numeric: Collection[int],
+    decimal: str,
+) -> dict[str, Any]:
+    """Options of `pandas.read_csv` for rows without their headings.
+
+    Parameters
+    ----------
+    separator : str or None
+        What separates the fields.
+    headings : int
+        Number of headings.
+    used, numeric : collection of int
+        Indices of the columns that are wanted, and of those that hold numbers.
+    decimal : str
+        Decimal mark.
+
+    Returns
+    -------
+    dict of str to object
+        The options; numbers lose no digit, what is missing is NaN, and a text is no number.
+    """
     blank = sorted(MISSING | {text.upper() for text in MISSING} | {"NaN"})
     return {
-        "sep": layout.separator,
+        "sep": separator,
         "header": None,
-        "names": list(range(len(layout.headings))),
+        "names": list(range(headings)),
         "index_col": False,
         "usecols": list(used),
         "dtype": {i: np.float64 if i in numeric else object for i in used},

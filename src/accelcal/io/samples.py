@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 
 from accelcal.errors import TableError
 from accelcal.io.cells import MISSING, Column, numbers
-from accelcal.io.engines import decimal_mark
-from accelcal.io.exact_numbers import exact_numbers
+from accelcal.io.engines import decimal_mark, pandas_options
 from accelcal.io.layout import split_line
 from accelcal.io.sample_headings import SampleHeadings, read_sample_headings
 from accelcal.io.text import PARQUET, refuse_foreign
@@ -146,8 +145,10 @@ class SampleReader:
             return None
         import pandas as pd
 
+        used, numeric = self.headings.columns.values(), self.headings.numeric.values()
+        options = pandas_options(separator, width, used, numeric, self._decimal)
         try:
-            frame = pd.read_csv(io.StringIO(text), **self._pandas_options())
+            frame = pd.read_csv(io.StringIO(text), **options)
         except ValueError:
             return None
         values = {role: frame[i].to_numpy() for role, i in self.headings.numeric.items()}
@@ -156,24 +157,6 @@ class SampleReader:
         at = self.headings.columns.get("time")
         time = None if at is None else frame[at].str.strip().tolist()
         return SampleBlock(values, time, self._line + np.arange(rows))
-
-    def _pandas_options(self) -> dict[str, Any]:
-        used, numeric = self.headings.columns.values(), self.headings.numeric.values()
-        blank = sorted(MISSING | {text.upper() for text in MISSING} | {"NaN"})
-        return {
-            "sep": self.headings.separator,
-            "header": None,
-            "names": list(range(len(self.headings.texts))),
-            "index_col": False,
-            "usecols": list(used),
-            "dtype": {i: np.float64 if i in numeric else object for i in used},
-            "decimal": self._decimal,
-            "keep_default_na": False,
-            "na_values": dict.fromkeys(numeric, blank),
-            "quoting": 3,  # csv.QUOTE_NONE
-            "skip_blank_lines": False,
-            **exact_numbers(),
-        }
 
     def _by_split(self, text: str) -> SampleBlock:
         blank = ' \t"' + (self.headings.separator or "")
