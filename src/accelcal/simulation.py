@@ -164,6 +164,11 @@ class TumblePlan:
             object.__setattr__(self, name, found)
 
     @property
+    def stops(self) -> Array:
+        """Head angles of a forward stroke in their order, repeats and the return included [deg]."""
+        return turn_angles(self.positions) if self.angles is None else np.array(self.angles, float)
+
+    @property
     def readings(self) -> int:
         """Number of readings of the whole test."""
         stops = self.positions + 1 if self.angles is None else len(self.angles)
@@ -316,7 +321,7 @@ class _Simulation:
 
 def _blank(accelerometer: Accelerometer, plan: TumblePlan) -> TumbleRecord:
     """Form of the readings, in the order of measuring, with nothing written in it."""
-    angles = turn_angles(plan.positions) if plan.angles is None else np.array(plan.angles, float)
+    angles = plan.stops
     numbers = np.arange(1, angles.size + 1) * (plan.angles is None)  # 0: the angle was given
     forward = np.arange(angles.size)
     strokes = np.tile(np.concatenate([forward, forward[::-1]]), (plan.strokes + 1) // 2)

@@ -13,7 +13,7 @@ from accelcal.arguments.kinds import expect, several
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_flag
 from accelcal.errors import InputError
-from accelcal.planning.pace import Pace, hours_of, per_run, stops_of, strokes_within
+from accelcal.planning.pace import Pace, hours_of, per_run, strokes_within
 from accelcal.planning.prediction import SLOPES, forecasts, lost_coefficients
 from accelcal.planning.targets import checked_targets, refuse_impossible
 from accelcal.planning.visibility import visibility
@@ -290,7 +290,7 @@ def design_of(
         notes = (*notes, _NO_SLOPES)
     return TestDesign(
         positions=plan.positions if plan.angles is None else None,
-        angles=tuple(stops_of(plan).tolist()),
+        angles=tuple(plan.stops.tolist()),
         strokes=plan.strokes,
         temperatures=plan.temperatures,
         mountings=plan.mountings,

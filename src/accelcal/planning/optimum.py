@@ -34,7 +34,7 @@ from accelcal.planning.criterion import (
     seen_from,
 )
 from accelcal.planning.exchange import Budget, exchange, polish
-from accelcal.planning.pace import Pace, per_run, stops_of, strokes_within
+from accelcal.planning.pace import Pace, per_run, strokes_within
 from accelcal.planning.prediction import forecasts
 from accelcal.planning.targets import checked_targets
 from accelcal.results.optimal_design import OptimalDesign
@@ -81,7 +81,7 @@ class _Question(NamedTuple):
 
     def loss(self, plan: TumblePlan) -> float:
         """What a test comes to."""
-        degrees, counts = np.unique(head_positions(stops_of(plan)), return_counts=True)
+        degrees, counts = np.unique(head_positions(plan.stops), return_counts=True)
         found = covariances(self.seen(degrees, plan.strokes), counts.astype(float))
         return float(losses(self.criterion, found))
 
@@ -219,7 +219,7 @@ def _best(question: _Question, seed: int) -> TumblePlan:
     grid = np.arange(0.0, 360.0, _GRID)
     starts = [(grid, start) for start in _starts(question, grid, np.random.default_rng(seed))]
     for plan in _repeated(question):
-        own, counts = np.unique(stops_of(plan), return_counts=True)
+        own, counts = np.unique(plan.stops, return_counts=True)
         starts.append((own, counts))
     ends: list[tuple[float, int, Array, NDArray[np.int64]]] = []
     for degrees, start in starts:

@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 from accelcal.arguments.numbers import check_number
 from accelcal.effects.conditions import SECONDS_PER_READING
 from accelcal.errors import InputError
-from accelcal.geometry import turn_angles
 from accelcal.simulation import TumblePlan
 from accelcal.units import HOUR
 
-__all__ = ["Pace", "hours_of", "per_run", "stops_of", "strokes_within"]
+__all__ = ["Pace", "hours_of", "per_run", "strokes_within"]
 
 Array = NDArray[np.float64]
 
@@ -58,11 +57,6 @@ class Pace:
         check_number(1e-3, **{"time of a reading": self.reading})
 
 
-def stops_of(plan: TumblePlan) -> Array:
-    """Head angles of a forward stroke in their order, repeats and the return included [deg]."""
-    return turn_angles(plan.positions) if plan.angles is None else np.array(plan.angles, float)
-
-
 def hours_of(plan: TumblePlan, pace: Pace) -> float:
     """Time of a whole test.
 
@@ -88,7 +82,7 @@ def hours_of(plan: TumblePlan, pace: Pace) -> float:
     >>> hours_of(TumblePlan(), Pace(reading=60.0, turn=30.0, soak=2.0, mount=1.0))
     10.925
     """
-    stops = stops_of(plan)
+    stops = plan.stops
     turns = 1 + plan.strokes * np.count_nonzero(np.diff(stops))
     run = (plan.strokes * stops.size * pace.reading + turns * pace.turn) / HOUR
     runs = len(plan.temperatures) * len(plan.mountings)

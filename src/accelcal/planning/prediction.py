@@ -18,7 +18,6 @@ from accelcal.estimate.estimability import estimability
 from accelcal.geometry import accelerations
 from accelcal.model import ERROR_TERMS, POWERS, design_matrix
 from accelcal.numerics.probability import LEVEL, student_quantile
-from accelcal.planning.pace import stops_of
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.designs import Forecast
@@ -351,5 +350,5 @@ def lost_coefficients(plan: TumblePlan) -> tuple[str, ...]:
     'K3 cannot be told apart from K1 at these angles: K1 stands for K1 + K3'
     """
     mounting = plan.mountings[0]
-    stops = accelerations(stops_of(plan), plan.delta0, mounting)
+    stops = accelerations(plan.stops, plan.delta0, mounting)
     return estimability(design_matrix(stops, mounting)).sentences()
