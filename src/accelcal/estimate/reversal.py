@@ -25,7 +25,6 @@ from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import (
     Component,
-    Interval,
     interval_stack,
     intervals,
     propagate,
@@ -33,7 +32,6 @@ from accelcal.estimate.uncertainty import (
 from accelcal.model import COEFFICIENTS
 from accelcal.results.covariance import Covariance, rows_of
 from accelcal.results.fixture_angle import FixtureAngle
-from accelcal.results.quantity import Quantity
 
 __all__ = ["fixture_angles", "free_of_fixture_angle", "misalignment_stack"]
 
@@ -143,7 +141,7 @@ def _told(reversal: _Reversal, estimate: JointEstimate, delta0: float) -> Fixtur
     components = propagate(estimate.components, through)
     known = intervals(components)
     angle, *rest = (
-        _quantity(value, interval, "rad" if i <= levels else _G)
+        interval.around(float(value), "rad" if i <= levels else _G)
         for i, (value, interval) in enumerate(zip(values, known, strict=True))
     )
     return FixtureAngle(
@@ -289,8 +287,3 @@ def _place(estimate: JointEstimate | JointStack, table: int, name: str) -> int:
 
 def _first(value: float, like: Array) -> Array:
     return np.pad([value], (0, like.shape[0] - 1))
-
-
-def _quantity(value: float, interval: Interval, unit: str) -> Quantity:
-    dof = interval.dof if interval.dof is not None and np.isfinite(interval.dof) else None
-    return Quantity(float(value), interval.standard, unit, interval.expanded, dof)

@@ -16,6 +16,7 @@ is, both give Student's interval.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -24,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.numerics.probability import LEVEL, student_quantile
+from accelcal.results.quantity import Quantity
 
 __all__ = [
     "Component",
@@ -89,6 +91,11 @@ class Interval(NamedTuple):
     expanded: float | None
     factor: float | None
     dof: float | None
+
+    def around(self, value: float, unit: str) -> Quantity:
+        """Join it to the value that it is of; infinite degrees of freedom are not told."""
+        dof = self.dof if self.dof is not None and math.isfinite(self.dof) else None
+        return Quantity(value, self.standard, unit, self.expanded, dof)
 
 
 class Intervals(NamedTuple):

@@ -31,7 +31,6 @@ __all__ = [
     "measured_sides",
     "misfit",
     "named_model",
-    "quantity",
     "relative_slopes",
     "tell_a_law",
 ]
@@ -328,28 +327,7 @@ def _law(
     values: Array, found: Sequence[Interval], sides: Sequence[str], units: tuple[str, str]
 ) -> TemperatureLaw:
     quantities = {
-        name: quantity(float(value), interval, units[name != "at_T0"])
+        name: interval.around(float(value), units[name != "at_T0"])
         for name, value, interval in zip(("at_T0", *sides), values, found, strict=True)
     }
     return TemperatureLaw(*(quantities.get(name) for name in ("at_T0", "above", "below")))
-
-
-def quantity(value: float, interval: Interval, unit: str) -> Quantity:
-    """Join a value and its interval.
-
-    Parameters
-    ----------
-    value : float
-        The value.
-    interval : Interval
-        Its uncertainty.
-    unit : str
-        Its unit.
-
-    Returns
-    -------
-    Quantity
-        The value with its uncertainty.
-    """
-    dof = interval.dof if interval.dof is not None and np.isfinite(interval.dof) else None
-    return Quantity(value, interval.standard, unit, interval.expanded, dof)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from accelcal.estimate.launch import reached_by, same_levels
 from accelcal.estimate.uncertainty import Component, Intervals, interval_stack, propagate
 from accelcal.results.quantity import Quantity
-from accelcal.temperature.bilinear import interval_of, quantity
+from accelcal.temperature.bilinear import interval_of
 from accelcal.temperature.chance_of_misfit import chance_of_misfit
 
 __all__ = [
@@ -124,7 +124,7 @@ class Hysteresis(NamedTuple):
         if not self.half_widths.shape[1]:
             return None
         found = interval_of(self.intervals, (index, 0))
-        return quantity(float(self.mean[index]), found, "g")
+        return found.around(float(self.mean[index]), "g")
 
 
 def mean_hysteresis(
