@@ -512,3 +512,12 @@ def test_a_drift_that_bends_is_not_called_a_straight_one():
     assert found.unexplained.structure.startswith("along the time")
     straight = accelcal.simulate(plan=plan, effects=[effect("bias-drift").of(2e-5)], seed=3)
     assert [each.id for each in accelcal.discover(straight).effects] == ["bias-drift"]
+
+
+def test_a_run_in_another_unit_is_said():
+    """The laws of three levels take up whatever the scale factor of each run is."""
+    record = accelcal.simulate(seed=3)
+    said = "K1 of run 2 is 1.03e+03 times that of the others: another unit, sign or accelerometer"
+    output = np.where(record.run == 1, 1000.0 * record.output, record.output)
+    assert accelcal.discover(replace(record, output=output)).notes[0].startswith(said)
+    assert not any("another unit" in note for note in accelcal.discover(record).notes)

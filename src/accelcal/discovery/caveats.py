@@ -23,6 +23,9 @@ _LIKE_THE_HEAD = 0.9
 _OTHERWISE = 2.0
 """Standard uncertainties by which a coefficient must differ to be told."""
 
+_OF_ANOTHER_SIZE = 0.2
+"""Part by which a run's scale factor must differ to be that of another unit or accelerometer."""
+
 _MOST_RIVALS = 3
 
 _ALIKE = 0.999
@@ -46,9 +49,31 @@ def caveats(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[st
     str
         A sentence.
     """
+    yield from _of_another_size(comparison)
     yield from _otherwise(comparison, found)
     yield from _undeclared(comparison, found[0].instances if found else ())
     yield from _noise(comparison)
+
+
+def _of_another_size(comparison: Comparison) -> Iterator[str]:
+    """A run in another unit, which temperature laws or a free scale factor take up."""
+    c, record = comparison.model.conditions, comparison.record
+    size = {}
+    for run in np.unique(c.run).tolist():
+        own = c.run == run
+        design = np.stack([np.ones_like(c.input), c.input, c.cross], axis=1)[own]
+        fitted, _, rank, _ = np.linalg.lstsq(design, record.output[own], rcond=1e-9)
+        if rank == design.shape[1]:
+            size[record.run_labels[run]] = float(fitted[1])
+    if len(size) < 2:
+        return
+    usual = sorted(size.values())[(len(size) - 1) // 2] or np.nan
+    odd = max(size, key=lambda run: abs(size[run] / usual - 1.0))
+    if abs(size[odd] / usual - 1.0) > _OF_ANOTHER_SIZE:
+        yield (
+            f"K1 of run {odd} is {size[odd] / usual:.3g} times that of the others: another unit,"
+            " sign or accelerometer; mend that first, as it is taken up as if it were temperature"
+        )
 
 
 def _otherwise(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[str]:
