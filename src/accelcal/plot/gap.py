@@ -92,9 +92,8 @@ def where(found: Sequence[Share], alpha: float, ax: Axes | None) -> Axes:
             ax.barh(rows, [sizes[i] for i in rows], 0.62, color=colour, label=name)
     most = max(sizes, default=1.0)
     for place, share in enumerate(shares):
-        ax.text(
-            sizes[place] + 0.015 * most, place, p_value(share.p_value), va="center", fontsize=SMALL
-        )
+        chance = p_value(share.p_value)
+        ax.text(sizes[place] + 0.015 * most, place, chance, va="center", fontsize=SMALL)
     ax.set_yticks(range(len(shares)), [_in_words(share.factor) for share in shares])
     ax.invert_yaxis()
     ax.set(xlabel="share of the disagreement [%]", xlim=(0.0, 1.25 * most or 1.0))

@@ -241,14 +241,9 @@ def history_html(history: History) -> str:
     parts = [heading(f"History of {history.serial or 'a unit'}", count)]
     rows = [(trend.name, "drift", "", *_interval(trend.drift)) for trend in history.trends]
     rows += [
-        (
-            trend.name,
-            f"jump {jump.after} … {jump.before}",
-            p_value(jump.p_value),
-            *_interval(jump.size),
-        )
+        (trend.name, f"jump {j.after} … {j.before}", p_value(j.p_value), *_interval(j.size))
         for trend in history.trends
-        for jump in trend.jumps
+        for j in trend.jumps
     ]
     parts.append(table("drift and jumps", ("", "", "", *_INTERVAL), rows))
     return "".join([*parts, items(map(safe, history.notes))])
@@ -311,9 +306,7 @@ def _effect_rows(effect: Any) -> Iterator[tuple[str, ...]]:
 
 def _where(found: Sequence[Share]) -> str:
     shares = sorted(found, key=lambda share: -share.share)
-    rows = [
-        (share.factor, f"{100 * share.share:.1f} %", p_value(share.p_value)) for share in shares
-    ]
+    rows = [(s.factor, f"{100 * s.share:.1f} %", p_value(s.p_value)) for s in shares]
     return table("where they disagree", ("factor", "share", ""), rows)
 
 
