@@ -10,15 +10,16 @@ from typing import IO, TYPE_CHECKING, Any, cast
 
 import click
 
-from accelcal.cli.deliver import refuse_to_overwrite, remark
+from accelcal.cli.deliver import refuse_to_overwrite, remark, standard_output
 from accelcal.cli.options import (
     data_argument,
     effects_option,
     mounting_option,
     number,
     output_option,
+    serial_option,
 )
-from accelcal.errors import AccelcalWarning, InputError
+from accelcal.errors import AccelcalWarning
 
 if TYPE_CHECKING:
     from accelcal.io.samples import SampleReader
@@ -45,7 +46,7 @@ __all__ = ["apply"]
     "--g", "gravity", type=number, metavar="M_S2", help="Gravity where it was calibrated [m/s^2]."
 )
 @click.option("--unit", "output_unit", metavar="UNIT", help="Unit of the outputs in DATA.")
-@click.option("--serial", metavar="TEXT", help="Serial number, where CAL.json holds several.")
+@serial_option
 @click.option("--run", metavar="TEXT", help="Use the table of this run only.")
 @mounting_option
 @click.option(
@@ -125,10 +126,9 @@ def _warn(texts: Iterable[str]) -> None:
 def _destination(path: str | None) -> Iterator[IO[bytes]]:
     """Standard output, or a file that is written whole or not at all."""
     if path is None or path == "-":
-        if sys.stdout is None:
-            raise InputError("standard output is closed; open it, or name a file with -o")
-        yield sys.stdout.buffer
-        sys.stdout.flush()
+        stream = standard_output()
+        yield stream.buffer
+        stream.flush()
         return
     from accelcal.atomic import open_atomically
 

@@ -15,6 +15,7 @@ from accelcal.cli.options import (
     number,
     numbers,
     output_option,
+    serial_option,
 )
 from accelcal.cli.stand_budget import asked_for_stand, budget_of_stand, stand_options
 from accelcal.units import HOUR
@@ -81,7 +82,7 @@ __all__ = ["budget"]
 @click.option("--exact", is_flag=True, help="Take (K1 - K1N)/K1 of (2), not its first order.")
 @click.option("--extrapolate", is_flag=True, help="Allow temperatures outside the calibrated ones.")
 @stand_options
-@click.option("--serial", metavar="TEXT", help="Serial number, where CAL.json holds several.")
+@serial_option
 @mounting_option
 @click.option("--plot", "picture", metavar="FILE", help="Draw the budget (png or svg).")
 @format_option("text", "json", "csv")

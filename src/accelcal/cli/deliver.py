@@ -6,7 +6,7 @@ import os
 import re
 import sys
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, TextIO
 
 import click
 
@@ -21,6 +21,7 @@ __all__ = [
     "refuse_stdin_twice",
     "refuse_to_overwrite",
     "remark",
+    "standard_output",
 ]
 
 
@@ -86,6 +87,24 @@ def remark(text: str) -> None:
         The line.
     """
     click.echo(visible(by_options(text)), file=sys.stderr)
+
+
+def standard_output() -> TextIO:
+    """Standard output, where results go.
+
+    Returns
+    -------
+    text file
+        The stream.
+
+    Raises
+    ------
+    InputError
+        If it is closed.
+    """
+    if sys.stdout is None:
+        raise InputError("standard output is closed; open it, or name a file with -o")
+    return sys.stdout
 
 
 def refuse_to_overwrite(sources: Sequence[str], path: str | None) -> None:
@@ -157,10 +176,9 @@ def _coloured(text: str) -> str:
 
 
 def _print(text: str) -> None:
-    if sys.stdout is None:
-        raise InputError("standard output is closed; open it, or name a file with -o")
+    stream = standard_output()
     try:
-        click.echo(text, file=sys.stdout, nl=False)  # else click takes ASCII for UTF-8
+        click.echo(text, file=stream, nl=False)  # else click takes ASCII for UTF-8
     except BrokenPipeError:
         raise
     except OSError as error:

@@ -7,7 +7,7 @@ import warnings
 import click
 
 from accelcal.cli.deliver import deliver, refuse_to_overwrite
-from accelcal.cli.options import mounting_option, output_option
+from accelcal.cli.options import mounting_option, output_option, serial_option
 from accelcal.errors import AccelcalWarning, InputError
 
 __all__ = ["export"]
@@ -24,7 +24,7 @@ _FORM_OF_SUFFIX = {".h": "c", ".hpp": "c", ".yaml": "yaml", ".yml": "yaml", ".cs
     type=click.Choice(["c", "yaml", "csv"]),
     help="Format; by default that of the file's extension.",
 )
-@click.option("--serial", metavar="TEXT", help="Serial number, where CAL.json holds several.")
+@serial_option
 @click.option("--run", metavar="TEXT", help="Export the table of this run only.")
 @mounting_option
 def export(

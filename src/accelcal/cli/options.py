@@ -23,13 +23,16 @@ __all__ = [
     "fixture_angle",
     "fixture_angle_option",
     "format_option",
+    "local_gravity_option",
     "mounting_option",
     "number",
     "numbers",
     "output_option",
     "reference_temperature_option",
     "report_option",
+    "serial_option",
     "setting",
+    "specification_option",
     "words",
 ]
 
@@ -129,6 +132,22 @@ def reference_temperature_option(function: Function) -> Function:
     )(function)
 
 
+def local_gravity_option(function: Function) -> Function:
+    """Option ``--g``; the parameter is called ``local_gravity``."""
+    return click.option(
+        "--g", "local_gravity", type=number, metavar="M_S2", help="Local gravity [m/s^2]."
+    )(function)
+
+
+def specification_option(function: Function) -> Function:
+    """Option ``--spec``."""
+    return click.option(
+        "--spec",
+        metavar="SPEC.toml",
+        help="Judge against this data sheet; the exit code is 1 where a limit fails.",
+    )(function)
+
+
 def report_option(function: Function) -> Function:
     """Option ``--report``; the parameter is called ``page``."""
     return click.option(
@@ -200,6 +219,13 @@ def effects_option(function: Function) -> Function:
     return cast("Function", command)
 
 
+def serial_option(function: Function) -> Function:
+    """Option ``--serial``: one calibration of several."""
+    return click.option(
+        "--serial", metavar="TEXT", help="Serial number, where CAL.json holds several."
+    )(function)
+
+
 def mounting_option(function: Function) -> Function:
     """Option ``--mounting``: the tables of one mounting of a calibration."""
     return click.option(
@@ -231,9 +257,7 @@ _CALIBRATION: tuple[Callable[[Any], Any], ...] = (
     ),
     click.option("--robust", is_flag=True, help="Guard against outliers by comparing the strokes."),
     reference_temperature_option,
-    click.option(
-        "--g", "local_gravity", type=number, metavar="M_S2", help="Local gravity [m/s^2]."
-    ),
+    local_gravity_option,
     fixture_angle_option,
     apparatus_options,
     click.option(
@@ -273,9 +297,5 @@ _CALIBRATION: tuple[Callable[[Any], Any], ...] = (
         metavar="HEAD.json|CERT.csv",
         help="Correct for the errors of the head: of accelcal head, or of a certificate.",
     ),
-    click.option(
-        "--spec",
-        metavar="SPEC.toml",
-        help="Judge against this data sheet; the exit code is 1 where a limit fails.",
-    ),
+    specification_option,
 )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from accelcal.cli.deliver import deliver, refuse_to_overwrite
-from accelcal.cli.options import effects_option, output_option
+from accelcal.cli.options import effects_option, output_option, specification_option
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:
@@ -21,11 +21,7 @@ __all__ = ["report"]
 @click.command()
 @click.argument("result", metavar="RESULT.json")
 @output_option("the report", metavar="FILE.(html|md|pdf)")
-@click.option(
-    "--spec",
-    metavar="SPEC.toml",
-    help="Judge against this data sheet; the exit code is 1 where a limit fails.",
-)
+@specification_option
 @click.option(
     "--data",
     multiple=True,

@@ -6,7 +6,12 @@ import click
 
 from accelcal.cli.deliver import refuse_to_overwrite
 from accelcal.cli.forms import deliver_result
-from accelcal.cli.options import data_argument, format_option, number, output_option
+from accelcal.cli.options import (
+    data_argument,
+    format_option,
+    local_gravity_option,
+    output_option,
+)
 
 __all__ = ["triad"]
 
@@ -21,7 +26,7 @@ __all__ = ["triad"]
     show_default=True,
     help="Axis of the frame that lies along its channel's sensitive axis (attitudes unknown).",
 )
-@click.option("--g", "local_gravity", type=number, metavar="M_S2", help="Local gravity [m/s^2].")
+@local_gravity_option
 @click.option("--unit", metavar="UNIT", help="Unit of the outputs, such as V.")
 @click.option("--serial", metavar="NAME", help="Serial number of the triad.")
 @format_option("text", "json", "csv")
