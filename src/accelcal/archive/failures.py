@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from accelcal.errors import AccelcalError, AccelcalWarning
 
-__all__ = ["attempt", "caught", "one_line"]
+__all__ = ["attempt", "caught", "one_line", "reason"]
 
 Result = TypeVar("Result")
 
@@ -74,3 +74,24 @@ def one_line(error: AccelcalError) -> str:
     """
     text = " ".join(str(error).splitlines())
     return text if getattr(error, "source", None) else f"error: {text}"
+
+
+def reason(error: Exception) -> str:
+    r"""Word an error of somebody else's in one line.
+
+    Parameters
+    ----------
+    error : Exception
+        What went wrong.
+
+    Returns
+    -------
+    str
+        What it says, or its name where it says nothing.
+
+    Examples
+    --------
+    >>> reason(ValueError("no\nbucket")), reason(TimeoutError())
+    ('no bucket', 'TimeoutError')
+    """
+    return " ".join(str(error).split()) or type(error).__name__

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple, TypeVar
 
+from accelcal.archive.failures import reason
 from accelcal.archive.replaceable import may_be_replaced
 from accelcal.errors import InputError, not_installed
 
@@ -279,7 +280,7 @@ def _of_url(url: str) -> list[SourceFile]:
     except FileNotFoundError:
         raise InputError(f"{url}: no such file or folder; give files, folders or globs") from None
     except Exception as error:  # each file system fails in its own way
-        raise InputError(f"{url} cannot be listed: {_line(error)}; check the address") from None
+        raise InputError(f"{url} cannot be listed: {reason(error)}; check the address") from None
     return _some([_of_store(system, path, known[path]) for path in sorted(known)], url, {})
 
 
@@ -302,9 +303,5 @@ def _file_system(url: str) -> tuple[Any, str]:
         system, name = url_to_fs(url)
     except (ImportError, ValueError) as error:
         remedy = "install what its store needs, such as s3fs, or give files"
-        raise InputError(f"{url} cannot be opened: {_line(error)}; {remedy}") from None
+        raise InputError(f"{url} cannot be opened: {reason(error)}; {remedy}") from None
     return system, name
-
-
-def _line(error: Exception) -> str:
-    return " ".join(str(error).split()) or type(error).__name__

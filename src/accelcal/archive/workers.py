@@ -15,6 +15,7 @@ from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from accelcal.archive.failures import reason
 from accelcal.errors import InputError, not_installed
 
 if TYPE_CHECKING:
@@ -325,8 +326,7 @@ def _client(connect: Callable[..., Any], where: Any) -> Any:
     try:
         return connect(where, timeout="5s", set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
-        told = " ".join(str(error).split()) or type(error).__name__
         raise InputError(
-            f"dask={where!r}: no scheduler there ({told}); start one by 'dask scheduler', or give"
-            " dask='local'"
+            f"dask={where!r}: no scheduler there ({reason(error)}); start one by 'dask"
+            " scheduler', or give dask='local'"
         ) from None
