@@ -346,6 +346,17 @@ def test_what_the_caller_declares_wins(engine):
     assert taken(ORDINARY["as written"], engine, given)
 
 
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("unit", ["mA", "V"])
+@pytest.mark.parametrize("header", ["", "# unit: milliamp\n", "# unit: pt\n"])
+@pytest.mark.parametrize("heading", ["output", "output [V],std [V]", "std [mA],output [mA]"])
+def test_a_unit_that_is_overridden_is_said(engine, unit, header, heading):
+    cells = ["1.3,0.9", "0.9,1.3"] if "std" in heading else ["1.3", "0.9"]
+    rows = "".join(f"20,{j},1,{cell}\n" for j, cell in zip((1, 4), cells, strict=True))
+    text = f"{header}temperature,position,stroke,{heading}\n{rows}"
+    assert taken(text, engine, {"unit": unit})
+
+
 def test_a_simulated_record_passes_through():
     text = io.StringIO()
     record = accelcal.simulate(seed=4)

@@ -25,7 +25,7 @@ from accelcal.io.cell_blocks import (
     read_engine,
 )
 from accelcal.io.columns import CONSTANTS
-from accelcal.io.declarations import declarations
+from accelcal.io.declarations import declarations, notes_of_unit
 from accelcal.io.layout import Layout, read_layout
 from accelcal.io.ordinary_rows import Group, Plain, Rules, records_of
 from accelcal.io.text import SourceText
@@ -299,13 +299,15 @@ def _numbers(
         roles = _roles(layout.headings) if layout.separator == "," else None
         if roles is None or not {"runs", *CONSTANTS}.isdisjoint(layout.declared):
             return None
-        declared = declarations(layout, ".", _one_unit(layout, overrides), overrides)
+        unit = _one_unit(layout, overrides)
+        declared = declarations(layout, ".", unit, overrides)
     except InputError:
         return None
     time = next((h.unit for h in layout.headings if h.role == "time"), None)
     factor = TIME_UNITS.get((time or "s").casefold(), 1.0)
     rules = Rules(roles, declared.record["positions"], factor)
-    return _Shared(rules, {**declared.record, "notes": ()}, declared.metadata)
+    notes = notes_of_unit(str(unit), _written_units(layout), overrides)
+    return _Shared(rules, {**declared.record, "notes": notes}, declared.metadata)
 
 
 def _roles(headings: Sequence[Heading]) -> tuple[str, ...] | None:
@@ -335,13 +337,19 @@ def _one_unit(layout: Layout, overrides: Mapping[str, Any]) -> str | None:
     """
     if overrides.get("unit"):
         return output_unit(str(overrides["unit"]))
-    header = layout.declared.get("unit")
-    written = [header.value] if header and header.value else []
-    written += [h.unit for h in layout.headings if h.unit and h.role in ("output", "std")]
-    units = set(map(output_unit, written))
+    units = set(map(output_unit, _written_units(layout)))
     if len(units) > 1:
         raise InputError("several units; the general reader tells which")
     return units.pop() if units else None
+
+
+def _written_units(layout: Layout) -> list[str]:
+    """Units of the header line, the outputs and their spread, in this order."""
+    header = layout.declared.get("unit")
+    written = [header.value] if header and header.value else []
+    for role in ("output", "std"):
+        written += [h.unit for h in layout.headings if h.unit and h.role == role]
+    return written
 
 
 def _metadata(declared: Mapping[str, str], worded: Mapping[str, str]) -> dict[str, str]:

@@ -17,7 +17,12 @@ from accelcal.dates import date_of
 from accelcal.errors import TableError, located
 from accelcal.io.cells import MISSING, Column
 from accelcal.io.columns import CONSTANTS, Engine, Table, choose_columns
-from accelcal.io.declarations import Declarations, declarations, declared_by_caller
+from accelcal.io.declarations import (
+    Declarations,
+    declarations,
+    declared_by_caller,
+    notes_of_unit,
+)
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split
 from accelcal.io.layout import Layout, listed, read_layout, shown, were
 from accelcal.io.readings import Readings, notes_of_midnight, notes_of_turn, read_readings
@@ -199,8 +204,8 @@ def _read_by(
     readings = read_readings(table, declared.record["positions"])
     turn = notes_of_turn(readings, declared.record["positions"])
     notes = [*layout.notes, *table.notes, *turn, *notes_of_midnight(readings)]
-    if given:
-        notes += _note_of_unit(str(unit), layout, table)
+    written = (own for own, *_ in _written_units(layout, table))
+    notes += notes_of_unit(str(unit), written, overrides)
     if text.encoding == "latin-1":
         notes.insert(0, "the text is not UTF-8 and was read as latin-1")
     common = {**declared.record, "source": layout.source, "notes": tuple(notes)}
@@ -240,14 +245,6 @@ def _unit(layout: Layout, table: Table) -> str | None:
             remedy = "give all outputs in one unit"
             raise TableError(problem, remedy, source=layout.source, line=at)
     return found[0][0] if found else None
-
-
-def _note_of_unit(unit: str, layout: Layout, table: Table) -> Iterator[str]:
-    """Say where the table has another unit than the one by which the caller overrides it."""
-    for written, *_ in _written_units(layout, table):
-        if not is_output_unit(written) or output_unit(written) != unit:
-            yield f"the table has outputs in {shown(written)}; they are taken as {unit}, as asked"
-            return
 
 
 def _written_units(layout: Layout, table: Table) -> Iterator[tuple[str, int, int]]:
