@@ -11,6 +11,7 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.noise import dummies
 from accelcal.discovery.solution import changes, solution
+from accelcal.discovery.wandering import wandering
 from accelcal.geometry import head_positions
 from accelcal.results.findings import Change
 from accelcal.units import MICRO
@@ -27,6 +28,9 @@ _OF_ANOTHER_SIZE = 0.2
 """Part by which a run's scale factor must differ to be that of another unit or accelerometer."""
 
 _MOST_RIVALS = 3
+
+_AS_LIKELY = 0.01
+"""Likelihood, over that with a named effect, from which on a wandering bias is told."""
 
 _ALIKE = 0.999
 """Cosine from which two places of an effect are one to the readings."""
@@ -51,6 +55,7 @@ def caveats(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[st
     """
     yield from _of_another_size(comparison)
     yield from _otherwise(comparison, found)
+    yield from _wandering(comparison, found)
     yield from _undeclared(comparison, found[0].instances if found else ())
     yield from _noise(comparison)
 
@@ -92,6 +97,18 @@ def _otherwise(comparison: Comparison, found: Sequence[Explanation]) -> Iterator
         ]
         if told:
             yield f"if it is {name} in truth: {', '.join(told)}"
+
+
+def _wandering(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[str]:
+    """Effects that a bias without any law would look like."""
+    if not found:
+        return
+    for item, rms in wandering(comparison, found[0].instances, _AS_LIKELY):
+        yield (
+            f"{item.effect.id} is not sure: a bias that wanders, as a random walk or flicker noise"
+            f" of {rms * MICRO:.2g} ug rms in a run, could as well be what these readings show;"
+            " repeat the test: what comes back the same is no noise"
+        )
 
 
 def _twins(

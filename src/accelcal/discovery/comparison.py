@@ -68,6 +68,8 @@ def compared(
     reference_temperature: float,
     delta0: float = 0.0,
     known: tuple[Instance, ...] = (),
+    *,
+    memory: bool = True,
 ) -> Comparison:
     """Compare a record with the base model.
 
@@ -81,6 +83,8 @@ def compared(
         Fixture angle [rad].
     known : tuple of Instance
         Effects that are known to be there, so that they do not count as noise.
+    memory : bool, default True
+        Whether neighbouring readings may be correlated.
 
     Returns
     -------
@@ -99,6 +103,8 @@ def compared(
     first = model.residual(solve(model))
     within = np.hstack([repeating, *columns])
     noise = reading_noise(model.conditions, first, within, _step(record, model))
+    if not memory:
+        noise = noise._replace(rho=0.0)
     spread = _spread(record, model, noise)
     space_whitener = whitener_of(spread, noise.sigma)
     parameters = solve(model, space_whitener)

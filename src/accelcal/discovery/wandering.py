@@ -1,0 +1,96 @@
+"""A bias that wanders, as of flicker noise or a random walk, in place of an effect that was named.
+
+A walk looks like a step, a drift or a warm-up, and no test of fit tells it from a small one. The
+likelihoods do: in place of the effect stands a bias of each run of which the power falls with the
+frequency (IEEE 1293: bias instability, random walk), of whatever size suits the readings best.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.discovery.candidates import Instance, direction
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.family import without
+from accelcal.discovery.noise import dummies, orthonormal
+from accelcal.effects.conditions import Conditions
+
+__all__ = ["wandering"]
+
+Array = NDArray[np.float64]
+
+_POWERS = (1.0, 2.0)
+"""Power of flicker noise and of a random walk falls with so much of the frequency."""
+
+_FASTEST = 24
+"""Half waves in a run beyond which no slow noise is told from that of single readings."""
+
+_SIZES = np.geomspace(0.01, 1000.0, 51)
+"""Sizes of the wandering that are tried, in standard deviations of a reading."""
+
+
+def wandering(
+    comparison: Comparison, instances: Sequence[Instance], as_likely: float
+) -> Iterator[tuple[Instance, float]]:
+    """Find effects in place of which a wandering bias would explain the readings, too.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Record and model.
+    instances : sequence of Instance
+        The effects that were named.
+    as_likely : float
+        Likelihood, over that with the effect, above which a wandering bias explains them.
+
+    Yields
+    ------
+    effect : Instance
+        One of the effects.
+    rms : float
+        By how much the bias would wander in a run [g].
+    """
+    space, c, sigma = comparison.space, comparison.model.conditions, comparison.noise.sigma
+    units = np.stack([direction(item, space, c)[0] for item in instances], axis=1)
+    with_all = _log_likelihood(without(comparison.seen, orthonormal(units)))
+    waves, frequency = _half_waves(c)
+    seen = space.see(c.gain[:, None] * waves * sigma)
+    for place, item in enumerate(instances):
+        others = orthonormal(np.delete(units, place, axis=1))
+        rest, columns = without(comparison.seen, others), without(seen, others)
+        found = (_likeliest(rest, columns, frequency**-power) for power in _POWERS)
+        log, rms = max(found)
+        if log - with_all > np.log(as_likely):
+            yield item, rms * sigma
+
+
+def _log_likelihood(white: Array) -> float:
+    return -0.5 * float(white @ white)
+
+
+def _half_waves(c: Conditions) -> tuple[Array, Array]:
+    """Cosines of mean square 1 along each run, and how many half waves each has."""
+    runs = dummies(c.run)
+    place = np.zeros(c.number.size)
+    for run in runs.T > 0.0:
+        place[run] = (np.argsort(np.argsort(c.number[run])) + 0.5) / run.sum()
+    count = min(_FASTEST, int(runs.sum(axis=0).max()) // 2)
+    frequency = np.repeat(np.arange(1.0, count + 1.0), runs.shape[1])
+    waves = np.sqrt(2.0) * np.cos(np.pi * frequency * place[:, None])
+    return np.tile(runs, count) * waves, frequency
+
+
+def _likeliest(rest: Array, columns: Array, power: Array) -> tuple[float, float]:
+    """Largest likelihood of a random part with such a spectrum, and its rms over that of noise."""
+    acting = columns * np.sqrt(power)
+    values, vectors = np.linalg.eigh(acting.T @ acting)
+    good = values > 1e-9 * values[-1]
+    values, shown = values[good], (vectors[:, good].T @ (acting.T @ rest)) ** 2 / values[good]
+    variance = 1.0 + _SIZES[:, None] ** 2 * values
+    gain = 0.5 * (shown * (1.0 - 1.0 / variance) - np.log(variance)).sum(axis=1)
+    best = int(np.argmax(gain))
+    in_a_run = float(np.sqrt(power.sum() / (power == 1.0).sum()))
+    return _log_likelihood(rest) + float(gain[best]), float(_SIZES[best]) * in_a_run

@@ -1,0 +1,76 @@
+"""Noise that is slow, and slow effects that pass for such noise."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+import accelcal
+from accelcal.discovery.wandering import _SIZES, _likeliest
+from accelcal.simulation import TumblePlan
+
+ONE_RUN = TumblePlan(temperatures=(20.0,), seconds_per_reading=45.0, timed=True)
+
+
+def walked(seed, step):
+    """A record of three runs with a random walk of the bias [g a reading] in each."""
+    record = accelcal.simulate(plan=TumblePlan(timed=True), seed=seed)
+    walk = np.random.default_rng(seed).standard_normal((3, len(record) // 3)) * step
+    return replace(record, output=record.output + 1.35 * np.cumsum(walk, axis=1).ravel())
+
+
+def doubted(found):
+    return {note.split()[0] for note in found.notes if " is not sure: " in note}
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_warm_up_within_the_only_run_is_no_noise(seed):
+    hidden = accelcal.effect("warm-up").of(8e-5, tau=450.0)
+    record = accelcal.simulate(plan=ONE_RUN, effects=[hidden], seed=seed)
+    found = accelcal.discover(record)
+    assert [item.id for item in found.effects] == ["warm-up"]
+    amplitude = found.effects[0].parameters["amplitude"]
+    assert abs(amplitude.value - 8e-5) < 4.0 * amplitude.standard_uncertainty
+    assert found.noise[0].value < 8e-6
+    assert found.after.rms < found.before.rms
+
+
+def test_a_bias_that_walks_is_told_beside_the_name_that_it_gets():
+    found = [accelcal.discover(walked(seed, 1.5e-6)) for seed in range(12)]
+    named = [
+        each
+        for each in found
+        if {item.id for item in each.effects} & {"bias-step", "bias-drift", "warm-up"}
+    ]
+    assert len(named) > 2
+    assert sum(bool(doubted(each)) for each in named) > 0.7 * len(named)
+
+
+@pytest.mark.parametrize(
+    "hidden",
+    [
+        accelcal.effect("bias-step").of(2e-5, reading=80.0),
+        accelcal.effect("warm-up").of(6e-5, tau=600.0),
+        accelcal.effect("stroke-offset").of(1e-5),
+    ],
+    ids=lambda hidden: hidden.effect.id,
+)
+def test_a_step_a_warm_up_and_an_offset_are_not_doubted(hidden):
+    for seed in range(3):
+        found = accelcal.discover(accelcal.simulate(effects=[hidden], seed=seed))
+        assert [item.id for item in found.effects] == [hidden.effect.id]
+        assert doubted(found) == set()
+
+
+def test_the_likelihood_is_that_of_the_normal_distribution():
+    rng = np.random.default_rng(4)
+    columns, power, rest = rng.standard_normal((9, 4)), 1.0 / np.arange(1.0, 5.0), np.full(9, 2.0)
+    log, rms = _likeliest(rest, columns, power)
+    logs = [
+        multivariate_normal.logpdf(rest, cov=np.eye(9) + s**2 * (columns * power) @ columns.T)
+        for s in _SIZES
+    ]
+    white = multivariate_normal.logpdf(np.zeros(9), cov=np.eye(9))
+    assert log == pytest.approx(max(logs) - white)
+    assert rms == pytest.approx(_SIZES[int(np.argmax(logs))] * np.sqrt(power.sum()))
