@@ -220,7 +220,8 @@ def found_at_levels(fault: str, tables: int, seed: int) -> list[float]:
         as_arrays = {name: np.array(values) for name, values in columns.items()}
         FAULTS[fault][1](as_arrays)
         prepared.append(prepare(record_of(as_arrays, ONE.declared)))
-    noises = [noise_of_stack([table], [table.record.output[None]])[0].one(0) for table in prepared]
+    stacks = [noise_of_stack([table], [table.record.output[None]])[0] for table in prepared]
+    noises = [noise.of_records(0) for noise in stacks]
     fits = [linear_estimator(table).coefficients(table.record.output) for table in prepared]
     stack, own = TableStack.of(prepared, fits, noises), FAULTS[fault][0]
     found = [{gate.name: gate for gate in gates_of_stack(stack, count)}[own] for count in SHARED]

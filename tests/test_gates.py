@@ -688,6 +688,13 @@ def test_a_copy_among_many_records_is_that_of_its_record():
     assert [stack.one(i).gates[-1].verdict for i in range(3)] == ["pass", "warn", "pass"]
 
 
+def test_a_copy_among_many_records_is_told_by_the_labels_of_its_record():
+    table = io.StringIO(text_of(copied(list(readings_of(runs=2, strokes=2)), 8)))
+    one = accelcal.read_table(table)
+    ((_, stack),) = calibrate_many([one, replace(one, run_labels=("cold", "warm"))]).stacks
+    assert stack.one(1).gates[-1].finding.startswith("run warm has the readings of run cold ")
+
+
 # -- verdicts --------------------------------------------------------------------------------------
 
 

@@ -118,7 +118,7 @@ def assert_same_model(laws, i, expected):
 def assert_component(laws, tables, i, expected):
     """What the temperatures add to the uncertainty of the tables."""
     heat = laws.of_tables
-    sigma = np.zeros(6 * len(tables)) if heat is None else np.sqrt(heat.of(i).variances)
+    sigma = np.zeros(6 * len(tables)) if heat is None else np.sqrt(heat.of_records(i).variances)
     for table, own in zip(expected.tables, sigma.reshape(-1, 6).tolist(), strict=True):
         budget = [sources.get("temperature", 0.0) for sources in table.budget.values()]
         assert own == pytest.approx(budget, rel=1e-9)
@@ -271,8 +271,7 @@ def test_map_of_the_product_fit_is_its_derivative():
 def test_gates_of_a_stack_of_records_are_those_of_each(options):
     made = list(records(THREE, **options))
     tables, estimate, _ = stacked(made)
-    names = [f"run {label}" for label in made[0].run_labels]
-    found = gates_of_records(RecordStack.of(estimate, tables, names))
+    found = gates_of_records(RecordStack.of(estimate, tables))
     for i, one in enumerate(made):
         expected = accelcal.fit(one, reference_temperature=20.0)
         assert tuple(gate.gate(i) for gate in found) == expected.gates

@@ -385,11 +385,11 @@ def test_a_stack_of_intervals_is_that_of_each():
     parts["a"].covariance[2] = 0.0  # nothing at all
     stack = interval_stack(parts)
     for i in range(6):
-        one = intervals({name: part.of(i) for name, part in parts.items()})
+        one = intervals({name: part.of_records(i) for name, part in parts.items()})
         for j, interval in enumerate(one):
             expected = [np.nan if x is None else x for x in interval]
             assert [float(field[i, j]) for field in stack] == pytest.approx(expected, nan_ok=True)
-    assert intervals({name: part.of(1) for name, part in parts.items()})[0] == (None,) * 4
+    assert intervals({name: part.of_records(1) for name, part in parts.items()})[0] == (None,) * 4
     assert stack.standard[2].tolist() == [0.0, 0.0]
 
 

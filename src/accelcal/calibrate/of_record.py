@@ -13,9 +13,8 @@ from accelcal.calibrate.weaknesses import Fitted, Warned, warnings_of
 from accelcal.estimate.error_sources import error_sources
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.reversal import fixture_angles
-from accelcal.estimate.stack_of_one import stack_of_one
 from accelcal.estimate.tables import PreparedTable
-from accelcal.gates.record import record_gates
+from accelcal.gates.record import RecordStack, gates_of_records
 from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle, has_reference_temperature, reference_temperature_of
 from accelcal.results.calibration import Calibration
@@ -28,7 +27,7 @@ from accelcal.version import __version__
 if TYPE_CHECKING:
     from accelcal.discovery.correction import Correction
 
-__all__ = ["calibration_of_record", "table_names"]
+__all__ = ["calibration_of_record"]
 
 
 def calibration_of_record(
@@ -49,7 +48,7 @@ def calibration_of_record(
     tables : sequence of PreparedTable
         Its tables.
     estimate : JointEstimate
-        Their coefficients.
+        Their coefficients, as a stack of one record.
     gates : sequence of tuple of Gate
         Gates of each table.
     options : Options
@@ -67,7 +66,8 @@ def calibration_of_record(
     method, delta0 = options.method, fixture_angle(record, options.delta0)
     warned = _warnings(record, tables, estimate, laws, options)
     of_tables = [own[0] for own in warned.of_tables]
-    stated = laws.with_temperature(estimate)
+    of_record = gates_of_records(RecordStack.of(estimate, tables))
+    stated, own = laws.with_temperature(estimate), estimate.of_records(0)
     return Calibration(
         method=method,
         robust=options.robust,
@@ -79,13 +79,13 @@ def calibration_of_record(
         delta0_rad=delta0,
         source=record.source,
         date=record.date,
-        error_sources=error_sources(tables, estimate, record.unit),
-        gates=record_gates(estimate, tables, table_names(tables)),
+        error_sources=error_sources(tables, own, record.unit),
+        gates=tuple(gate.gate(0) for gate in of_record),
         warnings=warned.of_record[0],
         software=f"accelcal {__version__}",
         temperature_model=laws.main,
         second_axis_model=laws.second_axis,
-        fixture_angle=fixture_angles(tables, estimate, delta0) if method != "printed" else (),
+        fixture_angle=fixture_angles(tables, own, delta0) if method != "printed" else (),
         effects=() if known is None else tuple(frozen(e.to_document()) for e in known.effects),
         provenance=frozen(record.provenance(options.asked())),
     )
@@ -98,12 +98,12 @@ def _warnings(
     laws: RecordLaws,
     options: Options,
 ) -> Warned:
-    """Say what a reader must know of one record: a stack of one."""
+    """Say what a reader must know of one record, from the estimate as a stack of one."""
     is_given = has_reference_temperature(record, options.reference_temperature)
     return warnings_of(
         Fitted(
             tables=tables,
-            estimate=stack_of_one(estimate),
+            estimate=estimate,
             slopes=Slopes.of_one(laws.main),
             is_chosen=np.array([not is_given]),
             method=options.method,
@@ -112,21 +112,3 @@ def _warnings(
             moved=[laws.said],
         )
     )
-
-
-def table_names(tables: Sequence[PreparedTable]) -> list[str]:
-    """Name the tables of a record.
-
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables.
-
-    Returns
-    -------
-    list of str
-        Such as ``"run 2"``, with the mounting where there are several.
-    """
-    names = [(f"run {t.run_label}", t.mounting) for t in tables]
-    several = len({mounting for _, mounting in names}) > 1
-    return [f"{run}, mounting {mounting}" if several else run for run, mounting in names]

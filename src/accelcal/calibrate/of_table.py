@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from accelcal.calibrate.quantities import TableQuantities, table_quantities
 from accelcal.estimate.joint import JointEstimate
-from accelcal.estimate.stack_of_one import stack_of_one
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.model import SCALE_FACTOR
@@ -37,7 +36,7 @@ def table_calibrations(
     tables : sequence of PreparedTable
         The tables of one record.
     estimate : JointEstimate
-        Their coefficients.
+        Their coefficients, as a stack of one record.
     gates : sequence of tuple of Gate
         Their gates.
     warnings : sequence of tuple of str
@@ -48,10 +47,10 @@ def table_calibrations(
     TableCalibration
         One a table.
     """
-    stack, unit = stack_of_one(estimate), tables[0].record.unit
-    quantities = table_quantities(stack.names, stack.coefficients, stack.components, unit)
+    unit, own = tables[0].record.unit, estimate.of_records(0)
+    quantities = table_quantities(own.names, estimate.coefficients, estimate.components, unit)
     for index, table in enumerate(tables):
-        yield _table_calibration(table, estimate, index, quantities, gates[index], warnings[index])
+        yield _table_calibration(table, own, index, quantities, gates[index], warnings[index])
 
 
 def _table_calibration(

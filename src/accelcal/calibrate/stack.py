@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from accelcal.calibrate.head import at_true_angles
 from accelcal.calibrate.known_effects import corrections, effects_component
-from accelcal.calibrate.of_record import calibration_of_record, table_names
+from accelcal.calibrate.of_record import calibration_of_record
 from accelcal.calibrate.options import TEMPERATURE_LAWS, Options
 from accelcal.calibrate.plan import OnePlan
 from accelcal.calibrate.weaknesses import Fitted, Warned, warnings_of
 from accelcal.estimate.estimability import check_names
-from accelcal.estimate.joint import JointStack, estimate_stack
+from accelcal.estimate.joint import JointEstimate, estimate_stack
 from accelcal.estimate.reversal import free_of_fixture_angle
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.estimate.uncertainty import Component
@@ -60,7 +60,7 @@ class CalibrationStack:
         The records with their readings.
     tables : sequence of PreparedTable
         The tables of the first record; of the others only the readings differ.
-    estimate : JointStack
+    estimate : JointEstimate
         Coefficients of all tables of all records, and the components of their errors.
     options : Options
         What was asked.
@@ -78,7 +78,7 @@ class CalibrationStack:
 
     plan: OnePlan
     tables: Sequence[PreparedTable]
-    estimate: JointStack
+    estimate: JointEstimate
     options: Options
     delta0: float
     known: tuple[Correction, ...]
@@ -102,12 +102,11 @@ class CalibrationStack:
         Calibration
             As `accelcal.fit` gives it.
         """
-        own = self.plan.records[record]
         gates = [tuple(g.gate(start + record) for g in found) for found, start in self.gates]
         return calibration_of_record(
-            own,
+            self.plan.records[record],
             self._tables_of(record),
-            self.estimate.one(record),
+            self.estimate.of_records([record]),
             gates,
             self.options,
             self._correction_of(record),
@@ -151,7 +150,7 @@ class CalibrationStack:
             return RecordLaws(main, second, None, said)
         if self.options.temperature_laws != TEMPERATURE_LAWS[0]:
             main = self._from_readings(record, main)
-        return RecordLaws(main, second, None if heat is None else heat.of(record), said)
+        return RecordLaws(main, second, None if heat is None else heat.of_records([record]), said)
 
     def _from_readings(self, record: int, laws: TemperatureModel) -> TemperatureModel:
         from accelcal.temperature.from_readings import laws_from_readings
@@ -209,8 +208,7 @@ class CalibrationStack:
     @cached_property
     def record_gates(self) -> tuple[GateStack, ...]:
         """Gates on what the tables of a record say together."""
-        names = table_names(self.tables)
-        return gates_of_records(RecordStack.of(self.estimate, self.tables, names))
+        return gates_of_records(RecordStack.of(self.estimate, self.tables))
 
     @cached_property
     def gates(self) -> list[tuple[Sequence[GateStack], int]]:
@@ -289,7 +287,7 @@ def _estimate(
     options: Options,
     delta0: float,
     known: Sequence[Correction],
-) -> JointStack:
+) -> JointEstimate:
     record = plan.records[0]
     with naming(record):
         estimate = estimate_stack(
@@ -309,7 +307,7 @@ def _estimate(
 
 
 def _at_rest(
-    plan: OnePlan, tables: Sequence[PreparedTable], estimate: JointStack, options: Options
+    plan: OnePlan, tables: Sequence[PreparedTable], estimate: JointEstimate, options: Options
 ) -> AtRest:
     if options.method == _MISPRINTED or not plan.moves():
         return AtRest.of(plan.outputs)

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.joint import JointStack
+from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.launch import RunShift
-from accelcal.estimate.noise import NoiseStack
+from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
 from accelcal.plural import plural
 from accelcal.record import TumbleRecord
@@ -57,7 +57,7 @@ class Fitted(NamedTuple):
     ----------
     tables : sequence of PreparedTable
         The tables of any of the records.
-    estimate : JointStack
+    estimate : JointEstimate
         What was estimated.
     slopes : Slopes
         What the temperature laws tell.
@@ -75,7 +75,7 @@ class Fitted(NamedTuple):
     """
 
     tables: Sequence[PreparedTable]
-    estimate: JointStack
+    estimate: JointEstimate
     slopes: Slopes
     is_chosen: Mask
     method: str
@@ -141,7 +141,7 @@ def _of_moving(moved: Sequence[tuple[str, ...]]) -> Iterator[Sentence]:
 # -- a table ---------------------------------------------------------------------------------------
 
 
-def _of_table(table: PreparedTable, noise: NoiseStack) -> Iterator[Sentence]:
+def _of_table(table: PreparedTable, noise: ReadingNoise) -> Iterator[Sentence]:
     for text in table.estimability.sentences():
         yield Sentence(True, text)
     yield from _of_declared_scatter(table.record)
@@ -209,13 +209,13 @@ def _mountings(tables: Sequence[PreparedTable]) -> set[str]:
     return {table.mounting for table in tables}
 
 
-def _of_noise_and_head(estimate: JointStack) -> Iterator[Sentence]:
+def _of_noise_and_head(estimate: JointEstimate) -> Iterator[Sentence]:
     """At most one sentence a record: the first that holds says enough."""
     if estimate.head.source != "declared":
         yield from first_of((*_of_estimated_head(estimate), *_of_unknown_head(estimate)))
 
 
-def _of_estimated_head(estimate: JointStack) -> Iterator[Sentence]:
+def _of_estimated_head(estimate: JointEstimate) -> Iterator[Sentence]:
     head = estimate.head
     # one source stands for the whole stack; a record that shows nothing of its head has dof 0
     estimated = (head.source == "estimated") & (head.dof > 0.0)
@@ -230,7 +230,7 @@ def _of_estimated_head(estimate: JointStack) -> Iterator[Sentence]:
     yield Sentence(estimated, _head_of_few_dof, [head.dof])
 
 
-def _of_unknown_head(estimate: JointStack) -> Iterator[Sentence]:
+def _of_unknown_head(estimate: JointEstimate) -> Iterator[Sentence]:
     unrepeated = np.any([noise.source == "residuals" for noise in estimate.noises], axis=0)
     yield Sentence(
         unrepeated & (estimate.lack_of_fit.number > 0),
@@ -244,7 +244,7 @@ def _of_unknown_head(estimate: JointStack) -> Iterator[Sentence]:
     )
 
 
-def _rests_on_few_residuals(estimate: JointStack) -> Mask:
+def _rests_on_few_residuals(estimate: JointEstimate) -> Mask:
     """Whether noise and head error were told apart without a residual that is free of the head."""
     dof = estimate.noises[0].dof
     unrepeated = np.all([noise.source == "residuals" for noise in estimate.noises], axis=0)
@@ -252,7 +252,7 @@ def _rests_on_few_residuals(estimate: JointStack) -> Mask:
     return np.asarray(unrepeated & ((none_is_free & (dof < _FEW_RESIDUALS)) | (dof < _FEW_DOF)))
 
 
-def _is_lost_in_noise(estimate: JointStack) -> Mask:
+def _is_lost_in_noise(estimate: JointEstimate) -> Mask:
     """Whether an estimated head error is of the size of what the noise makes of it."""
     head = estimate.head
     shown = head.uncertainty * estimate.lack_of_fit.strongest

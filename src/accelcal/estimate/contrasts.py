@@ -19,8 +19,8 @@ LEAST_STRENGTH = 0.05
 class LackOfFit(NamedTuple):
     """What the means of the positions say against the model, in units of the reading noise.
 
-    All arrays but `positions` begin with an axis of the records where they are of a stack. There a
-    contrast that tells nothing has the strength 0, in one record it is left out.
+    All arrays but `positions` begin with an axis of the records where they are of a stack. A
+    contrast that tells nothing has the strength 0.
 
     Attributes
     ----------
@@ -110,20 +110,9 @@ class LackOfFit(NamedTuple):
         size = noise[..., None]
         return self._replace(contrasts=self.contrasts / size, strengths=self.strengths / size)
 
-    def one(self, record: int) -> LackOfFit:
-        """Return the contrasts of one record."""
-        shown = self.strengths[record] > 0.0
-        return LackOfFit(
-            self.positions,
-            self.contrasts[record, shown],
-            self.strengths[record, shown],
-            self.directions[record][:, shown],
-        )
-
-    def alone(self) -> LackOfFit:
-        """Return those of one record as a stack."""
-        arrays = (self.contrasts, self.strengths, self.directions)
-        return LackOfFit(self.positions, *(each[None] for each in arrays))
+    def of_records(self, records: int | list[int]) -> LackOfFit:
+        """Return those of some records of a stack, or of one alone."""
+        return LackOfFit(self.positions, *(each[records] for each in self[1:]))
 
 
 class SeenErrors(NamedTuple):

@@ -14,7 +14,7 @@ from accelcal.estimate.head import HeadError
 from accelcal.estimate.launch import RunShift
 from accelcal.estimate.linear import LinearEstimator
 from accelcal.estimate.many_positions import ManyPositions, SeenAtMany
-from accelcal.estimate.noise import NoiseStack
+from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.rounding import rounding
 from accelcal.estimate.uncertainty import Component
 from accelcal.model import SCALE_FACTOR
@@ -35,7 +35,7 @@ class ErrorsOfReadings(NamedTuple):
     ----------
     coefficients : list of ndarray, shape (R, 6)
         Least-squares coefficients of each table.
-    noises : list of NoiseStack
+    noises : list of ReadingNoise
         Reading noise of each table.
     lack_of_fit : LackOfFit or ManyPositions
         What the means of the positions show.
@@ -48,7 +48,7 @@ class ErrorsOfReadings(NamedTuple):
     """
 
     coefficients: list[Array]
-    noises: list[NoiseStack]
+    noises: list[ReadingNoise]
     lack_of_fit: LackOfFit | ManyPositions
     head: HeadError
     seen: SeenErrors | SeenAtMany

@@ -23,7 +23,7 @@ def error_sources(
     tables : sequence of PreparedTable
         The tables of one record.
     estimate : JointEstimate
-        What was found of their errors.
+        What was found of their errors, of one record alone.
     unit : str or None
         Output unit.
 
@@ -38,14 +38,14 @@ def error_sources(
             finite_or_none(noise.factor * median(table.scatter)),
             unit or "output unit",
             finite_or_none(noise.dof) or None,  # no degrees of freedom: nothing is known
-            noise.source,
+            str(noise.source),
         )
         for table, noise in zip(tables, estimate.noises, strict=True)
     ]
     others = [
         ErrorSource(
             name,
-            part.uncertainty if part.source != "none" else None,
+            float(part.uncertainty) if part.source != "none" else None,
             unit_,
             finite_or_none(part.dof),
             part.source,

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from accelcal.estimate.contrasts import LackOfFit
 from accelcal.estimate.grid import Grid
 from accelcal.estimate.many_positions import ManyPositions
-from accelcal.estimate.noise import NoiseStack
+from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.position_means import PositionMeans
 from accelcal.estimate.tables import PreparedTable
 from accelcal.numerics.sorting import distinct
@@ -64,21 +64,22 @@ class HeadError(NamedTuple):
     source: str
     positions: Array
 
-    def one(self, record: int) -> HeadError:
-        """Return the head error of one record."""
-        seen = self.source != "estimated" or self.dof[record] > 0.0
-        return HeadError(
-            float(self.uncertainty[record]),
-            float(self.dof[record]) if seen else np.inf,
-            self.source if seen else "none",
-            self.positions,
-        )
+    def of_records(self, records: int | list[int]) -> HeadError:
+        """Return that of some records of a stack, or of one alone.
+
+        Estimated, it has no degrees of freedom in a record that shows nothing of its head. Where
+        that is so in all of them, it has no source.
+        """
+        own = self._replace(uncertainty=self.uncertainty[records], dof=self.dof[records])
+        if own.source != "estimated" or np.any(own.dof > 0.0):
+            return own
+        return own._replace(dof=np.full_like(own.dof, np.inf), source="none")
 
 
 def lack_of_fit(
     tables: Sequence[PreparedTable],
     outputs: Sequence[Array],
-    noises: Sequence[NoiseStack],
+    noises: Sequence[ReadingNoise],
     coefficients: Sequence[Array],
     root: Array | None = None,
 ) -> LackOfFit | ManyPositions:
@@ -90,7 +91,7 @@ def lack_of_fit(
         The tables of any record of a stack.
     outputs : sequence of ndarray, shape (R, n)
         Their readings in all records [output unit].
-    noises : sequence of NoiseStack
+    noises : sequence of ReadingNoise
         Their noise.
     coefficients : sequence of ndarray, shape (R, 6)
         Least-squares coefficients of each table.

@@ -20,7 +20,7 @@ from accelcal.estimate.head import HeadError, head_error, lack_of_fit
 from accelcal.estimate.launch import RunShift, reached_by, run_shift
 from accelcal.estimate.linear import METHODS, linear_estimator
 from accelcal.estimate.many_positions import ManyPositions
-from accelcal.estimate.noise import NoiseStack, ReadingNoise, noise_of_stack
+from accelcal.estimate.noise import ReadingNoise, noise_of_stack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.estimate.unrepeated import told_apart
@@ -30,7 +30,7 @@ from accelcal.numerics.sorting import distinct
 if TYPE_CHECKING:
     from accelcal.results.head_calibration import HeadCalibration
 
-__all__ = ["JointEstimate", "JointStack", "estimate_stack"]
+__all__ = ["JointEstimate", "estimate_stack"]
 
 Array = NDArray[np.float64]
 
@@ -40,19 +40,21 @@ _BIAS = COEFFICIENTS.index("K0")
 class JointEstimate(NamedTuple):
     """Coefficients of all tables with the components of their errors.
 
+    All arrays, those of the parts too, begin with an axis of the records where they are of a stack.
+
     Attributes
     ----------
-    outputs : tuple of ndarray
+    outputs : tuple of ndarray, shape (..., n)
         Readings that were fitted: pseudo-values where the fit is robust [output unit].
     names : tuple of tuple of str
         Coefficients that are estimated in each table.
     stands_for : tuple of mapping
         What they really tell in each table, see `LinearEstimator`.
-    coefficients : tuple of ndarray, shape (6,)
+    coefficients : tuple of ndarray, shape (..., 6)
         Coefficients of each table, zero where not estimated [output unit / g^n].
-    judged : tuple of ndarray, shape (6,)
+    judged : tuple of ndarray, shape (..., 6)
         Those of plain least squares, from the readings as they are, whatever the method.
-    residuals : tuple of ndarray
+    residuals : tuple of ndarray, shape (..., n)
         Reading minus model, for each reading of each table [output unit].
     noises : tuple of ReadingNoise
         Reading noise of each table.
@@ -87,66 +89,54 @@ class JointEstimate(NamedTuple):
 
     def part(self, table: int) -> slice:
         """Return the place of one table's coefficients among those of all tables."""
-        return _part(self.names, table)
+        start = sum(map(len, self.names[:table]))
+        return slice(start, start + len(self.names[table]))
 
+    def of_records(self, records: int | list[int]) -> JointEstimate:
+        """Return that of some records of a stack, or of one alone.
 
-class JointStack(NamedTuple):
-    """The same for R records of one plan; element by element it is `JointEstimate`.
+        Parameters
+        ----------
+        records : int or list of int
+            Their places, which keep the axis of the records; or one place, which takes it away.
 
-    Attributes
-    ----------
-    outputs : tuple of ndarray, shape (R, n)
-        As of `JointEstimate`, with a leading axis of length R.
-    names, stands_for : tuple
-        As of `JointEstimate`.
-    coefficients, judged, residuals : tuple of ndarray
-        As of `JointEstimate`, of each table, with a leading axis of length R.
-    noises : tuple of NoiseStack
-        Reading noise of each table.
-    head : HeadError
-        Head errors, with a leading axis of length R.
-    lack_of_fit : LackOfFit or ManyPositions
-        Contrasts, with a leading axis of length R.
-    bias_shift, scale_factor_shift : RunShift
-        Shifts, with a leading axis of length R.
-    components, alike : mapping of str to Component
-        Components with a leading axis of length R.
-    """
+        Returns
+        -------
+        JointEstimate
+            Of these records.
 
-    outputs: tuple[Array, ...]
-    names: tuple[tuple[str, ...], ...]
-    stands_for: tuple[Mapping[str, str], ...]
-    coefficients: tuple[Array, ...]
-    judged: tuple[Array, ...]
-    residuals: tuple[Array, ...]
-    noises: tuple[NoiseStack, ...]
-    head: HeadError
-    lack_of_fit: LackOfFit | ManyPositions
-    bias_shift: RunShift
-    scale_factor_shift: RunShift
-    components: Mapping[str, Component]
-    alike: Mapping[str, Component]
+        Examples
+        --------
+        >>> import accelcal
+        >>> from accelcal.calibrate.options import Options
+        >>> from accelcal.calibrate.plan import OnePlan
+        >>> from accelcal.calibrate.stack import calibration_stack
+        >>> plan = OnePlan.of([accelcal.simulate(seed=seed) for seed in (1, 2, 3)])
+        >>> whole = calibration_stack(plan, Options()).estimate
+        >>> [whole.of_records(one).coefficients[0].shape for one in ([0, 2], [1], 1)]
+        [(2, 6), (1, 6), (6,)]
+        """
 
-    def part(self, table: int) -> slice:
-        """Return the place of one table's coefficients among those of all tables."""
-        return _part(self.names, table)
+        def own(arrays: Sequence[Array]) -> tuple[Array, ...]:
+            return tuple(array[records] for array in arrays)
 
-    def one(self, record: int) -> JointEstimate:
-        """Return the estimate of one record."""
+        def of_errors(components: Mapping[str, Component]) -> dict[str, Component]:
+            return {name: part.of_records(records) for name, part in components.items()}
+
         return JointEstimate(
-            outputs=tuple(y[record] for y in self.outputs),
+            outputs=own(self.outputs),
             names=self.names,
             stands_for=self.stands_for,
-            coefficients=tuple(k[record] for k in self.coefficients),
-            judged=tuple(k[record] for k in self.judged),
-            residuals=tuple(r[record] for r in self.residuals),
-            noises=tuple(noise.one(record) for noise in self.noises),
-            head=self.head.one(record),
-            lack_of_fit=self.lack_of_fit.one(record),
-            bias_shift=self.bias_shift.one(record),
-            scale_factor_shift=self.scale_factor_shift.one(record),
-            components={name: part.of(record) for name, part in self.components.items()},
-            alike={name: part.of(record) for name, part in self.alike.items()},
+            coefficients=own(self.coefficients),
+            judged=own(self.judged),
+            residuals=own(self.residuals),
+            noises=tuple(noise.of_records(records) for noise in self.noises),
+            head=self.head.of_records(records),
+            lack_of_fit=self.lack_of_fit.of_records(records),
+            bias_shift=self.bias_shift.of_records(records),
+            scale_factor_shift=self.scale_factor_shift.of_records(records),
+            components=of_errors(self.components),
+            alike=of_errors(self.alike),
         )
 
 
@@ -160,7 +150,7 @@ def estimate_stack(
     robust: bool = False,
     delta0: float = 0.0,
     head: HeadCalibration | None = None,
-) -> JointStack:
+) -> JointEstimate:
     """Estimate the coefficients of all tables of R records of one plan.
 
     Parameters
@@ -187,7 +177,7 @@ def estimate_stack(
 
     Returns
     -------
-    JointStack
+    JointEstimate
         Coefficients, residuals and error components of all records.
 
     Raises
@@ -220,7 +210,7 @@ def estimate_stack(
     reading = errors.reading()
     bias, scale_factor = _run_shifts(errors, reading, levels, apparatus)
     shifts = {"launch": bias, "launch_sf": scale_factor}
-    return JointStack(
+    return JointEstimate(
         outputs=tuple(readings),
         names=tuple(estimator.names for estimator in estimators),
         stands_for=tuple(estimator.stands_for for estimator in estimators),
@@ -242,11 +232,6 @@ def estimate_stack(
         },
         alike=errors.shifts({n: s.alike() for n, s in shifts.items() if s.source == "estimated"}),
     )
-
-
-def _part(names: Sequence[Sequence[str]], table: int) -> slice:
-    start = sum(map(len, names[:table]))
-    return slice(start, start + len(names[table]))
 
 
 def _readings(table: PreparedTable, output: Array, robust: bool) -> Array:

@@ -64,13 +64,10 @@ class RunShift(NamedTuple):
             dof_of_run=self.dof * np.ones_like(self.dof_of_run),
         )
 
-    def one(self, record: int) -> RunShift:
-        """Return the shift in one record."""
-        return self._replace(
-            uncertainty=float(self.uncertainty[record]),
-            of_run=self.of_run[record],
-            scatter=float(self.scatter[record]),
-        )
+    def of_records(self, records: int | list[int]) -> RunShift:
+        """Return that of some records of a stack, or of one alone."""
+        own = {name: getattr(self, name)[records] for name in ("uncertainty", "of_run", "scatter")}
+        return self._replace(**own)
 
 
 def reached_by(levels: Sequence[float]) -> Array | None:

@@ -129,14 +129,9 @@ class ManyPositions(NamedTuple):
             unseen=self.unseen * scale[..., None, :] * scale[..., None],
         )
 
-    def one(self, record: int) -> ManyPositions:
-        """Return that of one record."""
-        own = {name: getattr(self, name)[record] for name in ("acting", "shown", "unseen")}
-        return self._replace(**own)
-
-    def alone(self) -> ManyPositions:
-        """Return that of one record as a stack."""
-        own = {name: getattr(self, name)[None] for name in ("acting", "shown", "unseen")}
+    def of_records(self, records: int | list[int]) -> ManyPositions:
+        """Return that of some records of a stack, or of one alone."""
+        own = {name: getattr(self, name)[records] for name in ("acting", "shown", "unseen")}
         return self._replace(**own)
 
     def deviance(self, noise: Array, head: Array) -> tuple[Array, Array]:

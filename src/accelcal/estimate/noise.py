@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from itertools import compress
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.numerics.grouping import sums_of_groups
 from accelcal.numerics.probability import f_exceeds
 
-__all__ = ["FEW", "NoiseStack", "ReadingNoise", "noise_of_stack"]
+__all__ = ["FEW", "ReadingNoise", "noise_of_stack"]
 
 Array = NDArray[np.float64]
 
@@ -24,61 +24,39 @@ _SIGNIFICANT = 0.01
 
 
 class ReadingNoise(NamedTuple):
-    """Standard deviation of one reading of a table.
+    """Standard deviation of one reading of a table, in one record or in each of a stack.
+
+    All have an axis of the records where they are of a stack.
 
     Attributes
     ----------
-    factor : float
+    factor : float or ndarray
         Standard deviation of a reading over the declared scatter of the table, or the standard
         deviation itself where none is declared [output unit]; NaN where nothing tells it.
-    dof : float
+    dof : float or ndarray
         Degrees of freedom.
-    source : str
+    source : str or ndarray of str
         ``"replicates"``, ``"replicates of all tables"``, ``"declared"``, ``"residuals"``
         or ``"none"``.
-    excess : float or None
-        Ratio of the scatter of replicates to the declared one, where it is significantly above 1.
+    excess : float or ndarray
+        Ratio of the scatter of replicates to the declared one, where it is significantly above 1,
+        else NaN.
     """
 
-    factor: float
-    dof: float
-    source: str
-    excess: float | None = None
-
-
-class NoiseStack(NamedTuple):
-    """Reading noise of one table of each of R records.
-
-    Attributes
-    ----------
-    factor, dof : ndarray, shape (R,)
-        As of `ReadingNoise`.
-    source : ndarray of str, shape (R,)
-        As of `ReadingNoise`.
-    excess : ndarray, shape (R,)
-        As of `ReadingNoise`; NaN where there is none.
-    """
-
-    factor: Array
-    dof: Array
-    source: NDArray[np.str_]
-    excess: Array
+    factor: Any
+    dof: Any
+    source: Any
+    excess: Any = np.nan
 
     @classmethod
-    def of(cls, factor: Array, dof: float, source: str) -> NoiseStack:
+    def of(cls, factor: Array, dof: float, source: str) -> ReadingNoise:
         """Noise that is known in the same way in all records."""
         like = np.zeros_like(factor)
         return cls(factor, like + dof, np.full(factor.shape, source), like + np.nan)
 
-    def one(self, record: int) -> ReadingNoise:
-        """Return the noise of one record."""
-        excess = float(self.excess[record])
-        return ReadingNoise(
-            float(self.factor[record]),
-            float(self.dof[record]),
-            str(self.source[record]),
-            None if np.isnan(excess) else excess,
-        )
+    def of_records(self, records: int | list[int]) -> ReadingNoise:
+        """Return that of some records of a stack, or of one alone."""
+        return ReadingNoise(*(part[records] for part in self))
 
 
 class _Scatter(NamedTuple):
@@ -99,7 +77,7 @@ class _Scatter(NamedTuple):
         return cls(squares, dof)
 
 
-def noise_of_stack(tables: Sequence[PreparedTable], outputs: Sequence[Array]) -> list[NoiseStack]:
+def noise_of_stack(tables: Sequence[PreparedTable], outputs: Sequence[Array]) -> list[ReadingNoise]:
     """Estimate the reading noise of each table from what its replicates allow.
 
     Parameters
@@ -112,7 +90,7 @@ def noise_of_stack(tables: Sequence[PreparedTable], outputs: Sequence[Array]) ->
 
     Returns
     -------
-    list of NoiseStack
+    list of ReadingNoise
         One a table.
 
     Notes
@@ -146,22 +124,22 @@ def _of_all_tables(
     return residual, "residuals" if residual.dof >= 1 else "none"
 
 
-def _of_readings(y: Array, scatter: _Scatter, source: str) -> NoiseStack:
+def _of_readings(y: Array, scatter: _Scatter, source: str) -> ReadingNoise:
     if source == "none":
-        return NoiseStack.of(np.full(len(y), np.nan), 0.0, "none")
+        return ReadingNoise.of(np.full(len(y), np.nan), 0.0, "none")
     # readings that are all alike to the last digit still have a rounding error
     floor = 4.0 * np.finfo(float).eps * np.abs(y).max(axis=1)
-    return NoiseStack.of(np.maximum(np.sqrt(scatter.variance), floor), scatter.dof, source)
+    return ReadingNoise.of(np.maximum(np.sqrt(scatter.variance), floor), scatter.dof, source)
 
 
-def _declared(own: _Scatter, declared_dof: float) -> NoiseStack:
+def _declared(own: _Scatter, declared_dof: float) -> ReadingNoise:
     """Declared scatter, unless the replicates contradict it."""
-    found = NoiseStack.of(np.ones_like(own.squares), declared_dof, "declared")
+    found = ReadingNoise.of(np.ones_like(own.squares), declared_dof, "declared")
     if own.dof < FEW:
         return found
     excess = f_exceeds(_SIGNIFICANT, own.variance, own.dof, declared_dof)
     factor = np.sqrt(own.variance)
-    return NoiseStack(
+    return ReadingNoise(
         np.where(excess, factor, found.factor),
         np.where(excess, own.dof, found.dof),
         np.where(excess, "replicates", found.source),

@@ -15,12 +15,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.joint import JointEstimate, JointStack
+from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import (
@@ -36,7 +36,6 @@ from accelcal.results.fixture_angle import FixtureAngle
 __all__ = ["fixture_angles", "free_of_fixture_angle", "misalignment_stack"]
 
 Array = NDArray[np.float64]
-Joint = TypeVar("Joint", JointEstimate, JointStack)
 
 _K1, _M = (COEFFICIENTS.index(name) for name in ("K1", "M"))
 
@@ -68,7 +67,7 @@ def fixture_angles(
     tables : sequence of PreparedTable
         The tables of one record.
     estimate : JointEstimate
-        Their coefficients.
+        Their coefficients, of one record alone.
     delta0 : float, default 0
         Fixture angle that the estimate took as given [rad].
 
@@ -86,7 +85,7 @@ def fixture_angles(
 
 
 def misalignment_stack(
-    tables: Sequence[PreparedTable], estimate: JointStack, temperatures: Array
+    tables: Sequence[PreparedTable], estimate: JointEstimate, temperatures: Array
 ) -> tuple[Array, Array]:
     """Tell the misalignments free of the fixture angle of many records.
 
@@ -94,7 +93,7 @@ def misalignment_stack(
     ----------
     tables : sequence of PreparedTable
         The tables of any of the R records.
-    estimate : JointStack
+    estimate : JointEstimate
         Their coefficients.
     temperatures : ndarray, shape (R, tables)
         Temperature of each table; NaN where unknown [degC].
@@ -169,19 +168,21 @@ def _tells_couplings(estimate: JointEstimate, weights: Array) -> bool:
     return all("M_ip" in estimate.names[i] and "M_ip" not in estimate.stands_for[i] for i in used)
 
 
-def free_of_fixture_angle(tables: Sequence[PreparedTable], estimate: Joint) -> Joint:
+def free_of_fixture_angle(
+    tables: Sequence[PreparedTable], estimate: JointEstimate
+) -> JointEstimate:
     """Take the fixture angle out of M, where both sides of an axis were measured.
 
     Parameters
     ----------
     tables : sequence of PreparedTable
         The tables of one record, or of any of those of a stack.
-    estimate : JointEstimate or JointStack
+    estimate : JointEstimate
         Their coefficients.
 
     Returns
     -------
-    JointEstimate or JointStack
+    JointEstimate
         With the M and its error components of the tables of these axes free of the angle, by that
         of their own level, or by the mean angle where a level has one side only. The same object
         where no axis was measured on both sides.
@@ -209,9 +210,7 @@ def free_of_fixture_angle(tables: Sequence[PreparedTable], estimate: Joint) -> J
     )
 
 
-def _reversals(
-    tables: Sequence[PreparedTable], estimate: JointEstimate | JointStack
-) -> Iterator[_Reversal]:
+def _reversals(tables: Sequence[PreparedTable], estimate: JointEstimate) -> Iterator[_Reversal]:
     mountings = [table.mounting for table in tables]
     clampings = [_clamping(table) for table in tables]
     for axis, clamping in itertools.product("op", sorted(set(clampings))):
@@ -232,7 +231,7 @@ def _clamping(table: PreparedTable) -> float:
     return 0.0 if clamping is None else float(clamping[0])
 
 
-def _tells_misalignment(estimate: JointEstimate | JointStack, table: int) -> bool:
+def _tells_misalignment(estimate: JointEstimate, table: int) -> bool:
     return "M" in estimate.names[table] and "M" not in estimate.stands_for[table]
 
 
@@ -266,7 +265,7 @@ def _mean(chosen: NDArray[np.bool_]) -> Array:
     return np.asarray(chosen / chosen.sum(axis=-1, keepdims=True))
 
 
-def _effective(estimate: JointEstimate | JointStack, name: str = "M") -> tuple[Array, Array]:
+def _effective(estimate: JointEstimate, name: str = "M") -> tuple[Array, Array]:
     """Quotient by K1 of a coefficient of each table, and its derivatives by all coefficients."""
     place = COEFFICIENTS.index(name)
     size = sum(len(names) for names in estimate.names)
@@ -281,7 +280,7 @@ def _effective(estimate: JointEstimate | JointStack, name: str = "M") -> tuple[A
     return own / scale_factor, jacobian
 
 
-def _place(estimate: JointEstimate | JointStack, table: int, name: str) -> int:
+def _place(estimate: JointEstimate, table: int, name: str) -> int:
     return int(estimate.part(table).start) + estimate.names[table].index(name)
 
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from accelcal.arguments.kinds import each_of
 from accelcal.errors import InputError
 from accelcal.estimate.linear import linear_estimator
-from accelcal.estimate.noise import noise_of_stack
+from accelcal.estimate.noise import ReadingNoise, noise_of_stack
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.probability import f_survival, student_quantile
@@ -202,7 +202,8 @@ def _noise(
 
     One noise where replicates of single tables tell it; what all tables told counts once.
     """
-    found = [n.one(0) for n in noise_of_stack(tables, [t.record.output[None] for t in tables])]
+    stacks = noise_of_stack(tables, [table.record.output[None] for table in tables])
+    found = [ReadingNoise(*(part.item() for part in noise)) for noise in stacks]
     factors, dofs = [n.factor for n in found], [n.dof for n in found]
     if not min(factors) > 0.0:
         with naming(record):

@@ -61,9 +61,9 @@ class Component(NamedTuple):
         """Return the component of some of the estimates."""
         return Component(self.covariance[..., indices, indices], self.dof[..., indices])
 
-    def of(self, record: int) -> Component:
-        """Return the component of one record of a stack."""
-        return Component(self.covariance[record], self.dof[record])
+    def of_records(self, records: int | list[int]) -> Component:
+        """Return that of some records of a stack, or of one alone."""
+        return Component(self.covariance[records], self.dof[records])
 
     @property
     def variances(self) -> Array:

@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.joint import JointEstimate, JointStack
-from accelcal.estimate.stack_of_one import stack_of_one
+from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.verdict import (
     SIGNIFICANT,
@@ -23,9 +22,8 @@ from accelcal.model import COEFFICIENTS
 from accelcal.numerics.decimal_steps import decimal_step
 from accelcal.numerics.probability import f_exceeds, f_survival
 from accelcal.numerics.sorting import median
-from accelcal.results.quantity import Gate
 
-__all__ = ["RecordStack", "gates_of_records", "record_gates"]
+__all__ = ["RecordStack", "gates_of_records"]
 
 Array = NDArray[np.float64]
 
@@ -74,9 +72,7 @@ class RecordStack(NamedTuple):
     names: Sequence[str]
 
     @classmethod
-    def of(
-        cls, estimate: JointStack, tables: Sequence[PreparedTable], names: Sequence[str]
-    ) -> RecordStack:
+    def of(cls, estimate: JointEstimate, tables: Sequence[PreparedTable]) -> RecordStack:
         """Take what the gates look at from the estimate of R records; the tables are of any."""
         head = estimate.head
         seen = (head.dof > 0.0) | (head.source != "estimated")
@@ -92,31 +88,16 @@ class RecordStack(NamedTuple):
             outputs=estimate.outputs,
             noise=np.stack([noise.factor for noise in estimate.noises], axis=1)
             * [median(table.scatter) for table in tables],
-            names=names,
+            names=_names(tables),
         )
 
 
-def record_gates(
-    estimate: JointEstimate, tables: Sequence[PreparedTable], names: Sequence[str]
-) -> tuple[Gate, ...]:
-    """Check what several tables say together.
-
-    Parameters
-    ----------
-    estimate : JointEstimate
-        The fit of all tables of a record.
-    tables : sequence of PreparedTable
-        The tables.
-    names : sequence of str
-        What to call each table.
-
-    Returns
-    -------
-    tuple of Gate
-        See `gates_of_records`.
-    """
-    stack = RecordStack.of(stack_of_one(estimate), tables, names)
-    return tuple(found.gate(0) for found in gates_of_records(stack))
+def _names(tables: Sequence[PreparedTable]) -> list[str]:
+    """Name tables, such as ``"run 2"``, with the mounting where there are several."""
+    runs = [f"run {table.run_label}" for table in tables]
+    if len({table.mounting for table in tables}) == 1:
+        return runs
+    return [f"{run}, mounting {t.mounting}" for run, t in zip(runs, tables, strict=True)]
 
 
 def gates_of_records(stack: RecordStack) -> tuple[GateStack, ...]:

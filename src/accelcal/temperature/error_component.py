@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.joint import JointStack
+from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.model import COEFFICIENTS
@@ -95,7 +95,7 @@ class Slopes(NamedTuple):
 
 def stacked_temperature_component(
     tables: Sequence[PreparedTable],
-    estimate: JointStack,
+    estimate: JointEstimate,
     slopes: Slopes,
     rise: Array,
     uncertain: tuple[Array, Array],
@@ -106,7 +106,7 @@ def stacked_temperature_component(
     ----------
     tables : sequence of PreparedTable
         The tables of any of R records of one plan.
-    estimate : JointStack
+    estimate : JointEstimate
         Their coefficients.
     slopes : Slopes
         The slopes of the laws.

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.joint import JointStack
+from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.plural import plural
 from accelcal.temperature.at_rest import AtRest
@@ -59,14 +59,14 @@ class _Moving(NamedTuple):
     """R records of one plan whose temperatures move within the runs."""
 
     tables: Sequence[PreparedTable]
-    estimate: JointStack
+    estimate: JointEstimate
     temperatures: RecordedTemperatures
     span: Array
 
 
 def brought_to_rest(
     tables: Sequence[PreparedTable],
-    estimate: JointStack,
+    estimate: JointEstimate,
     outputs: Sequence[Array],
     temperatures: RecordedTemperatures,
 ) -> AtRest:
@@ -76,7 +76,7 @@ def brought_to_rest(
     ----------
     tables : sequence of PreparedTable
         The tables of any of R records of one plan.
-    estimate : JointStack
+    estimate : JointEstimate
         Their coefficients, which tell the laws well enough.
     outputs : sequence of ndarray, shape (R, n)
         Readings of each table [output unit].

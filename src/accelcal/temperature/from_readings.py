@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.joint import JointStack
+from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.plural import plural
@@ -30,7 +30,7 @@ _TOLD = ("value", "standard_uncertainty")
 
 def laws_from_readings(
     tables: Sequence[PreparedTable],
-    estimate: JointStack,
+    estimate: JointEstimate,
     temperatures: RecordedTemperatures,
     record: int,
     start: TemperatureModel,
@@ -41,7 +41,7 @@ def laws_from_readings(
     ----------
     tables : sequence of PreparedTable
         The tables of any of R records of one plan.
-    estimate : JointStack
+    estimate : JointEstimate
         Their coefficients, reading noise and head error.
     temperatures : RecordedTemperatures
         Those of the records.
@@ -90,7 +90,7 @@ def _values(law: TemperatureLaw, sides: Sequence[str]) -> Array:
 
 
 def _components(
-    through: Array, errors: Errors, estimate: JointStack, record: int
+    through: Array, errors: Errors, estimate: JointEstimate, record: int
 ) -> Mapping[str, Component]:
     """Pass the errors of the readings of one record through the estimator."""
     dof = {
@@ -102,7 +102,7 @@ def _components(
     head = errors.head.sums(through.T[None])[0].T
     return {
         "reading": _of_noise(through * errors.noise[0], errors.noise_dof[0]),
-        "head": _component(head, float(estimate.head.one(record).dof)),
+        "head": _component(head, float(estimate.head.of_records(record).dof)),
         **{name: _component(through @ own[0], dof[name]) for name, own in errors.shared.items()},
         "felt": _component(through @ errors.felt[0], np.inf),
     }

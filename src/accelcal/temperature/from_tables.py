@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.joint import JointEstimate, JointStack
+from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, Intervals, combined, propagate
 from accelcal.numerics.probability import f_survival
@@ -293,7 +293,7 @@ def _chance(levels: Levels, rows: Places, quantity: int, law: Array) -> Array:
 
 
 def tables_of_one_mounting(
-    tables: Sequence[PreparedTable], estimate: JointEstimate | JointStack, axis: str = ""
+    tables: Sequence[PreparedTable], estimate: JointEstimate, axis: str = ""
 ) -> list[int]:
     """Choose tables that mean the same by K0, K1 and M: one mounting, the same things absorbed.
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.joint import JointEstimate, JointStack
+from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.reversal import free_of_fixture_angle
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
@@ -40,7 +40,7 @@ class RecordLaws(NamedTuple):
     second_axis : TemperatureModel or None
         Those of the other axis along the shaft, from its tables.
     of_tables : Component or None
-        What errors of the temperature do to the coefficients of all tables.
+        What errors of the temperature do to the coefficients of all tables, in a stack of one.
     said : tuple of str
         What was done where temperatures moved within the runs.
     """
@@ -51,7 +51,7 @@ class RecordLaws(NamedTuple):
     said: tuple[str, ...] = ()
 
     def with_temperature(self, estimate: JointEstimate) -> JointEstimate:
-        """Give the coefficients of the tables the errors of the temperatures they are stated at."""
+        """Give the coefficients of a stack of one the errors of the temperatures they are at."""
         if self.of_tables is None:
             return estimate
         components = {**estimate.components, "temperature": self.of_tables}
@@ -80,7 +80,7 @@ class StackLaws(NamedTuple):
 
 def laws_of_stack(
     tables: Sequence[PreparedTable],
-    estimate: JointStack,
+    estimate: JointEstimate,
     temperatures: RecordedTemperatures,
     unfelt: Array | float = 1.0,
 ) -> StackLaws:
@@ -90,7 +90,7 @@ def laws_of_stack(
     ----------
     tables : sequence of PreparedTable
         The tables of any of the R records, which are of one plan.
-    estimate : JointStack
+    estimate : JointEstimate
         Their coefficients.
     temperatures : RecordedTemperatures
         Those of the records.

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.joint import JointStack
+from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
@@ -90,7 +90,7 @@ class LevelStack(NamedTuple):
 
 def level_stack(
     tables: Sequence[PreparedTable],
-    estimate: JointStack,
+    estimate: JointEstimate,
     temperatures: RecordedTemperatures,
     uncertain: tuple[Array, Array],
     chosen: Sequence[int],
@@ -101,7 +101,7 @@ def level_stack(
     ----------
     tables : sequence of PreparedTable
         The tables of any of the records.
-    estimate : JointStack
+    estimate : JointEstimate
         Their coefficients in all records.
     temperatures : RecordedTemperatures
         Those of the records.

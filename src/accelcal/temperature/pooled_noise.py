@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.noise import NoiseStack
+from accelcal.estimate.noise import ReadingNoise
 from accelcal.numerics.probability import f_survival
 
 __all__ = ["pooled_noise"]
@@ -22,19 +22,19 @@ _SIGNIFICANT = 0.01
 _OF_ALL = "replicates of all tables"
 
 
-def pooled_noise(noises: Sequence[NoiseStack], bare: Sequence[bool]) -> list[NoiseStack]:
+def pooled_noise(noises: Sequence[ReadingNoise], bare: Sequence[bool]) -> list[ReadingNoise]:
     """Pool the noise of the runs of each record unless their replicates differ.
 
     Parameters
     ----------
-    noises : sequence of NoiseStack
+    noises : sequence of ReadingNoise
         Noise of each run of R records.
     bare : sequence of bool
         Whether the run declares no scatter of its readings; one that does keeps its noise.
 
     Returns
     -------
-    list of NoiseStack
+    list of ReadingNoise
         Noise of each run; equal where pooled.
 
     Notes
@@ -49,7 +49,7 @@ def pooled_noise(noises: Sequence[NoiseStack], bare: Sequence[bool]) -> list[Noi
     Examples
     --------
     >>> import numpy as np
-    >>> runs = [NoiseStack.of(np.array([size]), 10.0, "replicates") for size in (1.0, 1.2)]
+    >>> runs = [ReadingNoise.of(np.array([size]), 10.0, "replicates") for size in (1.0, 1.2)]
     >>> pooled = pooled_noise(runs, [True, True])
     >>> [(noise.factor.round(3).tolist(), noise.dof.tolist()) for noise in pooled]
     [([1.105], [20.0]), ([1.105], [20.0])]
@@ -66,17 +66,17 @@ def pooled_noise(noises: Sequence[NoiseStack], bare: Sequence[bool]) -> list[Noi
     ]
 
 
-def _chosen(first: NDArray[np.bool_], noise: NoiseStack, other: NoiseStack) -> NoiseStack:
-    return NoiseStack(*(np.where(first, a, b) for a, b in zip(noise, other, strict=True)))
+def _chosen(first: NDArray[np.bool_], noise: ReadingNoise, other: ReadingNoise) -> ReadingNoise:
+    return ReadingNoise(*(np.where(first, a, b) for a, b in zip(noise, other, strict=True)))
 
 
-def _pooled(noises: Sequence[NoiseStack]) -> NoiseStack:
+def _pooled(noises: Sequence[ReadingNoise]) -> ReadingNoise:
     dof = np.sum([noise.dof for noise in noises], axis=0)
     variance = np.sum([noise.dof * noise.factor**2 for noise in noises], axis=0) / dof
-    return NoiseStack.of(np.sqrt(variance), 0.0, _OF_ALL)._replace(dof=dof)
+    return ReadingNoise.of(np.sqrt(variance), 0.0, _OF_ALL)._replace(dof=dof)
 
 
-def _differ(noises: Sequence[NoiseStack]) -> NDArray[np.bool_]:
+def _differ(noises: Sequence[ReadingNoise]) -> NDArray[np.bool_]:
     if len(noises) < 2:
         return np.zeros(1, dtype=np.bool_)
     variance = np.array([noise.factor**2 for noise in noises])

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.estimate.joint import JointStack
-from accelcal.estimate.noise import FEW, NoiseStack, noise_of_stack
+from accelcal.estimate.joint import JointEstimate
+from accelcal.estimate.noise import FEW, ReadingNoise, noise_of_stack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.grouping import grouped
@@ -137,7 +137,7 @@ class Errors(NamedTuple):
 
 def product_fit(
     tables: Sequence[PreparedTable],
-    estimate: JointStack,
+    estimate: JointEstimate,
     temperatures: RecordedTemperatures,
     chosen: Sequence[int],
     rows: Places,
@@ -149,7 +149,7 @@ def product_fit(
     ----------
     tables : sequence of PreparedTable
         The tables of any of the records of a stack.
-    estimate : JointStack
+    estimate : JointEstimate
         Their coefficients.
     temperatures : RecordedTemperatures
         Those of the records of the stack.
@@ -249,7 +249,7 @@ def unfelt_share(state: Solution) -> Array:
     return np.clip(1.0 - state.felt + 2.0 * state.doubt, 0.0, 1.0)
 
 
-def _noises(fit: ProductFit, state: Solution, point: Point) -> list[NoiseStack]:
+def _noises(fit: ProductFit, state: Solution, point: Point) -> list[ReadingNoise]:
     """Reading noise of each table, once the outputs are brought to the mean of their run."""
     felt = felt_beside_noise(fit, state.felt)
     if (felt != state.felt).any():
@@ -278,7 +278,7 @@ def to_the_mean(fit: ProductFit, state: Solution, point: Point) -> Array:
     return still.model(state.parameters) - point.model(state.parameters)
 
 
-def _one_less(noise: NoiseStack, took: NDArray[np.bool_]) -> NoiseStack:
+def _one_less(noise: ReadingNoise, took: NDArray[np.bool_]) -> ReadingNoise:
     """Take off the degree of freedom that the felt part took."""
     took = took & (noise.source != "declared") & (noise.dof >= 2.0)
     left = noise.dof - took
