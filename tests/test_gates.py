@@ -637,6 +637,21 @@ def test_an_output_on_a_carrier_is_told_to_be_subtracted():
     assert remedy not in warnings_of(fitted(shifted(*ALL)))[PROPORTIONS]
 
 
+@pytest.mark.parametrize("labels", ["with the return", "without"])
+@pytest.mark.parametrize(("positions", "declared"), [(4, 8), (4, 24), (6, 8), (9, 12), (12, 24)])
+def test_a_number_of_positions_that_is_not_declared_is_named(positions, declared, labels):
+    whole = list(readings_of(positions=positions))
+    readings = [r for r in whole if labels == "with the return" or r[1] <= positions]
+    found = accelcal.fit(accelcal.read_table(io.StringIO(text_of(readings, declared))))
+    said = warnings_of(found)[PROPORTIONS]
+    assert said.endswith(f"fit {positions} positions in a turn: declare '# positions: {positions}'")
+
+
+@pytest.mark.parametrize("fault", [shifted(*ALL), added(0.4), times(-1.0, *ALL)])
+def test_no_other_number_of_positions_is_named_where_none_fits(fault):
+    assert "positions in a turn" not in warnings_of(fitted(fault))[PROPORTIONS]
+
+
 def test_a_wrong_head_angle_shows_as_lack_of_fit():
     """An index fault: position 4 stands 300 urad off in all strokes."""
     fault = added(-3e-4 * math.sin(math.radians(135)), rows=(4,))

@@ -12,7 +12,8 @@ from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack, times
-from accelcal.model import COEFFICIENTS
+from accelcal.geometry import accelerations
+from accelcal.model import COEFFICIENTS, design_matrix
 from accelcal.numerics.grouping import Alike, few_at_a_time
 
 __all__ = ["proportions", "units", "wrong_sign"]
@@ -29,6 +30,9 @@ _IN_A_DECADE = 7.9  # just below 10^(1 - _NEAR_DECADE)
 _CLEARLY_ONE_SIZE = 1.299  # just below _OTHER_SIZE
 _MOST_TOLD = 3
 _SMALLEST = 1e-300
+_WHOLE = 1e-6  # by which an angle in steps may miss a whole number
+_FITTING = "the readings fit {0} positions in a turn: declare '# positions: {0}'"
+_FEWEST = 4  # positions in a turn that a test may have: fewer leave no residual
 
 
 def proportions(stack: TableStack) -> GateStack:
@@ -56,30 +60,67 @@ def proportions(stack: TableStack) -> GateStack:
     bad = turned | large | (rms / _LARGEST_RESIDUAL > 1.0)
 
     def said(index: int) -> str:
-        if turned[index]:
+        if not bad[index]:
+            return "all coefficients in proportion to K1"
+        positions = _fitting_turn(stack, index)
+        if turned[index] and positions is None:
             return wrong_sign(float(scale_factor[index]))
-        found = _odd(dict(zip(_LARGEST, ratio[index].tolist(), strict=True)), float(rms[index]))
-        return ", ".join(found) or "all coefficients in proportion to K1"
+        ratios = dict(zip(_LARGEST, ratio[index].tolist(), strict=True))
+        found = _out_of_proportion(ratios)
+        if positions is not None:
+            found.append(_FITTING.format(positions))
+        else:
+            found += _reason(ratios, float(rms[index]), alone=len(found) == 1)
+        return ", ".join(found)
 
     return gate_stack("proportions", bad, said)
 
 
-def _odd(ratios: dict[str, float], rms: float) -> list[str]:
-    """Say what of one table is out of proportion."""
-    odd = [
+def _fitting_turn(stack: TableStack, index: int) -> int | None:
+    """Number of positions in a turn with which a table is in proportion; None for none.
+
+    The turn is whole, with the return to its beginning or without.
+    """
+    positions = stack.table.record.positions
+    label = stack.plan.angle * positions / 360.0  # from 0
+    if np.abs(label - np.round(label)).max() > _WHOLE:
+        return None
+    most = int(np.round(label.max()))
+    others = (n for n in (most + 1, most) if n >= _FEWEST and n != positions)
+    return next((n for n in others if _in_proportion(stack, index, label * 360.0 / n)), None)
+
+
+def _in_proportion(stack: TableStack, index: int, angle: Array) -> bool:
+    """Tell whether bias, scale factor and misalignment fit the readings of a table at angles."""
+    mounting, names = stack.table.mounting, ("K0", "K1", "M")
+    columns = [COEFFICIENTS.index(name) for name in names]
+    design = design_matrix(accelerations(angle, stack.delta0, mounting), mounting)[:, columns]
+    output = stack.output[:, index]
+    k0, k1, m = found = np.linalg.lstsq(design, output)[0]
+    rms = np.sqrt(((output - design @ found) ** 2).mean())
+    sizes = (k0, _LARGEST["K0"]), (m, _LARGEST["M"]), (rms, _LARGEST_RESIDUAL)
+    return all(bool(abs(size) <= k1 * limit) for size, limit in sizes)
+
+
+def _out_of_proportion(ratios: dict[str, float]) -> list[str]:
+    """Say which coefficients of one table are too large a part of K1."""
+    return [
         f"{name}/K1 = {ratios[name]:.3g} is above {limit:g} in size"
         for name, limit in _LARGEST.items()
         if abs(ratios[name]) / limit > 1.0
     ]
-    alone = len(odd) == 1
+
+
+def _reason(ratios: dict[str, float], rms: float, *, alone: bool) -> list[str]:
+    """Say what may be the reason; `alone` if one coefficient is out of proportion."""
     if rms / _LARGEST_RESIDUAL > 1.0:
-        odd.append(f"the readings are {acceleration(rms)} (rms) away from the model")
-    elif abs(ratios["M"]) / _LARGEST["M"] > 1.0:
+        return [f"the readings are {acceleration(rms)} (rms) away from the model"]
+    if abs(ratios["M"]) / _LARGEST["M"] > 1.0:
         turn = np.degrees(np.arctan2(-ratios["M"], 1.0))
-        odd.append(f"as if all positions were shifted by {turn:.1f} deg")
-    elif alone and abs(ratios["K0"]) / _LARGEST["K0"] > 1.0:
-        odd.append("subtract what the output is at 0 g by design, a carrier or mid-range")
-    return odd
+        return [f"as if all positions were shifted by {turn:.1f} deg"]
+    if alone and abs(ratios["K0"]) / _LARGEST["K0"] > 1.0:
+        return ["subtract what the output is at 0 g by design, a carrier or mid-range"]
+    return []
 
 
 def wrong_sign(scale_factor: float) -> str:
