@@ -33,6 +33,7 @@ from accelcal.errors import InputError
 from accelcal.estimate.linear import METHODS, LinearEstimator, linear_estimator
 from accelcal.estimate.tables import prepare
 from accelcal.model import COEFFICIENTS
+from accelcal.numerics.covariance_root import covariance_root
 from accelcal.numerics.grouping import sums_of_groups
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.numerics.sorting import distinct
@@ -203,10 +204,8 @@ def _without(whole: Array, by_head: Array) -> Array:
     apart = np.zeros(len(ERRORS), dtype=np.intp)  # blocks between which nothing is stated
     apart[_OTHER:], apart[_DELTA0:] = 1, (2, 3)
     left = whole - np.where(np.equal.outer(apart, apart), of_head, 0.0)
-    scale = np.sqrt(np.maximum(np.diagonal(whole), 0.0))
-    scale[scale == 0.0] = 1.0
-    values, vectors = np.linalg.eigh(left / np.outer(scale, scale))
-    root = scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+    sizes = np.sqrt(np.maximum(np.diagonal(whole), 0.0))
+    root = covariance_root(left, np.where(sizes > 0.0, sizes, 1.0))
     return np.asarray(root @ root.T)
 
 

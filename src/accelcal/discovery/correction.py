@@ -21,6 +21,7 @@ from accelcal.discovery.held_out import held_out_rms
 from accelcal.discovery.known import instance_of, sizes_of
 from accelcal.discovery.solution import parameters_of, solution
 from accelcal.effects.found import disturbances
+from accelcal.numerics.covariance_root import covariance_root
 from accelcal.record import TumbleRecord
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import FoundEffect
@@ -152,10 +153,7 @@ def _columns(comparison: Comparison, effects: Sequence[FoundEffect]) -> tuple[Ar
     scale = np.sqrt(np.diagonal(inverse))
     correlation = inverse / np.outer(scale, scale)
     factor = np.zeros((sizes.size, seen.shape[1]))
-    values, vectors = np.linalg.eigh(correlation)
-    factor[uncertain > 0.0] = uncertain[uncertain > 0.0, None] * (
-        vectors * np.sqrt(np.maximum(values, 0.0))
-    )
+    factor[uncertain > 0.0] = uncertain[uncertain > 0.0, None] * covariance_root(correlation)
     return columns, sizes, factor
 
 

@@ -13,6 +13,7 @@ from accelcal.arguments.numbers import number_array
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.geometry import angular_distance
+from accelcal.numerics.covariance_root import covariance_root
 from accelcal.numerics.probability import NORMAL_FACTOR
 from accelcal.results.checked import (
     Kind,
@@ -285,8 +286,7 @@ class HeadCalibration(StoredResult, TabularResult):
         """
         _, matrix = self.at(graduations)
         size = float(np.sqrt(np.mean(np.diagonal(matrix))))
-        values, vectors = np.linalg.eigh(matrix / size**2 if size else matrix)
-        return size, np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+        return size, covariance_root(matrix / size**2 if size else matrix)
 
     def to_document(self) -> dict[str, Any]:
         """Return the head as the JSON document of schema `SCHEMA`."""

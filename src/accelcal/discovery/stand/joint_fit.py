@@ -26,6 +26,7 @@ from accelcal.discovery.noise import orthonormal, saturated
 from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.space import space_of, whitener_of
 from accelcal.discovery.stand.mean_unit import Unit, amplitudes
+from accelcal.numerics.covariance_root import covariance_root
 from accelcal.results.findings import Change
 from accelcal.results.head_calibration import posterior
 
@@ -34,9 +35,11 @@ __all__ += ["without_head"]
 
 Array = NDArray[np.float64]
 
-
 _LEAST = 1e-7
 """Information below it, over that of each alone, is rounding."""
+
+_NOTHING = 1e-300
+"""Variance of what is known exactly: no number is divided by 0."""
 
 
 class Knowledge(NamedTuple):
@@ -152,7 +155,8 @@ def beside_the_others(unit: Unit, columns: Array, told: Knowledge) -> Comparison
     """
     old = unit.comparison
     c, sigma = old.model.conditions, old.noise.sigma
-    uncertain = columns @ _root(told.covariance)
+    sizes = np.sqrt(np.maximum(np.diagonal(told.covariance), _NOTHING))
+    uncertain = columns @ covariance_root(told.covariance, sizes)
     spread = np.asarray(old.spread + uncertain @ uncertain.T / sigma**2)
     whitener = whitener_of(spread, sigma)
     model = replace(old.model, reading=old.model.reading - columns @ told.value)
@@ -168,12 +172,6 @@ def beside_the_others(unit: Unit, columns: Array, told: Knowledge) -> Comparison
         spread=spread,
         roots=tuple(np.hstack([space.see(back) @ root, of_told]) for root in old.roots),
     )
-
-
-def _root(covariance: Array) -> Array:
-    scale = np.sqrt(np.maximum(np.diagonal(covariance), 1e-300))
-    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-    return np.asarray(scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
 def coefficients(

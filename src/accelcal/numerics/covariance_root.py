@@ -1,0 +1,37 @@
+"""Root of a covariance that rounding, or a difference, may have left without one."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["covariance_root"]
+
+Array = NDArray[np.float64]
+
+
+def covariance_root(covariance: Array, sizes: Array | None = None) -> Array:
+    """Find a matrix R with R R' = covariance.
+
+    Parameters
+    ----------
+    covariance : ndarray, shape (n, n)
+        A symmetric matrix.
+    sizes : ndarray, shape (n,), optional
+        Size of each quantity, above 0: where units differ, nothing small is lost beside the others.
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+        R; eigenvalues below zero, in units of the sizes, are taken as zero.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> root = covariance_root(np.array([[4.0, 0.0], [0.0, -1e-20]]))
+    >>> (root @ root.T).tolist()
+    [[4.0, 0.0], [0.0, 0.0]]
+    """
+    size = np.ones(len(covariance)) if sizes is None else sizes
+    values, vectors = np.linalg.eigh(covariance / np.outer(size, size))
+    return np.asarray(size[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
