@@ -43,7 +43,7 @@ from accelcal.geometry import accelerations
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import Rows, rows_of
 from accelcal.results.quantity import Quantity
-from accelcal.results.table import TableCalibration, nearest_table
+from accelcal.results.table import TableCalibration, known_temperatures, nearest_table
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.results.usable import (
     refuse_misprinted,
@@ -199,7 +199,7 @@ def _from_laws(
     chosen = _of_main_mounting(tables)
     if T0 is None or not chosen:
         raise InputError("the temperature laws have no T0 or no tables; fit the record anew")
-    levels = [t.temperature_degC for t in chosen if t.temperature_degC is not None]
+    levels = known_temperatures(chosen)
     main = nearest_table(chosen, T0)
     others = [t for t in tables if _cross_name(t) != _cross_name(main)]
     other = _other_axis(calibration, calibration.second_axis_model, others, T0)

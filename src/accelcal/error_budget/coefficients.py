@@ -12,7 +12,7 @@ from accelcal.errors import InputError
 from accelcal.model import ERROR_TERMS
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
-from accelcal.results.table import TableCalibration, nearest_table
+from accelcal.results.table import TableCalibration, known_temperatures, nearest_table
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 
 __all__ = ["Coefficients", "coefficients_of"]
@@ -119,7 +119,7 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
     found |= {name: law.at_T0 for name, law in laws.items() if law.at_T0 is not None}
     if found["k0"].value is None:
         raise InputError("the calibration has no bias k0; fit a record that determines K0")
-    levels = [t.temperature_degC for t in calibration.tables if t.temperature_degC is not None]
+    levels = known_temperatures(calibration.tables)
     return Coefficients(
         at_T0={name: q for name, q in found.items() if q.value is not None},
         slopes=laws,

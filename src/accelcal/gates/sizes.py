@@ -12,9 +12,9 @@ from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack, times
-from accelcal.geometry import accelerations
+from accelcal.geometry import accelerations, head_positions
 from accelcal.model import COEFFICIENTS, design_matrix
-from accelcal.numerics.grouping import Alike, few_at_a_time
+from accelcal.numerics.grouping import Alike, few_at_a_time, grouped
 
 __all__ = ["proportions", "units", "wrong_sign"]
 
@@ -217,7 +217,7 @@ class _Groups(NamedTuple):
 
 @once_a_plan
 def _groups(plan: TablePlan) -> _Groups:
-    axis = np.mod(np.round(np.mod(plan.head, 180.0), 6), 180.0)  # as `head_positions` rounds
+    axis = grouped(head_positions(2.0 * plan.head))[1]  # twice the angle: opposites are one
     axes, strokes = Cells.of(axis).parts, Cells.of(plan.stroke)
     known, sines = np.zeros(strokes.key.size, dtype=np.bool_), []
     for stroke, readings in strokes.alike:

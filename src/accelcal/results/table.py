@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["TableCalibration", "nearest_table"]
+__all__ = ["TableCalibration", "known_temperatures", "nearest_table"]
 
 _SMALLEST = 1e-20
 """Scale factors below it are none [output unit / g]."""
@@ -211,6 +211,22 @@ def nearest_table(
         The first of the nearest, by `nearest_level`.
     """
     return tables[nearest_level([t.temperature_degC for t in tables], temperature)]
+
+
+def known_temperatures(tables: Sequence[TableCalibration]) -> list[float]:
+    """List the temperatures of some tables, without those that are unknown.
+
+    Parameters
+    ----------
+    tables : sequence of TableCalibration
+        The tables.
+
+    Returns
+    -------
+    list of float
+        Mean temperatures in the order of the tables [degC].
+    """
+    return [t.temperature_degC for t in tables if t.temperature_degC is not None]
 
 
 def _complete(found: Mapping[str, Quantity], names: Sequence[str]) -> dict[str, Quantity]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from accelcal.errors import InputError
 from accelcal.results.calibration import Calibration
-from accelcal.results.table import TableCalibration
+from accelcal.results.table import TableCalibration, known_temperatures
 
 __all__ = ["refuse_misprinted", "refuse_undetermined_laws", "tables_of_run"]
 
@@ -44,7 +44,7 @@ def refuse_undetermined_laws(calibration: Calibration) -> None:
     model = calibration.temperature_model
     if model is None or model.k0.at_T0 is not None:
         return
-    levels = [t.temperature_degC for t in calibration.tables if t.temperature_degC is not None]
+    levels = known_temperatures(calibration.tables)
     found = ", ".join(f"{level:.4g}" for level in sorted(set(levels)))
     raise InputError(
         f"the calibration has no coefficients at T0 = {calibration.T0_degC:g} degC, as its levels"

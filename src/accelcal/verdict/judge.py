@@ -16,7 +16,7 @@ from accelcal.model import ERROR_TERMS
 from accelcal.numerics.probability import LEVEL, dof_of_student_quantile, student_survival
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
-from accelcal.results.table import TableCalibration
+from accelcal.results.table import TableCalibration, known_temperatures
 from accelcal.results.verdict import OUTCOMES, Judgement, Verdict
 from accelcal.specification import RULES, Limit, Specification
 from accelcal.verdict.conformity import (
@@ -180,7 +180,7 @@ def _where(found: Conformity, calibration: Calibration) -> str:
 
 
 def _tested_range(calibration: Calibration) -> str:
-    levels = [t.temperature_degC for t in calibration.tables if t.temperature_degC is not None]
+    levels = known_temperatures(calibration.tables)
     if not levels:
         return ""
     return f"tested {round(min(levels), 2):g} to {round(max(levels), 2):g} degC"
