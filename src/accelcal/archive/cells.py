@@ -35,9 +35,11 @@ class Labels(NamedTuple):
     @classmethod
     def of(cls, cells: Sequence[Any]) -> Labels:
         """Find the values of cells."""
-        places = {value: place for place, value in enumerate(dict.fromkeys(cells))}
-        code = np.fromiter(map(places.__getitem__, cells), np.intp, len(cells))
-        return cls(code, list(places))
+        values = list(dict.fromkeys(cells))
+        if len(values) == len(cells):
+            return cls(np.arange(len(cells)), values)
+        places = {value: place for place, value in enumerate(values)}
+        return cls(np.fromiter(map(places.__getitem__, cells), np.intp, len(cells)), values)
 
     def taken(self, places: NDArray[np.intp]) -> Labels:
         """Those of some cells."""

@@ -34,6 +34,8 @@ _AHEAD = 2  # tasks that wait for each worker, so that none is idle and memory s
 
 _SECONDS = 2.0  # until a pool from which nothing comes is asked whether it is broken
 
+_UNCOLLECTED = 20_000  # objects that a worker makes between collections: few are in a cycle
+
 _PATIENCE = 0.05  # seconds until a worker that goes on is told again
 _TIMES = 200  # and so often, until it is ended at once
 
@@ -257,6 +259,7 @@ def _start_worker() -> None:
     """Leave Ctrl-C to the parent but during a task, and end with it however it ends."""
     from multiprocessing import parent_process
 
+    gc.set_threshold(_UNCOLLECTED)
     gc.freeze()  # or each collection would copy the pages that are shared with the parent
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
