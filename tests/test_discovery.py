@@ -213,6 +213,18 @@ def test_undeclared_launch_shift_is_no_effect():
     assert sources["launch"] == "free in each run"
 
 
+@pytest.mark.parametrize("rate", [0.1, -0.1])
+def test_a_drift_of_the_chamber_has_its_size_where_launches_are_free(rate):
+    """Free shifts of the runs took half of the temperature laws, and its rate was told double."""
+    plan = TumblePlan(temperatures=(20.0, 40.0, 70.0, 0.0, -30.0), timed=True)
+    hidden = [effect("chamber-drift").of(rate)]
+    found = accelcal.discover(accelcal.simulate(plan=plan, effects=hidden, seed=3, declare=False))
+    assert "chamber-drift" in ids(found)
+    told = found.effects[ids(found).index("chamber-drift")].parameters["rate"]
+    assert abs(told.value - rate) < 4.0 * told.standard_uncertainty
+    assert told.standard_uncertainty < 0.05 * abs(rate)
+
+
 def test_faults_come_before_physics():
     hidden = [effect("outlier").of(1e-3, reading=17), effect("backlash").of(2e-5)]
     found = accelcal.discover(accelcal.simulate(effects=hidden, seed=3))

@@ -236,13 +236,15 @@ def _fitted_conditions(model: BaseModel, parameters: Array) -> Conditions:
     """Conditions with what the fitted model says the accelerometer indicates and how it changes."""
     c = model.conditions
     gain, inside = model.split(parameters)
+    laws = without_shifts(model)
+    slopes = solve(laws)
     return replace(
         c,
         axial=c.input + _tilt(model, parameters),
         indicated=inside,
         gain=gain,
-        per_degree=_per_degree(model, parameters, c.excess >= 0.0),
-        per_degree_falling=_per_degree(model, parameters, c.excess > 0.0),
+        per_degree=_per_degree(laws, slopes, c.excess >= 0.0),
+        per_degree_falling=_per_degree(laws, slopes, c.excess > 0.0),
     )
 
 

@@ -40,8 +40,9 @@ class Explanation(NamedTuple):
     p_values : tuple of float
         For each one, the chance that noise makes it look as needed beside the others.
     passes : bool
-        Whether all are needed, as straight as they claim, and nothing disagrees with what they
-        leave.
+        Whether all are needed, and nothing disagrees with what they leave.
+    straight : bool
+        Whether none that passes claims a law straighter than the readings have it.
     """
 
     instances: tuple[Instance, ...]
@@ -49,6 +50,7 @@ class Explanation(NamedTuple):
     squares: float
     p_values: tuple[float, ...]
     passes: bool
+    straight: bool = True
 
     @property
     def ids(self) -> frozenset[str]:
@@ -135,14 +137,15 @@ def explanation(
     p_values = tuple(
         _p_value(family, seen, instances, directions, index) for index in range(len(places))
     )
+    taken = orthonormal(directions)
+    passes = max(p_values) < alpha and agrees(family, seen, taken, CONTRADICTION * alpha)
     return Explanation(
         instances=tuple(instances),
         directions=directions,
         squares=_squares(directions, seen),
         p_values=p_values,
-        passes=max(p_values) < alpha
-        and agrees(family, seen, orthonormal(directions), CONTRADICTION * alpha)
-        and not any(_is_bent(family, seen, c, item, orthonormal(directions)) for item in instances),
+        passes=passes,
+        straight=not (passes and any(_is_bent(family, seen, c, e, taken) for e in instances)),
     )
 
 

@@ -30,8 +30,8 @@ class Findings(NamedTuple):
     before : Judgement
         The family on the base model alone.
     explanations : tuple of Explanation
-        Smallest sets of effects that leave nothing, best first; empty where nothing disagrees or
-        nothing in the catalogue explains it.
+        Smallest sets of effects that leave nothing, best first, those with a bent law last; empty
+        where nothing disagrees or nothing in the catalogue explains it.
     nearest : Explanation or None
         Where nothing explains it, the effects that come nearest.
     """
@@ -71,8 +71,9 @@ def search(
         tried = _larger(family, seen, c, beam, alpha)
         needed = [e for e in tried if max(e.p_values) < alpha]
         passing = [e for e in needed if e.passes]
-        if passing:
-            return Findings(before, tuple(passing), None)
+        if any(e.straight for e in passing):
+            # a bent law is no name of its own, but it is a doubt about one that explains no more
+            return Findings(before, tuple(sorted(passing, key=lambda e: not e.straight)), None)
         nearest = needed[0] if needed else nearest
         beam = [_indices(family, e) for e in tried[:_BEAM]]
     return Findings(before, (), nearest)
