@@ -228,6 +228,17 @@ def test_tables_shifted_as_a_whole_are_named(clean):
     assert fault.parameters["turn"][0] == pytest.approx(-45.0, abs=0.5)
 
 
+@pytest.mark.parametrize("positions", [4, 6])
+def test_an_undeclared_number_of_positions_is_named(positions):
+    """Numbered positions of a turn of 4 or 6, taken for those of 8."""
+    plan = accelcal.TumblePlan(positions=positions, temperatures=(20.0,))
+    record = accelcal.simulate(plan=plan, seed=1)
+    taken = replace(record, positions=8, angle=record.angle * positions / 8.0)
+    (fault,), _ = faults(taken, 20.0)
+    assert fault.finding == "number of positions"
+    assert f"declare '# positions: {positions}'" in fault.text
+
+
 # -- a visible step --------------------------------------------------------------------------------
 
 

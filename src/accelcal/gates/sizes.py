@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
+from accelcal.gates.turns import LARGEST_RATIOS, LARGEST_RESIDUAL, fitting_turn, fitting_turn_said
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack, times
-from accelcal.geometry import accelerations, head_positions
-from accelcal.model import COEFFICIENTS, design_matrix
+from accelcal.geometry import head_positions
+from accelcal.model import COEFFICIENTS
 from accelcal.numerics.grouping import Alike, few_at_a_time, grouped
 
 __all__ = ["proportions", "units", "wrong_sign"]
@@ -21,8 +22,6 @@ __all__ = ["proportions", "units", "wrong_sign"]
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_LARGEST = {"K0": 0.2, "K2": 0.1, "K3": 0.1, "M": 0.1, "M_ip": 0.1}  # over K1
-_LARGEST_RESIDUAL = 0.02  # rms [g]
 _TELLING = 0.3  # readings below this share of the largest tell nothing about the unit
 _OTHER_SIZE = 1.3  # ratio of two strokes, or of two scale factors, above any temperature effect
 _NEAR_DECADE = 0.1  # log10 by which a ratio may miss a power of ten, as a bias shifts it
@@ -30,9 +29,6 @@ _IN_A_DECADE = 7.9  # just below 10^(1 - _NEAR_DECADE)
 _CLEARLY_ONE_SIZE = 1.299  # just below _OTHER_SIZE
 _MOST_TOLD = 3
 _SMALLEST = 1e-300
-_WHOLE = 1e-6  # by which an angle in steps may miss a whole number
-_FITTING = "the readings fit {0} positions in a turn: declare '# positions: {0}'"
-_FEWEST = 4  # positions in a turn that a test may have: fewer leave no residual
 
 
 def proportions(stack: TableStack) -> GateStack:
@@ -52,23 +48,23 @@ def proportions(stack: TableStack) -> GateStack:
     scale_factor = stack.coefficients[:, COEFFICIENTS.index("K1")]
     turned = scale_factor <= 0.0
     over = np.where(turned, np.nan, scale_factor)
-    columns = [COEFFICIENTS.index(name) for name in _LARGEST]
+    columns = [COEFFICIENTS.index(name) for name in LARGEST_RATIOS]
     ratio = stack.coefficients[:, columns] / over[:, None]
     residual = stack.output - stack.table.design @ stack.coefficients.T
     rms = np.sqrt((residual**2).mean(axis=0)) / over
-    large = (np.abs(ratio) / list(_LARGEST.values()) > 1.0).any(axis=1)
-    bad = turned | large | (rms / _LARGEST_RESIDUAL > 1.0)
+    large = (np.abs(ratio) / list(LARGEST_RATIOS.values()) > 1.0).any(axis=1)
+    bad = turned | large | (rms / LARGEST_RESIDUAL > 1.0)
 
     def said(index: int) -> str:
         if not bad[index]:
             return "all coefficients in proportion to K1"
-        positions = _fitting_turn(stack, index)
+        positions = fitting_turn(stack.table, stack.output[:, index], stack.delta0)
         if turned[index] and positions is None:
             return wrong_sign(float(scale_factor[index]))
-        ratios = dict(zip(_LARGEST, ratio[index].tolist(), strict=True))
+        ratios = dict(zip(LARGEST_RATIOS, ratio[index].tolist(), strict=True))
         found = _out_of_proportion(ratios)
         if positions is not None:
-            found.append(_FITTING.format(positions))
+            found.append(fitting_turn_said(positions))
         else:
             found += _reason(ratios, float(rms[index]), alone=len(found) == 1)
         return ", ".join(found)
@@ -76,49 +72,23 @@ def proportions(stack: TableStack) -> GateStack:
     return gate_stack("proportions", bad, said)
 
 
-def _fitting_turn(stack: TableStack, index: int) -> int | None:
-    """Number of positions in a turn with which a table is in proportion; None for none.
-
-    The turn is whole, with the return to its beginning or without.
-    """
-    positions = stack.table.record.positions
-    label = stack.plan.angle * positions / 360.0  # from 0
-    if np.abs(label - np.round(label)).max() > _WHOLE:
-        return None
-    most = int(np.round(label.max()))
-    others = (n for n in (most + 1, most) if n >= _FEWEST and n != positions)
-    return next((n for n in others if _in_proportion(stack, index, label * 360.0 / n)), None)
-
-
-def _in_proportion(stack: TableStack, index: int, angle: Array) -> bool:
-    """Tell whether bias, scale factor and misalignment fit the readings of a table at angles."""
-    mounting, names = stack.table.mounting, ("K0", "K1", "M")
-    columns = [COEFFICIENTS.index(name) for name in names]
-    design = design_matrix(accelerations(angle, stack.delta0, mounting), mounting)[:, columns]
-    output = stack.output[:, index]
-    k0, k1, m = found = np.linalg.lstsq(design, output)[0]
-    rms = np.sqrt(((output - design @ found) ** 2).mean())
-    sizes = (k0, _LARGEST["K0"]), (m, _LARGEST["M"]), (rms, _LARGEST_RESIDUAL)
-    return all(bool(abs(size) <= k1 * limit) for size, limit in sizes)
-
-
 def _out_of_proportion(ratios: dict[str, float]) -> list[str]:
     """Say which coefficients of one table are too large a part of K1."""
     return [
         f"{name}/K1 = {ratios[name]:.3g} is above {limit:g} in size"
-        for name, limit in _LARGEST.items()
+        for name, limit in LARGEST_RATIOS.items()
         if abs(ratios[name]) / limit > 1.0
     ]
 
 
 def _reason(ratios: dict[str, float], rms: float, *, alone: bool) -> list[str]:
     """Say what may be the reason; `alone` if one coefficient is out of proportion."""
-    if rms / _LARGEST_RESIDUAL > 1.0:
+    if rms / LARGEST_RESIDUAL > 1.0:
         return [f"the readings are {acceleration(rms)} (rms) away from the model"]
-    if abs(ratios["M"]) / _LARGEST["M"] > 1.0:
+    if abs(ratios["M"]) / LARGEST_RATIOS["M"] > 1.0:
         turn = np.degrees(np.arctan2(-ratios["M"], 1.0))
         return [f"as if all positions were shifted by {turn:.1f} deg"]
-    if alone and abs(ratios["K0"]) / _LARGEST["K0"] > 1.0:
+    if alone and abs(ratios["K0"]) / LARGEST_RATIOS["K0"] > 1.0:
         return ["subtract what the output is at 0 g by design, a carrier or mid-range"]
     return []
 

@@ -12,6 +12,7 @@ from accelcal.discovery.faults.fault import Fault
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.gates.order import OtherOrder, order_of_strokes
 from accelcal.gates.sizes import wrong_sign
+from accelcal.gates.turns import LARGEST_RATIOS, fitting_turn, fitting_turn_said
 from accelcal.gates.verdict import times
 from accelcal.numerics.probability import f_survival, student_survival
 from accelcal.numerics.sorting import distinct
@@ -19,7 +20,6 @@ from accelcal.record import TumbleRecord
 
 __all__ = ["turned_tables", "wrong_orders"]
 
-_LARGEST_TURN = 0.1  # rad, as of a misalignment in proportion
 _SMALLEST = 1e-300
 
 
@@ -156,18 +156,28 @@ def _turned(
     dof = max(float(rest.size - values.size), 1.0)
     size = dict(zip(table.estimability.kept, values.tolist(), strict=True))
     k1, m = size["K1"], size.get("M", 0.0)
-    if k1 > 0.0 and abs(m) <= _LARGEST_TURN * k1:
+    if k1 > 0.0 and abs(m) <= LARGEST_RATIOS["M"] * k1:
         return None
     what = "K1" if k1 <= 0.0 else "M"
     row = table.least_squares.map[table.estimability.kept.index(what)]
     error = max(float(np.sqrt(row @ row * (rest @ rest) / dof)), _SMALLEST)
     turn = float(np.degrees(np.arctan2(-m, k1)))
-    said = wrong_sign(k1) if k1 <= 0.0 else f"all positions as if shifted by {turn:.1f} deg"
+    finding, said = _whole_table(table, k1, turn, delta0)
     return Fault(
         effect=None,
-        finding="wrong sign" if k1 <= 0.0 else "positions shifted",
+        finding=finding,
         parameters={"turn": (turn, float(np.degrees(error / np.hypot(k1, m))), "deg")},
         p_value=max(2.0 * student_survival(abs(size[what]) / error, dof), _SMALLEST),
         readings=tuple(index[places].tolist()),
         text=f"{_of_run(record, int(places[0]))}{said}; correct the table, it is fitted as given",
     )
+
+
+def _whole_table(table: PreparedTable, k1: float, turn: float, delta0: float) -> tuple[str, str]:
+    """Name and words for what is wrong with a table that is out of proportion."""
+    positions = fitting_turn(table, table.record.output, delta0)
+    if positions is not None:
+        return "number of positions", fitting_turn_said(positions)
+    if k1 <= 0.0:
+        return "wrong sign", wrong_sign(k1)
+    return "positions shifted", f"all positions as if shifted by {turn:.1f} deg"

@@ -1,0 +1,78 @@
+"""Another number of positions in a turn, with which the readings of a table are in proportion."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.estimate.tables import PreparedTable
+from accelcal.geometry import accelerations
+from accelcal.model import COEFFICIENTS, design_matrix
+
+__all__ = ["LARGEST_RATIOS", "LARGEST_RESIDUAL", "fitting_turn", "fitting_turn_said"]
+
+Array = NDArray[np.float64]
+
+LARGEST_RATIOS = {"K0": 0.2, "K2": 0.1, "K3": 0.1, "M": 0.1, "M_ip": 0.1}
+"""Largest part of K1 that a coefficient of any accelerometer has [1 / g^(n - 1)]."""
+
+LARGEST_RESIDUAL = 0.02
+"""Largest rms residual of any accelerometer [g]."""
+
+_FIRST = ("K0", "K1", "M")  # which four angles tell from each other
+_FEWEST = 4  # positions in a turn: fewer leave no residual
+_WHOLE = 1e-6  # by which the number of a position may miss a whole one
+
+
+def fitting_turn(table: PreparedTable, output: Array, delta0: float = 0.0) -> int | None:
+    """Find another number of positions in a turn, with which readings are in proportion.
+
+    Parameters
+    ----------
+    table : PreparedTable
+        The table, by its own number of positions.
+    output : ndarray, shape (n,)
+        Readings at its angles [output unit].
+    delta0 : float, default 0
+        Fixture angle [rad].
+
+    Returns
+    -------
+    int or None
+        The number by which the positions go once around, with the return to the first one or
+        without; None where none fits, or the angles are none of numbered positions.
+    """
+    positions = table.record.positions
+    number = table.record.angle * positions / 360.0  # from 0
+    if np.abs(number - np.round(number)).max() > _WHOLE:
+        return None
+    last = int(np.round(number.max()))
+    others = [n for n in (last + 1, last) if n >= _FEWEST and n != positions]
+    fits = (n for n in others if _in_proportion(table, output, number * 360.0 / n, delta0))
+    return next(fits, None)
+
+
+def fitting_turn_said(positions: int) -> str:
+    """Say which number of positions fits, and the remedy.
+
+    Parameters
+    ----------
+    positions : int
+        As of `fitting_turn`.
+
+    Returns
+    -------
+    str
+        The finding.
+    """
+    return f"the readings fit {positions} positions in a turn: declare '# positions: {positions}'"
+
+
+def _in_proportion(table: PreparedTable, output: Array, angle: Array, delta0: float) -> bool:
+    """Tell whether bias, scale factor and misalignment fit readings at angles [deg]."""
+    design = design_matrix(accelerations(angle, delta0, table.mounting), table.mounting)
+    design = design[:, [COEFFICIENTS.index(name) for name in _FIRST]]
+    k0, k1, m = found = np.linalg.lstsq(design, output)[0]
+    rms = np.sqrt(((output - design @ found) ** 2).mean())
+    sizes = (k0, LARGEST_RATIOS["K0"]), (m, LARGEST_RATIOS["M"]), (rms, LARGEST_RESIDUAL)
+    return all(bool(abs(size) <= k1 * largest) for size, largest in sizes)
