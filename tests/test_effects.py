@@ -282,6 +282,24 @@ def test_hysteresis_starts_afresh_in_each_run():
     np.testing.assert_allclose(change("hysteresis", 1e-4, plan=plan), 1e-4)
 
 
+def test_hysteresis_turns_where_the_head_passes_the_extremes():
+    """0 and 180 deg lie between the positions: a_i is the same before and behind them."""
+    plan = TumblePlan(angles=(22.5, 157.5, 202.5, 337.5, 382.5), strokes=2)
+    for forward, back in change("hysteresis", 1e-4, plan=plan):
+        np.testing.assert_allclose(forward, 1e-4 * np.array([1, 1, -1, -1, 1]))
+        np.testing.assert_allclose(back, 1e-4 * np.array([1, 1, 1, -1, -1]))
+
+
+def test_hysteresis_of_a_reading_is_the_same_whichever_others_are_missing():
+    record = simulate(IDEAL, TumblePlan(strokes=6), NOISE_FREE)
+    whole = effect("hysteresis").of(1e-4).change(conditions_of(record, 20.0))
+    rng = np.random.default_rng(4)
+    for _ in range(20):
+        kept = rng.random(len(record)) > 0.3
+        rest = effect("hysteresis").of(1e-4).change(conditions_of(record.select(kept), 20.0))
+        np.testing.assert_allclose(rest, whole[kept], atol=1e-15)
+
+
 def test_play_follows_only_beyond_its_width():
     plan = TumblePlan(angles=(0.0, 5.0, 60.0), strokes=1, temperatures=(20.0,))
     lag = change("hysteresis", 0.01, plan=plan)[0, 0]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +12,6 @@ from numpy.typing import NDArray
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Effect, Parameter
 from accelcal.errors import InputError
-from accelcal.geometry import accelerations
 from accelcal.units import DAY, HOUR
 
 __all__ = ["EFFECTS"]
@@ -62,17 +63,43 @@ def _bias_step(c: Conditions, step: float, reading: float) -> Array:
 
 
 def _play(c: Conditions, half_width: float) -> Array:
-    """Play operator on a_i, started afresh in each run by coming to the first position."""
-    lag = np.zeros(c.angle.size)
-    run, state = -1, 0.0
-    coming_from = accelerations(c.angle - _APPROACH * c.rotation).input
-    for index in c.order:
-        if c.run[index] != run:
-            run, state = int(c.run[index]), float(coming_from[index])
+    """Play operator on a_i along the way of the head, readings or not."""
+    lag, state = np.zeros(c.angle.size), 0.0
+    for index, passed in zip(c.order, _passed(c), strict=True):
         sensed = float(c.input[index])
-        state = min(max(state, sensed - half_width), sensed + half_width)
+        for value in (*passed, sensed):
+            state = min(max(state, value - half_width), value + half_width)
         lag[index] = state - sensed
     return lag
+
+
+def _passed(c: Conditions) -> Iterator[list[float]]:
+    """Extremes of a_i that the head passes on its way to each reading, in the order of measuring.
+
+    A run begins by coming to its first position. The stroke of a reading that is missing at either
+    end of the turn goes there nevertheless.
+    """
+    ends = (float(c.angle.min()), float(c.angle.max()))
+    before: int | None = None
+    for index in c.order.tolist():
+        here, forward = float(c.angle[index]), c.stroke[index] % 2 == 1
+        if before is None or c.run[before] != c.run[index]:
+            way = [here - _APPROACH if forward else here + _APPROACH, here]
+        elif c.stroke[before] == c.stroke[index]:
+            way = [float(c.angle[before]), here]
+        else:
+            ended, begun = ends[int(c.stroke[before] % 2 == 1)], ends[int(not forward)]
+            way = [float(c.angle[before]), ended, begun, here]
+        yield [value for start, end in pairwise(way) for value in _extremes(start, end)]
+        before = index
+
+
+def _extremes(start: float, end: float) -> list[float]:
+    """a_i where a turn begins, and at the multiples of 180 deg on its way [g]."""
+    low, high = sorted((start, end))
+    halves = range(math.floor(low / 180.0) + 1, math.ceil(high / 180.0))
+    turned = [-1.0 if half % 2 else 1.0 for half in halves]
+    return [math.cos(math.radians(start)), *(turned if start < end else turned[::-1])]
 
 
 def _tilt(c: Conditions, rate: float, sine: float, cosine: float) -> Array:
