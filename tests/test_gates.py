@@ -610,6 +610,46 @@ def test_step_below_the_noise():
     assert gates["resolution"].finding.startswith("steps of 1e-05 mA (7.41 ug), scatter of")
 
 
+def stroke_copied(original, copy):
+    """The readings of a stroke stand at the positions of another one as well."""
+
+    def fault(readings, _):
+        read = {(run, j): y for run, j, k, y in readings if k == original}
+        return [[run, j, k, read[run, j] if k == copy else y] for run, j, k, y in readings]
+
+    return fault
+
+
+@pytest.mark.parametrize(("original", "copy"), [(1, 2), (1, 3), (2, 6), (5, 6)])
+@pytest.mark.parametrize("positions", [6, 8, 12])
+def test_a_stroke_that_is_a_copy_of_another(original, copy, positions):
+    warned = warnings_of(fitted(stroke_copied(original, copy), positions=positions))
+    said = (
+        f"^stroke {copy} has the readings of stroke {original} to the last digit: give it its own$"
+    )
+    assert_said(warned, "resolution", said)
+
+
+def test_strokes_alike_that_noise_may_not_tell_apart():
+    """Steps of 1 mg with a noise of a tenth of it: strokes agree to the last digit by chance."""
+
+    def rounded(readings, _):
+        return [[run, j, k, round(y, 3)] for run, j, k, y in readings]
+
+    warned = warnings_of(fitted(rounded, noise=1e-4))
+    assert "to the last digit" not in warned.get("resolution", "")
+
+
+def test_two_readings_alike_make_no_copy():
+    """Of strokes 1 and 3, all readings but one agree."""
+
+    def fault(readings, positions):
+        copied = stroke_copied(1, 3)(readings, positions)
+        return [[r, j, k, y + 3e-6 * ((j, k) == (5, 3))] for r, j, k, y in copied]
+
+    assert "resolution" not in warnings_of(fitted(fault))
+
+
 # -- proportions, lack of fit, agreement -----------------------------------------------------------
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
+from accelcal.gates.copies import are_copies, copy_said
 from accelcal.gates.verdict import (
     SIGNIFICANT,
     GateStack,
@@ -19,7 +20,6 @@ from accelcal.gates.verdict import (
     times,
 )
 from accelcal.model import COEFFICIENTS
-from accelcal.numerics.decimal_steps import decimal_step
 from accelcal.numerics.probability import f_exceeds, f_survival
 from accelcal.numerics.sorting import median
 
@@ -31,7 +31,6 @@ _IMPLAUSIBLE_HEAD = 1e-4  # rad, 20 arcsec
 _LARGEST_SPREAD = {"K1": 0.2, "K0": 0.1}  # relative, and [g]
 _SMALLEST = 1e-300
 _SAME = 1e-12  # over K1: a difference of coefficients that rounding alone makes
-_NO_CHANCE = 1e-6  # of two runs that agree to the last digit by chance
 _BIAS, _SCALE_FACTOR = COEFFICIENTS.index("K0"), COEFFICIENTS.index("K1")
 
 
@@ -159,8 +158,7 @@ def _agreement(stack: RecordStack) -> GateStack:
 
     def said(index: int) -> str:
         if index in copies:
-            first, second = (stack.names[table] for table in copies[index])
-            return f"{second} has the readings of {first} to the last digit: give it its own"
+            return copy_said(*(stack.names[table] for table in copies[index]))
         if apart[index] / _LARGEST_SPREAD["K1"] > 1.0:
             ratio = times(float(scale_factor[odd[index], index]))
             other = f"K1 of {stack.names[odd[index]]} is {ratio} times that of the others"
@@ -183,18 +181,6 @@ def _copies(stack: RecordStack) -> dict[int, tuple[int, int]]:
     found = {}
     for record, at in np.argwhere(same).tolist():
         first, second = sorted(order[record, at : at + 2].tolist())
-        if _chance(stack.outputs[first][record], stack.noise[record, first]) < _NO_CHANCE:
+        if are_copies(stack.outputs[first][record], float(stack.noise[record, first])):
             found[record] = (first, second)
     return found
-
-
-def _chance(output: Array, noise: float) -> float:
-    """Chance that the readings of a second run agree with these in all digits.
-
-    The difference of two readings has the density 1 / (2 sqrt(pi) noise) at zero, which is taken
-    over a step of the readings.
-    """
-    smallest = np.spacing(np.abs(output).max())
-    step = max(decimal_step(output), 4.0 * smallest)
-    density = 1.0 / (2.0 * np.sqrt(np.pi) * np.fmax(noise, smallest))
-    return float(min(step * density, 1.0) ** output.size)

@@ -1,10 +1,11 @@
-"""Gate on the step of the readings, which passes for head error where the noise is below it."""
+"""Gate on the digits of the readings: too coarse for the noise, or those of another stroke."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.gates.copies import copied_strokes, copy_said
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack
 from accelcal.numerics.decimal_steps import decimal_steps
@@ -21,7 +22,7 @@ _ALIKE = 1.5  # visible over declared step above which the two contradict each o
 
 
 def resolution(stack: TableStack) -> GateStack:
-    """Look for a step of the readings that the noise is too small to average out.
+    """Look for a step of the readings that the noise is too small to average out, and for copies.
 
     Parameters
     ----------
@@ -31,7 +32,8 @@ def resolution(stack: TableStack) -> GateStack:
     Returns
     -------
     GateStack
-        A warning where such a step is visible and not declared.
+        A warning where such a step is visible and not declared, or where a stroke has the readings
+        of another one to the last digit of a fine step.
 
     Notes
     -----
@@ -43,8 +45,12 @@ def resolution(stack: TableStack) -> GateStack:
     covered = step < _ALIKE * stack.step
     untold = ~(harmless | covered | np.isfinite(stack.noise))
     bad = ~(harmless | covered | untold | (noise >= _HIDING * step))
+    copies = copied_strokes(stack)
+    bad[list(copies)] = True
 
     def said(index: int) -> str:
+        if index in copies:
+            return copy_said(*(f"stroke {stroke}" for stroke in copies[index]))
         if harmless[index]:
             return "no step of the readings that matters"
         own, scale, scatter = (float(a[index]) for a in (step, stack.scale, noise))
