@@ -225,6 +225,17 @@ def test_a_drift_of_the_chamber_has_its_size_where_launches_are_free(rate):
     assert told.standard_uncertainty < 0.05 * abs(rate)
 
 
+@pytest.mark.parametrize(("levels", "rate"), [((20.0, 60.0), -0.2), ((20.0, -20.0), 0.2)])
+def test_a_drift_of_the_chamber_to_a_side_without_a_level(levels, rate):
+    """The run at T0 has the slopes of the other side, and not none."""
+    plan = TumblePlan(temperatures=levels, timed=True)
+    hidden = [effect("chamber-drift").of(rate)]
+    found = accelcal.discover(accelcal.simulate(plan=plan, effects=hidden, seed=3))
+    assert ids(found) == ["chamber-drift"]
+    told = found.effects[0].parameters["rate"].value
+    assert told == pytest.approx(rate, rel=0.1)  # beta1 and beta2 of the AL-15 are 520 and 480 ppm
+
+
 def test_faults_come_before_physics():
     hidden = [effect("outlier").of(1e-3, reading=17), effect("backlash").of(2e-5)]
     found = accelcal.discover(accelcal.simulate(effects=hidden, seed=3))

@@ -256,8 +256,13 @@ def _tilt(model: BaseModel, parameters: Array) -> Array:
 
 
 def _per_degree(model: BaseModel, parameters: Array, above: NDArray[np.bool_]) -> Array:
-    """Change of the second bracket with the temperature, by the side of T0 [g/degC]."""
+    """Change of the second bracket with the temperature, by the side of T0 [g/degC].
+
+    A side without a level of its own is taken to have the slopes of the other one.
+    """
     c = model.conditions
+    sides = [side for side in SIDES if f"K0 {side}" in model.names]
+    above = above if len(sides) > 1 else np.full(above.size, SIDES[0] in sides)
     gain, inside = model.split(parameters)
     acts = {"K0": np.ones_like(c.input), "K1": inside / gain}
     acts |= dict.fromkeys(("M", "M_O", "M_P"), c.cross)
