@@ -6,6 +6,7 @@ where it imports it from) and the certificate is validated against them as well.
 """
 
 import os
+import re
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
@@ -14,14 +15,21 @@ import pytest
 
 import accelcal
 from accelcal.certificate.dcc import certificate
-from accelcal.certificate.units import si_unit
+from accelcal.certificate.units import product, si_unit
 from accelcal.cli.main import main
 from accelcal.errors import InputError
 from accelcal.io.laboratory import Contact, Laboratory, read_laboratory
+from accelcal.io.specification import read_specification
 from accelcal.results.mapping import frozen
+from accelcal.verdict.judge import judge
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 DCC, SI = "{https://ptb.de/dcc}", "{https://ptb.de/si}"
+
+NOT_EMPTY = {  # of the schema's notEmptyStringType: no blank at either end
+    *("release", "uniqueIdentifier", "value", "model", "role", "norm", "eMail", "phone"),
+    *("city", "postCode", "street"),
+}
 
 ORDER = {  # children in the order of the schema; those with ! must be there
     "digitalCalibrationCertificate": ("!administrativeData", "!measurementResults"),
@@ -51,19 +59,23 @@ ORDER = {  # children in the order of the schema; those with ! must be there
     "respPersons": ("!respPerson",),
     "respPerson": ("!person", "role", "mainSigner"),
     "statements": ("!statement",),
-    "statement": ("!declaration",),
+    "statement": ("!declaration", "conformity"),
     "declaration": ("!content",),
     "measurementResults": ("!measurementResult",),
-    "measurementResult": ("!name", "usedMethods", "usedSoftware", "!results"),
+    "measurementResult": (
+        *("!name", "usedMethods", "usedSoftware", "!influenceConditions", "!results"),
+    ),
+    "influenceConditions": ("!influenceCondition",),
+    "influenceCondition": ("!name", "!data"),
     "usedMethods": ("!usedMethod",),
     "usedMethod": ("!name", "description", "norm"),
     "results": ("!result",),
     "result": ("!name", "!data"),
-    "data": ("list",),
+    "data": ("quantity", "list"),
     "list": ("name", "quantity"),
     "quantity": ("name", "noQuantity", "real", "realListXMLList"),
     "real": ("label", "!value", "!unit", "measurementUncertaintyUnivariate"),
-    "realListXMLList": ("labelXMLList", "!valueXMLList", "!unitXMLList"),
+    "realListXMLList": ("!valueXMLList", "!unitXMLList"),
     "measurementUncertaintyUnivariate": ("standardMU", "expandedMU"),
     "standardMU": ("!valueStandardMU",),
     "expandedMU": ("!valueExpandedMU", "!coverageFactor", "!coverageProbability"),
@@ -82,7 +94,9 @@ def check_structure(element):
     tag, children = plain(element.tag), [plain(child.tag) for child in element]
     if not children:
         assert (element.text or "").strip(), f"{tag} is empty"
+        assert tag not in NOT_EMPTY or element.text.strip() == element.text, f"{tag} has blanks"
         return
+    assert children.count("content") < 2, f"{tag} holds several texts in one language"
     order = [name.removeprefix("!") for name in ORDER[tag]]
     places = [order.index(child) for child in children]
     assert places == sorted(places), f"{tag} holds {children}"
@@ -123,7 +137,7 @@ def quantities(root):
             float(real.findtext(f".//{SI}valueExpandedMU")),
         )
         for real in result.iter(f"{SI}real")
-        if real.find(f"{SI}label") is not None
+        if real.find(f".//{SI}expandedMU") is not None
     }
 
 
@@ -159,14 +173,25 @@ def test_the_covariance_is_that_of_the_calibration(calibration, root):
     table, g = calibration.tables[0], 9.8106
     powers = {"K0": 0, "K1": -1, "K2": -2, "K3": -3, "M": -1, "M_ip": -2}
     result = root.find(f".//{DCC}result")
-    columns = list(result.iter(f"{SI}realListXMLList"))
-    names = columns[0].findtext(f"{SI}labelXMLList").split()
-    assert tuple(names) == table.covariance_names
-    for own, row, column in zip(names, table.covariance_matrix, columns, strict=True):
-        values = [float(part) for part in column.findtext(f"{SI}valueXMLList").split()]
-        wanted = [v * g ** (powers[own] + powers[n]) for v, n in zip(row, names, strict=True)]
-        assert values == pytest.approx(wanted, rel=1e-12)
-        assert len(column.findtext(f"{SI}unitXMLList").split()) == len(names)
+    told = {}
+    for real in result.iter(f"{SI}real"):
+        pair = re.fullmatch(r"cov\((\w+),(\w+)\)", real.findtext(f"{SI}label") or "")
+        if pair:
+            told[pair.groups()] = float(real.findtext(f"{SI}value")), real.findtext(f"{SI}unit")
+    names = table.covariance_names
+    assert len(told) == len(names) * (len(names) + 1) // 2
+    units = quantities(root)
+    for (one, other), (value, unit) in told.items():
+        wanted = table.covariance_matrix[names.index(one)][names.index(other)]
+        assert value == pytest.approx(wanted * g ** (powers[one] + powers[other]), rel=1e-12)
+        assert unit == units[one][1] + units[other][1]
+
+
+def test_a_list_of_numbers_has_one_unit(root):
+    """PTB's reader, dccQuantities 3.0.4, gives all numbers of a list the first of its units."""
+    lists = list(root.iter(f"{SI}realListXMLList"))
+    assert lists
+    assert all(len(element.findtext(f"{SI}unitXMLList").split()) == 1 for element in lists)
 
 
 def test_both_sides_of_an_axis_certify_what_is_free_of_the_fixture_angle(laboratory):
@@ -261,6 +286,91 @@ def test_without_local_gravity_values_in_g_are_text(calibration, laboratory):
     assert any("mA/g" in text and "expanded uncertainty" in text for text in told)
 
 
+def conditions(root):
+    """Name -> values and unit, or what is said in their place."""
+    found = {}
+    for condition in root.iter(f"{DCC}influenceCondition"):
+        _, told = condition.find(f"{DCC}data/{DCC}quantity")
+        name = condition.findtext(f"{DCC}name/{DCC}content")
+        if plain(told.tag) == "noQuantity":
+            found[name] = told.findtext(f"{DCC}content")
+        else:
+            found[name] = ([float(v) for v in told[0].text.split()], told[1].text)
+    return found
+
+
+def test_the_conditions_of_the_test_are_stated(root, laboratory):
+    gravity = ([9.8106], r"\metre\second\tothe{-2}")
+    levels = ([20.0, 80.0, -40.0], r"\degreecelsius")
+    assert conditions(root) == {"local gravity": gravity, "temperature": levels}
+    plan = accelcal.TumblePlan(temperatures=(20.0,), mountings=("o+", "o-"))
+    one = certificate(accelcal.fit(accelcal.simulate(plan=plan, seed=1)), laboratory)
+    told = {"local gravity": "not stated", "temperature": ([20.0], r"\degreecelsius")}
+    assert conditions(ElementTree.fromstring(one)) == told
+
+
+def test_what_is_no_unit_of_the_si_is_told_in_one_text(laboratory):
+    """Texts in one language beside each other are one text to a reader: it takes the first."""
+    found = accelcal.fit(accelcal.read_table(EXAMPLES / "al15.csv", overrides={"unit": "counts"}))
+    root = ElementTree.fromstring(certificate(found, laboratory))
+    check_structure(root)
+    k1 = found.tables[0].coefficients["K1"]
+    told = [element.findtext(f"{DCC}content") for element in root.iter(f"{DCC}noQuantity")]
+    (said,) = {text for text in told if text.startswith(f"{k1.value!r} counts/g;")}
+    assert f"expanded uncertainty (95 %) {k1.expanded_uncertainty!r} counts/g" in said
+
+
+def test_blanks_around_a_text_are_left_out(calibration):
+    """The schema has no blank at the ends of a text that is not empty."""
+    place = Contact(name=" A ", email=" ", city=" C  D ", street=" ", role=" main signer ")
+    known = Laboratory(
+        identifier="  ",
+        model=" AL ",
+        performed_from="2026-11-20",
+        laboratory=place,
+        customer=place,
+        persons=place,
+    )
+    for serial, stated in ((" ", "not stated"), (" A  15\n", "A  15")):
+        text = certificate(replace(calibration, serial=serial, software="accelcal  "), known)
+        root = ElementTree.fromstring(text)
+        check_structure(root)
+        assert root.findtext(f".//{DCC}identification/{DCC}value") == stated
+        assert root.findtext(f".//{DCC}city") == "C  D"
+        assert root.findtext(f".//{DCC}mainSigner") == "true"
+        assert root.find(f".//{DCC}eMail") is None
+
+
+@pytest.mark.parametrize("outcome", ["pass", "fail", "undecided", "not tested"])
+def test_a_verdict_is_told_to_programs_where_it_is_decided(calibration, laboratory, outcome):
+    specification = read_specification(str(EXAMPLES / "al15.toml"))
+    judged = judge(calibration, specification)
+    one = replace(judged.judgements[0], outcome=outcome)
+    certified = replace(calibration, verdict=replace(judged, judgements=(one,)))
+    root = ElementTree.fromstring(certificate(certified, laboratory))
+    check_structure(root)
+    wanted = [outcome] if outcome in ("pass", "fail") else []
+    assert [element.text for element in root.iter(f"{DCC}conformity")] == wanted
+    assert any(f": {outcome}. " in text for text in declarations(root))
+
+
+def test_a_coverage_factor_has_no_exponent(calibration, laboratory):
+    table = calibration.tables[0]
+    wide = replace(table.coefficients["K0"], standard_uncertainty=1e-20, expanded_uncertainty=1.0)
+    odd = replace(table, coefficients={**table.coefficients, "K0": wide})
+    root = ElementTree.fromstring(certificate(replace(calibration, tables=(odd,)), laboratory))
+    factors = [element.text for element in root.iter(f"{SI}coverageFactor")]
+    assert float(factors[0]) == pytest.approx(1e20)
+    assert all(re.fullmatch(r"[1-9]\d*\.?\d*", text) for text in factors)
+
+
+def test_the_release_is_of_the_form_of_the_ptb(root):
+    """Its rules beside the schema (Schematron): a letter, then up to four numbers."""
+    releases = [element.text for element in root.iter(f"{DCC}release")]
+    assert len(releases) == 2
+    assert all(re.fullmatch(r"[a-zA-Z] ?(\d{1,3}\.){0,3}\d{1,3}", text) for text in releases)
+
+
 def test_the_same_calibration_gives_the_same_text(calibration, laboratory, text):
     assert certificate(calibration, laboratory) == text
     again = accelcal.Calibration.from_json(calibration.to_json())
@@ -277,18 +387,58 @@ def test_names_are_escaped(calibration):
 @pytest.mark.parametrize(
     ("unit", "found"),
     [
-        ("V", (r"\volt", 0)),
-        ("uA/g^3", (r"\micro\ampere\metre\tothe{-3}\second\tothe{6}", -3)),
-        ("g/degC", (r"\metre\second\tothe{-2}\kelvin\tothe{-1}", 1)),
-        ("g/g^2", (r"\metre\tothe{-1}\second\tothe{2}", -1)),
-        ("g/g^3", (r"\metre\tothe{-2}\second\tothe{4}", -2)),
-        ("1", (r"\one", 0)),
+        ("V", (r"\volt", 0, 1.0)),
+        ("pA", (r"\pico\ampere", 0, 1.0)),
+        ("MHz/g", (r"\mega\hertz\metre\tothe{-1}\second\tothe{2}", -1, 1.0)),
+        ("uA/g^3", (r"\micro\ampere\metre\tothe{-3}\second\tothe{6}", -3, 1.0)),
+        ("g/degC", (r"\metre\second\tothe{-2}\kelvin\tothe{-1}", 1, 1.0)),
+        ("g/g^2", (r"\metre\tothe{-1}\second\tothe{2}", -1, 1.0)),
+        ("g/g^3", (r"\metre\tothe{-2}\second\tothe{4}", -2, 1.0)),
+        ("1", (r"\one", 0, 1.0)),
+        ("mg", (r"\metre\second\tothe{-2}", 1, 1e-3)),  # 1 mg = 0.001 g
+        ("ug/g", (r"\one", 0, 1e-6)),
+        ("m/s^2", (r"\metre\second\tothe{-2}", 0, 1.0)),
+        ("m/s^2/g", (r"\one", -1, 1.0)),
+        ("m/s^2/g^2/degC", (r"\metre\tothe{-1}\second\tothe{2}\kelvin\tothe{-1}", -2, 1.0)),
         ("output unit/g", None),
         ("counts", None),
     ],
 )
 def test_units(unit, found):
     assert si_unit(unit) == found
+
+
+def test_the_unit_one_is_no_factor_of_a_product():
+    assert product(r"\one", r"\one") == r"\one"
+    assert product(r"\one", r"\volt") == product(r"\volt", r"\one") == r"\volt"
+    assert product(r"\volt", r"\volt") == r"\volt\volt"
+
+
+@pytest.mark.parametrize(
+    ("unit", "step"), [("g", 9.8106), ("mg", 9.8106e-3), ("ug", 9.8106e-6), ("m/s^2", 1.0)]
+)
+def test_outputs_that_are_accelerations_are_in_si_units(laboratory, unit, step):
+    """K0 [unit] is K0 * step m/s^2, and K1 [unit per g] a number: K1 * step / g."""
+    found = accelcal.fit(
+        accelcal.read_table(
+            EXAMPLES / "al15.csv", overrides={"unit": unit, "local_gravity": 9.8106}
+        )
+    )
+    root = ElementTree.fromstring(certificate(found, laboratory))
+    check_structure(root)
+    values, table = quantities(root), found.tables[0]
+    for name, per_g, text in (
+        ("K0", 0, r"\metre\second\tothe{-2}"),
+        ("K1", 1, r"\one"),
+        ("K2", 2, r"\metre\tothe{-1}\second\tothe{2}"),
+    ):
+        quantity, factor = table.coefficients[name], step / 9.8106**per_g
+        assert values[name][0] == pytest.approx(quantity.value * factor, rel=1e-14)
+        assert values[name][1] == text
+        assert values[name][2] == pytest.approx(quantity.expanded_uncertainty * factor, rel=1e-14)
+    units = {element.text for element in root.iter(f"{SI}unit")}
+    assert r"\one" in units
+    assert not any(r"\one" in u for u in units - {r"\one"})
 
 
 # -- the command -----------------------------------------------------------------------------------

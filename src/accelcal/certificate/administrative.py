@@ -49,14 +49,16 @@ def administrative_data(calibration: Calibration, known: Laboratory) -> Element:
         dcc(_ISSUER, _contact("contact", known.laboratory, located=True)),
         dcc("respPersons", *map(_person, known.persons or (Contact(),))),
         _contact("customer", known.customer, located=True),
-        dcc("statements", *map(_statement, _statements(calibration, known))),
+        dcc(
+            "statements", *map(_statement, _statements(calibration, known)), *_verdict(calibration)
+        ),
     )
 
 
 def software(calibration: Calibration) -> Element:
     """Name what made the calibration."""
-    release = calibration.software.removeprefix("accelcal ") or __version__
-    return dcc("software", named("accelcal"), dcc("release", release))
+    release = calibration.software.removeprefix("accelcal ").strip() or __version__
+    return dcc("software", named("accelcal"), dcc("release", f"v{release}"))
 
 
 def _core_data(calibration: Calibration, known: Laboratory) -> Element:
@@ -94,9 +96,10 @@ def _identifier(calibration: Calibration) -> str:
 
 
 def _item(calibration: Calibration, known: Laboratory) -> Element:
-    serial = calibration.serial or NOT_STATED
-    issuer = "manufacturer" if calibration.serial else "other"
-    identification = dcc("identification", dcc("issuer", issuer), dcc("value", serial))
+    serial = (calibration.serial or "").strip()
+    issuer = "manufacturer" if serial else "other"
+    value = dcc("value", serial or NOT_STATED)
+    identification = dcc("identification", dcc("issuer", issuer), value)
     return dcc(
         "item",
         named(_MODEL),
@@ -128,7 +131,7 @@ def _contact(tag: str, contact: Contact, *, located: bool = False) -> Element:
         if value
     ]
     if located and not place:
-        place = [rich("further", [NOT_STATED])]
+        place = [rich("further", NOT_STATED)]
     return dcc(
         tag,
         named(contact.name),
@@ -138,8 +141,18 @@ def _contact(tag: str, contact: Contact, *, located: bool = False) -> Element:
     )
 
 
-def _statement(text: str) -> Element:
-    return dcc("statement", rich("declaration", [text]))
+def _statement(text: str, *more: Element) -> Element:
+    return dcc("statement", rich("declaration", text), *more)
+
+
+def _verdict(calibration: Calibration) -> list[Element]:
+    """The verdict in words, and for programs where the limits are decided."""
+    verdict = calibration.verdict
+    if verdict is None:
+        return []
+    text = f"Verdict against {verdict.specification}: {verdict.outcome}. {verdict.rule_statement}"
+    decided = verdict.outcome in ("pass", "fail")
+    return [_statement(text, *([dcc("conformity", verdict.outcome)] if decided else []))]
 
 
 def _gravity(local: float | None) -> list[str]:
@@ -153,7 +166,8 @@ def _gravity(local: float | None) -> list[str]:
 
 
 def _statements(calibration: Calibration, known: Laboratory) -> list[str]:
-    said = [
+    return [
+        *known.statements,
         "Coefficients are those of equation (1) of the tumble test, by powers of the acceleration.",
         "The expanded uncertainty is the half width of the interval that is meant to hold the true"
         " value with a probability of 95 %.",
@@ -161,9 +175,3 @@ def _statements(calibration: Calibration, known: Laboratory) -> list[str]:
         *left_in_use(calibration),
         *calibration.warnings,
     ]
-    if calibration.verdict is not None:
-        verdict = calibration.verdict
-        said.append(
-            f"Verdict against {verdict.specification}: {verdict.outcome}. {verdict.rule_statement}"
-        )
-    return [*known.statements, *said]

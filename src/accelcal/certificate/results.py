@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from decimal import Decimal
+from itertools import combinations_with_replacement
 from xml.etree.ElementTree import Element
 
 from accelcal.certificate.administrative import software
-from accelcal.certificate.units import si_unit
-from accelcal.certificate.xml import dcc, named, rich, si
+from accelcal.certificate.conditions import influence_conditions, temperature_quantity
+from accelcal.certificate.units import product, si_unit
+from accelcal.certificate.xml import dcc, named, number, rich, si
 from accelcal.results.calibration import Calibration
 from accelcal.results.fixture_angle import FixtureAngle
 from accelcal.results.quantity import Quantity
@@ -63,6 +66,7 @@ def measurement_results(calibration: Calibration) -> Element:
             named("tumble test in the gravity field"),
             dcc("usedMethods", _method(calibration)),
             dcc("usedSoftware", software(calibration)),
+            influence_conditions(calibration),
             dcc("results", *results),
         ),
     )
@@ -73,7 +77,7 @@ def _method(calibration: Calibration) -> Element:
     return dcc(
         "usedMethod",
         named("multi-position tumble test"),
-        rich("description", [f"Estimator: {calibration.method}{robust}."]),
+        rich("description", f"Estimator: {calibration.method}{robust}."),
         dcc("norm", "IEEE 1293"),
     )
 
@@ -82,7 +86,7 @@ def _table(table: TableCalibration, calibration: Calibration) -> Element:
     temperature = table.temperature_degC
     where = "" if temperature is None else f", {temperature:.6g} degC"
     quantities = {**table.coefficients, **table.error_model}
-    data = [] if temperature is None else [_temperature(temperature)]
+    data = [] if temperature is None else [temperature_quantity([temperature])]
     data += [
         _quantity(name, quantity, calibration, table.meaning(name))
         for name, quantity in quantities.items()
@@ -94,11 +98,6 @@ def _table(table: TableCalibration, calibration: Calibration) -> Element:
         named(title),
         dcc("data", dcc("list", named("coefficients"), *data), covariance),
     )
-
-
-def _temperature(celsius: float) -> Element:
-    real = si("real", si("value", _number(celsius)), si("unit", r"\degreecelsius"))
-    return dcc("quantity", named("temperature"), real)
 
 
 def _laws(model: TemperatureModel, calibration: Calibration, whose: str) -> Element:
@@ -115,7 +114,7 @@ def _reversal(found: FixtureAngle, calibration: Calibration) -> Element:
     """Fixture angle, and the misalignment without it at each level."""
     data = [_quantity("delta0", found.angle, calibration, "delta0")]
     for celsius, misalignment in zip(found.temperatures, found.misalignments, strict=True):
-        data += [] if celsius is None else [_temperature(celsius)]
+        data += [] if celsius is None else [temperature_quantity([celsius])]
         data.append(_quantity("delta_free", misalignment, calibration, "delta_free"))
     title = (
         f"misalignment freed from the fixture angle by mountings {found.axis}+ and {found.axis}-"
@@ -132,16 +131,16 @@ def _quantity(name: str, quantity: Quantity, calibration: Calibration, meaning: 
     if meaning != name:
         title += f", which stands for {meaning}"
     if quantity.value is None:
-        return dcc("quantity", named(title), rich("noQuantity", ["not determined"]))
+        return dcc("quantity", named(title), rich("noQuantity", "not determined"))
     found = _in_si(quantity.unit, calibration.g_local_m_s2)
     if found is None:
-        told = [f"{_number(quantity.value)} {quantity.unit}", *_told_uncertainty(quantity)]
-        return dcc("quantity", named(title), rich("noQuantity", told))
+        told = [f"{number(quantity.value)} {quantity.unit}", *_told_uncertainty(quantity)]
+        return dcc("quantity", named(title), rich("noQuantity", "; ".join(told)))
     unit, factor = found
     real = si(
         "real",
         si("label", name),
-        si("value", _number(quantity.value * factor)),
+        si("value", number(quantity.value * factor)),
         si("unit", unit),
         _uncertainty(quantity, factor),
     )
@@ -151,18 +150,18 @@ def _quantity(name: str, quantity: Quantity, calibration: Calibration, meaning: 
 def _told_uncertainty(quantity: Quantity) -> Iterator[str]:
     """The uncertainty in words, beside a value whose unit the SI does not know."""
     if quantity.standard_uncertainty is not None:
-        yield f"standard uncertainty {_number(quantity.standard_uncertainty)} {quantity.unit}"
+        yield f"standard uncertainty {number(quantity.standard_uncertainty)} {quantity.unit}"
     if quantity.expanded_uncertainty is not None:
-        expanded = _number(quantity.expanded_uncertainty)
+        expanded = number(quantity.expanded_uncertainty)
         yield f"expanded uncertainty (95 %) {expanded} {quantity.unit}"
 
 
 def _in_si(unit: str, gravity: float | None) -> tuple[str, float] | None:
     """Unit of the D-SI and factor; None where the unit or the local gravity is not known."""
     found = si_unit(unit)
-    if found is None or (found[1] != 0 and gravity is None):
+    if found is None or (found.power != 0 and gravity is None):
         return None
-    return found[0], 1.0 if gravity is None else gravity ** found[1]
+    return found.text, found.scale * (1.0 if gravity is None else gravity**found.power)
 
 
 def _uncertainty(quantity: Quantity, factor: float) -> Element | None:
@@ -170,13 +169,13 @@ def _uncertainty(quantity: Quantity, factor: float) -> Element | None:
     if expanded is not None and k is not None:
         known = si(
             "expandedMU",
-            si("valueExpandedMU", _number(expanded * factor)),
-            si("coverageFactor", _number(max(k, 1.0))),
+            si("valueExpandedMU", number(expanded * factor)),
+            si("coverageFactor", f"{Decimal(number(max(k, 1.0))):f}"),  # has no exponent there
             si("coverageProbability", _PROBABILITY),
         )
     elif quantity.standard_uncertainty is not None:
         known = si(
-            "standardMU", si("valueStandardMU", _number(quantity.standard_uncertainty * factor))
+            "standardMU", si("valueStandardMU", number(quantity.standard_uncertainty * factor))
         )
     else:
         return None
@@ -184,38 +183,31 @@ def _uncertainty(quantity: Quantity, factor: float) -> Element | None:
 
 
 def _covariance(table: TableCalibration, calibration: Calibration) -> Element | None:
-    """A column of the covariance matrix each, in products of the units."""
-    names = table.covariance_names
+    """The covariance of each pair, in the product of their units.
+
+    Readers give all values of an ``si:realListXMLList`` its first unit; so each stands by itself.
+    """
+    names, matrix = table.covariance_names, table.covariance_matrix
     units = [_in_si(table.coefficients[name].unit, calibration.g_local_m_s2) for name in names]
     known = [unit for unit in units if unit is not None]
-    if not table.covariance_matrix or len(known) < len(names):
+    if not matrix or len(known) < len(names):
         return None
-    columns = [
-        _column(name, row, own, known, names)
-        for name, row, own in zip(names, table.covariance_matrix, known, strict=True)
+    pairs = combinations_with_replacement(range(len(names)), 2)
+    quantities = [
+        _covariance_of((names[i], names[j]), matrix[i][j], known[i], known[j]) for i, j in pairs
     ]
-    return dcc("list", named("covariance of the coefficients"), *columns)
+    return dcc("list", named("covariance of the coefficients"), *quantities)
 
 
-def _column(
-    name: str,
-    row: tuple[float, ...],
-    own: tuple[str, float],
-    units: list[tuple[str, float]],
-    names: tuple[str, ...],
+def _covariance_of(
+    pair: tuple[str, str], value: float, one: tuple[str, float], other: tuple[str, float]
 ) -> Element:
-    values = (value * own[1] * other[1] for value, other in zip(row, units, strict=True))
-    return dcc(
-        "quantity",
-        named(f"covariance with {name}"),
-        si(
-            "realListXMLList",
-            si("labelXMLList", " ".join(names)),
-            si("valueXMLList", " ".join(map(_number, values))),
-            si("unitXMLList", " ".join(own[0] + other[0] for other in units)),
-        ),
+    first, second = pair
+    title = f"variance of {first}" if first == second else f"covariance of {first} and {second}"
+    real = si(
+        "real",
+        si("label", f"cov({first},{second})"),
+        si("value", number(value * one[1] * other[1])),
+        si("unit", product(one[0], other[0])),
     )
-
-
-def _number(value: float) -> str:
-    return repr(float(value))
+    return dcc("quantity", named(title), real)

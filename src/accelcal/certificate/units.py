@@ -3,18 +3,43 @@ r"""Units in the form of the D-SI: ``\milli\ampere`` for mA."""
 from __future__ import annotations
 
 import re
+from typing import NamedTuple
 
-__all__ = ["NO_UNIT", "si_unit"]
+from accelcal.units import conversion_factor
+
+__all__ = ["NO_UNIT", "SiUnit", "product", "si_unit"]
 
 NO_UNIT = r"\one"
 
-_PREFIXES = {"n": r"\nano", "u": r"\micro", "µ": r"\micro", "m": r"\milli", "k": r"\kilo"}
+_PREFIXES = {
+    **{"p": r"\pico", "n": r"\nano", "u": r"\micro", "µ": r"\micro", "m": r"\milli"},
+    **{"k": r"\kilo", "M": r"\mega"},
+}
 _SYMBOLS = {"A": r"\ampere", "V": r"\volt", "Hz": r"\hertz", "C": r"\coulomb"}
-_PLAIN = {"1": "", "rad": r"\radian", "g": ""}
-_PARTS = re.compile(r"(?P<unit>[^/]+)(?:/g(?:\^(?P<power>\d))?)?(?P<slope>/degC)?")
+_PLAIN = {"1": "", "rad": r"\radian"}
+_ACCELERATION = "m/s^2"
+_PARTS = re.compile(r"(?P<unit>m/s\^2|[^/]+)(?P<per>/g(?:\^(?P<power>\d))?)?(?P<slope>/degC)?")
 
 
-def si_unit(unit: str) -> tuple[str, int] | None:
+class SiUnit(NamedTuple):
+    """A unit of the D-SI, and how a value comes into it.
+
+    Attributes
+    ----------
+    text : str
+        The unit, with m/s^2 in place of g.
+    power : int
+        Power of the local gravity in m/s^2 by which the value is multiplied.
+    scale : float
+        Number by which it is multiplied as well: 0.001 where mg became m/s^2.
+    """
+
+    text: str
+    power: int
+    scale: float = 1.0
+
+
+def si_unit(unit: str) -> SiUnit | None:
     r"""Write the unit of a coefficient in the form of the D-SI.
 
     Parameters
@@ -24,25 +49,43 @@ def si_unit(unit: str) -> tuple[str, int] | None:
 
     Returns
     -------
-    tuple of str and int, or None
-        The unit with m/s^2 in place of g, and the power of the local gravity in m/s^2 by which the
-        value is multiplied; None for a unit that the SI does not know, such as counts.
+    SiUnit or None
+        The unit; None for one that the SI does not know, such as counts.
 
     Examples
     --------
     >>> si_unit("mA/g")
-    ('\\milli\\ampere\\metre\\tothe{-1}\\second\\tothe{2}', -1)
-    >>> si_unit("rad"), si_unit("1/degC"), si_unit("counts/g")
-    (('\\radian', 0), ('\\kelvin\\tothe{-1}', 0), None)
+    SiUnit(text='\\milli\\ampere\\metre\\tothe{-1}\\second\\tothe{2}', power=-1, scale=1.0)
+    >>> si_unit("rad").text, si_unit("1/degC").text, si_unit("counts/g")
+    ('\\radian', '\\kelvin\\tothe{-1}', None)
+    >>> si_unit("mg")
+    SiUnit(text='\\metre\\second\\tothe{-2}', power=1, scale=0.001)
     """
     found = _PARTS.fullmatch(unit)
-    base = None if found is None else _base(found["unit"])
-    if found is None or base is None:
+    if found is None:
         return None
-    per_g = int(found["power"] or 1) if "/g" in unit else 0
-    power = (1 if found["unit"] == "g" else 0) - per_g
+    name, scale = found["unit"], conversion_factor(found["unit"], "g")
+    is_acceleration = scale is not None or name == _ACCELERATION
+    base = "" if is_acceleration else _base(name)
+    if base is None:
+        return None
+    per_g = int(found["power"] or 1) if found["per"] else 0
     slope = r"\kelvin\tothe{-1}" if found["slope"] else ""
-    return (base + _acceleration(power) + slope) or NO_UNIT, power
+    text = base + _acceleration(is_acceleration - per_g) + slope
+    if scale is None:
+        return SiUnit(text or NO_UNIT, -per_g)
+    return SiUnit(text or NO_UNIT, 1 - per_g, scale)
+
+
+def product(one: str, other: str) -> str:
+    r"""Write the product of two units of the D-SI.
+
+    Examples
+    --------
+    >>> product(r"\volt", r"\metre"), product(NO_UNIT, r"\metre"), product(NO_UNIT, NO_UNIT)
+    ('\\volt\\metre', '\\metre', '\\one')
+    """
+    return "".join(unit for unit in (one, other) if unit != NO_UNIT) or NO_UNIT
 
 
 def _base(unit: str) -> str | None:

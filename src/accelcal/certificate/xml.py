@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element, indent, register_namespace, tostring
 
 from accelcal.report.lines import visible_lines
 
-__all__ = ["DCC", "SI", "dcc", "named", "rich", "si", "written"]
+__all__ = ["DCC", "SI", "dcc", "named", "number", "rich", "si", "written"]
 
 DCC = "https://ptb.de/dcc"
 SI = "https://ptb.de/si"
@@ -28,12 +28,20 @@ def si(tag: str, *children: Child | str, **attributes: str) -> Element:
 
 def named(text: str) -> Element:
     """Make the name of an element of the DCC, in English."""
-    return rich("name", [text])
+    return rich("name", text)
 
 
-def rich(tag: str, texts: Iterable[str]) -> Element:
-    """Make an element of the DCC that holds several texts in English."""
-    return dcc(tag, *(dcc("content", text, lang="en") for text in texts))
+def rich(tag: str, text: str) -> Element:
+    """Make an element of the DCC that holds a text in English.
+
+    It is one ``content``: several are one text in several languages, of which a reader takes one.
+    """
+    return dcc(tag, dcc("content", text, lang="en"))
+
+
+def number(value: float) -> str:
+    """Write a number so that it reads back the same."""
+    return repr(float(value))
 
 
 def written(root: Element, version: str) -> str:

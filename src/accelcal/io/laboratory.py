@@ -37,6 +37,13 @@ def _check_line(place: str, value: Any, *, blank: bool = True) -> None:
         raise InputError(f"{place} is {value!r:.40}; it is a text of one line")
 
 
+def _set_line(holder: Contact | Laboratory, name: str, *, blank: bool = True) -> None:
+    """Keep a line without the blanks around it, which the schema of a certificate refuses."""
+    value = getattr(holder, name)
+    _check_line(name, value, blank=blank)
+    object.__setattr__(holder, name, value.strip())
+
+
 def _check_country(code: str) -> None:
     if code and not (len(code) == 2 and code.isascii() and code.isalpha() and code.isupper()):
         raise InputError(f"country is {code!r}; it is two capital letters, such as DE or CA")
@@ -72,7 +79,7 @@ class Contact:
 
     def __post_init__(self) -> None:
         for name in Contact.__slots__:
-            _check_line(name, getattr(self, name), blank=name != "name")
+            _set_line(self, name, blank=name != "name")
         _check_country(self.country)
 
 
@@ -119,7 +126,7 @@ class Laboratory:
 
     def __post_init__(self) -> None:
         for name in ("identifier", "country", "model"):
-            _check_line(name, getattr(self, name))
+            _set_line(self, name)
         _check_country(self.country)
         if self.performance_location not in PLACES:
             given = f"performance_location is {self.performance_location!r:.40}"
