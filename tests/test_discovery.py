@@ -177,6 +177,26 @@ def test_places_that_look_alike_are_told():
     assert "at = 135 deg" in told or "at = 45 deg" in told
 
 
+def test_two_effects_that_make_a_third_one_are_a_doubt():
+    """On 45 deg positions |a_i| and a_p^3 span all patterns of the position alone."""
+    angle = np.deg2rad(45.0 * np.arange(9))
+    a, p = np.cos(angle), np.sin(angle)
+    error = np.where(np.isclose(angle % (2 * np.pi), np.pi / 4), -8e-5 * p, 0.0)
+    columns = np.stack([abs(a), p**3, a**0, a, a**2, a**3, p, a * p], axis=1)
+    sizes = np.linalg.lstsq(columns, error, rcond=None)[0]
+    np.testing.assert_allclose(columns @ sizes, error, atol=1e-15)
+    pair = [effect("scale-factor-asymmetry").of(sizes[0]), effect("cross-axis-cubic").of(sizes[1])]
+    one = [effect("position-error").of(8e-5, at=45.0)]
+    for hidden in (pair, one):
+        found = accelcal.discover(accelcal.simulate(effects=hidden, seed=4, noise=NO_HEAD))
+        assert ids(found) == ["position-error"]
+        assert any("position-error is not sure" in note for note in found.notes)
+    plan = TumblePlan(positions=16)
+    found = accelcal.discover(accelcal.simulate(plan=plan, effects=one, seed=4, noise=NO_HEAD))
+    assert ids(found) == ["position-error"]
+    assert not any("is not sure" in note for note in found.notes)
+
+
 # -- several, unknown, undeclared --------------------------------------------------------------
 
 

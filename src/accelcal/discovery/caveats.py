@@ -35,6 +35,10 @@ _AS_LIKELY = 0.01
 _ALIKE = 0.999
 """Cosine from which two places of an effect are one to the readings."""
 
+_FEW_PATTERNS, _FAINT = 2, 0.05
+"""Patterns that so many effects can always make together, and part of the largest from which on
+one counts."""
+
 _TOLD = {"g": "ug", "1": "ppm", "rad": "urad", "g/g^2": "ug/g^2", "g/g^3": "ug/g^3"}
 
 
@@ -55,6 +59,7 @@ def caveats(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[st
     """
     yield from _of_another_size(comparison)
     yield from _otherwise(comparison, found)
+    yield from _put_together(comparison, found)
     yield from _wandering(comparison, found)
     yield from _undeclared(comparison, found[0].instances if found else ())
     yield from _noise(comparison)
@@ -97,6 +102,25 @@ def _otherwise(comparison: Comparison, found: Sequence[Explanation]) -> Iterator
         ]
         if told:
             yield f"if it is {name} in truth: {', '.join(told)}"
+
+
+def _put_together(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[str]:
+    """Effects at one of several places, all of which two effects could make where few show."""
+    space, c = comparison.space, comparison.model.conditions
+    for item in found[0].instances if found else ():
+        if not any(shape.discrete for shape in item.effect.shapes):
+            continue
+        places = [column_of(other, c) for other in instances_of(item.effect, c)]
+        vectors, sizes, _ = np.linalg.svd(space.see(np.stack(places, axis=1)), full_matrices=False)
+        patterns = vectors[:, sizes > _FAINT * sizes[0]]
+        named = ((patterns.T @ found[0].directions) ** 2).sum(axis=0) > _ALIKE
+        if named.sum() < patterns.shape[1] <= _FEW_PATTERNS:
+            yield (
+                f"{item.effect.id} is not sure: of what depends on the position alone these"
+                f" positions show no more than {patterns.shape[1]} patterns, and two effects of it"
+                " together could make this one, as |a_i| and a_p^3; positions 22.5 or 30 deg apart"
+                " would tell"
+            )
 
 
 def _wandering(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[str]:
