@@ -140,12 +140,12 @@ def batch(
     kept = InMemory()
     if jobs == 1 or dask:
         fit = partial(fit_block, settings=settings)
-        blocks = work_through(sources, fit, kept, jobs=jobs, dask=dask, tell=progress)
+        work_through(sources, fit, kept, jobs=jobs, dask=dask, tell=progress)
     else:
         with TemporaryDirectory(prefix="accelcal-") as folder:
             to_file = partial(fit_to_file, settings=settings, folder=folder)
-            blocks = work_through(sources, to_file, FromFiles(kept), jobs=jobs, tell=progress)
-    found = [kept.results[block] for block in blocks]
+            work_through(sources, to_file, FromFiles(kept), jobs=jobs, tell=progress)
+    found = kept.results
     return BatchFrames(
         _frame([part.tables for part in found], ROWS),
         _frame([part.laws for part in found], LAWS),
@@ -205,12 +205,13 @@ def write_batch(
             else partial(work_and_keep, journal=journal, settings=settings, form=form)
         )
         with growing_results(journal, form) as growing:
-            blocks = work_through(sources, function, growing, jobs=jobs, dask=dask, tell=progress)
-        if blocks != growing.order:  # parts of a table with scattered serials were done anew
-            with growing_results(journal, form) as growing:
-                for block in blocks:
-                    growing.expect(block)
-        counts = _counted(sources, growing.told.values())
+            work_through(sources, function, growing, jobs=jobs, dask=dask, tell=progress)
+        told = growing.told
+        if growing.outdated:  # parts of a table with scattered serials were done anew
+            with growing_results(journal, form) as anew:
+                anew.take_all(growing)
+            told = anew.told
+        counts = _counted(sources, told)
         with journal.draft("errors") as file, journal.refusals_told():
             write_errors(counts.errors, file)
         journal.publish({name: names[name] for name in ("errors", "laws", "tables")})

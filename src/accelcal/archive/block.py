@@ -32,10 +32,13 @@ class Block(NamedTuple):
         Files to read.
     part : Part or None
         The part to read of the only file; None reads it whole.
+    place : int
+        Its place among the blocks of a batch.
     """
 
     files: tuple[SourceFile, ...]
     part: Part | None = None
+    place: int = 0
 
 
 class Fitted(NamedTuple):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from pathlib import Path
 
 from accelcal.archive.block import Block, Outcome, work
 from accelcal.archive.columns import LAWS, ROWS
@@ -47,48 +48,61 @@ class GrowingResults:
 
     Attributes
     ----------
-    order : list of Block
-        The blocks in the order of their rows, as far as they are known.
-    told : dict of Block to Summary
-        What the blocks tell whose rows are taken, in the same order.
+    told : list of Summary
+        What the blocks tell whose rows are taken, in their order.
+    outdated : bool
+        Whether rows were taken of blocks that are done anew.
     """
 
     def __init__(self, journal: Journal, frames: Sequence[Callable[[bytes], object]]) -> None:
-        self.order: list[Block] = []
-        self.told: dict[Block, Summary] = {}
+        self.told: list[Summary] = []
+        self.outdated = False
         self._journal = journal
         self._frames = frames
-        self._finished: set[Block] = set()
+        self._paths: list[Path] = []  # of all blocks that are expected
+        self._finished: set[int] = set()
 
     def expect(self, block: Block) -> bool:
-        """Take note of the next block; tell whether it is finished already."""
-        self.order.append(block)
-        finished = self._journal.has(block)
+        """Take note of the next block, or of one done anew; tell whether it is finished already."""
+        path = self._journal.path(block)
+        if block.place < len(self._paths):
+            self._paths[block.place] = path
+            self.outdated = True
+        else:
+            self._paths.append(path)
+        finished = self._journal.has(path)
         if finished:
-            self._finished.add(block)
-            self._grow()
+            self._finish(block)
         return finished
 
     def keep(self, block: Block, outcome: Outcome | None) -> None:
         """Keep a finished block; None is one that its worker has put into the journal."""
         if outcome is not None:
             self._journal.keep(block, outcome)
-        self._finished.add(block)
-        self._grow()
+        self._finish(block)
 
     def serials(self, block: Block) -> Sequence[str]:
         """Serial of each stretch of rows, where a finished block is a part of a table."""
-        return self.told[block].serials
+        return self.told[block.place].serials
 
-    def _grow(self) -> None:
+    def take_all(self, before: GrowingResults) -> None:
+        """Take the rows of all blocks that others have expected, which are finished."""
+        for path in before._paths:
+            self._take(path)
+
+    def _finish(self, block: Block) -> None:
         """Take the rows of the next blocks, up to the first that is not finished."""
-        while len(self.told) < len(self.order) and self.order[len(self.told)] in self._finished:
-            block = self.order[len(self.told)]
-            told, rows = self._journal.finished(block)
-            with self._journal.refusals_told():
-                for add, part in zip(self._frames, rows, strict=True):
-                    add(part)
-            self.told[block] = told
+        self._finished.add(block.place)
+        while len(self.told) in self._finished:
+            self._finished.remove(len(self.told))
+            self._take(self._paths[len(self.told)])
+
+    def _take(self, path: Path) -> None:
+        told, rows = self._journal.finished(path)
+        with self._journal.refusals_told():
+            for add, part in zip(self._frames, rows, strict=True):
+                add(part)
+        self.told.append(told)
 
 
 @contextmanager

@@ -92,17 +92,19 @@ class Journal:
             file.write(_checksum(*content) + b"\n")
             file.writelines(content)
 
-    def has(self, block: Block) -> bool:
-        """Tell whether a block is finished, and as it was when it was kept."""
+    @staticmethod
+    def has(path: Path) -> bool:
+        """Tell whether the block of a file is finished, and as it was when it was kept."""
         try:
-            checksum, _, content = self.path(block).read_bytes().partition(b"\n")
+            checksum, _, content = path.read_bytes().partition(b"\n")
         except OSError:
             return False
         return checksum == _checksum(content)
 
-    def finished(self, block: Block) -> tuple[Summary, tuple[bytes, bytes]]:
+    @staticmethod
+    def finished(path: Path) -> tuple[Summary, tuple[bytes, bytes]]:
         """What a finished block tells, and its encoded rows: of the tables, and of the laws."""
-        with self.path(block).open("rb") as file:
+        with path.open("rb") as file:
             file.readline()  # the checksum
             head = json.loads(file.readline())
             tables, laws = map(file.read, head["bytes"])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import chain, groupby, islice
+from itertools import chain, count, groupby, islice
 from typing import Any, Protocol, TypeVar
 
 from accelcal.archive.block import Block, Fitted
@@ -38,7 +38,7 @@ class Keeper(Protocol[Kept]):
     """Who keeps the results of blocks."""
 
     def expect(self, block: Block) -> bool:
-        """Take note of the next block; tell whether it is finished already."""
+        """Take note of the next block, or of one done anew; tell whether it is finished already."""
 
     def keep(self, block: Block, outcome: Kept) -> None:
         """Keep a finished block."""
@@ -51,19 +51,24 @@ class InMemory:
     """Keeps the results of blocks in memory."""
 
     def __init__(self) -> None:
-        self.results: dict[Block, Fitted] = {}
+        self._results: dict[int, Fitted] = {}
 
-    def expect(self, block: Block) -> bool:
-        """Take note of the next block; tell whether it is finished already."""
-        return block in self.results
+    @property
+    def results(self) -> list[Fitted]:
+        """Results in the order of the blocks."""
+        return [self._results[place] for place in sorted(self._results)]
+
+    def expect(self, _: Block) -> bool:
+        """Take note of the next block; none is finished already."""
+        return False
 
     def keep(self, block: Block, outcome: Fitted) -> None:
         """Keep a finished block."""
-        self.results[block] = outcome
+        self._results[block.place] = outcome
 
     def serials(self, block: Block) -> Sequence[str]:
         """Serial of each stretch of rows, where a finished block is a part of a table."""
-        return self.results[block].serials
+        return self._results[block.place].serials
 
 
 def blocks_of(sources: Sources) -> Iterator[Block]:
@@ -81,19 +86,19 @@ def blocks_of(sources: Sources) -> Iterator[Block]:
     """
     most = min(max(-(-len(sources) // BLOCKS), LEAST_FILES), MOST_FILES)
     files: list[SourceFile] = []
-    size = 0
+    size, place = 0, count()
     for source in sources:
         parts = divide(source)
         if files and (parts or len(files) == most or size + source.size > MOST_BYTES):
-            yield Block(tuple(files))
+            yield Block(tuple(files), place=next(place))
             files, size = [], 0
         if parts:
-            yield from (Block((source,), part) for part in parts)
+            yield from (Block((source,), part, next(place)) for part in parts)
         else:
             files.append(source)
             size += max(source.size, 0)
     if files:
-        yield Block(tuple(files))
+        yield Block(tuple(files), place=next(place))
 
 
 def work_through(
@@ -104,8 +109,10 @@ def work_through(
     jobs: int | None = 1,
     dask: str | None = None,
     tell: Progress | None = None,
-) -> list[Block]:
+) -> None:
     """Work through the blocks of some files until all of them are kept.
+
+    A block that is finished is forgotten, or a million files would fill the memory.
 
     Parameters
     ----------
@@ -120,17 +127,13 @@ def work_through(
     tell : callable, optional
         As `progress` of `accelcal.batch`.
 
-    Returns
-    -------
-    list of Block
-        The blocks in their order, as they were finished: a part of a table in which serials are
-        scattered refuses these.
+    Notes
+    -----
+    Parts of a table in which serials are scattered are done anew: they refuse these.
     """
-    first = _work(blocks_of(sources), function, keeper, jobs, dask, _Tally(len(sources), tell))
-    final = _refusing(first, keeper)
-    anew = [block for block, before in zip(final, first, strict=True) if block is not before]
+    parts = _work(blocks_of(sources), function, keeper, jobs, dask, _Tally(len(sources), tell))
+    anew = list(_refusing(parts, keeper))
     _work(anew, function, keeper, jobs, dask, _Tally(len(anew), None))
-    return final
 
 
 class _Tally:
@@ -165,12 +168,13 @@ def _work(
     dask: str | None,
     tally: _Tally,
 ) -> list[Block]:
-    """Work on blocks while others are still looked for; return all of them."""
-    found: list[Block] = []
+    """Work on blocks while others are still looked for; return those that are parts of a table."""
+    parts: list[Block] = []
 
     def unfinished() -> Iterator[Block]:
         for block in blocks:
-            found.append(block)
+            if block.part is not None:
+                parts.append(block)
             tally.found(block)
             if keeper.expect(block):
                 tally.finished(block)
@@ -188,26 +192,15 @@ def _work(
                 keeper.keep(block, result)
                 tally.finished(block)
                 tally.tell()
-    return found
+    return parts
 
 
-def _refusing(blocks: Sequence[Block], keeper: Keeper[Any]) -> list[Block]:
+def _refusing(parts: Sequence[Block], keeper: Keeper[Any]) -> Iterator[Block]:
     """Let the parts of a table refuse the serials that stand in several places of it."""
-    final: list[Block] = []
-    for parted, group in groupby(blocks, key=lambda block: block.part and block.files[0].path):
-        members = list(group)
-        if parted:
-            serials = [keeper.serials(block) for block in members]
-            scattered = comes_back(name for names in serials for name in names)
-            members = [
-                _refuse(block, scattered.intersection(names))
-                for block, names in zip(members, serials, strict=True)
-            ]
-        final += members
-    return final
-
-
-def _refuse(block: Block, serials: set[str]) -> Block:
-    if not serials or block.part is None:
-        return block
-    return block._replace(part=block.part._replace(refused=tuple(sorted(serials))))
+    for _, group in groupby(parts, key=lambda block: block.files[0].path):
+        serials = [(block, keeper.serials(block)) for block in group]
+        scattered = comes_back(name for _, names in serials for name in names)
+        for block, names in serials:
+            refused = tuple(sorted(scattered.intersection(names)))
+            if refused and block.part is not None:
+                yield block._replace(part=block.part._replace(refused=refused))

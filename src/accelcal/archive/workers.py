@@ -31,6 +31,7 @@ Ended = SimpleQueue[Future[Result] | None]
 """Futures as they end."""
 
 _AHEAD = 2  # tasks that wait for each worker, so that none is idle and memory stays bounded
+_FOUND = 100  # tasks that are looked for beyond these
 
 _SECONDS = 2.0  # until a pool from which nothing comes is asked whether it is broken
 
@@ -87,7 +88,7 @@ def completed(
         If a worker was killed and nobody takes over.
     """
     if executor is None:
-        yield from ((task, function(task)) for task in list(tasks))
+        yield from ((task, function(task)) for task in tasks)
         return
     todo = _Ahead(tasks)
     running: dict[Future[Result], Task] = {}
@@ -123,7 +124,7 @@ class _Ahead(Iterator[Task]):
 
     def look_ahead(self, enough: Callable[[], bool]) -> None:
         """Look for tasks until it is enough."""
-        for task in self._tasks:
+        for task in islice(self._tasks, _FOUND - len(self._found)):
             self._found.append(task)
             if enough():
                 return
