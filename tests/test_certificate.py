@@ -276,6 +276,20 @@ def test_effects_that_the_coefficients_are_free_of_are_stated(calibration, labor
     assert any(text.startswith("warm-up: the fit took it out") for text in declarations(root))
 
 
+def test_the_method_names_the_effects_that_it_took_out(calibration, laboratory):
+    """Those of the stand too, which the accelerometer does not have in use."""
+    taken = tuple(
+        frozen({"id": name, "name": name, "parameters": {}}) for name in ("backlash", "x")
+    )
+    for effects, told in (
+        (taken, " Effects that it took out of the readings: backlash, x."),
+        ((), ""),
+    ):
+        text = certificate(replace(calibration, effects=effects), laboratory)
+        method = ElementTree.fromstring(text).find(f".//{DCC}usedMethod/{DCC}description")
+        assert method.findtext(f"{DCC}content") == f"Estimator: least-squares.{told}"
+
+
 def test_without_local_gravity_values_in_g_are_text(calibration, laboratory):
     root = ElementTree.fromstring(certificate(replace(calibration, g_local_m_s2=None), laboratory))
     check_structure(root)

@@ -74,10 +74,12 @@ def measurement_results(calibration: Calibration) -> Element:
 
 def _method(calibration: Calibration) -> Element:
     robust = ", made safe against outliers" if calibration.robust else ""
+    effects = ", ".join(str(item["id"]) for item in calibration.effects)
+    told = f" Effects that it took out of the readings: {effects}." if effects else ""
     return dcc(
         "usedMethod",
         named("multi-position tumble test"),
-        rich("description", f"Estimator: {calibration.method}{robust}."),
+        rich("description", f"Estimator: {calibration.method}{robust}.{told}"),
         dcc("norm", "IEEE 1293"),
     )
 
