@@ -13,6 +13,7 @@ from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.faults.heavy_tails import chance_of
 from accelcal.discovery.faults.pure_error import PureError, pure_error
 from accelcal.discovery.faults.visible_step import visible_step
+from accelcal.effects.catalogue import effect
 
 
 def hidden(kind, tmp_path, seed=1, design="three", regime="iid", s=8.0):
@@ -192,6 +193,17 @@ def test_mirrored_stroke_is_put_right(clean):
     assert "mirrored" in fault.text
     assert mended.angle[own].tolist() == clean.angle[own[::-1]].tolist()
     assert mended.position[own].tolist() == clean.position[own[::-1]].tolist()
+
+
+@pytest.mark.parametrize("strokes", [4, 6])
+def test_a_lag_without_misalignment_is_no_mirrored_stroke(strokes):
+    """M = b forward and M = -b back is a backlash of b as well as strokes counted backwards."""
+    straight = replace(accelcal.AL15, misalignment=accelcal.BilinearLaw(1e-5), cross_coupling=0.0)
+    lags = [effect("backlash").of(6e-5), effect("hysteresis").of(8e-5)]
+    plan = accelcal.TumblePlan(strokes=strokes)
+    record = accelcal.simulate(straight, plan, effects=lags, seed=3)
+    assert faults(record, 20.0)[0] == ()
+    assert {found.id for found in accelcal.discover(record).effects} == {"backlash", "hysteresis"}
 
 
 def test_stroke_of_the_other_sign_is_put_right(clean):

@@ -22,6 +22,10 @@ __all__ = ["turned_tables", "wrong_orders"]
 
 _SMALLEST = 1e-300
 
+_LAGGING, _LARGEST_LAG = 1.5, 3e-4
+"""Squared residuals of another order, over those of a lag, from which on it is the lag, and the
+largest one that is a lag [g]."""
+
 
 def wrong_orders(record: TumbleRecord, delta0: float) -> tuple[tuple[Fault, ...], TumbleRecord]:
     """Find strokes that would fit far better in another order.
@@ -46,7 +50,7 @@ def wrong_orders(record: TumbleRecord, delta0: float) -> tuple[tuple[Fault, ...]
         for _ in range(int(distinct(record.stroke[places]).size)):
             table = prepare(_part(record, places), delta0=delta0)
             other = order_of_strokes(table, delta0)
-            if other is None:
+            if other is None or _lags_instead(table, other):
                 break
             found.append(_fault(record, table, other, places))
             record = _put_right(record, other, places)
@@ -100,6 +104,23 @@ def _part(record: TumbleRecord, places: NDArray[np.intp]) -> TumbleRecord:
     mask = np.zeros(len(record), dtype=np.bool_)
     mask[places] = True
     return record.select(mask)
+
+
+def _lags_instead(table: PreparedTable, other: OtherOrder) -> bool:
+    """Whether an offset, a backlash or a hysteresis between the strokes fits better still.
+
+    Without a misalignment, a lag of b is M = b forward and M = -b back, as if back were mirrored.
+    """
+    record = table.record
+    cross = np.sin(np.deg2rad(record.angle))
+    by_sense = np.stack([np.ones_like(cross), cross, np.sign(np.round(cross, 9))], axis=1)
+    sense = np.where(record.stroke % 2 == 1, 1.0, -1.0)
+    design = np.hstack([table.kept_design, sense[:, None] * by_sense])
+    values = np.linalg.lstsq(design, record.output, rcond=None)[0]
+    rest = record.output - design @ values
+    k1 = abs(float(values[table.estimability.kept.index("K1")]))
+    small = float(np.abs(values[-by_sense.shape[1] :]).max()) < _LARGEST_LAG * k1
+    return small and float(rest @ rest) < other.squares / _LAGGING
 
 
 def _of_run(record: TumbleRecord, place: int) -> str:
