@@ -135,6 +135,10 @@ def test_discovery():
     assert figures(printed, "Invisible", "accelcal discover")[0].startswith("0/")
     closed = float(figures(printed, "Held-out", "accelcal discover")[0].removesuffix(" %"))
     assert closed > 90.0
+    clean = figures(printed, "One run, clean", "accelcal discover")
+    assert re.fullmatch(r"[01]/1 .*", clean[1])
+    assert int(clean[1][0]) <= int(clean[0][0])
+    assert figures(printed, "One run, one hidden effect, noise iid", "accelcal discover")
 
 
 def test_discovery_knows_which_method_is_not_installed(monkeypatch):

@@ -560,6 +560,16 @@ def test_noise_has_its_covariance(regime):
     assert np.abs(np.cov(noise.T) - expected)[np.triu_indices(54)].max() < 0.5 * size.max() ** 2
 
 
+def test_a_walk_begins_anew_with_each_run():
+    taken = session(DESIGNS["three"], np.random.default_rng(1))
+    rng = np.random.default_rng(2)
+    noise = np.array([REGIMES["walk"].scatter(taken, rng) for _ in range(2000)])
+    # white noise of 1, and steps of 0.3
+    variance = np.tile(1.0 + 0.09 * np.arange(1, 55), 3)
+    np.testing.assert_allclose(noise.var(axis=0), variance, rtol=0.15)
+    assert np.corrcoef(noise.T)[53, 54] == pytest.approx(0.0, abs=0.1)
+
+
 def test_memory_of_the_noise_ends_with_the_run():
     taken = session(DESIGNS["three"], np.random.default_rng(1))
     rng = np.random.default_rng(2)

@@ -34,6 +34,11 @@ class Regime:
         Correlation of the noise of a reading with that of the one before it in its run.
     freedom : int
         Degrees of freedom of Student's noise, 0 for a normal one.
+    wander : float
+        White noise that a bias of each run wanders by, over that of a reading.
+    falls_with : float
+        Power of the frequency that the power of the wandering falls with: 1 of flicker noise, 2 of
+        a random walk.
     """
 
     head: float = 0.0
@@ -42,6 +47,8 @@ class Regime:
     launch_declared: bool = True
     memory: float = 0.0
     freedom: int = 0
+    wander: float = 0.0
+    falls_with: float = 2.0
 
     def disturbed(self, world: World, session: Session, rng: np.random.Generator) -> World:
         """The same laboratory with errors of this head and of these launches."""
@@ -55,7 +62,12 @@ class Regime:
 
     def scatter(self, session: Session, rng: np.random.Generator) -> Floats:
         """Noise of each reading, in units of its standard deviation, shape (n,)."""
-        fresh = self._fresh(len(session.read), rng)
+        noise = self._remembered(self._fresh(len(session.read), rng), session)
+        if self.wander:
+            noise = noise + self._wandering(session) @ rng.standard_normal(len(noise))
+        return noise
+
+    def _remembered(self, fresh: Floats, session: Session) -> Floats:
         if not self.memory:
             return fresh
         run, share, noise = session.run[session.read].tolist(), np.sqrt(1 - self.memory**2), []
@@ -64,16 +76,27 @@ class Regime:
             noise.append(value if new else self.memory * noise[-1] + share * value)
         return np.array(noise)
 
+    def _wandering(self, session: Session) -> Floats:
+        """How a run answers to white noise: a filter of fractional order (Kasdin, 1995)."""
+        run = session.run[session.read]
+        behind = np.subtract.outer(np.arange(len(run)), np.arange(len(run)))
+        steps = np.arange(1, len(run))
+        answer = np.cumprod(np.append(1.0, (steps - 1 + self.falls_with / 2) / steps))
+        within = (behind >= 0) & (run[:, None] == run)
+        return self.wander * np.where(within, answer[behind], 0.0)
+
     def covariance(self, world: World, session: Session) -> Floats:
         """Of all that scatters, to first order, shape (n, n) [mA^2]."""
         run, angle = session.run[session.read], session.angle[session.read]
         mark = (session.position[session.read] - 1) % session.design.positions
         same_run = run[:, None] == run
         apart = np.abs(np.subtract.outer(np.arange(len(run)), np.arange(len(run))))
-        reading = SIGMA**2 * np.where(same_run, self.memory**apart, 0.0)
+        wandering = self._wandering(session)
+        reading = np.where(same_run, self.memory**apart, 0.0) + wandering @ wandering.T
         head = self.head**2 * np.outer(np.sin(angle), np.sin(angle)) * (mark[:, None] == mark)
         gain = self.launch_gain**2 * np.outer(np.cos(angle), np.cos(angle))
-        return world.sensor.scale**2 * (reading + head + same_run * (self.launch**2 + gain))
+        launch = same_run * (self.launch**2 + gain)
+        return world.sensor.scale**2 * (SIGMA**2 * reading + head + launch)
 
     def _fresh(self, size: int, rng: np.random.Generator) -> Floats:
         if not self.freedom:
@@ -91,6 +114,13 @@ REGIMES = MappingProxyType(
         "ar1": Regime(memory=0.5),
         "t5": Regime(freedom=5),
         "all": Regime(head=2e-5, launch=1e-5, launch_gain=5e-6, memory=0.5, freedom=5),
+        "ar1-weak": Regime(memory=0.3),
+        "ar1-strong": Regime(memory=0.7),
+        "flicker": Regime(wander=1.0, falls_with=1.0),
+        "walk": Regime(wander=0.3),
     }
 )
 """The launches are of 2 sigma in the bias and 1 sigma in the scale factor."""
+
+SLOW = ("ar1-weak", "ar1-strong", "flicker", "walk")
+"""Regimes for a test of one run, which tells the memory of its noise poorly."""

@@ -24,6 +24,8 @@ class Answer(NamedTuple):
         Ids that this test cannot show; None for a method that does not tell.
     instances : tuple of Instance
         Columns that were chosen, of a method that has no prediction of its own.
+    doubted : frozenset of str
+        Names that noise alone could be the cause of, of a method that tells.
     gap : tuple of float, or None
         Held-out rms before and after [g], of a method that tells.
     """
@@ -34,6 +36,7 @@ class Answer(NamedTuple):
     faults: tuple[str, ...] = ()
     undetectable: frozenset[str] | None = None
     instances: tuple[Instance, ...] = ()
+    doubted: frozenset[str] = frozenset()
     gap: tuple[float, float] | None = None
 
 

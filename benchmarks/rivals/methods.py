@@ -17,6 +17,8 @@ from rivals.stepwise import stepwise
 
 OURS = "accelcal discover"
 
+_DOUBT = " is not sure: "
+
 Choice = Callable[[Dictionary], list[int]]
 
 RIVALS: dict[str, tuple[str, Callable[[Dictionary], Dictionary], Choice]] = {
@@ -77,5 +79,6 @@ def _ours(found: Discovery) -> Answer:
         unknown=found.unexplained is not None,
         faults=tuple(fault.id for fault in found.faults),
         undetectable=frozenset(item.id for item in found.undetectable),
+        doubted=frozenset(note.split(_DOUBT)[0] for note in found.notes if _DOUBT in note),
         gap=None if before is None or after is None else (before, after),
     )

@@ -271,6 +271,46 @@ def _faulty(rows: Rows) -> list[str]:
     ]
 
 
+def memory(rows: Rows) -> Iterator[str]:
+    """One run, in noise with a memory."""
+    clean = [row for row in rows if not row.hidden]
+    yield "## One run, clean, noise with a memory"
+    yield ""
+    for regime in _regimes(clean):
+        yield f"{regime}:"
+        yield ""
+        head = ("physical name", "without a word of doubt", "unknown")
+        yield from _by_method([r for r in clean if r.case.regime == regime], head, _believed)
+    for regime, s in dict.fromkeys((r.case.regime, r.case.s) for r in rows if r.hidden):
+        own = [r for r in rows if r.hidden and (r.case.regime, r.case.s) == (regime, s)]
+        yield f"## One run, one hidden effect, noise {regime}, s = {s:g}"
+        yield ""
+        head = (", ".join(VERDICTS), "right, with a word of doubt", "wrong, without")
+        yield from _by_method(own, head, _doubted)
+
+
+def _is_believed(row: Outcome) -> bool:
+    return not set(row.answer.names) <= row.answer.doubted
+
+
+def _believed(rows: Rows) -> list[str]:
+    return [
+        limited(*_count(rows, lambda r: bool(r.answer.names))),
+        limited(*_count(rows, _is_believed)),
+        share(*_count(rows, lambda r: r.answer.unknown)),
+    ]
+
+
+def _doubted(rows: Rows) -> list[str]:
+    doubted = [r.right and r.answer.names[0] in r.answer.doubted for r in rows]
+    of = list(zip(rows, doubted, strict=True))
+    return [
+        _verdicts(rows),
+        share(sum(r.verdict == "right" and doubt for r, doubt in of), len(rows)),
+        share(sum(r.verdict == "wrong" and not doubt for r, doubt in of), len(rows)),
+    ]
+
+
 REPORTS: dict[str, Callable[[Rows], Iterator[str]]] = {
     "clean": clean,
     "one": one,
@@ -279,4 +319,5 @@ REPORTS: dict[str, Callable[[Rows], Iterator[str]]] = {
     "invisible": invisible,
     "held-out": held_out,
     "faults": faults,
+    "memory": memory,
 }
