@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rivals.cases import Case
+from rivals.trial import truth_of
 from scipy.stats import multivariate_normal
 
 import accelcal
@@ -22,6 +24,12 @@ def walked(seed, step):
 
 def doubted(found):
     return {note.split()[0] for note in found.notes if " is not sure: " in note}
+
+
+def found_in_noise(regime, number):
+    """What is found in a clean table of one run."""
+    _, record, _ = truth_of(Case("memory", "none", "one", regime, 1.0, number), 77)
+    return accelcal.discover(record)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -45,6 +53,29 @@ def test_a_bias_that_walks_is_told_beside_the_name_that_it_gets():
     ]
     assert len(named) > 2
     assert sum(bool(doubted(each)) for each in named) > 0.7 * len(named)
+
+
+@pytest.mark.parametrize(
+    ("regime", "number"),
+    [("ar1-weak", 79), ("ar1", 184), ("ar1", 197), ("ar1-strong", 197), ("flicker", 176)]
+    + [("walk", number) for number in (11, 53, 169)],
+)
+def test_noise_with_a_memory_in_one_run_gets_no_name_without_a_doubt(regime, number):
+    found = found_in_noise(regime, number)
+    assert {item.id for item in found.effects} <= doubted(found)
+
+
+@pytest.mark.parametrize(
+    ("regime", "number"), [("ar1", 174), ("ar1-strong", 59), ("flicker", 82), ("walk", 184)]
+)
+def test_what_noise_explains_as_well_gets_no_name(regime, number):
+    found = found_in_noise(regime, number)
+    assert found.effects == ()
+    assert found.p_value < found.alpha
+    assert any("is not named: a bias that wanders" in note for note in found.notes)
+    assert "not accepted: bias-step" in found.unexplained.structure
+    assert found.unexplained.p_value == found.p_value
+    assert found.after == found.before
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.noise import dummies
 from accelcal.discovery.solution import changes, solution
-from accelcal.discovery.wandering import wandering
+from accelcal.discovery.wandering import LIKELY, POSSIBLE, wandering
 from accelcal.geometry import head_positions
 from accelcal.results.findings import Change
 from accelcal.units import MICRO
@@ -29,9 +29,6 @@ _OF_ANOTHER_SIZE = 0.2
 
 _MOST_RIVALS = 3
 
-_AS_LIKELY = 0.01
-"""Likelihood, over that with a named effect, from which on a wandering bias is told."""
-
 _ALIKE = 0.999
 """Cosine from which two places of an effect are one to the readings."""
 
@@ -42,7 +39,9 @@ one counts."""
 _TOLD = {"g": "ug", "1": "ppm", "rad": "urad", "g/g^2": "ug/g^2", "g/g^3": "ug/g^3"}
 
 
-def caveats(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[str]:
+def caveats(
+    comparison: Comparison, found: Sequence[Explanation], nearest: Explanation | None = None
+) -> Iterator[str]:
     """Tell what a reader must know.
 
     Parameters
@@ -51,6 +50,8 @@ def caveats(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[st
         Record and model.
     found : sequence of Explanation
         Explanations that pass, best first.
+    nearest : Explanation, optional
+        Where none does, the effects that come nearest.
 
     Yields
     ------
@@ -60,7 +61,7 @@ def caveats(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[st
     yield from _of_another_size(comparison)
     yield from _otherwise(comparison, found)
     yield from _put_together(comparison, found)
-    yield from _wandering(comparison, found)
+    yield from _wandering(comparison, found[0] if found else nearest, named=bool(found))
     yield from _undeclared(comparison, found[0].instances if found else ())
     yield from _noise(comparison)
 
@@ -123,15 +124,16 @@ def _put_together(comparison: Comparison, found: Sequence[Explanation]) -> Itera
             )
 
 
-def _wandering(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[str]:
+def _wandering(comparison: Comparison, best: Explanation | None, *, named: bool) -> Iterator[str]:
     """Effects that a bias without any law would look like."""
-    if not found:
+    if best is None:
         return
-    for item, rms in wandering(comparison, found[0].instances, _AS_LIKELY):
+    verdict, bound = ("not sure", POSSIBLE) if named else ("not named", LIKELY)
+    for item, rms in wandering(comparison, best.instances, bound):
         yield (
-            f"{item.effect.id} is not sure: a bias that wanders, as a random walk or flicker noise"
-            f" of {rms * MICRO:.2g} ug rms in a run, could as well be what these readings show;"
-            " repeat the test: what comes back the same is no noise"
+            f"{item.effect.id} is {verdict}: a bias that wanders, as a random walk, flicker noise"
+            f" or noise with a memory, of {rms * MICRO:.2g} ug rms in a run, could as well be what"
+            " these readings show; repeat the test: what comes back the same is no noise"
         )
 
 

@@ -29,6 +29,7 @@ from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
 from accelcal.discovery.search import Findings, search
 from accelcal.discovery.solution import Solution, changes, parameters_of, solution
+from accelcal.discovery.wandering import LIKELY, wandering
 from accelcal.discovery.where import pattern, shares, structure
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
@@ -144,7 +145,8 @@ def discover(
     with naming(record):
         refuse_too_many(record)
         found, mended = faults(record, question.reference, question.delta0, alpha)
-        return _discovery(_searched(mended, question), record, found, question)
+        look = _beyond_wandering(_searched(mended, question))
+        return _discovery(look, record, found, question)
 
 
 def check_search(alpha: float, max_effects: int, seed: int) -> None:
@@ -183,6 +185,17 @@ def _without_memory(record: TumbleRecord, question: _Question) -> _Look | None:
     known = _look(record, question, found.instances)
     sure = known.findings.explanations and known.findings.before.p_value < question.alpha**2
     return known if sure and not known.comparison.noise.rho else None
+
+
+def _beyond_wandering(look: _Look) -> _Look:
+    """Give no name where noise, of a bias that wanders, is as likely as all effects are."""
+    comparison, _, findings = look
+    if not findings.explanations:
+        return look
+    best = findings.explanations[0]
+    if len(list(wandering(comparison, best.instances, LIKELY))) < len(best.instances):
+        return look
+    return look._replace(findings=findings._replace(explanations=(), nearest=best))
 
 
 def _look(
@@ -236,7 +249,7 @@ def _discovery(
         scale_factor=comparison.model.nominal,
         output_unit=record.unit,
         next_measurement=_next_measurement(look, named, question) if named else "",
-        notes=tuple(caveats(comparison, findings.explanations)),
+        notes=tuple(caveats(comparison, findings.explanations, findings.nearest)),
         p_value=findings.before.p_value,
         alpha=question.alpha,
         serial=record.serial,
@@ -367,8 +380,13 @@ def _unexplained(look: _Look, alpha: float) -> Unexplained | None:
 
 
 def _worst(look: _Look) -> tuple[Block, Array | None, float]:
-    """Factor that disagrees most beside the nearest effects, these, and the chance of noise."""
+    """Factor that disagrees most beside the nearest effects, these, and the chance of noise.
+
+    Effects that leave nothing, and have no name as noise could be their cause, are not taken out.
+    """
     near = look.findings.nearest
+    if near is not None and near.passes and near.straight:
+        near = None
     taken = None if near is None else orthonormal(near.directions)
     judged = judge(look.family, look.comparison.seen, taken)
     return look.family.blocks[int(np.argmin(judged.blocks))], taken, judged.p_value

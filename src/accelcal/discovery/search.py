@@ -33,7 +33,7 @@ class Findings(NamedTuple):
         Smallest sets of effects that leave nothing, best first, those with a bent law last; empty
         where nothing disagrees or nothing in the catalogue explains it.
     nearest : Explanation or None
-        Where nothing explains it, the effects that come nearest.
+        Where nothing explains it, or noise as well, the effects that come nearest.
     """
 
     before: Judgement

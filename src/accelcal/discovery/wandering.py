@@ -18,9 +18,13 @@ from accelcal.discovery.family import without
 from accelcal.discovery.noise import dummies, orthonormal
 from accelcal.effects.conditions import Conditions
 
-__all__ = ["wandering"]
+__all__ = ["LIKELY", "POSSIBLE", "wandering"]
 
 Array = NDArray[np.float64]
+
+LIKELY, POSSIBLE = 0.1, 0.001
+"""Likelihood of a wandering bias, over that with an effect: from the first on the effect gets no
+name, from the second on its name is not sure."""
 
 _POWERS = (1.0, 2.0)
 """Power of flicker noise and of a random walk falls with so much of the frequency."""
