@@ -197,6 +197,17 @@ def test_two_effects_that_make_a_third_one_are_a_doubt():
     assert not any("is not sure" in note for note in found.notes)
 
 
+def test_a_drift_of_the_chamber_is_a_doubt_where_one_level_tells_no_slopes():
+    hidden = [effect("chamber-drift").of(0.1)]
+    for levels, doubted in (((20.0,), True), ((20.0, 60.0), False)):
+        plan = TumblePlan(temperatures=levels, strokes=8, timed=True)
+        found = accelcal.discover(accelcal.simulate(plan=plan, effects=hidden, seed=4))
+        assert ("scale-factor-drift" if doubted else "chamber-drift") in ids(found)
+        told = [note for note in found.notes if "a drift of the chamber could as well" in note]
+        assert len(told) == doubted
+        assert all("scale-factor-drift" in note for note in told)
+
+
 # -- several, unknown, undeclared --------------------------------------------------------------
 
 

@@ -61,6 +61,7 @@ def caveats(
     yield from _of_another_size(comparison)
     yield from _otherwise(comparison, found)
     yield from _put_together(comparison, found)
+    yield from _of_the_chamber(comparison, found)
     yield from _wandering(comparison, found[0] if found else nearest, named=bool(found))
     yield from _undeclared(comparison, found[0].instances if found else ())
     yield from _noise(comparison)
@@ -122,6 +123,16 @@ def _put_together(comparison: Comparison, found: Sequence[Explanation]) -> Itera
                 " together could make this one, as |a_i| and a_p^3; positions 22.5 or 30 deg apart"
                 " would tell"
             )
+
+
+def _of_the_chamber(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[str]:
+    """Slow effects that a drift of the chamber would look like, where no slopes are known."""
+    slow = [item.effect.id for item in found[0].instances if item.effect.bend] if found else []
+    if slow and not comparison.model.conditions.per_degree.any():
+        yield (
+            "one level tells no slopes with the temperature: a drift of the chamber could as well"
+            f" be the cause of {' and '.join(slow)}; log the temperature of each reading"
+        )
 
 
 def _wandering(comparison: Comparison, best: Explanation | None, *, named: bool) -> Iterator[str]:
