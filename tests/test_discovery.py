@@ -208,6 +208,18 @@ def test_a_drift_of_the_chamber_is_a_doubt_where_one_level_tells_no_slopes():
         assert all("scale-factor-drift" in note for note in told)
 
 
+def test_a_rival_that_is_hardly_less_sure_is_told():
+    """Its chance stands on the other side of alpha, and was not told for that."""
+    plan = TumblePlan(temperatures=(20.0, 60.0), strokes=4, timed=True)
+    hidden = [effect("scale-factor-drift").of(2.2e-5)]
+    record = accelcal.simulate(plan=plan, effects=hidden, seed=1, declare=False)
+    both = {"scale-factor-drift", "chamber-drift"}
+    found = accelcal.discover(record)
+    assert names(found) == both
+    strict = accelcal.discover(record, alpha=1.02 * found.effects[0].p_value)
+    assert (ids(strict), names(strict)) == (ids(found), both)
+
+
 # -- several, unknown, undeclared --------------------------------------------------------------
 
 

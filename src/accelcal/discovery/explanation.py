@@ -22,6 +22,9 @@ _ROUNDS = 3
 CONTRADICTION = 0.3
 """Part of the false-alarm rate at which noise may contradict the true explanation."""
 
+RIVALS = 10.0
+"""Times the false-alarm rate up to which what explains the readings is a rival of what is named."""
+
 BENT = 0.01
 """Chance that noise bends a straight law, below which it is taken for another one."""
 
@@ -40,7 +43,7 @@ class Explanation(NamedTuple):
     p_values : tuple of float
         For each one, the chance that noise makes it look as needed beside the others.
     passes : bool
-        Whether all are needed, and nothing disagrees with what they leave.
+        Whether all are needed as those of a rival are, and nothing disagrees with what they leave.
     straight : bool
         Whether none that passes claims a law straighter than the readings have it.
     """
@@ -138,7 +141,7 @@ def explanation(
         _p_value(family, seen, instances, directions, index) for index in range(len(places))
     )
     taken = orthonormal(directions)
-    passes = max(p_values) < alpha and agrees(family, seen, taken, CONTRADICTION * alpha)
+    passes = max(p_values) < RIVALS * alpha and agrees(family, seen, taken, CONTRADICTION * alpha)
     return Explanation(
         instances=tuple(instances),
         directions=directions,

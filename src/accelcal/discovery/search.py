@@ -30,8 +30,8 @@ class Findings(NamedTuple):
     before : Judgement
         The family on the base model alone.
     explanations : tuple of Explanation
-        Smallest sets of effects that leave nothing, best first, those with a bent law last; empty
-        where nothing disagrees or nothing in the catalogue explains it.
+        Smallest sets of effects that leave nothing, best first, then those with a bent law or less
+        sure; empty where nothing disagrees or nothing in the catalogue explains it.
     nearest : Explanation or None
         Where nothing explains it, or noise as well, the effects that come nearest.
     """
@@ -70,13 +70,17 @@ def search(
     for _ in range(most if before.p_value < alpha else 0):
         tried = _larger(family, seen, c, beam, alpha)
         needed = [e for e in tried if max(e.p_values) < alpha]
-        passing = [e for e in needed if e.passes]
-        if any(e.straight for e in passing):
-            # a bent law is no name of its own, but it is a doubt about one that explains no more
-            return Findings(before, tuple(sorted(passing, key=lambda e: not e.straight)), None)
+        # a bent law, or one a little less sure, is no name but a doubt about what is named
+        passing = sorted((e for e in tried if e.passes), key=lambda e: not _is_sure(e, alpha))
+        if passing and _is_sure(passing[0], alpha):
+            return Findings(before, tuple(passing), None)
         nearest = needed[0] if needed else nearest
         beam = [_indices(family, e) for e in tried[:_BEAM]]
     return Findings(before, (), nearest)
+
+
+def _is_sure(found: Explanation, alpha: float) -> bool:
+    return found.straight and max(found.p_values) < alpha
 
 
 def _indices(family: Family, found: Explanation) -> frozenset[int]:
