@@ -7,7 +7,7 @@ the others.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from accelcal.archive.cells import Columns
 from accelcal.archive.columns import LAWS, ROWS
@@ -39,6 +39,14 @@ class Block(NamedTuple):
     files: tuple[SourceFile, ...]
     part: Part | None = None
     place: int = 0
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Travel in columns, which are packed in a tenth of the time that files take one by one."""
+        return _of_columns, (*self[1:], *zip(*self.files, strict=True))
+
+
+def _of_columns(part: Part | None, place: int, *columns: Sequence[Any]) -> Block:
+    return Block(tuple(map(SourceFile._make, zip(*columns, strict=True))), part, place)
 
 
 class Fitted(NamedTuple):

@@ -27,6 +27,9 @@ MOST_FILES = 1000
 LEAST_FILES = 25
 """Files of a block, in a small archive."""
 
+LAST_FILES = 500
+"""Files of the last blocks of a large archive: workers who end at one time leave none idle."""
+
 BLOCKS = 8
 """Blocks that a small archive is divided into."""
 
@@ -84,10 +87,9 @@ def blocks_of(sources: Sources) -> Iterator[Block]:
     Block
         Files that follow each other, or a part of a large table.
     """
-    most = min(max(-(-len(sources) // BLOCKS), LEAST_FILES), MOST_FILES)
     files: list[SourceFile] = []
-    size, place = 0, count()
-    for source in sources:
+    size, place, most = 0, count(), 0
+    for left, source in zip(range(len(sources), 0, -1), sources, strict=True):
         parts = divide(source)
         if files and (parts or len(files) == most or size + source.size > MOST_BYTES):
             yield Block(tuple(files), place=next(place))
@@ -95,10 +97,17 @@ def blocks_of(sources: Sources) -> Iterator[Block]:
         if parts:
             yield from (Block((source,), part, next(place)) for part in parts)
         else:
+            most = most if files else _most_files(len(sources), left)
             files.append(source)
             size += max(source.size, 0)
     if files:
         yield Block(tuple(files), place=next(place))
+
+
+def _most_files(total: int, left: int) -> int:
+    """Files of the next block: half of those that are left, where these are few."""
+    most = min(max(-(-total // BLOCKS), LEAST_FILES), MOST_FILES)
+    return min(most, max(-(-left // 2), LAST_FILES))
 
 
 def work_through(
