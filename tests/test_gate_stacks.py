@@ -363,7 +363,7 @@ def test_a_visible_step_is_that_of_all_readings():
     digit = decimal_steps(y.T)
     counts = np.round(y / np.where(digit > 0.0, digit, 1.0)).astype(np.int64)
     expected = np.where(digit > 0.0, digit * np.gcd.reduce(counts - counts[0], axis=0), 0.0)
-    assert (resolution._visible_step(y) == expected).all()
+    assert (resolution._visible_step(y, digit) == expected).all()
     assert len(set(np.round(expected / np.where(digit > 0.0, digit, 1.0)).tolist())) > 3
 
 

@@ -14,6 +14,7 @@ from accelcal.gates.stack import TableStack, of_one_plan
 from accelcal.gates.table import gates_of_stack
 from accelcal.geometry import accelerations, position_angles
 from accelcal.model import output
+from accelcal.numerics.decimal_steps import decimal_steps
 
 TRUTH = {"K0": 4e-3, "K1": 1.3, "K2": 1e-4, "K3": 9e-5, "M_P": 1.2e-3, "M_ip": 2e-5}
 COEFFICIENTS = np.array([4e-3, 1.3, 1e-4, 9e-5, 1.2e-3, 2e-5])
@@ -64,6 +65,7 @@ class Design(NamedTuple):
             noise_dof=np.full(tables, np.inf),
             declared=np.ones(tables, dtype=bool),
             scatter=np.full(tables, np.median(table.scatter)),
+            digit=decimal_steps(y.T),
             step=np.full(tables, np.nan),
         )
 

@@ -236,6 +236,7 @@ class CalibrationStack:
             noise_dof=np.concatenate([noise.dof for noise in noises]),
             declared=np.concatenate([noise.source == "declared" for noise in noises]),
             scatter=np.repeat(scatter, len(self)),
+            digit=np.concatenate([self.estimate.steps[t] for t in places]),
             step=np.full(rows, np.nan if step is None else step),
             time=self.plan.times(places),
             line=lambda index: plan.line(places[index // count], index % count),

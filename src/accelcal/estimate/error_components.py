@@ -18,7 +18,6 @@ from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.rounding import rounding
 from accelcal.estimate.uncertainty import Component
 from accelcal.model import SCALE_FACTOR
-from accelcal.numerics.decimal_steps import decimal_steps
 from accelcal.numerics.grouping import grouped, products_of_groups, sums_of_groups
 
 __all__ = ["Errors", "ErrorsOfReadings"]
@@ -127,19 +126,19 @@ class Errors(NamedTuple):
         dof = np.broadcast_to(shift.dof_of_run[run], size.shape)
         return Component(at.T @ among @ at, self._per_coefficient(dof))
 
-    def resolution(self, outputs: Sequence[Array], step: float | None) -> dict[str, Component]:
+    def resolution(self, steps: Sequence[Array], declared: float | None) -> dict[str, Component]:
         """Rounding errors that the reading noise does not hold, where it does not hold all."""
         left = [
             rounding(
                 noise.factor * e.table.scatter.min(),
-                decimal_steps(y) if step is None else step,
+                own if declared is None else declared,
                 seen=noise.source != "declared",
             )
-            for e, noise, y in zip(self.estimators, self.judged.noises, outputs, strict=True)
+            for e, noise, own in zip(self.estimators, self.judged.noises, steps, strict=True)
         ]
         if not np.any(left):
             return {}
-        whole = np.zeros((len(outputs[0]), *2 * self.influence.shape[1:2]))
+        whole = np.zeros((len(steps[0]), *2 * self.influence.shape[1:2]))
         for e, (common, own), block in zip(self.estimators, left, self._blocks(whole), strict=True):
             means = sums_of_groups(e.map.T, *e.table.at_head[1:]).T
             block += common[:, None, None] ** 2 * (means @ means.T)

@@ -18,13 +18,14 @@ from accelcal.estimate.contrasts import LackOfFit
 from accelcal.estimate.error_components import Errors, ErrorsOfReadings
 from accelcal.estimate.head import HeadError, head_error, lack_of_fit
 from accelcal.estimate.launch import RunShift, reached_by, run_shift
-from accelcal.estimate.linear import METHODS, linear_estimator
+from accelcal.estimate.linear import METHODS, LinearEstimator, linear_estimator
 from accelcal.estimate.many_positions import ManyPositions
 from accelcal.estimate.noise import ReadingNoise, noise_of_stack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.estimate.unrepeated import told_apart
 from accelcal.model import COEFFICIENTS, SCALE_FACTOR
+from accelcal.numerics.decimal_steps import decimal_steps
 from accelcal.numerics.sorting import distinct
 
 if TYPE_CHECKING:
@@ -64,6 +65,8 @@ class JointEstimate(NamedTuple):
         Contrasts of the position means.
     bias_shift, scale_factor_shift : RunShift
         Shift from run to run of the bias [g] and of the scale factor (relative).
+    steps : tuple of ndarray, shape (...)
+        Decimal step in which the readings of each table come, see `decimal_steps` [output unit].
     components : mapping of str to Component
         ``reading`` and, where there are such errors, ``head``, ``launch``, ``launch_sf`` and
         ``resolution``: components of the errors of all coefficients of all tables, table after
@@ -84,6 +87,7 @@ class JointEstimate(NamedTuple):
     lack_of_fit: LackOfFit | ManyPositions
     bias_shift: RunShift
     scale_factor_shift: RunShift
+    steps: tuple[Array, ...]
     components: Mapping[str, Component]
     alike: Mapping[str, Component]
 
@@ -135,6 +139,7 @@ class JointEstimate(NamedTuple):
             lack_of_fit=self.lack_of_fit.of_records(records),
             bias_shift=self.bias_shift.of_records(records),
             scale_factor_shift=self.scale_factor_shift.of_records(records),
+            steps=own(self.steps),
             components=of_errors(self.components),
             alike=of_errors(self.alike),
         )
@@ -198,18 +203,11 @@ def estimate_stack(
     errors = Errors.of(
         estimators, _judge(tables, readings, apparatus, head, predict=method == METHODS[0])
     )
-    whole = errors.judged.coefficients
-    if method != METHODS[0]:
-        whole = [e.coefficients(y) for e, y in zip(estimators, readings, strict=True)]
-    coefficients = [
-        # The small term is subtracted here and not from the readings, whose last digits it would
-        # round.
-        k - estimator.expand(small)
-        for estimator, k, small in zip(estimators, whole, errors.predicted(), strict=True)
-    ]
+    coefficients = _coefficients(estimators, readings, errors, method)
     reading = errors.reading()
     bias, scale_factor = _run_shifts(errors, reading, levels, apparatus)
     shifts = {"launch": bias, "launch_sf": scale_factor}
+    steps = tuple(map(decimal_steps, outputs))
     return JointEstimate(
         outputs=tuple(readings),
         names=tuple(estimator.names for estimator in estimators),
@@ -224,11 +222,12 @@ def estimate_stack(
         lack_of_fit=errors.judged.lack_of_fit,
         bias_shift=bias,
         scale_factor_shift=scale_factor,
+        steps=steps,
         components={
             "reading": reading,
             **errors.head(),
             **errors.shifts(shifts),
-            **errors.resolution(outputs, apparatus.resolution),
+            **errors.resolution(steps, apparatus.resolution),
         },
         alike=errors.shifts({n: s.alike() for n, s in shifts.items() if s.source == "estimated"}),
     )
@@ -240,6 +239,18 @@ def _readings(table: PreparedTable, output: Array, robust: bool) -> Array:
     from accelcal.estimate.robust import pseudo_values
 
     return pseudo_values(output, table.head, table.scatter)
+
+
+def _coefficients(
+    estimators: Sequence[LinearEstimator], readings: Sequence[Array], errors: Errors, method: str
+) -> list[Array]:
+    """Coefficients of each table, without what the head errors that are seen do to them."""
+    whole = errors.judged.coefficients
+    if method != METHODS[0]:
+        whole = [e.coefficients(y) for e, y in zip(estimators, readings, strict=True)]
+    # The small term is subtracted here and not from the readings, whose last digits it would round.
+    parts = zip(estimators, whole, errors.predicted(), strict=True)
+    return [k - estimator.expand(small) for estimator, k, small in parts]
 
 
 def _by_least_squares(tables: Sequence[PreparedTable], outputs: Sequence[Array]) -> list[Array]:

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from accelcal.gates.copies import copied_strokes, copy_said
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack
-from accelcal.numerics.decimal_steps import decimal_steps
 
 __all__ = ["resolution"]
 
@@ -40,7 +39,7 @@ def resolution(stack: TableStack) -> GateStack:
     Below half a step of noise all strokes round a position in the same way. The error then shows
     in the means of the positions, as an error of the head does.
     """
-    step, noise = _visible_step(stack.output), stack.noise * stack.scatter
+    step, noise = _visible_step(stack.output, stack.digit), stack.noise * stack.scatter
     harmless = step < _HARMLESS * stack.scale
     covered = step < _ALIKE * stack.step
     untold = ~(harmless | covered | np.isfinite(stack.noise))
@@ -68,9 +67,8 @@ def resolution(stack: TableStack) -> GateStack:
     return gate_stack("resolution", bad, said, [(untold, "")])
 
 
-def _visible_step(output: Array) -> Array:
+def _visible_step(output: Array, digit: Array) -> Array:
     """The largest step of which all readings are multiples but for a constant; 0 for none."""
-    digit = decimal_steps(output.T)
     factor = _common_factor(output[:_GLANCE], digit)
     # A common factor of all differences is one of the first few as well: where these have none but
     # 1, the others need no look.

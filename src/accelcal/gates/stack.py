@@ -16,6 +16,7 @@ from accelcal.gates.spread import spread_of
 from accelcal.gates.trend import ReplicateFit
 from accelcal.gates.verdict import reading_name
 from accelcal.model import COEFFICIENTS
+from accelcal.numerics.decimal_steps import decimal_steps
 from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
 from accelcal.units import HOUR
@@ -50,6 +51,8 @@ class TableStack:
         Whether it is the declared scatter.
     scatter : ndarray, shape (T,)
         Median declared scatter of the readings, or 1 where none is declared.
+    digit : ndarray, shape (T,)
+        Decimal step in which the readings come, see `decimal_steps` [output unit].
     step : ndarray, shape (T,)
         Declared resolution [output unit]; NaN where none is.
     time : ndarray, shape (T, n), or None
@@ -72,6 +75,7 @@ class TableStack:
     noise_dof: Array
     declared: Mask
     scatter: Array
+    digit: Array
     step: Array
     time: Array | None = None
     line: Callable[[int], NDArray[np.int64] | None] = lambda _: None
@@ -88,14 +92,16 @@ class TableStack:
         """Stack tables of one plan, see `of_one_plan`."""
         records = [table.record for table in tables]
         steps = [record.apparatus.resolution for record in records]
+        output = np.stack([record.output for record in records], axis=1)
         return cls(
             table=tables[0],
-            output=np.stack([record.output for record in records], axis=1),
+            output=output,
             coefficients=np.array(coefficients),
             noise=np.array([noise.factor for noise in noises]),
             noise_dof=np.array([noise.dof for noise in noises]),
             declared=np.array([noise.source == "declared" for noise in noises]),
             scatter=np.array([median(table.scatter) for table in tables]),
+            digit=decimal_steps(output.T),
             step=np.array(steps, dtype=np.float64),  # None becomes NaN
             time=_times(records),
             line=lambda index: records[index].line,
