@@ -11,7 +11,7 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.noise import dummies
 from accelcal.discovery.solution import changes, solution
-from accelcal.discovery.wandering import LIKELY, POSSIBLE, wandering
+from accelcal.discovery.wandering import LIKELY, POSSIBLE, Wandering
 from accelcal.geometry import head_positions
 from accelcal.results.findings import Change
 from accelcal.units import MICRO
@@ -40,7 +40,7 @@ _TOLD = {"g": "ug", "1": "ppm", "rad": "urad", "g/g^2": "ug/g^2", "g/g^3": "ug/g
 
 
 def caveats(
-    comparison: Comparison, found: Sequence[Explanation], nearest: Explanation | None = None
+    comparison: Comparison, found: Sequence[Explanation], walks: Sequence[Wandering] = ()
 ) -> Iterator[str]:
     """Tell what a reader must know.
 
@@ -50,8 +50,8 @@ def caveats(
         Record and model.
     found : sequence of Explanation
         Explanations that pass, best first.
-    nearest : Explanation, optional
-        Where none does, the effects that come nearest.
+    walks : sequence of Wandering, optional
+        What could stand in place of the best ones, or of the nearest ones where none passes.
 
     Yields
     ------
@@ -62,7 +62,7 @@ def caveats(
     yield from _otherwise(comparison, found)
     yield from _put_together(comparison, found)
     yield from _of_the_chamber(comparison, found)
-    yield from _wandering(comparison, found[0] if found else nearest, named=bool(found))
+    yield from _wandering(walks, named=bool(found))
     yield from _undeclared(comparison, found[0].instances if found else ())
     yield from _noise(comparison)
 
@@ -135,17 +135,17 @@ def _of_the_chamber(comparison: Comparison, found: Sequence[Explanation]) -> Ite
         )
 
 
-def _wandering(comparison: Comparison, best: Explanation | None, *, named: bool) -> Iterator[str]:
+def _wandering(walks: Sequence[Wandering], *, named: bool) -> Iterator[str]:
     """Effects that a bias without any law would look like."""
-    if best is None:
-        return
     verdict, bound = ("not sure", POSSIBLE) if named else ("not named", LIKELY)
-    for item, rms in wandering(comparison, best.instances, bound):
-        yield (
-            f"{item.effect.id} is {verdict}: a bias that wanders, as a random walk, flicker noise"
-            f" or noise with a memory, of {rms * MICRO:.2g} ug rms in a run, could as well be what"
-            " these readings show; repeat the test: what comes back the same is no noise"
-        )
+    for walk in walks:
+        if walk.is_as_likely(bound):
+            yield (
+                f"{walk.instead_of.effect.id} is {verdict}: a bias that wanders, as a random walk,"
+                f" flicker noise or noise with a memory, of {walk.rms * MICRO:.2g} ug rms in a run,"
+                " could as well be what these readings show; repeat the test: what comes back the"
+                " same is no noise"
+            )
 
 
 def _twins(

@@ -29,7 +29,7 @@ from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
 from accelcal.discovery.search import Findings, search
 from accelcal.discovery.solution import Solution, changes, parameters_of, solution
-from accelcal.discovery.wandering import LIKELY, wandering
+from accelcal.discovery.wandering import LIKELY, Wandering, wandering
 from accelcal.discovery.where import pattern, shares, structure
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
@@ -61,11 +61,12 @@ class _Question(NamedTuple):
 
 
 class _Look(NamedTuple):
-    """A record compared with the base model and searched."""
+    """A record compared with the base model and searched, and noise in place of what was found."""
 
     comparison: Comparison
     family: Family
     findings: Findings
+    walks: tuple[Wandering, ...] = ()
 
 
 def discover(
@@ -189,13 +190,13 @@ def _without_memory(record: TumbleRecord, question: _Question) -> _Look | None:
 
 def _beyond_wandering(look: _Look) -> _Look:
     """Give no name where noise, of a bias that wanders, is as likely as all effects are."""
-    comparison, _, findings = look
-    if not findings.explanations:
+    findings, best = look.findings, _best(look.findings)
+    if best is None:
         return look
-    best = findings.explanations[0]
-    if len(list(wandering(comparison, best.instances, LIKELY))) < len(best.instances):
-        return look
-    return look._replace(findings=findings._replace(explanations=(), nearest=best))
+    walks = tuple(wandering(look.comparison, best.instances))
+    if all(walk.is_as_likely(LIKELY) for walk in walks):
+        findings = findings._replace(explanations=(), nearest=best)
+    return look._replace(findings=findings, walks=walks)
 
 
 def _look(
@@ -223,7 +224,7 @@ def _same_noise(one: Comparison, other: Comparison) -> bool:
 def _discovery(
     look: _Look, record: TumbleRecord, found: Sequence[fault.Fault], question: _Question
 ) -> Discovery:
-    comparison, family, findings = look
+    comparison, family, findings, walks = look
     named = findings.explanations[0] if findings.explanations else None
     unexplained = _unexplained(look, question.alpha)
     if unexplained is not None and question.empirical:
@@ -249,7 +250,7 @@ def _discovery(
         scale_factor=comparison.model.nominal,
         output_unit=record.unit,
         next_measurement=_next_measurement(look, named, question) if named else "",
-        notes=tuple(caveats(comparison, findings.explanations, findings.nearest)),
+        notes=tuple(caveats(comparison, findings.explanations, walks)),
         p_value=findings.before.p_value,
         alpha=question.alpha,
         serial=record.serial,

@@ -8,6 +8,7 @@ frequency (IEEE 1293: bias instability, random walk), of whatever size suits the
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from accelcal.discovery.family import without
 from accelcal.discovery.noise import dummies, orthonormal
 from accelcal.effects.conditions import Conditions
 
-__all__ = ["LIKELY", "POSSIBLE", "wandering"]
+__all__ = ["LIKELY", "POSSIBLE", "Wandering", "wandering"]
 
 Array = NDArray[np.float64]
 
@@ -36,10 +37,30 @@ _SIZES = np.geomspace(0.01, 1000.0, 51)
 """Sizes of the wandering that are tried, in standard deviations of a reading."""
 
 
-def wandering(
-    comparison: Comparison, instances: Sequence[Instance], as_likely: float
-) -> Iterator[tuple[Instance, float]]:
-    """Find effects in place of which a wandering bias would explain the readings, too.
+class Wandering(NamedTuple):
+    """A wandering bias in place of an effect.
+
+    Attributes
+    ----------
+    instead_of : Instance
+        The effect.
+    log_likelihood : float
+        Natural logarithm of its likelihood over that with the effect.
+    rms : float
+        By how much the bias would wander in a run [g].
+    """
+
+    instead_of: Instance
+    log_likelihood: float
+    rms: float
+
+    def is_as_likely(self, bound: float) -> bool:
+        """Tell whether its likelihood is more than so much of that with the effect."""
+        return self.log_likelihood > float(np.log(bound))
+
+
+def wandering(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Wandering]:
+    """Find how likely a wandering bias is in place of each of some effects.
 
     Parameters
     ----------
@@ -47,15 +68,11 @@ def wandering(
         Record and model.
     instances : sequence of Instance
         The effects that were named.
-    as_likely : float
-        Likelihood, over that with the effect, above which a wandering bias explains them.
 
     Yields
     ------
-    effect : Instance
-        One of the effects.
-    rms : float
-        By how much the bias would wander in a run [g].
+    Wandering
+        The likeliest one in place of each effect.
     """
     space, c, sigma = comparison.space, comparison.model.conditions, comparison.noise.sigma
     units = np.stack([direction(item, space, c)[0] for item in instances], axis=1)
@@ -65,10 +82,8 @@ def wandering(
     for place, item in enumerate(instances):
         others = orthonormal(np.delete(units, place, axis=1))
         rest, columns = without(comparison.seen, others), without(seen, others)
-        found = (_likeliest(rest, columns, frequency**-power) for power in _POWERS)
-        log, rms = max(found)
-        if log - with_all > np.log(as_likely):
-            yield item, rms * sigma
+        log, rms = max(_likeliest(rest, columns, frequency**-power) for power in _POWERS)
+        yield Wandering(item, log - with_all, rms * sigma)
 
 
 def _log_likelihood(white: Array) -> float:
