@@ -83,6 +83,20 @@ def test_two_strokes_are_refused():
         pseudo_values(forward(AL15, angles), angles)
 
 
+@pytest.mark.parametrize("where", range(1, 8))
+def test_an_outlier_of_two_readings_stays_in_the_uncertainty(where):
+    """Position 1 alone has more than two; elsewhere the noise tells of what cannot be mended."""
+    angles = turn(8, 2)
+    y = forward(AL15, angles) + SIGMA * np.random.default_rng(9).standard_normal(angles.size)
+    y[where] += 200.0 * SIGMA
+    places = np.mod(angles, 360.0)
+    assert np.array_equal(pseudo_values(y, places)[places > 0.0], y[places > 0.0])
+    prepared = prepare(record(angles, y))
+    found = estimate_of_record([prepared], Apparatus(head_uncertainty=0.0), robust=True)
+    uncertainty = np.sqrt(np.diagonal(found.components["reading"].covariance))
+    assert np.all(np.abs(found.coefficients[0] - AL15) < 2.23 * uncertainty)  # Student, 10 dof
+
+
 # -- clean data ------------------------------------------------------------------------------------
 
 

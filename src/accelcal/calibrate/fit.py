@@ -45,7 +45,8 @@ def fit(
         ``"least-squares"``; the closed forms ``"closed-form"``, ``"sign-corrected"``,
         ``"printed"``.
     robust : bool, default False
-        Make the readings safe against outliers by their replicates first.
+        Make the readings safe against outliers by their replicates first; it takes three readings
+        at a position to tell which is wrong, and fewer stay as they are.
     delta0 : float, optional
         Fixture angle between head zero and input axis, taken as given [rad]; by default that of
         the record's metadata, else 0.

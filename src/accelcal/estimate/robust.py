@@ -33,6 +33,7 @@ _NORMAL_PAIRS = 1.0483  # of normal errors: sigma over the median |difference| o
 _PARTNERS = 32  # pairs of each replicate; all pairs tell the scale hardly better
 _ROUNDS = 100  # at most, of the M-estimate of each centre
 _SETTLED = 1e-9  # the last step is smaller than this, in standard deviations of a centre
+_TELLING = 3  # readings at one position that tell which of them is wrong
 
 
 def pseudo_values(output: Array, cell: Array, scatter: ArrayLike = 1.0) -> Array:
@@ -62,7 +63,8 @@ def pseudo_values(output: Array, cell: Array, scatter: ArrayLike = 1.0) -> Array
     All positions of a table share one scale, from the differences of all pairs of replicates, or
     where a position has more than 66, of each with 64 of the others. Of two readings at a position
     nothing tells which one is wrong, so an outlier is made harmless only where there are three or
-    more. Where more than half of all these pairs are equal, each position takes its median.
+    more; fewer stay as they are, and what they scatter stays in the noise. Where more than half of
+    all these pairs are equal, each position takes its median.
 
     Examples
     --------
@@ -72,7 +74,7 @@ def pseudo_values(output: Array, cell: Array, scatter: ArrayLike = 1.0) -> Array
     True
     """
     _, index, members = grouped(cell)
-    if members.max() < 3:
+    if members.max() < _TELLING:
         raise DesignError(
             "the robust option compares the strokes at one position, and no position has three"
             " readings; measure more strokes or fit without it"
@@ -119,14 +121,17 @@ def _settled(y: Array, unit: Array, centre: Array, cells: _Cells) -> Array:
 def _pseudo(y: Array, unit: Array, centre: Array, replicates: _Cells) -> Array:
     residual = unit * (y - centre)
     known = unit > 0.0
-    readings = np.maximum(known.sum(axis=1, keepdims=True), 1)
-    cells = (replicates.sums(known.astype(np.float64)) > 0.0).sum(axis=1, keepdims=True)
-    straight = (known & (np.abs(residual) < _BEND)).sum(axis=1, keepdims=True) / readings
+    has = replicates.sums(known.astype(np.float64))
+    judged = known & (has >= _TELLING)[:, replicates.cell]
+    readings = np.maximum(judged.sum(axis=1, keepdims=True), 1)
+    cells = (has >= _TELLING).sum(axis=1, keepdims=True)
+    straight = (judged & (np.abs(residual) < _BEND)).sum(axis=1, keepdims=True) / readings
     # mean of the derivative of psi, Huber (7.6.10)
     straight = np.maximum(straight, 1.0 / readings)
     straight = straight / (1.0 + cells / readings * (1.0 - straight) / straight)
     bent = np.clip(residual, -_BEND, _BEND)
-    return np.asarray(centre + bent / np.where(known, straight * unit, 1.0))
+    # Bending two alike would hide an outlier in the noise, and leave it in their mean.
+    return np.where(known & ~judged, y, centre + bent / np.where(known, straight * unit, 1.0))
 
 
 def _scale(y: Array, weight: Array, places: list[NDArray[np.intp]]) -> Array:
