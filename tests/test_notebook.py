@@ -123,6 +123,20 @@ def test_a_result_without_html_of_its_own_shows_its_text(results):
     assert [*map(visible, str(budget).split("\n"))] == "".join(root.itertext()).split("\n")
 
 
+@pytest.mark.parametrize(
+    ("quantity", "text"),
+    [
+        (Quantity(1.34997531, 1.18e-5, "mA/g", 2.31e-5), "1.349975 +- 0.000023 mA/g (95 %)"),
+        (Quantity(-3.9021e-5, 1.6e-7, "g/degC", 3.1e-7), "-39.02 +- 0.31 ug/degC (95 %)"),
+        (Quantity(3.323e-3, None, "g"), "3.323 mg"),
+        (Quantity(None, None, "g"), "unknown"),
+    ],
+)
+def test_a_quantity_has_the_digits_of_its_uncertainty(quantity, text):
+    assert str(quantity) == text
+    assert repr(quantity).startswith("Quantity(value=")
+
+
 def test_parts_of_results_fit_into_a_line(results):
     parts = [*results["Calibration"].tables, *results["DesignComparison"].designs]
     assert all(len(repr(part)) < 100 for part in parts)

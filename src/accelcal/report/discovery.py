@@ -9,10 +9,9 @@ from accelcal.errors import InputError
 from accelcal.report.findings import chance, factor_rows, noise_line
 from accelcal.report.lines import aligned, notes, sections, unit_of, wrapped
 from accelcal.report.numbers import in_small_unit, matching_digits, significant
-from accelcal.report.scale import plain, readable, sized
+from accelcal.report.scale import plain, readable, told
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import Change, Detectable, FoundEffect
-from accelcal.results.quantity import Quantity
 
 if TYPE_CHECKING:
     from accelcal.effects.effect import Effect
@@ -129,12 +128,6 @@ def alias_names(effect: FoundEffect) -> str:
     """Names of the effects that explain the readings as well, or their ids where unknown here."""
     others = {other: entry_of(other) for other in effect.indistinguishable}
     return ", ".join(entry.name if entry else other for other, entry in others.items())
-
-
-def told(quantity: Quantity) -> str:
-    """Tell a parameter with its half width."""
-    known = quantity.standard_uncertainty is not None
-    return f"{sized(quantity)} (95 %)" if known else sized(quantity)
 
 
 def _changes(found: Discovery) -> Iterator[str]:

@@ -10,7 +10,7 @@ import numpy as np
 from accelcal.report.numbers import matching_digits
 from accelcal.results.quantity import Quantity
 
-__all__ = ["Scale", "plain", "readable", "sized", "written"]
+__all__ = ["Scale", "plain", "readable", "sized", "told", "written"]
 
 _PREFIXES = ((1e6, "µ", 2e-3), (1e3, "m", 2.0))
 _SMALL = 0.1
@@ -130,6 +130,28 @@ def sized(quantity: Quantity) -> str:
     half = quantity.expanded_uncertainty or 2.0 * quantity.standard_uncertainty
     value, uncertainty = matching_digits(quantity.value, half, factor)
     return f"{value} +- {uncertainty} {plain(unit)}".rstrip()
+
+
+def told(quantity: Quantity) -> str:
+    """Tell a quantity with the half width of its 95 % interval, and that it is of 95 %.
+
+    Parameters
+    ----------
+    quantity : Quantity
+        The quantity.
+
+    Returns
+    -------
+    str
+        As `sized`, with the probability behind.
+
+    Examples
+    --------
+    >>> told(Quantity(2.04e-5, 7e-7, "rad", 1.4e-6))
+    '20.4 +- 1.4 urad (95 %)'
+    """
+    known = quantity.standard_uncertainty is not None
+    return f"{sized(quantity)} (95 %)" if known else sized(quantity)
 
 
 def written(unit: str) -> str:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from statistics import median
 
-from accelcal.report.discovery import told
 from accelcal.report.findings import chance, probability
 from accelcal.report.lines import aligned, notes, sections, wrapped
 from accelcal.report.numbers import in_small_unit, matching_digits, significant
+from accelcal.report.scale import told
 from accelcal.results.findings import Change
 from accelcal.results.stand_discovery import StandDiscovery, StandEffect
 from accelcal.units import MICRO

@@ -92,8 +92,11 @@ class Quantity(StoredPart):
 
     Examples
     --------
-    >>> Quantity(3.323e-3, 7.6e-6, "g", 1.5e-5).coverage_factor
+    >>> bias = Quantity(3.323e-3, 7.6e-6, "g", 1.5e-5)
+    >>> bias.coverage_factor
     1.973684210526316
+    >>> print(bias)
+    3.323 +- 0.015 mg (95 %)
     """
 
     _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {
@@ -116,6 +119,11 @@ class Quantity(StoredPart):
         for name in ("standard_uncertainty", "expanded_uncertainty", "dof"):
             if getattr(self, name) is not None:
                 check_number(0.0, **{name: getattr(self, name)})
+
+    def __str__(self) -> str:
+        from accelcal.report.scale import told
+
+        return told(self)
 
     @property
     def coverage_factor(self) -> float | None:
