@@ -116,6 +116,12 @@ def test_no_command_shows_the_help(capsys):
             "simulate --effect x",
             "invalid value for '--effect': 'x' is not of the form NAME=NUMBER;",
         ),
+        ("fit x --t0 20C", "invalid value for '--t0': '20C' is not a finite number; see"),
+        (
+            "fit x --t0 20,5",
+            "invalid value for '--t0': '20,5' is not a finite number; write a decimal point; see",
+        ),
+        ("simulate --seed x", "invalid value for '--seed': 'x' is not a whole number; see"),
     ],
 )
 def test_unknown_words_are_unusable_options_and_one_line(arguments, line, capsys):

@@ -139,6 +139,7 @@ def _in_a_line(error: click.ClickException) -> str:
         return message
     command = error.ctx.command_path if error.ctx else "accelcal COMMAND"
     message = re.sub(r"\. \(?Did you mean (.*\?)\)?$", r" (did you mean \1)", message)
+    message = re.sub(r"a valid integer( range)?$", "a whole number", message)
     return f"{message[:1].lower()}{message[1:]}; see {command} --help"
 
 

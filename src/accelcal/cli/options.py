@@ -52,7 +52,8 @@ def number(text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise click.BadParameter(f"{text!r} is not a finite number.")
+        comma = "; write a decimal point" if re.fullmatch(r"[-+]?\d+,\d+", text) else ""
+        raise click.BadParameter(f"{text!r} is not a finite number{comma}.")
     if abs(value) > _LARGEST:
         raise click.BadParameter(f"{text!r} is too large; nothing here exceeds {_LARGEST:g}.")
     if 0.0 < abs(value) < _SMALLEST:
