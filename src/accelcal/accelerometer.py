@@ -35,6 +35,13 @@ class BilinearLaw:
         Value at the reference temperature.
     above, below : float, default 0
         Slopes for dT > 0 and for dT < 0 [per degC].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> bias = BilinearLaw(3.324e-3, above=-3.9e-5, below=-4.5e-5)
+    >>> bias.change(np.array([-60.0, 60.0])).round(5)
+    array([ 0.0027 , -0.00234])
     """
 
     at_reference: float
@@ -106,6 +113,15 @@ class Accelerometer:
     1.15 mrad for both axes. From the data sheet quoted there: scale factor 1.2 to 1.5 mA/g, of
     which 1.35 is the middle. Not in the paper and **set by us**: T0 = 20 degC ("normal
     temperature"), delta_ip = 20 ug/g^2, slopes of the misalignment 1.5 and 1.2 urad/degC.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> noiseless = accelcal.NoiseComponents(0.0, 0.0, 0.0, 0.0, 0.0)
+    >>> linear = Accelerometer(k2=0.0, k3=0.0, serial="linear")
+    >>> calibration = accelcal.fit(accelcal.simulate(linear, noise=noiseless))
+    >>> abs(calibration.tables[0].error_model["k2"].value) < 1e-12
+    True
     """
 
     scale_factor: BilinearLaw = BilinearLaw(1.35, 520e-6, 480e-6)

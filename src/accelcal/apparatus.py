@@ -45,6 +45,11 @@ class Apparatus:
     ------
     InputError
         If a value is negative or not finite, or the gravity is not that of a place on Earth.
+
+    Examples
+    --------
+    >>> Apparatus(local_gravity=9.8106, head_uncertainty=6.7e-6).head_uncertainty
+    6.7e-06
     """
 
     local_gravity: float | None = None

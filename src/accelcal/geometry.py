@@ -56,6 +56,12 @@ class Acceleration(NamedTuple):
         Along the pendulous axis, a_p.
     output : ndarray
         Along the output axis, a_o.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Acceleration(np.array([1.0]), np.array([0.0]), np.array([0.0])).input
+    array([1.])
     """
 
     input: NDArray[np.float64]

@@ -71,6 +71,13 @@ class NoiseComponents:
     distribution it would be 11.5 urad). Launch: k0L = 2e-5 g; of the scale factor, k1 = 15 ppm.
     The chamber's 0.1 degC alone would move K1 by 50 ppm, so the 15 ppm already hold what of it is
     new in each run, and the default temperature error is 0. The reading noise is **set by us**.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> record = accelcal.simulate(noise=NoiseComponents(head=2e-5), seed=1)
+    >>> record.apparatus.head_uncertainty
+    2e-05
     """
 
     reading: float = 5e-6
@@ -118,6 +125,13 @@ class TumblePlan:
     ------
     InputError
         If a value breaks a rule.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> plan = TumblePlan(positions=12, strokes=2, temperatures=(20.0,))
+    >>> accelcal.simulate(plan=plan, seed=1)
+    <TumbleRecord serial 'AL-15': 26 readings, 1 run, 12 positions>
     """
 
     positions: int = 8

@@ -189,6 +189,16 @@ def write_batch(
         interrupted batch left its finished part and `resume` is false.
     DesignError
         As by `batch`.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> import accelcal
+    >>> with TemporaryDirectory() as folder:
+    ...     accelcal.write_table(accelcal.simulate(seed=1), f"{folder}/1.csv")
+    ...     counts = accelcal.write_batch(f"{folder}/1.csv", f"{folder}/results.csv")
+    >>> counts.files, counts.failed
+    (1, 0)
     """
     output = path_text(output)
     form = form_of(output)

@@ -148,6 +148,14 @@ def unregister(*names: str) -> None:
     ------
     InputError
         If there is none of this id, or it is built in.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> register(replace(effect("hysteresis"), id="hysteresis-of-mine"))
+    >>> unregister("hysteresis-of-mine")
+    >>> "hysteresis-of-mine" in {entry.id for entry in catalogue()}
+    False
     """
     for name in names:
         if is_built_in(effect(name)):

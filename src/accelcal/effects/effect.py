@@ -326,6 +326,12 @@ class Disturbance:
         The effect.
     values : mapping of str to float
         All its parameters.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> accelcal.effect("hysteresis").of(2e-5).values
+    {'half_width': 2e-05}
     """
 
     effect: Effect

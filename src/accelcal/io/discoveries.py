@@ -90,6 +90,14 @@ def read_discovery(source: Source, serial: str | None = None) -> Discovery:
         If it is no file of a discovery.
     InputError
         If it holds several, and not one of this serial number.
+
+    Examples
+    --------
+    >>> import io
+    >>> import accelcal
+    >>> found = accelcal.discover(accelcal.simulate(seed=1))
+    >>> read_discovery(io.StringIO(found.to_json())) == found
+    True
     """
     return _read(source).choose(serial)
 

@@ -109,7 +109,7 @@ def read_tables(
 
 
 def read_table(source: Source, *, overrides: Mapping[str, object] | None = None) -> TumbleRecord:
-    """Read a table of one accelerometer.
+    r"""Read a table of one accelerometer.
 
     Parameters
     ----------
@@ -127,6 +127,13 @@ def read_table(source: Source, *, overrides: Mapping[str, object] | None = None)
     ------
     TableError
         If the table is unusable or holds several accelerometers.
+
+    Examples
+    --------
+    >>> import io
+    >>> text = "# temperature: 20\nposition;Y1;Y2\n1;1,30;1,31\n5;-1,29;-1,28\n"
+    >>> read_table(io.StringIO(text), overrides={"serial": "AL-15-003"})
+    <TumbleRecord serial 'AL-15-003': 4 readings, 1 run, 2 positions>
     """
     records = read_tables(source, overrides=overrides)
     if len(records) > 1:

@@ -43,6 +43,13 @@ class Pace:
     Notes
     -----
     The paper tells no times. The defaults are **set by us**.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> compared = accelcal.design(positions=[8], strokes=[6], pace=Pace(soak=4.0), effects=False)
+    >>> compared.designs[0].hours > 3 * 4.0  # three levels
+    True
     """
 
     reading: float = SECONDS_PER_READING
