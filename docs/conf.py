@@ -59,8 +59,15 @@ class CommandHelp(Directive):
         return [nodes.literal_block(text, text, language="text")]
 
 
+def skip_fields(*event: object) -> bool | None:
+    """Skip the fields of named tuples: their class tells them, they themselves only a number."""
+    told = getattr(event[3], "__doc__", None) or ""
+    return True if told.startswith("Alias for field") else None
+
+
 def setup(app: Sphinx) -> None:
     """Register the directive and tables as plain text, bring pages of effects and notebooks."""
+    app.connect("autodoc-skip-member", skip_fields)
     app.add_directive("command-help", CommandHelp)
     app.add_lexer("csv", TextLexer)
     write_pages()
