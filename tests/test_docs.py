@@ -100,6 +100,14 @@ def test_pages_need_public_names_only(page):
     assert used <= set(accelcal.__all__)
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_pages_import_what_they_use(page):
+    code = code_of(page)
+    for name, line in {"accelcal": "import accelcal", "np": "import numpy as np"}.items():
+        first = re.search(rf"(?<!from )(?<![\w.]){name}\.\w", code)
+        assert first is None or line in code[: first.start()], line
+
+
 def test_the_functions_behind_the_commands_are_public():
     (table,) = re.findall(r"^\| command .*?(?=\n\n)", REFERENCE, re.DOTALL | re.MULTILINE)
     rows = [line.strip("| ").split(" | ") for line in table.splitlines()[2:]]
