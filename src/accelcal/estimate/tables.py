@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import InputError
+from accelcal.estimate.declared_scatter import declared_scatter
 from accelcal.estimate.estimability import Estimability, estimability
 from accelcal.estimate.solver import LeastSquares
 from accelcal.geometry import Acceleration, accelerations, head_positions
@@ -126,7 +127,7 @@ def prepare(
     if not is_usable(record.output):
         raise InputError(_unusable(record.output))
     _check_scatter(record)
-    scatter, dof = _declared_scatter(record)
+    scatter, dof = declared_scatter(record)
     known = _from_angles(
         record.angle.tobytes(),
         str(record.mounting[0]),
@@ -227,16 +228,3 @@ def _check_scatter(record: TumbleRecord) -> None:
         strange = known[(known < 1e-40) | (known > 1e20)]
         if strange.size:
             raise InputError(f"{name} of {strange[0]:g}; it lies between 1e-40 and 1e20")
-
-
-def _declared_scatter(record: TumbleRecord) -> tuple[Array, float | None]:
-    """Standard uncertainty of each averaged reading, where the table declares them all.
-
-    Without the numbers of samples, `std` is the standard uncertainty of the reading itself.
-    """
-    if record.std is None or not np.all(record.std > 0):
-        return np.ones(len(record)), None
-    if record.count is None or not np.all(record.count >= 1):
-        return record.std.copy(), np.inf
-    dof = float((record.count - 1.0).sum())
-    return record.std / np.sqrt(record.count), dof if dof > 0.0 else np.inf

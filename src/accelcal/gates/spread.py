@@ -49,12 +49,12 @@ def spread_of(table: PreparedTable) -> Spread | None:
     those of a table scatter by no more, they are alike; the rest of their scatter is a share of the
     whole, by which each is taken to be off the mean (Bayes, with the scatter from the table).
     """
-    scatter, count = table.scatter, table.record.count
+    scatter, std, count = table.scatter, table.record.std, table.record.count
     if np.ptp(scatter) == 0.0:
         return None
-    if count is None or not np.isfinite(table.scatter_dof or np.inf):
+    if std is None or count is None or not np.isfinite(table.scatter_dof or np.inf):
         return Spread(scatter / median(scatter), np.zeros(scatter.size))
-    own = np.log(scatter**2 * count)
+    own = np.log(std**2)
     chance = 2.0 / np.maximum(count - 1.0, 0.5)
     told = max(float(own.var(ddof=1) - chance.mean()), 0.0)
     size = np.exp(0.5 * told / (told + chance) * (own - own.mean())) / np.sqrt(count)

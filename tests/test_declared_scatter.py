@@ -1,0 +1,72 @@
+"""Standard uncertainty of averaged readings from `std` and `n`."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from one_record import estimate_of_record
+from tumble_oracle import AL15, Apparatus, forward, record, turn
+
+from accelcal.estimate.declared_scatter import declared_scatter
+from accelcal.estimate.tables import prepare
+
+ANGLES = turn(8, 2)
+SIGMA = 5e-6
+
+
+def declared(std, count):
+    n = np.size(std)
+    whole = record(
+        turn(n - 1), forward(AL15, turn(n - 1)), std=np.array(std), count=np.array(count)
+    )
+    return declared_scatter(whole)
+
+
+def averaged(rng, samples, spread):
+    """Table whose readings are means of few samples, of one scatter or of scatters of their own."""
+    own = SIGMA * rng.uniform(1.0 / spread, spread, ANGLES.size)
+    noise = own[:, None] * rng.standard_normal((ANGLES.size, samples))
+    return record(
+        ANGLES,
+        forward(AL15, ANGLES) + noise.mean(axis=1),
+        std=noise.std(axis=1, ddof=1),
+        count=np.full(ANGLES.size, float(samples)),
+    )
+
+
+@pytest.mark.parametrize(("samples", "spread"), [(2, 1.0), (3, 1.0), (5, 1.0), (5, 2.0), (10, 2.0)])
+def test_deviations_of_few_samples_give_honest_uncertainties(samples, spread):
+    rng = np.random.default_rng(11)
+    errors, variances = [], []
+    for _ in range(300):
+        found = estimate_of_record(
+            [prepare(averaged(rng, samples, spread))], Apparatus(head_uncertainty=0.0)
+        )
+        errors.append(found.coefficients[0] - AL15)
+        variances.append(np.diagonal(found.components["reading"].covariance))
+    ratio = np.mean(variances, axis=0) / np.mean(np.square(errors), axis=0)
+    assert np.all((ratio > 0.75) & (ratio < 1.35))  # 1 within 3 sigma; by each alone 0.4 to 0.7
+
+
+def test_deviations_that_scatter_by_chance_are_pooled():
+    scatter, dof = declared([1.0, 2.0, 1.5, 1.2, 1.8, 0.9, 1.4, 1.1, 1.3], np.full(9, 4.0))
+    squares = np.square([1.0, 2.0, 1.5, 1.2, 1.8, 0.9, 1.4, 1.1, 1.3])
+    assert_allclose(scatter, np.sqrt(squares.mean() / 4.0))
+    assert dof == 27.0
+
+
+def test_deviations_of_many_samples_stand():
+    std = np.geomspace(1.0, 100.0, 9)
+    scatter, _ = declared(std, np.full(9, 1e5))
+    assert_allclose(scatter, std / np.sqrt(1e5), rtol=1e-3)
+
+
+def test_what_is_declared_of_one_sample_stands():
+    scatter, dof = declared([1.0] + [2.0] * 4 + [2.2] * 4, np.array([1.0] + [9.0] * 8))
+    assert scatter[0] == 1.0
+    assert dof == 64.0
+
+
+@pytest.mark.parametrize("size", [1e-40, 1e20])
+def test_extreme_deviations_give_finite_weights(size):
+    scatter, _ = declared([size] + [1.0] * 8, np.full(9, 2.0))
+    assert np.all(np.isfinite(scatter) & (scatter > 0.0))
