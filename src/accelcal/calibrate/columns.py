@@ -90,5 +90,6 @@ def _of_tables(stack: CalibrationStack) -> dict[str, Column]:
 
 
 def _quantities(stack: CalibrationStack) -> TableQuantities:
-    estimate, unit = stack.estimate, stack.plan.records[0].unit
-    return table_quantities(estimate.names, estimate.coefficients, stack.components, unit)
+    stated = stack.estimate.with_error("temperature", stack.laws.of_tables)
+    unit = stack.plan.records[0].unit
+    return table_quantities(stated.names, stated.coefficients, stated.components, unit)

@@ -67,7 +67,8 @@ def calibration_of_record(
     warned = _warnings(record, tables, estimate, laws, options)
     of_tables = [own[0] for own in warned.of_tables]
     of_record = gates_of_records(RecordStack.of(estimate, tables))
-    stated, own = laws.with_temperature(estimate), estimate.of_records(0)
+    stated = estimate.with_error("temperature", laws.of_tables)
+    own = estimate.of_records(0)
     return Calibration(
         method=method,
         robust=options.robust,

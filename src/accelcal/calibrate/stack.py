@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -20,7 +20,6 @@ from accelcal.estimate.estimability import check_names
 from accelcal.estimate.joint import JointEstimate, estimate_stack
 from accelcal.estimate.reversal import free_of_fixture_angle
 from accelcal.estimate.tables import PreparedTable, prepare
-from accelcal.estimate.uncertainty import Component
 from accelcal.gates.record import RecordStack, gates_of_records
 from accelcal.gates.stack import TableStack, of_one_plan
 from accelcal.gates.table import gates_of_stack
@@ -181,12 +180,6 @@ class CalibrationStack:
             return StackLaws(None, None, None)
         return laws_of_stack(self.tables, self.estimate, self.temperatures, self.at_rest.unfelt)
 
-    @cached_property
-    def components(self) -> Mapping[str, Component]:
-        """Components of the errors with those of the temperatures."""
-        heat, own = self.laws.of_tables, self.estimate.components
-        return own if heat is None else {**own, "temperature": heat}
-
     @property
     def warnings(self) -> Warned:
         """What a reader must know of each record and table."""
@@ -304,7 +297,7 @@ def _estimate(
     if not known:
         return estimate
     of_effects = effects_component(tables, known, options.method, delta0)
-    return estimate._replace(components={**estimate.components, "effects": of_effects})
+    return estimate.with_error("effects", of_effects)
 
 
 def _at_rest(

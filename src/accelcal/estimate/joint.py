@@ -96,6 +96,12 @@ class JointEstimate(NamedTuple):
         start = sum(map(len, self.names[:table]))
         return slice(start, start + len(self.names[table]))
 
+    def with_error(self, source: str, part: Component | None) -> JointEstimate:
+        """Return the estimate with one more component of its errors; None adds nothing."""
+        if part is None:
+            return self
+        return self._replace(components={**self.components, source: part})
+
     def of_records(self, records: int | list[int]) -> JointEstimate:
         """Return that of some records of a stack, or of one alone.
 

@@ -50,13 +50,6 @@ class RecordLaws(NamedTuple):
     of_tables: Component | None = None
     said: tuple[str, ...] = ()
 
-    def with_temperature(self, estimate: JointEstimate) -> JointEstimate:
-        """Give the coefficients of a stack of one the errors of the temperatures they are at."""
-        if self.of_tables is None:
-            return estimate
-        components = {**estimate.components, "temperature": self.of_tables}
-        return estimate._replace(components=components)
-
 
 class StackLaws(NamedTuple):
     """Temperature laws of R records of one plan.
