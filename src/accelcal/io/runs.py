@@ -12,6 +12,8 @@ from accelcal.errors import TableError
 from accelcal.geometry import head_positions
 from accelcal.io.layout import listed
 from accelcal.io.readings import Readings
+from accelcal.numerics.grouping import grouped
+from accelcal.numerics.sorting import distinct
 
 __all__ = ["LEVEL_GAP", "Runs", "runs_of"]
 
@@ -112,7 +114,7 @@ def _levels(readings: Readings, source: str) -> Runs:
     if wide.any():
         raise _no_level(readings, level == np.argmax(wide), source)
     labels = _labels(temperature, level, 1)
-    close = ", ".join(labels[i] for i in np.unique(level[joined]).tolist())
+    close = ", ".join(labels[i] for i in distinct(level[joined]).tolist())
     note = f"levels {close} degC lie close together and were taken as a run each"
     return Runs(level, labels, (note,))
 
@@ -185,18 +187,19 @@ def _visits(readings: Readings, levels: Runs) -> tuple[Runs, Ints]:
     rows = np.arange(readings.output.size)
     if len(levels.labels) == 1:
         return levels, rows
-    known = np.flatnonzero(~np.isnan(readings.temperature))
+    unknown = np.isnan(readings.temperature)
+    known = np.flatnonzero(~unknown)
     by_time = _segments_in_time(readings, levels.index, known)
     found = by_time or _segments(readings, levels.index, known)
     visit, open_levels = np.zeros(found.level.size, dtype=np.int64), []
-    for level in np.unique(found.level[found.repeated]).tolist():
+    for level in distinct(found.level[found.repeated]).tolist():
         at = np.flatnonzero(found.level == level)
         if found.whole[at[0]]:
             visit[at] = range(at.size) if by_time else _proved(readings, found, at)
         if not visit[at].any() and not _only_repeated(readings, found, at):
             open_levels.append(levels.labels[level])
     runs = _renamed(levels, found, visit, readings)
-    order = np.concatenate([found.order, np.setdiff1d(rows, known)]) if by_time else rows
+    order = np.concatenate([found.order, rows[unknown]]) if by_time else rows
     return replace(runs, notes=(*runs.notes, *_open(open_levels))), order
 
 
@@ -205,8 +208,13 @@ def _segments(readings: Readings, level: Ints, order: Ints) -> _Segments:
     of_row = np.cumsum(np.concatenate([[0], rows[1:] != rows[:-1]])[: rows.size]).astype(np.int64)
     first = np.unique(of_row, return_index=True)[1]
     angle = head_positions(readings.angle[order])
-    pairs = np.unique(np.stack([of_row, angle], axis=1), axis=0)[:, 0].astype(np.int64)
-    return _Segments(order, of_row, rows[first], np.bincount(pairs))
+    places = np.bincount(_first_of_different_pairs(of_row, angle))
+    return _Segments(order, of_row, rows[first], places)
+
+
+def _first_of_different_pairs(first: Ints, second: NDArray[Any]) -> Ints:
+    different, place, _ = grouped(second)
+    return distinct(first * different.size + place) // different.size
 
 
 def _segments_in_time(readings: Readings, level: Ints, known: Ints) -> _Segments | None:
@@ -270,8 +278,8 @@ def _counts_on(before: dict[Any, float], now: dict[Any, float]) -> bool:
 def _sorted_by_stroke(readings: Readings, found: _Segments) -> bool:
     """Tell whether the rows may have been sorted by a stroke that several levels have."""
     stroke = readings.stroke[found.order]
-    pairs = np.unique(np.stack([stroke, found.level[found.of_row]], axis=1), axis=0)
-    shared = np.unique(pairs[:, 0]).size < len(pairs)
+    of_levels = _first_of_different_pairs(stroke, found.level[found.of_row])
+    shared = distinct(of_levels).size < of_levels.size
     steps = np.diff(stroke)
     return bool(shared and ((steps >= 0).all() or (steps <= 0).all()))
 

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from accelcal.results.calibration import SCHEMA, Calibration
-from accelcal.results.discovery import Discovery
 from accelcal.results.json_text import json_text
 from accelcal.results.result import all_of
 
 if TYPE_CHECKING:
+    from accelcal.results.discovery import Discovery
     from accelcal.results.stand_discovery import StandDiscovery
 
 __all__ = ["calibrations_from_json", "calibrations_to_json"]
@@ -101,4 +101,6 @@ def discoveries_from_json(text: str) -> tuple[Discovery, ...]:
     DocumentError
         If the text is not such a document.
     """
+    from accelcal.results.discovery import Discovery
+
     return all_of(Discovery, text, "discoveries")
