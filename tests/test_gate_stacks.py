@@ -17,7 +17,7 @@ from accelcal.gates.plan import TablePlan, plan_of
 from accelcal.gates.record import RecordStack, gates_of_records
 from accelcal.gates.stack import TableStack, of_one_plan
 from accelcal.gates.table import gates_of_stack
-from accelcal.gates.verdict import VERDICTS
+from accelcal.gates.verdict import SIGNIFICANT, VERDICTS
 from accelcal.geometry import accelerations, position_angles
 from accelcal.model import output
 from accelcal.numerics.decimal_steps import decimal_steps
@@ -420,4 +420,4 @@ def test_rounding_errors_of_readings_that_are_all_alike_are_no_outlier():
     columns = {"angle": angle, "stroke": stroke, "temperature": 20.0}
     tables = [prepare(accelcal.read_arrays({**columns, "output": row})) for row in y]
     stack = TableStack.of(tables, *fits_of(tables))
-    assert not replicates.outlier(stack).verdict.any()
+    assert not replicates.outlier(stack, SIGNIFICANT).verdict.any()

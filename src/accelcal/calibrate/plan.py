@@ -140,7 +140,7 @@ def _without_gaps(temperature: Array, level: Array) -> Array:
 
 
 def plans_of(
-    records: Sequence[TumbleRecord], delta0: float | None = None
+    records: Sequence[TumbleRecord], delta0: float | None
 ) -> list[tuple[NDArray[np.intp], OnePlan]]:
     """Group records that can be calibrated together.
 
@@ -148,8 +148,8 @@ def plans_of(
     ----------
     records : sequence of TumbleRecord
         Records.
-    delta0 : float, optional
-        Fixture angle of all; by default each record declares its own [rad].
+    delta0 : float or None
+        Fixture angle of all; None where each record declares its own [rad].
 
     Returns
     -------

@@ -13,7 +13,7 @@ from accelcal.estimate.noise import FEW
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
 from accelcal.gates.trend import Trend, contracted, rank_and_inverse
-from accelcal.gates.verdict import SIGNIFICANT, GateStack, acceleration, angle, gate_stack
+from accelcal.gates.verdict import GateStack, acceleration, angle, gate_stack
 from accelcal.numerics.probability import f_exceeds, f_survival
 
 __all__ = ["drift"]
@@ -82,14 +82,14 @@ def _size(name: str, value: float) -> str:
     return (acceleration if name == "bias" else angle)(value)
 
 
-def drift(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
+def drift(stack: TableStack, level: float) -> GateStack:
     """Test the trends of the readings at one angle and in one direction over the run.
 
     Parameters
     ----------
     stack : TableStack
         The tables.
-    level : float, default 0.01
+    level : float
         False-alarm rate of each table.
 
     Returns

@@ -253,14 +253,14 @@ def _least(stack: TableStack) -> Array:
     return np.asarray(_NOTHING * (stack.output**2).sum(axis=0))
 
 
-def order_of_strokes(table: PreparedTable, delta0: float = 0.0) -> OtherOrder | None:
+def order_of_strokes(table: PreparedTable, delta0: float) -> OtherOrder | None:
     """Find the other order of one or more strokes under which the fit would be far better.
 
     Parameters
     ----------
     table : PreparedTable
         The table.
-    delta0 : float, default 0
+    delta0 : float
         Fixture angle of the fit [rad].
 
     Returns

@@ -19,7 +19,7 @@ from accelcal.gates.verdict import (
     gate_stack,
     times,
 )
-from accelcal.model import COEFFICIENTS
+from accelcal.model import COEFFICIENTS, SCALE_FACTOR
 from accelcal.numerics.probability import f_exceeds, f_survival
 from accelcal.numerics.sorting import median
 
@@ -31,7 +31,7 @@ _IMPLAUSIBLE_HEAD = 1e-4  # rad, 20 arcsec
 _LARGEST_SPREAD = {"K1": 0.2, "K0": 0.1}  # relative, and [g]
 _SMALLEST = 1e-300
 _SAME = 1e-12  # over K1: a difference of coefficients that rounding alone makes
-_BIAS, _SCALE_FACTOR = COEFFICIENTS.index("K0"), COEFFICIENTS.index("K1")
+_BIAS = COEFFICIENTS.index("K0")
 
 
 class RecordStack(NamedTuple):
@@ -150,7 +150,7 @@ def _lack_of_fit(stack: RecordStack) -> GateStack:
 def _agreement(stack: RecordStack) -> GateStack:
     """Compare scale factors and biases of the tables, and look for copies."""
     copies = _copies(stack)
-    bias, k1 = (np.ascontiguousarray(stack.coefficients[..., i].T) for i in (_BIAS, _SCALE_FACTOR))
+    bias, k1 = (np.ascontiguousarray(stack.coefficients[..., i].T) for i in (_BIAS, SCALE_FACTOR))
     scale_factor = k1 / np.sort(k1, axis=0)[(len(k1) - 1) // 2]
     odd = np.abs(np.log(np.maximum(np.abs(scale_factor), _SMALLEST))).argmax(axis=0)
     apart, spread = np.ptp(scale_factor, axis=0), np.ptp(bias / k1, axis=0)
@@ -173,7 +173,7 @@ def _agreement(stack: RecordStack) -> GateStack:
 
 def _copies(stack: RecordStack) -> dict[int, tuple[int, int]]:
     """Records with two tables of the same readings, and which two, where chance makes none."""
-    k1 = stack.coefficients[..., _SCALE_FACTOR]
+    k1 = stack.coefficients[..., SCALE_FACTOR]
     order = np.argsort(k1, axis=1, kind="stable")  # the same coefficients are neighbours in it
     ordered = np.take_along_axis(stack.coefficients, order[..., None], axis=1)
     apart = np.abs(np.diff(ordered, axis=1)).max(axis=2)

@@ -14,12 +14,7 @@ from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
 from accelcal.gates.trend import ReplicatePlan, contracted, directed
-from accelcal.gates.verdict import (
-    SIGNIFICANT,
-    GateStack,
-    acceleration,
-    gate_stack,
-)
+from accelcal.gates.verdict import GateStack, acceleration, gate_stack
 from accelcal.numerics.grouping import grouped
 from accelcal.numerics.probability import f_exceeds
 from accelcal.numerics.sorting import distinct
@@ -33,14 +28,14 @@ _LEAST_FREE = 1e-6
 """Share of a reading that mean and trend leave free; below it, the residual says nothing of it."""
 
 
-def closure(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
+def closure(stack: TableStack, level: float) -> GateStack:
     """Test Y9 - Y1 of the strokes, and the same as end minus start in the order of time.
 
     Parameters
     ----------
     stack : TableStack
         The tables.
-    level : float, default 0.01
+    level : float
         False-alarm rate of each table.
 
     Returns
@@ -137,14 +132,14 @@ def _basis_with_return(plan: TablePlan) -> Array:
     return np.linalg.qr(plan.alike(np.column_stack([plan.design, returned]))).Q
 
 
-def forward_against_back(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
+def forward_against_back(stack: TableStack, level: float) -> GateStack:
     """Compare the two directions at each position.
 
     Parameters
     ----------
     stack : TableStack
         The tables.
-    level : float, default 0.01
+    level : float
         False-alarm rate of each table.
 
     Returns
@@ -281,14 +276,14 @@ def _backlash_like(difference: Array, angle: Array) -> tuple[Array, Array]:
     return (fitted**2).sum(axis=0), ((difference - fitted) ** 2).sum(axis=0)
 
 
-def outlier(stack: TableStack, level: float = SIGNIFICANT) -> GateStack:
+def outlier(stack: TableStack, level: float) -> GateStack:
     """Test the reading that its replicates contradict most.
 
     Parameters
     ----------
     stack : TableStack
         The tables.
-    level : float, default 0.01
+    level : float
         False-alarm rate of each table.
 
     Returns

@@ -14,7 +14,7 @@ from accelcal.gates.stack import TableStack
 from accelcal.gates.turns import LARGEST_RATIOS, LARGEST_RESIDUAL, fitting_turn, fitting_turn_said
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack, times
 from accelcal.geometry import head_positions
-from accelcal.model import COEFFICIENTS
+from accelcal.model import COEFFICIENTS, SCALE_FACTOR
 from accelcal.numerics.grouping import Alike, few_at_a_time, grouped
 
 __all__ = ["proportions", "units", "wrong_sign"]
@@ -45,7 +45,7 @@ def proportions(stack: TableStack) -> GateStack:
         A warning where the scale factor is not positive, or another coefficient or the rms
         residual is too large a part of it.
     """
-    scale_factor = stack.coefficients[:, COEFFICIENTS.index("K1")]
+    scale_factor = stack.coefficients[:, SCALE_FACTOR]
     turned = scale_factor <= 0.0
     over = np.where(turned, np.nan, scale_factor)
     columns = [COEFFICIENTS.index(name) for name in LARGEST_RATIOS]

@@ -15,7 +15,7 @@ from accelcal.gates.plan import TablePlan, plan_of
 from accelcal.gates.spread import spread_of
 from accelcal.gates.trend import ReplicateFit
 from accelcal.gates.verdict import reading_name
-from accelcal.model import COEFFICIENTS
+from accelcal.model import SCALE_FACTOR
 from accelcal.numerics.decimal_steps import decimal_steps
 from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
@@ -25,8 +25,6 @@ __all__ = ["TableStack", "of_one_plan"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-
-_SCALE_FACTOR = COEFFICIENTS.index("K1")
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +114,7 @@ class TableStack:
         """Scale factor in which sizes are told, shape (T,) [output unit / g]."""
         # a scale factor that a fault has ruined must not blow up the sizes told
         quarter = np.ptp(self.output, axis=0) / 4.0
-        return np.asarray(np.maximum(np.abs(self.coefficients[:, _SCALE_FACTOR]), quarter))
+        return np.asarray(np.maximum(np.abs(self.coefficients[:, SCALE_FACTOR]), quarter))
 
     @cached_property
     def alike(self) -> Array:

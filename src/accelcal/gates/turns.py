@@ -24,7 +24,7 @@ _FEWEST = 4  # positions in a turn: fewer leave no residual
 _WHOLE = 1e-6  # by which the number of a position may miss a whole one
 
 
-def fitting_turn(table: PreparedTable, output: Array, delta0: float = 0.0) -> int | None:
+def fitting_turn(table: PreparedTable, output: Array, delta0: float) -> int | None:
     """Find another number of positions in a turn, with which readings are in proportion.
 
     Parameters
@@ -33,7 +33,7 @@ def fitting_turn(table: PreparedTable, output: Array, delta0: float = 0.0) -> in
         The table, by its own number of positions.
     output : ndarray, shape (n,)
         Readings at its angles [output unit].
-    delta0 : float, default 0
+    delta0 : float
         Fixture angle [rad].
 
     Returns
