@@ -110,7 +110,8 @@ def table_quantities(
     k = np.stack(values, axis=1)[:, *_columns(whole, COEFFICIENTS)]
     units = {name: coefficient_unit(name, unit) for name in COEFFICIENTS}
     own = [i for i, (_, name) in enumerate(whole) if name in ERROR_TERMS]
-    k1 = [whole.index((whole[i][0], "K1")) for i in own]
+    scale_factors = {table: i for i, (table, name) in enumerate(whole) if name == "K1"}
+    k1 = [scale_factors[whole[i][0]] for i in own]
     errors = [(table, ERROR_TERMS[name]) for table, name in (whole[i] for i in own)]
     quotients = k[:, own] / k[:, k1]
     parts = components.values()
