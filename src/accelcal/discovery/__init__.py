@@ -12,7 +12,7 @@
 5. `solution` tells their sizes and what they change in the coefficients, `where` in which `factors`
    of the test the disagreement is, `held_out` how well readings are predicted that were not fitted.
 6. `prospects` tells what the test cannot show, what looks alike in it and what to measure next,
-   `caveats` what else a reader must know, as of a bias that is `wandering`.
+   `caveats` what else a reader must know, as of a bias that is `wandering` or of `other_laws`.
 
 `compare` holds a new record against a calibration. `stand` searches several units of one stand at
 once. `correction` takes found effects out of readings, and `twin` makes them ready to be simulated.

@@ -10,6 +10,7 @@ from accelcal.discovery.candidates import Instance, column_of, direction, instan
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.noise import dummies
+from accelcal.discovery.other_laws import OtherLaw, other_laws
 from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.wandering import LIKELY, POSSIBLE, Wandering
 from accelcal.geometry import head_positions
@@ -59,7 +60,9 @@ def caveats(
         A sentence.
     """
     yield from _of_another_size(comparison)
-    yield from _otherwise(comparison, found)
+    laws = list(other_laws(comparison, found[0].instances if found else ()))
+    yield from _by_another_law(laws)
+    yield from _otherwise(comparison, found, laws)
     yield from _put_together(comparison, found)
     yield from _of_the_chamber(comparison, found)
     yield from _wandering(walks, named=bool(found))
@@ -88,14 +91,26 @@ def _of_another_size(comparison: Comparison) -> Iterator[str]:
         )
 
 
-def _otherwise(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[str]:
+def _by_another_law(laws: Sequence[OtherLaw]) -> Iterator[str]:
+    """Effects of which the readings do not tell by which law they go."""
+    for law in laws:
+        yield (
+            f"{law.name} explains these readings as well; to tell:"
+            f" {law.fitted.effect.to_tell_apart}"
+        )
+
+
+def _otherwise(
+    comparison: Comparison, found: Sequence[Explanation], laws: Sequence[OtherLaw]
+) -> Iterator[str]:
     """Coefficients that are others where another explanation is the true one."""
     if not found:
         return
     bare = solution(comparison)
     best = changes(comparison, bare, solution(comparison, found[0].instances))
     rivals = [(" + ".join(sorted(other.ids)), other.instances) for other in found[1:]]
-    for name, instances in (*_twins(comparison, found[0].instances), *rivals[:_MOST_RIVALS]):
+    alike = [*_twins(comparison, found[0].instances), *((law.name, law.instances) for law in laws)]
+    for name, instances in (*alike, *rivals[:_MOST_RIVALS]):
         other = changes(comparison, bare, solution(comparison, instances))
         told = [
             _value(new)

@@ -1,0 +1,102 @@
+"""An effect that has several laws, as a tilt linear in time or daily: which explain the readings.
+
+The amplitudes of such an effect are searched in two parts, each as an effect of its own; over a few
+hours a part of a day is nearly a straight line, and either may fit the noise a little better.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.discovery.candidates import Instance, amplitude_columns, instances_of
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.explanation import BENT
+from accelcal.discovery.family import chance, without
+from accelcal.discovery.known import instance_of
+from accelcal.discovery.noise import orthonormal
+from accelcal.discovery.solution import parameters_of
+from accelcal.effects.conditions import Conditions
+from accelcal.effects.effect import Disturbance
+
+__all__ = ["OtherLaw", "other_laws"]
+
+
+class OtherLaw(NamedTuple):
+    """Effects, one of which goes by another law than was named.
+
+    Attributes
+    ----------
+    fitted : Disturbance
+        The one, with the size that the readings give it.
+    instances : tuple of Instance
+        All of them.
+    """
+
+    fitted: Disturbance
+    instances: tuple[Instance, ...]
+
+    @property
+    def name(self) -> str:
+        """The one, with its parameters."""
+        effect, values = self.fitted.effect, self.fitted.values
+        own = (p for p in effect.amplitudes if values[p.name])
+        told = ", ".join(f"{p.name} = {values[p.name]:.3g} {p.unit}" for p in own)
+        return f"{effect.id} with {told}"
+
+
+def other_laws(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[OtherLaw]:
+    """Find other laws of some effects, which explain the readings as well.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Record and model.
+    instances : sequence of Instance
+        The effects that were named.
+
+    Yields
+    ------
+    OtherLaw
+        The same effects, one of them by another law.
+    """
+    for place, item in enumerate(instances):
+        before, after = instances[:place], instances[place + 1 :]
+        for law in _laws(item, comparison.model.conditions):
+            others = (*before, law, *after)
+            if not _is_needed(comparison, item, others):
+                fitted = _fitted(comparison, others, place)
+                yield OtherLaw(fitted, (*before, instance_of(fitted), *after))
+
+
+def _fitted(comparison: Comparison, instances: Sequence[Instance], place: int) -> Disturbance:
+    """One of some effects, of the size that the readings give it."""
+    effect = instances[place].effect
+    found = parameters_of(comparison, instances)[place]
+    sizes = {name: quantity.value or 0.0 for name, quantity in found.items()}
+    return Disturbance(effect, dict.fromkeys((p.name for p in effect.amplitudes), 0.0) | sizes)
+
+
+def _laws(item: Instance, c: Conditions) -> Iterator[Instance]:
+    """The effect at the same place, with amplitudes of which it has none."""
+    tried = {other.amplitudes: other for other in instances_of(item.effect, c)}
+    for amplitudes, other in tried.items():
+        if not set(amplitudes) & set(item.amplitudes):
+            yield other._replace(shape=item.shape)
+
+
+def _is_needed(comparison: Comparison, item: Instance, others: Sequence[Instance]) -> bool:
+    """Whether noise alone would hardly leave as much of an effect beside others."""
+    space, c, seen = comparison.space, comparison.model.conditions, comparison.seen
+    columns = [space.see(amplitude_columns(e, c)[:, np.flatnonzero(e.mixture)]) for e in others]
+    own = space.see(amplitude_columns(item, c)[:, np.flatnonzero(item.mixture)])
+    beside, within = orthonormal(np.hstack(columns)), orthonormal(np.hstack([*columns, own]))
+    degrees = within.shape[1] - beside.shape[1]
+    if not degrees:
+        return False
+    left = without(seen, within)
+    squares = float((without(seen, beside) ** 2).sum() - (left**2).sum())
+    variance = float(space.pure_error(left)) / space.dof
+    return float(chance(np.array(squares / degrees / variance), space.dof, degrees)) < BENT
