@@ -155,6 +155,19 @@ REGIMES = (
     ),
     *(
         Regime(
+            f"* six strokes, 7 positions, {text}",
+            stand,
+            positions=7,
+            aside="no honest interval: the report says so",
+        )
+        for text, stand in (
+            ("no head error", Stand()),
+            ("head 5e-6", Stand(head=5e-6)),
+            ("head 2e-5", Stand(head=HEAD)),
+        )
+    ),
+    *(
+        Regime(
             f"* one stroke without the return, {positions} positions, {text}",
             stand,
             positions=positions,

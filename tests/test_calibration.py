@@ -227,6 +227,15 @@ def simulated(*, head, positions=8, strokes=6):
     return " ".join(accelcal.fit(record.with_apparatus(head_uncertainty=None)).warnings)
 
 
+@pytest.mark.parametrize("head", [0.0, 5e-6, 2e-4])
+def test_a_head_of_one_degree_of_freedom_has_no_honest_interval(head):
+    """Seven positions leave one pattern that no coefficient absorbs."""
+    said = simulated(head=head, positions=7)
+    assert "with 1 degree of freedom: no honest interval can be had" in said
+    assert "wider than needed" not in said
+    assert "no honest interval" not in simulated(head=head)
+
+
 def test_a_head_error_as_large_as_the_noise_is_said():
     assert ALIKE in simulated(head=5e-6)
     assert ALIKE not in simulated(head=2e-4)
