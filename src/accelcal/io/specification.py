@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from typing import Any
 
-from accelcal.errors import InputError, TableError
+from accelcal.errors import InputError
 from accelcal.io.text import Source, read_text
-from accelcal.io.toml_keys import check_keys
+from accelcal.io.toml_keys import check_keys, read_toml
 from accelcal.specification import Limit, Specification
 
 __all__ = ["SCHEMA", "read_specification"]
@@ -52,14 +51,7 @@ def read_specification(source: Source) -> Specification:
     >>> read_specification(StringIO(text)).limits
     (Limit(name='bias', unit='mg', minimum=None, maximum=5.0, at='T0', condition=''),)
     """
-    given = read_text(source, "data sheet")
-    try:
-        return _specification(tomllib.loads(given.text))
-    except tomllib.TOMLDecodeError as error:
-        problem, remedy = f"not TOML ({error})", "write key = value lines under [limits.NAME]"
-    except InputError as error:
-        problem, _, remedy = str(error).partition("; ")
-    raise TableError(problem, remedy, source=given.name)
+    return read_toml(read_text(source, "data sheet"), _specification, "[limits.NAME]")
 
 
 def _specification(document: Mapping[str, Any]) -> Specification:

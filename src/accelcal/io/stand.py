@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from typing import Any
 
-from accelcal.errors import InputError, TableError
+from accelcal.errors import InputError
 from accelcal.io.text import Source, read_text
-from accelcal.io.toml_keys import check_keys, is_of_kind
+from accelcal.io.toml_keys import check_keys, is_of_kind, read_toml
 from accelcal.stand_uncertainty.distribution import Distribution, distribution
 from accelcal.stand_uncertainty.kinds import KINDS
 from accelcal.stand_uncertainty.readings import StandConditions
@@ -93,13 +92,7 @@ def read_stand(source: Source) -> Stand:
     2.8e-05
     """
     given = read_text(source, "stand")
-    try:
-        return _stand(tomllib.loads(given.text), given.name)
-    except tomllib.TOMLDecodeError as error:
-        problem, remedy = f"not TOML ({error})", "write key = value lines under [components.NAME]"
-    except InputError as error:
-        problem, _, remedy = str(error).partition("; ")
-    raise TableError(problem, remedy, source=given.name)
+    return read_toml(given, lambda document: _stand(document, given.name), "[components.NAME]")
 
 
 def _stand(document: Mapping[str, Any], name: str) -> Stand:

@@ -1,13 +1,48 @@
-"""Keys of a TOML table: known, of their type, and all that are needed."""
+"""Files in TOML: tables whose keys are known, of their type, and all that are needed."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+import tomllib
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
-from accelcal.errors import InputError
+from accelcal.errors import InputError, TableError
+from accelcal.io.text import SourceText
 
-__all__ = ["check_keys", "is_of_kind"]
+__all__ = ["check_keys", "is_of_kind", "read_toml"]
+
+Found = TypeVar("Found")
+
+
+def read_toml(given: SourceText, make: Callable[[dict[str, Any]], Found], tables: str) -> Found:
+    """Make what a file in TOML describes.
+
+    Parameters
+    ----------
+    given : SourceText
+        The file.
+    make : callable
+        Makes it of the document.
+    tables : str
+        How the tables of the file are headed, as the remedy names them.
+
+    Returns
+    -------
+    object
+        What `make` returns.
+
+    Raises
+    ------
+    TableError
+        If the file is not TOML, or `make` refuses the document.
+    """
+    try:
+        return make(tomllib.loads(given.text))
+    except tomllib.TOMLDecodeError as error:
+        problem, remedy = f"not TOML ({error})", f"write key = value lines under {tables}"
+    except InputError as error:
+        problem, _, remedy = str(error).partition("; ")
+    raise TableError(problem, remedy, source=given.name)
 
 
 def check_keys(
