@@ -78,14 +78,11 @@ def _of_tables(stack: CalibrationStack) -> dict[str, Column]:
     """What the tables hold, and how well they were fitted."""
     records, estimate = len(stack), stack.estimate
     readings = np.array([residual.shape[1] for residual in estimate.residuals])
-    dof = readings - [len(names) for names in estimate.names]
-    squares = [np.einsum("rn,rn->r", residual, residual) for residual in estimate.residuals]
-    rms = np.sqrt(np.stack(squares, axis=1) / np.where(dof > 0, dof, np.inf))
     return {
         "temperature_degC": stack.plan.levels.ravel(),
         "readings": np.tile(readings, records),
-        "dof": np.tile(dof, records),
-        "residual_rms": rms.ravel(),
+        "dof": np.tile(estimate.dof, records),
+        "residual_rms": estimate.residual_rms.ravel(),
     }
 
 

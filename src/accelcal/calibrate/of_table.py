@@ -65,15 +65,14 @@ def _table_calibration(
     own = {name: c.part(estimate.part(index)) for name, c in estimate.components.items()}
     covariance = np.sum([part.covariance for part in own.values()], axis=0)
     known = bool(np.isfinite(covariance).all())
-    dof = residual.size - len(names)
     scale_factor = estimate.judged[index][SCALE_FACTOR]
     return TableCalibration(
         run=table.run_label,
         mounting=table.mounting,
         temperature_degC=finite_or_none(table.record.mean_temperature),
         readings=residual.size,
-        dof=dof,
-        residual_rms=float(np.sqrt((residual**2).sum() / dof)) if dof > 0 else 0.0,
+        dof=estimate.dof.item(index),
+        residual_rms=estimate.residual_rms.item(index),
         coefficients=quantities.coefficients.one(0, index),
         error_model=quantities.error_model.one(0, index),
         covariance_names=names if known else (),

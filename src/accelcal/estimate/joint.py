@@ -96,6 +96,18 @@ class JointEstimate(NamedTuple):
         start = sum(map(len, self.names[:table]))
         return slice(start, start + len(self.names[table]))
 
+    @property
+    def dof(self) -> NDArray[np.int64]:
+        """Degrees of freedom of the residuals of each table, shape (tables,)."""
+        pairs = zip(self.residuals, self.names, strict=True)
+        return np.array([residual.shape[-1] - len(names) for residual, names in pairs])
+
+    @property
+    def residual_rms(self) -> Array:
+        """Root of the sum of squares over `dof`, 0 where that is 0, shape (..., tables)."""
+        squares = [np.einsum("...n,...n->...", residual, residual) for residual in self.residuals]
+        return np.sqrt(np.stack(squares, axis=-1) / np.where(self.dof > 0, self.dof, np.inf))
+
     def with_error(self, source: str, part: Component | None) -> JointEstimate:
         """Return the estimate with one more component of its errors; None adds nothing."""
         if part is None:
