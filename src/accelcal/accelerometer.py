@@ -118,7 +118,7 @@ class Accelerometer:
     --------
     >>> import accelcal
     >>> noiseless = accelcal.NoiseComponents(0.0, 0.0, 0.0, 0.0, 0.0)
-    >>> linear = Accelerometer(k2=0.0, k3=0.0, serial="linear")
+    >>> linear = accelcal.Accelerometer(k2=0.0, k3=0.0, serial="linear")
     >>> calibration = accelcal.fit(accelcal.simulate(linear, noise=noiseless))
     >>> abs(calibration.tables[0].error_model["k2"].value) < 1e-12
     True

@@ -75,7 +75,7 @@ class NoiseComponents:
     Examples
     --------
     >>> import accelcal
-    >>> record = accelcal.simulate(noise=NoiseComponents(head=2e-5), seed=1)
+    >>> record = accelcal.simulate(noise=accelcal.NoiseComponents(head=2e-5), seed=1)
     >>> record.apparatus.head_uncertainty
     2e-05
     """
@@ -129,7 +129,7 @@ class TumblePlan:
     Examples
     --------
     >>> import accelcal
-    >>> plan = TumblePlan(positions=12, strokes=2, temperatures=(20.0,))
+    >>> plan = accelcal.TumblePlan(positions=12, strokes=2, temperatures=(20.0,))
     >>> accelcal.simulate(plan=plan, seed=1)
     <TumbleRecord serial 'AL-15': 26 readings, 1 run, 12 positions>
     """

@@ -47,7 +47,8 @@ class Pace:
     Examples
     --------
     >>> import accelcal
-    >>> compared = accelcal.design(positions=[8], strokes=[6], pace=Pace(soak=4.0), effects=False)
+    >>> pace = accelcal.Pace(soak=4.0)
+    >>> compared = accelcal.design(positions=[8], strokes=[6], pace=pace, effects=False)
     >>> compared.designs[0].hours > 3 * 4.0  # three levels
     True
     """
