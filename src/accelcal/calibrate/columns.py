@@ -76,13 +76,13 @@ def verdict_codes(stack: CalibrationStack) -> dict[str, NDArray[np.intp]]:
 
 def _of_tables(stack: CalibrationStack) -> dict[str, Column]:
     """What the tables hold, and how well they were fitted."""
-    records, estimate = len(stack), stack.estimate
+    records, estimate, tables = len(stack), stack.estimate, range(len(stack.tables))
     readings = np.array([residual.shape[1] for residual in estimate.residuals])
     return {
         "temperature_degC": stack.plan.levels.ravel(),
         "readings": np.tile(readings, records),
-        "dof": np.tile(estimate.dof, records),
-        "residual_rms": estimate.residual_rms.ravel(),
+        "dof": np.tile([estimate.dof(table) for table in tables], records),
+        "residual_rms": np.stack([estimate.residual_rms(t) for t in tables], axis=1).ravel(),
     }
 
 

@@ -96,17 +96,15 @@ class JointEstimate(NamedTuple):
         start = sum(map(len, self.names[:table]))
         return slice(start, start + len(self.names[table]))
 
-    @property
-    def dof(self) -> NDArray[np.int64]:
-        """Degrees of freedom of the residuals of each table, shape (tables,)."""
-        pairs = zip(self.residuals, self.names, strict=True)
-        return np.array([residual.shape[-1] - len(names) for residual, names in pairs])
+    def dof(self, table: int) -> int:
+        """Degrees of freedom of the residuals of one table."""
+        return int(self.residuals[table].shape[-1]) - len(self.names[table])
 
-    @property
-    def residual_rms(self) -> Array:
-        """Root of the sum of squares over `dof`, 0 where that is 0, shape (..., tables)."""
-        squares = [np.einsum("...n,...n->...", residual, residual) for residual in self.residuals]
-        return np.sqrt(np.stack(squares, axis=-1) / np.where(self.dof > 0, self.dof, np.inf))
+    def residual_rms(self, table: int) -> Array:
+        """Root of the sum of squares over `dof` of one table, 0 where that is 0, shape (...)."""
+        residual, dof = self.residuals[table], self.dof(table)
+        squares = np.einsum("...n,...n->...", residual, residual)
+        return np.asarray(np.sqrt(squares / (dof if dof > 0 else np.inf)))
 
     def with_error(self, source: str, part: Component | None) -> JointEstimate:
         """Return the estimate with one more component of its errors; None adds nothing."""
