@@ -34,7 +34,12 @@ ERRORS = {
     "prose": ("\nDear all,\n", f"2: no column headings in 'Dear all,'; {NAMES}"),
     "workbook": (
         b"PK\x03\x04" + b"\0" * 9,
-        f"an Excel workbook or zip archive, not a text table; {FOREIGN}",
+        "no workbook that can be read (Cannot detect file format); save it again, or export the"
+        " table as CSV text",
+    ),
+    "MATLAB": (
+        b"MATLAB 5.0 MAT-file, written by N. N.",
+        f"a MATLAB file, not a text table; {FOREIGN}",
     ),
     "gzip": (
         gzip.compress(OK.encode())[:-9],

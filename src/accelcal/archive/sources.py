@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, TypeVar
 from accelcal.archive.failures import reason
 from accelcal.archive.replaceable import may_be_replaced
 from accelcal.errors import InputError, not_installed
+from accelcal.io.text import WORKBOOK_SUFFIXES
 
 __all__ = [
     "SUFFIXES",
@@ -20,13 +21,14 @@ __all__ = [
     "read_bytes",
 ]
 
-SUFFIXES = (".csv", ".csv.gz", ".txt", ".tsv", ".parquet")
+SUFFIXES = (".csv", ".csv.gz", ".txt", ".tsv", ".parquet", *WORKBOOK_SUFFIXES)
 """Ends of the names of the files that are taken from a folder."""
 
 Item = TypeVar("Item")
 
 _SUFFIXES_TOLD = ", ".join(f"*{suffix}" for suffix in SUFFIXES)
 _MAGIC = frozenset("*?[")
+_HIDDEN = (".", "~$")  # the second is beside a workbook as long as it is open
 _READ = os.O_RDONLY | getattr(os, "O_BINARY", 0)  # Windows has a mode for text
 
 
@@ -212,7 +214,7 @@ def _without(aside: Collection[str], found: Iterator[str]) -> Iterator[str]:
 
 
 def _in_folder(folder: str, unreadable: dict[str, str]) -> Iterator[str]:
-    """Tables below a folder; what begins with a dot is hidden, and stays so.
+    """Tables below a folder; what is hidden stays so.
 
     A folder that cannot be read is put down in `unreadable`.
     """
@@ -222,7 +224,7 @@ def _in_folder(folder: str, unreadable: dict[str, str]) -> Iterator[str]:
         try:
             with os.scandir(inside) as entries:
                 for entry in entries:
-                    if entry.name.startswith("."):
+                    if entry.name.startswith(_HIDDEN):
                         continue
                     if entry.name.lower().endswith(SUFFIXES) and _is_file(entry):
                         yield entry.path

@@ -12,6 +12,9 @@ from accelcal.record import TumbleRecord
 
 __all__ = ["describe", "summary"]
 
+_NO_TEXT = ("parquet", "workbook")
+"""Encodings of which nobody wrote separators and decimal marks."""
+
 _SEPARATORS = {",": "comma", ";": "semicolon", "\t": "tab", " ": "blanks"}
 
 
@@ -93,7 +96,7 @@ def _form_facts(form: TableForm) -> list[tuple[str, str]]:
     mark = "comma" if form.decimal == "," else "point"
     written = f", separator {_SEPARATORS[form.separator]}, decimal {mark}"
     facts = [
-        ("form", form.form + (written if form.encoding != "parquet" else "")),
+        ("form", form.form + ("" if form.encoding in _NO_TEXT else written)),
         ("encoding", form.encoding + packed),
     ]
     facts += [("columns", ", ".join(_renamed(*pair) for pair in form.columns.items()))]

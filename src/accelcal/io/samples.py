@@ -22,7 +22,7 @@ from accelcal.io.cells import MISSING, Column, numbers
 from accelcal.io.engines import decimal_mark, pandas_options
 from accelcal.io.layout import split_line
 from accelcal.io.sample_headings import SampleHeadings, read_sample_headings
-from accelcal.io.text import PARQUET, refuse_foreign
+from accelcal.io.text import PARQUET, WORKBOOKS, refuse_foreign
 from accelcal.plural import counted
 
 __all__ = ["BLOCK", "SampleBlock", "SampleReader", "open_samples"]
@@ -226,7 +226,7 @@ def open_samples(source: str) -> Iterator[SampleReader]:
     try:
         stream = _unpacked(raw)
         start = _guarded(stream.peek, 1, name)
-        refuse_foreign(start, name, (PARQUET, "a Parquet file"))
+        refuse_foreign(start, name, (PARQUET, "a Parquet file"), *WORKBOOKS)
         encoding = _encoding(start)
         text = io.TextIOWrapper(stream, encoding, errors="replace")
         headings = read_sample_headings(lambda: _guarded(text.readline, _LONGEST_LINE, name), name)

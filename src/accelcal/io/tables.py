@@ -210,11 +210,9 @@ def _read_by(
     declared = declarations(layout, table.decimal, unit, overrides)
     readings = read_readings(table, declared.record["positions"])
     turn = notes_of_turn(readings, declared.record["positions"])
-    notes = [*layout.notes, *table.notes, *turn, *notes_of_midnight(readings)]
+    notes = [*text.notes, *layout.notes, *table.notes, *turn, *notes_of_midnight(readings)]
     written = (own for own, *_ in _written_units(layout, table))
     notes += notes_of_unit(str(unit), written, overrides)
-    if text.encoding == "latin-1":
-        notes.insert(0, "the text is not UTF-8 and was read as latin-1")
     common = {**declared.record, "source": layout.source, "notes": tuple(notes)}
     common |= {"sha256": text.sha256, "date": table.date or common["date"]}
     records = tuple(_records(layout, readings, declared, common))

@@ -1,4 +1,4 @@
-"""From a path, standard input or an open file to text: compression, encoding and Parquet."""
+"""From a path, standard input or an open file to text: compression, encoding, what is no text."""
 
 from __future__ import annotations
 
@@ -16,8 +16,11 @@ from accelcal.io.digest import sha256_of
 
 __all__ = [
     "PARQUET",
+    "WORKBOOKS",
+    "WORKBOOK_SUFFIXES",
     "Source",
     "SourceText",
+    "file_and_sheet",
     "named_bytes",
     "read_document",
     "read_text",
@@ -33,11 +36,23 @@ Found = TypeVar("Found")
 PARQUET = b"PAR1"
 """How a Parquet file begins."""
 
-_FOREIGN = (
+WORKBOOKS = (
     (b"PK\x03\x04", "an Excel workbook or zip archive"),
     (b"\xd0\xcf\x11\xe0", "an Excel workbook"),
+)
+"""How workbooks begin, and what files that begin so may be."""
+
+WORKBOOK_SUFFIXES = (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
+"""Ends of the names of workbooks."""
+
+_SHEET = re.compile(
+    rf"(.+?(?:{'|'.join(map(re.escape, WORKBOOK_SUFFIXES))}))#(.+)", re.IGNORECASE | re.DOTALL
+)
+
+_FOREIGN = (
     (b"%PDF", "a PDF document"),
     (b"\x89HDF", "an HDF5 or MATLAB file"),
+    (b"MATLAB 5.0", "a MATLAB file"),
 )
 
 
@@ -51,13 +66,16 @@ class SourceText(NamedTuple):
     text : str
         The text, every line ended by a line feed.
     encoding : str
-        How the bytes were read; ``"parquet"`` where the text is that of the rows of such a file.
+        How the bytes were read; ``"parquet"`` or ``"workbook"`` where they are no text, and this
+        is that of the rows.
     compressed : bool
         Whether the bytes came out of gzip.
     sha256 : str or None
         SHA-256 of the bytes, in hexadecimal; None where the source gave text.
     skipped : int
         Lines of the file that are left out below the headings, where this is a part of it.
+    notes : tuple of str
+        What is to be told of how it was read.
     """
 
     name: str
@@ -66,6 +84,7 @@ class SourceText(NamedTuple):
     compressed: bool
     sha256: str | None = None
     skipped: int = 0
+    notes: tuple[str, ...] = ()
 
 
 def read_text(source: Source, what: str = "table") -> SourceText:
@@ -74,7 +93,8 @@ def read_text(source: Source, what: str = "table") -> SourceText:
     Parameters
     ----------
     source : path, "-" or file object
-        What to read; gzip and Parquet are told by their first bytes.
+        What to read; gzip, Parquet and workbooks are told by their first bytes. A path may end in
+        the name of a sheet, as in ``"tests.xlsx#AL-15"``.
     what : str, default "table"
         What it is, for messages.
 
@@ -88,7 +108,7 @@ def read_text(source: Source, what: str = "table") -> SourceText:
     TableError
         If the source cannot be read or is not text.
     InputError
-        If it is a Parquet file, and pyarrow is not installed.
+        If it is a Parquet file or a workbook, and what reads it is not installed.
     """
     name, content = _read(source, what)
     if isinstance(content, str):
@@ -96,8 +116,10 @@ def read_text(source: Source, what: str = "table") -> SourceText:
     compressed = content.startswith(b"\x1f\x8b")
     data = _gunzip(content, name) if compressed else content
     refuse_foreign(data, name)
-    text, encoding = _rows(data, name) if data.startswith(PARQUET) else _decode(data, name)
-    return SourceText(name, _tidy(text, name), encoding, compressed, sha256_of(content))
+    text, encoding, *notes = _text_of(data, name)
+    return SourceText(
+        name, _tidy(text, name), encoding, compressed, sha256_of(content), notes=tuple(notes)
+    )
 
 
 def read_document(
@@ -151,6 +173,34 @@ def named_bytes(content: bytes, name: str) -> BytesIO:
     file = BytesIO(content)
     file.name = name  # where a file has its name
     return file
+
+
+def file_and_sheet(name: str) -> tuple[str, str | None]:
+    """Take the name of a sheet off that of its workbook.
+
+    Parameters
+    ----------
+    name : str
+        Path of a file, or of a sheet in one.
+
+    Returns
+    -------
+    file : str
+        Path of the file.
+    sheet : str or None
+        Name of the sheet; None where the path names none, or is that of a file as it stands.
+
+    Examples
+    --------
+    >>> file_and_sheet("tests.xlsx#AL-15")
+    ('tests.xlsx', 'AL-15')
+    >>> file_and_sheet("tests#2.csv")
+    ('tests#2.csv', None)
+    """
+    named = _SHEET.fullmatch(name)
+    if named is None or os.path.exists(name):  # noqa: PTH110
+        return name, None
+    return named[1], named[2]
 
 
 def refuse_foreign(data: bytes, name: str, *others: tuple[bytes, str]) -> None:
@@ -211,7 +261,8 @@ def _read(source: Source, what: str) -> tuple[str, bytes | str]:
     if isinstance(source, str) and source == "-":
         source = getattr(sys.stdin, "buffer", sys.stdin)
     if isinstance(source, str | os.PathLike):
-        return os.fspath(source), _read_path(os.fspath(source), what)
+        name = os.fspath(source)
+        return name, _read_path(file_and_sheet(name)[0], what)
     if not hasattr(source, "read"):
         raise InputError(f"{kind_of(source)} in place of a {what}; give its path, or an open file")
     name = getattr(source, "name", "<table>")
@@ -249,14 +300,20 @@ def _gunzip(content: bytes, name: str) -> bytes:
         raise TableError(problem, remedy, source=name) from None
 
 
-def _rows(data: bytes, name: str) -> tuple[str, str]:
-    """Rows of a Parquet file as text, and that they come from one."""
-    from accelcal.io.parquet import as_csv, read_all
+def _text_of(data: bytes, name: str) -> tuple[str, ...]:
+    """Text, its encoding, and what is to be told of it."""
+    if data.startswith(PARQUET):
+        from accelcal.io.parquet import as_csv, read_all
 
-    return as_csv(read_all(named_bytes(data, name)), name).decode(), "parquet"
+        return as_csv(read_all(named_bytes(data, name)), name).decode(), "parquet"
+    if data.startswith(tuple(mark for mark, _ in WORKBOOKS)):
+        from accelcal.io.workbook import sheet_text
+
+        return sheet_text(data, name)
+    return _decode(data, name)
 
 
-def _decode(data: bytes, name: str) -> tuple[str, str]:
+def _decode(data: bytes, name: str) -> tuple[str, ...]:
     wide = _utf16(data)
     if wide:
         try:
@@ -267,7 +324,8 @@ def _decode(data: bytes, name: str) -> tuple[str, str]:
     try:
         return data.decode("utf-8-sig"), "utf-8"
     except UnicodeDecodeError:
-        return data.decode("latin-1"), "latin-1"
+        note = "the text is not UTF-8 and was read as latin-1"
+        return data.decode("latin-1"), "latin-1", note
 
 
 def _utf16(data: bytes) -> str:

@@ -1,0 +1,129 @@
+"""Workbooks in: the cells of a sheet as text, for the one reader of tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from datetime import date, datetime, timedelta
+from typing import TYPE_CHECKING, Any
+
+from accelcal.errors import TableError, not_installed
+from accelcal.io.layout import read_layout, shown
+from accelcal.io.text import SourceText, file_and_sheet, named_bytes
+
+if TYPE_CHECKING:
+    from python_calamine import CalamineSheet, CalamineWorkbook
+
+__all__ = ["sheet_text"]
+
+_EXACT = 2.0**53
+"""Up to here a float holds every whole number."""
+
+
+def sheet_text(data: bytes, name: str) -> tuple[str, ...]:
+    """Read the sheet of a workbook that has the table.
+
+    Parameters
+    ----------
+    data : bytes
+        The file.
+    name : str
+        Its name, with that of the sheet behind ``#`` where one is meant.
+
+    Returns
+    -------
+    tuple of str
+        Text of the sheet, a line for each row of it and tabs between the cells; the word
+        ``"workbook"``; and a note where there are other sheets.
+
+    Raises
+    ------
+    InputError
+        If python-calamine is not installed.
+    TableError
+        If this is no workbook, has no such sheet, or not one sheet alone has a table.
+    """
+    try:
+        from python_calamine import CalamineError, CalamineWorkbook, PasswordError
+    except ImportError:
+        raise not_installed(f"{name}: a workbook", "python-calamine", "excel") from None
+    try:
+        return _chosen(CalamineWorkbook.from_filelike(named_bytes(data, name)), name)
+    except PasswordError:
+        remedy = "save it without one"
+        raise TableError("the workbook has a password", remedy, source=name) from None
+    except CalamineError as error:
+        problem = f"no workbook that can be read ({error})"
+        remedy = "save it again, or export the table as CSV text"
+        raise TableError(problem, remedy, source=name) from None
+
+
+def _chosen(book: CalamineWorkbook, name: str) -> tuple[str, ...]:
+    file, wanted = file_and_sheet(name)
+    if wanted is not None:
+        if wanted not in book.sheet_names:
+            remedy = f"name one of {_listed(book.sheet_names)}"
+            raise TableError(f"no sheet {shown(wanted)}", remedy, source=file)
+        return _text(book.get_sheet_by_name(wanted)), "workbook"
+    texts = {sheet: _text(book.get_sheet_by_name(sheet)) for sheet in _visible(book)}
+    filled = {sheet: text for sheet, text in texts.items() if text.strip()}
+    if len(filled) < 2:
+        return "".join(filled.values()), "workbook"
+    return _only_table(filled, name)
+
+
+def _visible(book: CalamineWorkbook) -> Iterator[str]:
+    """Sheets of cells that are not hidden."""
+    from python_calamine import SheetTypeEnum, SheetVisibleEnum
+
+    for sheet in book.sheets_metadata:
+        if (sheet.typ, sheet.visible) == (SheetTypeEnum.WorkSheet, SheetVisibleEnum.Visible):
+            yield sheet.name
+
+
+def _only_table(texts: dict[str, str], name: str) -> tuple[str, ...]:
+    """The one sheet with the headings of a table."""
+    tables = [sheet for sheet, text in texts.items() if _has_headings(text, name)]
+    if len(tables) != 1:
+        which = f"in the sheets {_listed(tables)}" if tables else f"in none of {_listed([*texts])}"
+        remedy = f"name one, as {name}#{(tables or [*texts])[0]}, or give each a file of its own"
+        raise TableError(f"tables {which}", remedy, source=name)
+    others = [sheet for sheet in texts if sheet != tables[0]]
+    return texts[tables[0]], "workbook", f"sheet {shown(tables[0])} is read, not {_listed(others)}"
+
+
+def _has_headings(text: str, name: str) -> bool:
+    try:
+        read_layout(SourceText(name, text, "workbook", compressed=False))
+    except TableError:
+        return False
+    return True
+
+
+def _listed(sheets: Sequence[str]) -> str:
+    return ", ".join(map(shown, sheets))
+
+
+# -- cells -----------------------------------------------------------------------------------------
+
+
+def _text(sheet: CalamineSheet) -> str:
+    """Cells of a sheet, each row in the line of its number."""
+    rows = sheet.to_python(skip_empty_area=False)
+    for (top, left), (bottom, right) in sheet.merged_cell_ranges or ():
+        if left == right:  # a value for several rows, as of a temperature beside its readings
+            for row in rows[top + 1 : bottom + 1]:
+                row[left] = rows[top][left]
+    first = 0 if sheet.start is None else sheet.start[1]
+    return "".join("\t".join(map(_cell, row[first:])) + "\n" for row in rows)
+
+
+def _cell(value: Any) -> str:
+    """A cell as text, of which a tab or the end of a line would be another cell."""
+    if isinstance(value, float):
+        return str(int(value)) if value.is_integer() and abs(value) < _EXACT else repr(value)
+    if isinstance(value, timedelta):
+        return repr(value.total_seconds())
+    if isinstance(value, datetime | date):
+        return str(value)
+    text = " ".join(str(value).split())
+    return '"' + text.replace('"', '""') + '"' if text.startswith('"') else text

@@ -1,0 +1,229 @@
+"""Tables of readings in workbooks, for whoever reads tables."""
+
+import csv
+import datetime as dt
+import hashlib
+import io
+import re
+import sys
+import zipfile
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+import accelcal
+from accelcal.cli.main import main
+from accelcal.errors import InputError, TableError
+
+pytest.importorskip("python_calamine")
+openpyxl = pytest.importorskip("openpyxl")
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+READINGS = ("temperature", "position", "stroke", "output", "run", "mounting", "line")
+
+
+def typed(text):
+    """A cell as a spreadsheet takes what is typed into it."""
+    try:
+        return float(text)
+    except ValueError:
+        return text or None
+
+
+def book_of(path, sheets):
+    """Write a workbook of rows of cells."""
+    book = openpyxl.Workbook()
+    book.remove(book.active)
+    for name, rows in sheets.items():
+        sheet = book.create_sheet(name)
+        for row in rows:
+            sheet.append(row)
+    book.save(path)
+    return Path(path)
+
+
+def rows_of(name):
+    with (EXAMPLES / name).open(newline="") as file:
+        return [[typed(cell) for cell in row] for row in csv.reader(file)]
+
+
+ROWS = rows_of("al15.csv")
+NOTES = [["tested by N. N."], ["sensor", "AL-15"]]
+
+
+@pytest.fixture
+def text():
+    return accelcal.read_table(EXAMPLES / "al15.csv")
+
+
+def same_readings(found, expected):
+    return all(
+        getattr(found, name).tolist() == getattr(expected, name).tolist() for name in READINGS
+    )
+
+
+@pytest.mark.parametrize(
+    "name", ["al15.csv", "forms/long.csv", "forms/wide.csv", "forms/angles_two_mountings.csv"]
+)
+def test_a_sheet_reads_as_the_csv_file_of_its_cells(name, tmp_path):
+    found = accelcal.read_table(book_of(tmp_path / "a.xlsx", {"Sheet1": rows_of(name)}))
+    expected = accelcal.read_table(EXAMPLES / name)
+    assert same_readings(found, expected)
+    for told in ("serial", "unit", "reference_temperature", "apparatus", "metadata", "notes"):
+        assert getattr(found, told) == getattr(expected, told), told
+
+
+@pytest.mark.parametrize("form", ["path", "open file", "standard input"])
+def test_it_may_come_from_anywhere(text, form, tmp_path, monkeypatch):
+    path = book_of(tmp_path / "a.xlsx", {"Sheet1": ROWS})
+    content = path.read_bytes()
+    source = {"path": path, "open file": io.BytesIO(content), "standard input": "-"}[form]
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(content)))
+    found = accelcal.read_table(source)
+    assert same_readings(found, text)
+    assert found.sha256 == hashlib.sha256(content).hexdigest()
+
+
+def test_the_one_sheet_with_a_table_is_found_and_the_others_are_told(text, tmp_path):
+    path = book_of(tmp_path / "a.xlsx", {"Notes": NOTES, "Test": ROWS, "Empty": []})
+    found = accelcal.read_table(path)
+    assert same_readings(found, text)
+    assert "sheet 'Test' is read, not 'Notes'" in found.notes
+
+
+def test_hidden_sheets_are_read_only_by_their_names(text, tmp_path):
+    path = book_of(tmp_path / "a.xlsx", {"Test": ROWS, "Old": ROWS[:-1]})
+    book = openpyxl.load_workbook(path)
+    book["Old"].sheet_state = "hidden"
+    book.save(path)
+    assert same_readings(accelcal.read_table(path), text)
+    assert len(accelcal.read_table(f"{path}#Old")) == len(text) - 1
+
+
+def test_a_sheet_is_named_behind_its_file(text, tmp_path):
+    path = book_of(tmp_path / "a.xlsx", {"1st #": ROWS, "2nd": ROWS[:-1]})
+    found = accelcal.read_table(f"{path}#1st #")
+    assert same_readings(found, text)
+    assert found.source == f"{path}#1st #"
+
+
+def test_a_file_whose_name_looks_like_that_of_a_sheet_is_a_file(text, tmp_path):
+    path = book_of(tmp_path / "a.xlsx#b", {"Test": ROWS})
+    assert same_readings(accelcal.read_table(path), text)
+
+
+@pytest.mark.parametrize(
+    ("sheets", "named", "told"),
+    [
+        (
+            {"20": ROWS, "60": ROWS},
+            "",
+            "a.xlsx: tables in the sheets '20', '60'; name one, as a.xlsx#20, or give each a file"
+            " of its own",
+        ),
+        (
+            {"A": NOTES, "B": NOTES},
+            "",
+            "a.xlsx: tables in none of 'A', 'B'; name one, as a.xlsx#A, or give each a file of its"
+            " own",
+        ),
+        ({"A": ROWS}, "#B", "a.xlsx: no sheet 'B'; name one of 'A'"),
+        ({"A": []}, "", "a.xlsx: the file is empty"),
+        (
+            {"A": [*ROWS[:20], [20.0, "x", *ROWS[20][2:]]]},
+            "",
+            "a.xlsx:21: position 'x' is not a number; write a number",
+        ),
+    ],
+)
+def test_what_is_wrong_is_told_in_a_line(sheets, named, told, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    book_of("a.xlsx", sheets)
+    with pytest.raises(TableError, match=f"^{re.escape(told)}"):
+        accelcal.read_table(f"a.xlsx{named}")
+
+
+def test_a_merged_cell_is_the_value_of_each_of_its_rows(tmp_path):
+    rows = [["# unit: mA"], ["temperature", "position", "stroke", "output"]]
+    for level in (20.0, 60.5):
+        for stroke in (1, 2):
+            for position in range(1, 10):
+                first = (stroke, position) == (1, 1)
+                output = 1.3 + 0.01 * position + 1e-4 * stroke + 1e-5 * level
+                rows.append([level if first else None, position, stroke, output])
+    path = book_of(tmp_path / "a.xlsx", {"Test": rows})
+    book = openpyxl.load_workbook(path)
+    book["Test"].merge_cells("A3:A20")
+    book["Test"].merge_cells("A21:A38")
+    book.save(path)
+    assert accelcal.read_table(path).temperature.tolist() == [20.0] * 18 + [60.5] * 18
+
+
+def test_cells_of_several_kinds(tmp_path):
+    rows = [
+        ["# T0: 20"],
+        [],
+        ["temperature\n[degC]", "date", "time", "position", "stroke", "output\n[mA]", '"note"'],
+    ]
+    for position in range(1, 10):
+        moment = dt.time(9, 30, position)
+        output = 1.25 if position == 9 else 2.0**-position
+        rows.append([20, dt.date(2026, 5, 31), moment, position, 1, output, '"so\tso"'])
+    rows[5][5] = "#N/A"
+    shifted = [[None, *row] for row in rows]
+    found = accelcal.read_table(book_of(tmp_path / "a.xlsx", {"Test": [[], *shifted]}))
+    assert (found.date, found.unit) == ("2026-05-31", "mA")
+    assert found.time.tolist() == [0, 1, 3, 4, 5, 6, 7, 8]
+    assert found.output.tolist() == [0.5, 0.25, *(2.0**-n for n in range(4, 9)), 1.25]
+    assert found.line.tolist() == [5, 6, *range(8, 14)]
+    assert "1 missing reading was left out (line 7)" in found.notes
+
+
+@pytest.mark.parametrize("cut", [4, 100, -1, 1000])
+def test_what_is_no_workbook_is_refused(cut, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = book_of("a.xlsx", {"A": ROWS})
+    path.write_bytes(path.read_bytes()[:cut])
+    with pytest.raises(TableError, match=r"^a\.xlsx: no workbook that can be read \(.+\); save it"):
+        accelcal.read_table("a.xlsx")
+
+
+def test_another_archive_of_zip_is_no_workbook(tmp_path):
+    with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
+        archive.writestr("a.csv", "1,2\n")
+    with pytest.raises(TableError, match="no workbook that can be read"):
+        accelcal.read_table(tmp_path / "a.zip")
+
+
+def test_without_calamine_the_extra_is_named(tmp_path, monkeypatch):
+    path = book_of(tmp_path / "a.xlsx", {"A": ROWS})
+    monkeypatch.setitem(sys.modules, "python_calamine", None)
+    with pytest.raises(InputError, match=r"a workbook needs python-calamine; .*accelcal\[excel\]"):
+        accelcal.read_table(path)
+
+
+def test_batch_takes_workbooks_of_a_folder_as_fit_does(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("lab").mkdir()
+    book_of("lab/1.xlsx", {"Test": ROWS, "Notes": NOTES})
+    Path("lab/2.csv").write_bytes((EXAMPLES / "al15.csv").read_bytes())
+    book_of("lab/3.xlsx", {"20": ROWS, "60": ROWS})
+    Path("lab/~$1.xlsx").write_bytes(b"open by N. N.")
+    found = accelcal.batch("lab")
+    tables = found.tables.drop(columns=["source", "sha256", "notes"])
+    one, two = (tables[found.tables["source"] == f"lab/{name}"] for name in ("1.xlsx", "2.csv"))
+    pd.testing.assert_frame_equal(one, two.set_axis(one.index), rtol=1e-12)
+    assert found.errors["source"].tolist() == ["lab/3.xlsx"]
+    assert found.errors["message"][0].startswith("lab/3.xlsx: tables in the sheets '20', '60';")
+
+
+def test_check_and_fit_at_the_shell(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    book_of("a.xlsx", {"Notes": NOTES, "Test": ROWS})
+    assert main(["check", "a.xlsx"]) == 0
+    shown = capsys.readouterr().out
+    assert re.search(r"^form +long$", shown, re.MULTILINE)
+    assert re.search(r"^encoding +workbook$", shown, re.MULTILINE)
+    assert main(["fit", "a.xlsx#Test", "--format", "json"]) == 0
+    assert '"source": "a.xlsx#Test"' in capsys.readouterr().out
