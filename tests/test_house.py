@@ -234,6 +234,13 @@ def test_public_functions_tell_their_parameters():
     assert {name: missing for name, missing in found.items() if missing} == {}
 
 
+def test_public_names_have_an_example():
+    """All but the errors that only say what went wrong."""
+    found = {name: getattr(accelcal, name) for name in accelcal._HOME}
+    bare = {name for name, value in found.items() if ">>> " not in (inspect.getdoc(value) or "")}
+    assert bare <= {"DesignError", "DocumentError", "InputError"}
+
+
 def test_no_public_name_is_a_module():
     """A module would take the place of the name when somebody imports it."""
     assert {path.stem for path in SOURCE.glob("*.py")}.isdisjoint(accelcal.__all__)

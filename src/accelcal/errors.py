@@ -26,7 +26,17 @@ Result = TypeVar("Result")
 
 
 class AccelcalError(Exception):
-    """Base class of all errors that accelcal raises on purpose."""
+    """Base class of all errors that accelcal raises on purpose.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> try:
+    ...     accelcal.effect("hysteresys")
+    ... except accelcal.AccelcalError as error:
+    ...     print(type(error).__name__)
+    InputError
+    """
 
     def __str__(self) -> str:
         """One line that can be printed, whatever names stand in it."""
@@ -186,4 +196,14 @@ class DocumentError(InputError):
 
 
 class AccelcalWarning(UserWarning):
-    """A result is usable, but the reader must know of a weakness."""
+    """A result is usable, but the reader must know of a weakness.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> import accelcal
+    >>> calibration = accelcal.fit(accelcal.simulate(seed=1))
+    >>> with warnings.catch_warnings():
+    ...     warnings.simplefilter("ignore", accelcal.AccelcalWarning)
+    ...     measured = accelcal.apply(calibration, 1.35, 20.0)
+    """

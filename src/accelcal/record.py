@@ -59,6 +59,7 @@ class TumbleRecord(EqualByContents):
     """Readings of one accelerometer in a tumble test, one entry a reading.
 
     `accelcal.read_table` makes it of a file, `accelcal.read_arrays` of arrays or a DataFrame.
+    Records are equal that are so in every reading and declaration, whatever their source.
 
     Attributes
     ----------
@@ -110,13 +111,20 @@ class TumbleRecord(EqualByContents):
     sha256 : str or None
         SHA-256 of the bytes of the source, in hexadecimal; None where there were none.
 
-    Records are equal that are so in every reading and declaration, whatever their source.
-
     Raises
     ------
     InputError
         If something is of another kind, or the arrays differ in length, are empty, or hold a value
         outside its range.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> record = accelcal.simulate(seed=1)
+    >>> record
+    <TumbleRecord serial 'AL-15': 162 readings, 3 runs, 8 positions>
+    >>> record.to_frame().shape
+    (162, 7)
     """
 
     _NOT_COMPARED: ClassVar[frozenset[str]] = frozenset({"source", "notes", "line", "sha256"})

@@ -52,6 +52,15 @@ class BatchCounts(NamedTuple):
         Source and message of what could not be read or fitted: folders first.
     failed : int
         Records that failed the data sheet.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> import accelcal
+    >>> with TemporaryDirectory() as folder:
+    ...     accelcal.write_table(accelcal.simulate(seed=1), f"{folder}/1.csv")
+    ...     accelcal.write_batch(f"{folder}/1.csv", f"{folder}/results.csv")
+    BatchCounts(files=1, fitted=1, errors=(), failed=0)
     """
 
     files: int
@@ -71,6 +80,16 @@ class BatchFrames(NamedTuple):
         A row a record and term of its temperature laws.
     errors : pandas.DataFrame
         A row for what could not be read or fitted: folders first.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> import accelcal
+    >>> with TemporaryDirectory() as folder:
+    ...     accelcal.write_table(accelcal.simulate(seed=1), f"{folder}/1.csv")
+    ...     found = accelcal.batch(folder)
+    >>> found.tables["K1"].round(2).tolist(), found.tables.attrs["units"]["K1"]
+    ([1.35, 1.39, 1.31], 'output_unit/g')
     """
 
     tables: pd.DataFrame

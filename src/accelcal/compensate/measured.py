@@ -37,6 +37,14 @@ class MeasuredAcceleration(EqualByContents):
         the nonlinearity is extrapolated.
     index : pandas.Index or None
         Index of the Series that were given; None where there was none.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> calibration = accelcal.fit(accelcal.simulate(seed=1))
+    >>> measured = accelcal.apply(calibration, [1.3547, 0.0], temperature=20.0)
+    >>> measured.value.round(4).tolist(), measured.inside.tolist()
+    ([1.0, -0.0033], [True, True])
     """
 
     value: Array

@@ -25,6 +25,14 @@ class Twin(NamedTuple):
         Noise of its readings, and head, launch and temperature errors as they were declared.
     effects : tuple of Disturbance
         Its effects with their sizes.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> hidden = [accelcal.effect("backlash").of(5e-5)]
+    >>> twin = accelcal.twin(accelcal.discover(accelcal.simulate(effects=hidden, seed=1)))
+    >>> [disturbance.effect.id for disturbance in twin.effects]
+    ['backlash']
     """
 
     accelerometer: Accelerometer

@@ -45,6 +45,12 @@ class Parameter:
         For a parameter that enters nonlinearly: `Conditions` -> the values to try, rising.
     discrete : bool
         True where nothing lies between the values of `search`.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> accelcal.Parameter("tau", "s", "time constant", 600.0, minimum=1.0, linear=False).default
+    600.0
     """
 
     name: str

@@ -111,6 +111,14 @@ class RandomPart:
         Threshold p [g].
     scale_factor : RandomBound
         Relative instability of the scale factor, k1 [1].
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> calibration = accelcal.fit(accelcal.simulate(seed=1))
+    >>> random = accelcal.random_part(calibration, hysteresis=3e-4)
+    >>> random.hysteresis.bound, random.hysteresis.divisor, random.threshold.origin
+    (0.0003, 3.0, '')
     """
 
     launch: RandomBound = RandomBound()

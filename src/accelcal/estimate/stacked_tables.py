@@ -52,6 +52,15 @@ class TableEstimates(NamedTuple):
         Readings minus coefficients, not below zero.
     stands_for : mapping of str to str
         What a coefficient really tells where the angles do not separate it from one left out.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> plan = accelcal.TumblePlan(temperatures=(20.0,))
+    >>> records = [accelcal.simulate(plan=plan, seed=seed) for seed in (1, 2)]
+    >>> found = accelcal.estimate_tables([record.output for record in records], records[0].angle)
+    >>> found.names[1], found.coefficients[:, 1].round(3).tolist()
+    ('K1', [1.35, 1.35])
     """
 
     names: tuple[str, ...]

@@ -115,7 +115,7 @@ def read_stability(
     --------
     >>> import io
     >>> read_stability(io.StringIO("time,output_mA\n0,1.30\n1,1.31\n2,1.30\n"))
-    <StabilityRecord <table>: 1 launches, 3 samples>
+    <StabilityRecord <table>: 1 launch, 3 samples>
     """
     text = read_text(source)
     layout = _with_own_headings(with_units_below(read_layout(text, _REMEDY)))

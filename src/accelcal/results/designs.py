@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from accelcal.plural import counted
 from accelcal.results.result import JsonResult, TabularResult
 
 __all__ = ["SCHEMA", "DesignComparison", "Forecast", "TestDesign", "Visibility"]
@@ -103,6 +104,13 @@ class TestDesign:
         Which effects it would show; empty where that was not asked for or cannot be told.
     notes : tuple of str
         What else is to be known.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> test = accelcal.design(positions=[8], strokes=[2], effects=False).designs[0]
+    >>> test.readings, round(test.forecast("K1").standard_uncertainty * 1e6)  # over K1 [ppm]
+    (54, 10)
     """
 
     __test__ = False  # for pytest this would be a class of tests
@@ -174,6 +182,15 @@ class DesignComparison(JsonResult, TabularResult):
     -----
     `str` gives a table, `to_json` a document, `rows` and `to_frame` a row for each coefficient of
     each test.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> compared = accelcal.design(
+    ...     positions=[8, 24], strokes=[2], targets={"K1": 9e-6}, effects=False
+    ... )
+    >>> compared.designs[compared.meeting()[0]].positions
+    24
     """
 
     designs: tuple[TestDesign, ...]
@@ -254,7 +271,7 @@ class DesignComparison(JsonResult, TabularResult):
         return comparison_text(self)
 
     def __repr__(self) -> str:
-        return f"<DesignComparison of {len(self.designs)} tests>"
+        return f"<DesignComparison of {counted(len(self.designs), 'test')}>"
 
 
 def _rows(

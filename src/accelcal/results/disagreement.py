@@ -80,6 +80,15 @@ class Disagreement(JsonResult, TabularResult):
         Number of readings.
     source, calibration, software : str
         Where the readings and the calibration came from, and what compared them.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> calibration = accelcal.fit(accelcal.simulate(seed=1))
+    >>> moved = [accelcal.effect("fixture-offset").of(1e-4)]
+    >>> found = accelcal.compare(calibration, accelcal.simulate(effects=moved, seed=2))
+    >>> found.p_value < 0.01
+    True
     """
 
     rms: float

@@ -88,6 +88,16 @@ class Discovery(StoredResult, TabularResult):
         Where the readings came from, and what looked at them.
     sha256 : str or None
         SHA-256 of the bytes of the source, in hexadecimal; None where not recorded.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> hidden = [accelcal.effect("hysteresis").of(2e-5)]
+    >>> found = accelcal.discover(accelcal.simulate(effects=hidden, seed=1))
+    >>> found.effects[0].id, round(found.effects[0].parameters["half_width"].value, 5)
+    ('hysteresis', 2e-05)
+    >>> found.after.rms < found.before.rms
+    True
     """
 
     SCHEMA: ClassVar[str] = SCHEMA

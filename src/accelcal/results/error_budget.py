@@ -87,6 +87,14 @@ class ErrorBudget(EqualByContents, JsonResult, TabularResult):
         Serial number of the accelerometer.
     source : str
         Where the readings of the calibration came from.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> calibration = accelcal.fit(accelcal.simulate(seed=1))
+    >>> found = accelcal.budget(calibration, [0.0, 1.0], temperature=80.0)
+    >>> found.expanded_uncertainty.shape, [part.symbol for part in found.components[:3]]
+    ((2,), ['k0', 'K1', 'k2'])
     """
 
     a_i: Array

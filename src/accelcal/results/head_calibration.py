@@ -147,6 +147,14 @@ class HeadCalibration(StoredResult, TabularResult):
         File or files.
     software : str
         Name and version of what made it.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> head = accelcal.calibrate_head([accelcal.simulate(seed=seed) for seed in (1, 2)])
+    >>> calibration = accelcal.fit(accelcal.simulate(seed=3), head=head)
+    >>> head.angles_deg[:3], head.origin
+    ((0.0, 45.0, 90.0), 'self-calibration')
     """
 
     SCHEMA: ClassVar[str] = SCHEMA

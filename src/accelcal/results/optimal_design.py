@@ -30,6 +30,13 @@ class OptimalDesign(JsonResult, TabularResult):
         Least distance of two positions [deg].
     seed : int
         Of the search.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> best = accelcal.optimal_design("K1", hours=4.0, temperatures=(20.0,))
+    >>> best.best.hours <= 4.0
+    True
     """
 
     criterion: str

@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 from accelcal.escapes import visible
+from accelcal.plural import counted
 from accelcal.results.mapping import document_of
 from accelcal.results.quantity import Gate, Part
 from accelcal.results.result import JsonResult, TabularResult
@@ -195,6 +196,17 @@ class Stability(JsonResult, TabularResult):
         Where the record came from.
     software : str
         Name and version of what made the analysis.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import accelcal
+    >>> random = np.random.default_rng(1)
+    >>> noise = 1e-5 * random.normal(size=(3, 600))
+    >>> launches = [accelcal.Launch("cold", np.arange(600.0), output) for output in noise]
+    >>> found = accelcal.analyse(accelcal.StabilityRecord(launches, unit="g"))
+    >>> round(found.components["sigma_F"].value, 6), found.components["sigma_F"].unit
+    (1e-05, 'g')
     """
 
     components: dict[str, Estimate]
@@ -220,7 +232,9 @@ class Stability(JsonResult, TabularResult):
 
     def __repr__(self) -> str:
         name = f"serial {self.serial}" if self.serial else self.source
-        return visible(f"<Stability {name}: {len(self.launches)} launches, in {self.unit}>")
+        return visible(
+            f"<Stability {name}: {counted(len(self.launches), 'launch')}, in {self.unit}>"
+        )
 
     def _repr_html_(self) -> str:
         from accelcal.report.notebook_results import stability_html

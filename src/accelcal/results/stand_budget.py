@@ -173,6 +173,17 @@ class StandBudget(EqualByContents, JsonResult, TabularResult):
         What the instruments must be, where targets were given.
     data_sheet : tuple of Sufficiency
         Limits of a data sheet against the uncertainties, where one was given.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> gain = accelcal.distribution("rectangular", half_width=30e-6)
+    >>> stand = accelcal.Stand(
+    ...     "voltmeter alone", [accelcal.StandComponent("gain", "voltmeter-gain", gain)]
+    ... )
+    >>> found = accelcal.stand_budget(stand, accelcal.simulate(seed=1))
+    >>> found.expanded_uncertainty.shape == (len(found.coefficients),)
+    True
     """
 
     stand: str

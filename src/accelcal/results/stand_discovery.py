@@ -103,6 +103,15 @@ class StandDiscovery(StoredResult):
         What a reader must know.
     alpha : float
         False-alarm rate over all units and all that was searched.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> backlash = [accelcal.effect("backlash").of(2e-5)]
+    >>> same = accelcal.NoiseComponents(head=0.0)
+    >>> records = [accelcal.simulate(noise=same, effects=backlash, seed=n) for n in (1, 2, 3)]
+    >>> accelcal.discover_stand(records)
+    <StandDiscovery of 3 units: backlash (stand)>
     """
 
     SCHEMA: ClassVar[str] = SCHEMA

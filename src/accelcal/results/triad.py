@@ -76,6 +76,16 @@ class TriadCalibration(StoredResult, TabularResult):
         What the reader set aside.
     software : str
         Name and version of what made the calibration.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import accelcal
+    >>> up = np.vstack([np.eye(3), -np.eye(3)])
+    >>> noise = 1e-4 * np.random.default_rng(1).normal(size=up.shape)
+    >>> triad = accelcal.calibrate_triad(0.01 + 2.0 * up + noise, up)
+    >>> round(triad.scale_factors["K_x"].value, 2), triad.frame
+    (2.0, 'block')
     """
 
     SCHEMA: ClassVar[str] = SCHEMA

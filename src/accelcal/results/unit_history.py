@@ -148,6 +148,15 @@ class History(JsonResult, TabularResult):
         What was left out, and what a reader must know.
     software : str
         Name and version of what made it.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> import accelcal
+    >>> calibration = accelcal.fit(accelcal.simulate(seed=1))
+    >>> years = [replace(calibration, date=f"{year}-06-01") for year in (2021, 2022, 2023)]
+    >>> [trend.name for trend in accelcal.history(years).trends]
+    ['bias', 'scale factor']
     """
 
     serial: str | None

@@ -68,6 +68,15 @@ class Verdict:
         Name of the decision rule, and the rule in words.
     judgements : tuple of Judgement
         In the order of the data sheet; a limit has one for each place where it holds.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> limit = accelcal.Limit("bias", "mg", maximum=5.0)
+    >>> sheet = accelcal.Specification("AL-15", (limit,))
+    >>> verdict = accelcal.judge(accelcal.fit(accelcal.simulate(seed=1)), sheet)
+    >>> verdict.outcome, verdict.judgements[0].symbol
+    ('pass', 'k0')
     """
 
     specification: str

@@ -16,6 +16,7 @@ from accelcal.arguments.options import check_text, check_texts, check_written
 from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
 from accelcal.escapes import visible
+from accelcal.plural import counted
 
 __all__ = ["Launch", "StabilityRecord", "averaged", "split_at_gaps"]
 
@@ -38,6 +39,12 @@ class Launch(EqualByContents):
         Temperature [degC].
     input : ndarray, shape (n,), or None
         Applied acceleration, where the test moves it in small steps [g].
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> accelcal.Launch("cold", time=[0.0, 1.0, 2.0], output=[0.1, 0.2, 0.1])
+    <Launch cold: 3 samples in 2 s>
     """
 
     label: str
@@ -165,7 +172,7 @@ class StabilityRecord(EqualByContents):
     --------
     >>> launch = Launch("1", [0.0, 1.0, 2.0], [0.1, 0.2, 0.1])
     >>> StabilityRecord((launch,), unit="mA")
-    <StabilityRecord <record>: 1 launches, 3 samples>
+    <StabilityRecord <record>: 1 launch, 3 samples>
     """
 
     launches: tuple[Launch, ...]
@@ -184,7 +191,7 @@ class StabilityRecord(EqualByContents):
 
     def __repr__(self) -> str:
         samples = sum(launch.output.size for launch in self.launches)
-        count = f"{len(self.launches)} launches, {samples} samples"
+        count = f"{counted(len(self.launches), 'launch')}, {counted(samples, 'sample')}"
         return visible(f"<StabilityRecord {self.source}: {count}>")
 
 

@@ -39,6 +39,12 @@ class Distribution:
         Standard uncertainty.
     dof : float
         Degrees of freedom of the standard uncertainty; infinite where it is taken as known.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> accelcal.distribution("normal", half_width=2e-5, factor=2.0)
+    Distribution(shape='normal', standard=1e-05, dof=inf)
     """
 
     shape: str

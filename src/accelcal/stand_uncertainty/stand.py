@@ -129,6 +129,14 @@ class Stand:
     ------
     InputError
         If there is no component, or a name occurs twice.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> gain = accelcal.distribution("rectangular", half_width=30e-6)
+    >>> voltmeter = accelcal.StandComponent("gain", "voltmeter-gain", gain)
+    >>> accelcal.Stand("voltmeter alone", [voltmeter]).components[0].name
+    'gain'
     """
 
     name: str
