@@ -62,7 +62,8 @@ def _table_calibration(
     warnings: tuple[str, ...],
 ) -> TableCalibration:
     names, residual = estimate.names[index], estimate.residuals[index]
-    own = {name: c.part(estimate.part(index)) for name, c in estimate.components.items()}
+    place = estimate.part(index)
+    own = {name: c.part(place) for name, c in estimate.components.items()}
     covariance = np.sum([part.covariance for part in own.values()], axis=0)
     known = bool(np.isfinite(covariance).all())
     scale_factor = estimate.judged[index][SCALE_FACTOR]

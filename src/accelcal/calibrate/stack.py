@@ -105,7 +105,7 @@ class CalibrationStack:
         return calibration_of_record(
             self.plan.records[record],
             self._tables_of(record),
-            self.estimate.of_records([record]),
+            self.estimate.of_records(slice(record, record + 1)),
             gates,
             self.options,
             self._correction_of(record),
@@ -145,11 +145,12 @@ class CalibrationStack:
             for laws in (self.laws.main, self.laws.second_axis)
         )
         said, heat = self.at_rest.said[record], self.laws.of_tables
+        heat = heat and heat.of_records(slice(record, record + 1))
         if main is None or main.K1.at_T0 is None:
             return RecordLaws(main, second, None, said)
         if self.options.temperature_laws != TEMPERATURE_LAWS[0]:
             main = self._from_readings(record, main)
-        return RecordLaws(main, second, None if heat is None else heat.of_records([record]), said)
+        return RecordLaws(main, second, heat, said)
 
     def _from_readings(self, record: int, laws: TemperatureModel) -> TemperatureModel:
         from accelcal.temperature.from_readings import laws_from_readings

@@ -110,7 +110,7 @@ class LackOfFit(NamedTuple):
         size = noise[..., None]
         return self._replace(contrasts=self.contrasts / size, strengths=self.strengths / size)
 
-    def of_records(self, records: int | list[int]) -> LackOfFit:
+    def of_records(self, records: int | slice) -> LackOfFit:
         """Return those of some records of a stack, or of one alone."""
         return LackOfFit(self.positions, *(each[records] for each in self[1:]))
 

@@ -119,12 +119,15 @@ class Errors(NamedTuple):
         _, run, _ = grouped(np.array([e.table.run for e in self.estimators]))
         scale_factors = np.stack([k[:, SCALE_FACTOR] for k in self.judged.coefficients], axis=1)
         size = scale_factors * shift.of_run[:, run]
-        among = size[:, :, None] * size[:, None, :] * np.equal.outer(run, run)
-        table = np.arange(run.size)
-        own = np.concatenate([e.unit(coefficient) for e in self.estimators])
-        at = own * np.equal.outer(table, self._per_coefficient(table))
+        names = [name for e in self.estimators for name in e.names]
+        at = np.flatnonzero(np.equal(names, coefficient))
+        table = self._per_coefficient(np.arange(run.size))[at]
+        size_at, run_at = size[:, table], run[table]
+        whole = np.zeros((len(size), len(names), len(names)))
+        among = size_at[:, :, None] * size_at[:, None, :] * np.equal.outer(run_at, run_at)
+        whole[:, at[:, None], at] = among
         dof = np.broadcast_to(shift.dof_of_run[run], size.shape)
-        return Component(at.T @ among @ at, self._per_coefficient(dof))
+        return Component(whole, self._per_coefficient(dof))
 
     def resolution(self, steps: Sequence[Array], declared: float | None) -> dict[str, Component]:
         """Rounding errors that the reading noise does not hold, where it does not hold all."""

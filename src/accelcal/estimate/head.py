@@ -64,7 +64,7 @@ class HeadError(NamedTuple):
     source: str
     positions: Array
 
-    def of_records(self, records: int | list[int]) -> HeadError:
+    def of_records(self, records: int | slice) -> HeadError:
         """Return that of some records of a stack, or of one alone.
 
         Estimated, it has no degrees of freedom in a record that shows nothing of its head. Where

@@ -112,18 +112,18 @@ class JointEstimate(NamedTuple):
             return self
         return self._replace(components={**self.components, source: part})
 
-    def of_records(self, records: int | list[int]) -> JointEstimate:
+    def of_records(self, records: int | slice) -> JointEstimate:
         """Return that of some records of a stack, or of one alone.
 
         Parameters
         ----------
-        records : int or list of int
+        records : int or slice
             Their places, which keep the axis of the records; or one place, which takes it away.
 
         Returns
         -------
         JointEstimate
-            Of these records.
+            Of these records: views, as copies of the covariances of many tables take long.
 
         Examples
         --------
@@ -133,7 +133,7 @@ class JointEstimate(NamedTuple):
         >>> from accelcal.calibrate.stack import calibration_stack
         >>> plan = OnePlan.of([accelcal.simulate(seed=seed) for seed in (1, 2, 3)])
         >>> whole = calibration_stack(plan, Options()).estimate
-        >>> [whole.of_records(one).coefficients[0].shape for one in ([0, 2], [1], 1)]
+        >>> [whole.of_records(one).coefficients[0].shape for one in (slice(1, 3), slice(1, 2), 1)]
         [(2, 6), (1, 6), (6,)]
         """
 

@@ -64,7 +64,7 @@ class RunShift(NamedTuple):
             dof_of_run=self.dof * np.ones_like(self.dof_of_run),
         )
 
-    def of_records(self, records: int | list[int]) -> RunShift:
+    def of_records(self, records: int | slice) -> RunShift:
         """Return that of some records of a stack, or of one alone."""
         own = {name: getattr(self, name)[records] for name in ("uncertainty", "of_run", "scatter")}
         return self._replace(**own)

@@ -65,10 +65,6 @@ class LinearEstimator(NamedTuple):
         full[..., [COEFFICIENTS.index(name) for name in self.names]] = values
         return full
 
-    def unit(self, name: str) -> Array:
-        """Return the unit vector of one coefficient among those estimated, shape (p,)."""
-        return np.array([1.0 if own == name else 0.0 for own in self.names])
-
 
 def linear_estimator(
     table: PreparedTable, method: str = METHODS[0], delta0: float = 0.0

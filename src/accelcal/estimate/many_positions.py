@@ -129,7 +129,7 @@ class ManyPositions(NamedTuple):
             unseen=self.unseen * scale[..., None, :] * scale[..., None],
         )
 
-    def of_records(self, records: int | list[int]) -> ManyPositions:
+    def of_records(self, records: int | slice) -> ManyPositions:
         """Return that of some records of a stack, or of one alone."""
         own = {name: getattr(self, name)[records] for name in ("acting", "shown", "unseen")}
         return self._replace(**own)

@@ -54,7 +54,7 @@ class ReadingNoise(NamedTuple):
         like = np.zeros_like(factor)
         return cls(factor, like + dof, np.full(factor.shape, source), like + np.nan)
 
-    def of_records(self, records: int | list[int]) -> ReadingNoise:
+    def of_records(self, records: int | slice) -> ReadingNoise:
         """Return that of some records of a stack, or of one alone."""
         return ReadingNoise(*(part[records] for part in self))
 

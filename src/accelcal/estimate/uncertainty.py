@@ -61,7 +61,7 @@ class Component(NamedTuple):
         """Return the component of some of the estimates."""
         return Component(self.covariance[..., indices, indices], self.dof[..., indices])
 
-    def of_records(self, records: int | list[int]) -> Component:
+    def of_records(self, records: int | slice) -> Component:
         """Return that of some records of a stack, or of one alone."""
         return Component(self.covariance[records], self.dof[records])
 

@@ -93,15 +93,16 @@ class _Group(NamedTuple):
     def _covariance(self, index: int) -> tuple[Array, tuple[str, ...]]:
         """Covariance of the laws of one record and of what follows no law."""
         covariance, others = joint_covariance(self.stack, index)
-        size = self.stack.temperature.shape[1]
-        by_heat = np.concatenate([np.diag(own) for own in self.levels.by_heat[index]])
-        by_loop = self.levels.by_loop[index]
-        covariance[: 3 * size, : 3 * size] += by_heat @ by_heat.T
-        covariance[:size, :size] += by_loop @ by_loop.T
-        laws = (np.eye(3)[:, None, :, None] * self.maps[index, :, :, None]).reshape(-1, 3 * size)
+        maps, size = self.maps[index], self.stack.temperature.shape[1]
+        laws = (np.eye(3)[:, None, :, None] * maps[:, :, None]).reshape(-1, 3 * size)
         through = np.pad(laws, (0, len(others)))
         through[len(laws) :, 3 * size :] = np.eye(len(others))
-        return through @ covariance @ through.T, others
+        found = through @ covariance @ through.T
+        by_heat = (maps * self.levels.by_heat[index][:, None]).reshape(len(laws), size)
+        by_loop = maps[0] @ self.levels.by_loop[index]
+        found[: len(laws), : len(laws)] += by_heat @ by_heat.T
+        found[: len(by_loop), : len(by_loop)] += by_loop @ by_loop.T
+        return found, others
 
 
 class LawsOfRecords(NamedTuple):

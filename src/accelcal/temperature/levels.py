@@ -258,13 +258,15 @@ def joint_covariance(stack: LevelStack, record: int) -> tuple[Array, tuple[str, 
     others = [COEFFICIENTS.index(name) for name in _WITHOUT_LAW]
     others = [c for c in others if place[nearest, c] >= 0]
     lines = [(table, c) for c in (_K0, _K1, _M) for table in range(size)]
-    lines += [(nearest, c) for c in others]
-    whole = np.sum([part.covariance[record] for part in stack.components.values()], axis=0)
-    jacobian = np.zeros((len(lines), len(whole)))
-    for line, (table, c) in enumerate(lines):
-        scale_factor = 1.0 if c == _K1 else k[table, _K1]
-        jacobian[line, place[table, c]] = 1.0 / scale_factor
-        if c != _K1:
-            jacobian[line, place[table, _K1]] = -k[table, c] / scale_factor**2
+    table, column = np.array(lines + [(nearest, c) for c in others]).T
+    over = np.where(column == _K1, 1.0, k[table, _K1])
+    quotient = np.where(column == _K1, 0.0, k[table, column] / over)
+
+    def of_quotients(rows: Array) -> Array:
+        of_k1 = rows[size + table]
+        return np.asarray((rows - quotient[:, None] * of_k1) / over[:, None])
+
+    at = np.ix_(place[table, column], place[table, column])
+    whole = np.asarray(sum(part.covariance[record][at] for part in stack.components.values()))
     names = tuple(ERROR_TERMS[COEFFICIENTS[c]] for c in others)
-    return jacobian @ whole @ jacobian.T, names
+    return of_quotients(of_quotients(whole).T), names
