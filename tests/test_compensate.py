@@ -500,3 +500,12 @@ def test_conversion_factor(given, wanted, factor):
 def test_a_run_is_a_label_or_its_number(calibration):
     by_label, by_number = (accelcal.apply(calibration, [1.0], 20.0, run=r) for r in ("1", 1))
     assert by_label.value == by_number.value
+
+
+def test_one_sample_gives_arrays_throughout():
+    calibration = accelcal.fit(accelcal.simulate(seed=1))
+    measured = accelcal.apply(calibration, 1.35, 20.0)
+    for name in accelcal.MeasuredAcceleration.__slots__[:5]:
+        found = getattr(measured, name)
+        assert isinstance(found, np.ndarray), name
+        assert found.shape == ()

@@ -75,6 +75,7 @@ if TYPE_CHECKING:
     from accelcal.archive.batch import write_batch as write_batch
     from accelcal.calibrate.fit import fit as fit
     from accelcal.compensate.apply import apply as apply
+    from accelcal.compensate.at_temperature import coefficients_at as coefficients_at
     from accelcal.compensate.measured import MeasuredAcceleration as MeasuredAcceleration
     from accelcal.discovery.compare import compare as compare
     from accelcal.discovery.discover import discover as discover
@@ -210,6 +211,7 @@ __all__ = [
     "calibrate_head",
     "calibrate_triad",
     "catalogue",
+    "coefficients_at",
     "compare",
     "design",
     "design_matrix",
@@ -300,6 +302,7 @@ _HOME = {
     "calibrate_head": "accelcal.estimate.self_calibration",
     "calibrate_triad": "accelcal.triad.calibrate",
     "catalogue": "accelcal.effects.catalogue",
+    "coefficients_at": "accelcal.compensate.at_temperature",
     "compare": "accelcal.discovery.compare",
     "design": "accelcal.planning.compare",
     "design_matrix": "accelcal.model",

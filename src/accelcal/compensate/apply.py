@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,21 +14,14 @@ from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.inversion import FARTHEST, invert, invert_with, slope
 from accelcal.compensate.measured import MeasuredAcceleration
+from accelcal.compensate.propagation import Part, interval_of_parts, linear_sum, propagated
 from accelcal.effects.static import Samples
 from accelcal.errors import AccelcalWarning, InputError
-from accelcal.estimate.uncertainty import Intervals, combined
 from accelcal.results.calibration import Calibration
 
 __all__ = ["apply", "compensate"]
 
 Array = NDArray[np.float64]
-
-
-class _Part(NamedTuple):
-    """Variance of the bracket from one source [g^2], and the degrees of freedom that tell it."""
-
-    variance: Array
-    dof: Array | float
 
 
 def apply(
@@ -193,15 +184,15 @@ def _solved(
     launch = found.launch
     parts = [
         of_coefficients,
-        _Part(np.full_like(a_i, launch.bias**2), launch.bias_dof),
-        _Part((launch.scale_factor * bracket) ** 2, launch.scale_factor_dof),
-        _Part(known, math.inf),
+        Part(np.full_like(a_i, launch.bias**2), launch.bias_dof),
+        Part((launch.scale_factor * bracket) ** 2, launch.scale_factor_dof),
+        Part(known, math.inf),
     ]
     value, standard, expanded = _through(found, samples, target, a_i, parts)
     return MeasuredAcceleration(
         value=value,
         standard_uncertainty=standard,
-        expanded_uncertainty=expanded,
+        expanded_uncertainty=np.asarray(expanded),
         within_temperatures=found.within_temperatures(rise + (found.T0 or 0.0)),
         within_accelerations=found.within_accelerations(value),
     )
@@ -225,7 +216,7 @@ def _solution(found: Compensation, samples: Samples, target: Array) -> Array:
 
 
 def _through(
-    found: Compensation, samples: Samples, target: Array, a_i: Array, parts: list[_Part]
+    found: Compensation, samples: Samples, target: Array, a_i: Array, parts: list[Part]
 ) -> tuple[Array, Array, Array]:
     """Acceleration, its standard and its expanded uncertainty from those of the bracket.
 
@@ -233,12 +224,12 @@ def _through(
     holds in 95 % the accelerations between the solutions of its ends hold too.
     """
     if found.effects is None:
-        told = _combined(parts)
+        told = interval_of_parts(parts)
         steepness = slope(a_i, samples.linear, found.k2, found.k3)
         u = np.where(np.isfinite(a_i), told.standard / steepness, np.nan)
         return a_i, u, told.factor * u
-    of_effects = (_Part(*part) for part in found.effects.parts(samples, a_i))
-    told = _combined([*parts, *of_effects])
+    of_effects = (Part(*part) for part in found.effects.parts(samples, a_i))
+    told = interval_of_parts([*parts, *of_effects])
     low, high = (_solution(found, samples, target + s * told.expanded) for s in (-1.0, 1.0))
     value = np.where(np.isfinite(high - low), 0.5 * (low + high), a_i)
     return value, 0.5 * (high - low) / told.factor, 0.5 * (high - low)
@@ -281,48 +272,19 @@ def _together(*arrays: Array) -> tuple[Array, ...]:
 
 def _coefficient_error(
     found: Compensation, a_i: Array, bracket: Array, rise: Array, cross: list[Array]
-) -> _Part:
+) -> Part:
     """Variance of the bracket of the model from the coefficients [g^2]."""
     along, relative = cross[0], bracket / (1.0 + found.K1.change(rise))
     by_bias = np.ones_like(a_i)
     rows = [by_bias, bracket, a_i**2, a_i**3, along, a_i * along]
     for one_side in (np.maximum(rise, 0.0), np.minimum(rise, 0.0)):
         rows += [by_bias * one_side, relative * one_side, along * one_side]
-    main = _propagated(found.covariance, found.freedom, rows)
+    main = propagated(found.covariance, found.freedom, rows)
     if found.other is None:
         return main
     along = cross[1]
     rows = [along, a_i * along, np.maximum(rise, 0.0) * along, np.minimum(rise, 0.0) * along]
-    return _linear_sum(main, _propagated(found.other_covariance, found.other_freedom, rows))
-
-
-def _propagated(
-    covariance: tuple[tuple[float, ...], ...], freedom: tuple[float, ...], rows: list[Array]
-) -> _Part:
-    """J C J', J given by its columns; each coefficient counts by its own variance in the dof."""
-    jacobian, matrix = np.stack(rows, axis=-1), np.array(covariance)
-    variance = np.maximum(np.einsum("...i,...i->...", jacobian @ matrix, jacobian), 0.0)
-    if all(map(math.isinf, freedom)):
-        return _Part(variance, math.inf)
-    alone, squares = np.diagonal(matrix), jacobian**2
-    return _Part(variance, _ratio(squares @ alone, squares @ (alone / np.array(freedom))))
-
-
-def _linear_sum(one: _Part, other: _Part) -> _Part:
-    """Sum of two parts that may be fully correlated."""
-    first, second = np.sqrt(one.variance), np.sqrt(other.variance)
-    total = first + second
-    return _Part(total**2, _ratio(total, first / one.dof + second / other.dof))
-
-
-def _ratio(numerator: Array, denominator: Array) -> Array:
-    """Quotient, infinite where the denominator is 0."""
-    endless = np.full(np.shape(numerator), np.inf)
-    return np.asarray(np.divide(numerator, denominator, out=endless, where=denominator != 0.0))
-
-
-def _combined(parts: Sequence[_Part]) -> Intervals:
-    return combined([part.variance for part in parts], [np.asarray(part.dof) for part in parts])
+    return linear_sum(main, propagated(found.other_covariance, found.other_freedom, rows))
 
 
 def _heat_sensitivity(found: Compensation, bracket: Array, samples: Samples, a_i: Array) -> Array:

@@ -228,7 +228,9 @@ class Compensation:
             return np.ones(np.shape(temperature), dtype=bool)
         low, high = self.temperatures
         given = np.asarray(temperature, dtype=np.float64)
-        return (low - TEMPERATURE_MARGIN <= given) & (given <= high + TEMPERATURE_MARGIN)
+        return np.asarray(
+            (low - TEMPERATURE_MARGIN <= given) & (given <= high + TEMPERATURE_MARGIN)
+        )
 
     def outside_temperatures(self, temperature: float) -> str:
         """Say that a temperature is outside the calibrated range, which must be known."""
@@ -244,4 +246,5 @@ class Compensation:
         """Tell which accelerations lie in the tested range, `ACCELERATION_MARGIN` included."""
         low, high = self.accelerations
         given = np.asarray(acceleration, dtype=np.float64)
-        return (low - ACCELERATION_MARGIN <= given) & (given <= high + ACCELERATION_MARGIN)
+        inside = (low - ACCELERATION_MARGIN <= given) & (given <= high + ACCELERATION_MARGIN)
+        return np.asarray(inside)

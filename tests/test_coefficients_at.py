@@ -1,0 +1,113 @@
+"""Coefficients at a temperature between the levels of a calibration."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import accelcal
+
+NAMES = ("k0", "K1", "delta")
+
+
+@pytest.fixture(scope="module")
+def calibration():
+    return accelcal.fit(accelcal.simulate(seed=1))
+
+
+def by_hand(calibration, name, temperature):
+    """Value and standard uncertainty from the laws of the document alone."""
+    model = calibration.temperature_model
+    law, rise = getattr(model, name), temperature - calibration.T0_degC
+    side = "above" if rise > 0.0 else "below"
+    at_T0, slope = law.at_T0.value, getattr(law, side).value
+    pair = [model.covariance_names.index(f"{name} {part}") for part in ("at_T0", side)]
+    covariance = np.array(model.covariance_matrix)[np.ix_(pair, pair)]
+    if name == "K1":
+        value, jacobian = at_T0 * (1.0 + slope * rise), np.array([1.0 + slope * rise, at_T0 * rise])
+    else:
+        value, jacobian = at_T0 + slope * rise, np.array([1.0, rise])
+    return value, np.sqrt(jacobian @ covariance @ jacobian)
+
+
+@pytest.mark.parametrize("laws", ["tables", "readings"])
+@pytest.mark.parametrize("temperature", [-40.5, -10.0, 35.0, 80.0])
+def test_values_and_uncertainties_follow_from_the_laws(laws, temperature):
+    calibration = accelcal.fit(accelcal.simulate(seed=1), temperature_laws=laws)
+    found = accelcal.coefficients_at(calibration, temperature)
+    for name in NAMES:
+        told = (found[name].value, found[name].standard_uncertainty)
+        assert told == pytest.approx(by_hand(calibration, name, temperature), rel=1e-9)
+
+
+def test_three_levels_give_back_their_tables(calibration):
+    for table in calibration.tables:
+        found = accelcal.coefficients_at(calibration, table.temperature_degC)
+        own = {**table.error_model, "K1": table.coefficients["K1"]}
+        for name in NAMES:
+            assert found[name].unit == own[name].unit
+            assert found[name].value == pytest.approx(own[name].value, rel=1e-9)
+            assert found[name].expanded_uncertainty == pytest.approx(
+                own[name].expanded_uncertainty, rel=0.02
+            )
+
+
+def test_intervals_hold_the_truth_between_the_levels():
+    """Of 100 units times 3 coefficients 95 % are 285; 270 and 297 are four standard deviations."""
+    held, law = 0, accelcal.AL15.scale_factor
+    truth = {
+        "k0": accelcal.AL15.bias.at_reference + 15.0 * accelcal.AL15.bias.above,
+        "K1": law.at_reference * (1.0 + 15.0 * law.above),
+        "delta": accelcal.AL15.misalignment.at_reference + 15.0 * accelcal.AL15.misalignment.above,
+    }
+    for seed in range(100):
+        found = accelcal.coefficients_at(accelcal.fit(accelcal.simulate(seed=seed)), 35.0)
+        held += sum(
+            abs(found[name].value - truth[name]) <= found[name].expanded_uncertainty
+            for name in NAMES
+        )
+    assert 270 <= held <= 297
+
+
+def test_outside_is_refused(calibration):
+    with pytest.raises(accelcal.InputError, match=r"90 degC is more than 1 degC outside"):
+        accelcal.coefficients_at(calibration, 90.0)
+    with pytest.warns(accelcal.AccelcalWarning, match="outside"):
+        found = accelcal.coefficients_at(calibration, 90.0, extrapolate=True)
+    assert found["K1"].value == pytest.approx(by_hand(calibration, "K1", 90.0)[0])
+
+
+@pytest.mark.parametrize("bad", ["35", None, float("nan"), [35.0]])
+def test_a_temperature_is_a_number(calibration, bad):
+    with pytest.raises(accelcal.InputError, match="temperature"):
+        accelcal.coefficients_at(calibration, bad)
+
+
+def test_one_level_is_good_there_only():
+    record = accelcal.simulate(plan=accelcal.TumblePlan(temperatures=(20.0,)), seed=1)
+    calibration = accelcal.fit(record)
+    found = accelcal.coefficients_at(calibration, 20.5)
+    assert found["K1"].value == calibration.tables[0].coefficients["K1"].value
+    with pytest.raises(accelcal.InputError, match="20 degC only"):
+        accelcal.coefficients_at(calibration, 35.0)
+
+
+def test_unit_of_a_table_without_one():
+    record = replace(accelcal.simulate(seed=1), unit=None)
+    calibration = accelcal.fit(record)
+    unit = calibration.tables[0].coefficients["K1"].unit
+    assert accelcal.coefficients_at(calibration, 35.0)["K1"].unit == unit
+
+
+def test_effects_that_were_taken_out_are_told():
+    hidden = [accelcal.effect("k2-temperature").of(3e-6)]
+    record = accelcal.simulate(effects=hidden, seed=1)
+    calibration = accelcal.fit(record, model=accelcal.discover(record))
+    with pytest.warns(accelcal.AccelcalWarning, match="k2-temperature|temperature dependence"):
+        accelcal.coefficients_at(calibration, 35.0)
+
+
+def test_result_is_pickled(calibration):
+    found = accelcal.coefficients_at(calibration, 35.0)
+    assert pickle.loads(pickle.dumps(found)) == found
