@@ -89,7 +89,29 @@ def test_the_one_sheet_with_a_table_is_found_and_the_others_are_told(text, tmp_p
     path = book_of(tmp_path / "a.xlsx", {"Notes": NOTES, "Test": ROWS, "Empty": []})
     found = accelcal.read_table(path)
     assert same_readings(found, text)
-    assert "sheet 'Test' is read, not 'Notes'" in found.notes
+    assert "sheet 'Test' is read; there is no table in 'Notes'" in found.notes
+
+
+def test_sheets_are_accelerometers_each_of_its_own(text, tmp_path):
+    path = book_of(
+        tmp_path / "a.xlsx",
+        {"1st": [["# serial: A1"], *ROWS[1:]], "2nd": [["# serial: A2"], *ROWS[1:]]},
+    )
+    found = accelcal.read_tables(path)
+    assert [(record.serial, record.source) for record in found] == [
+        ("A1", f"{path}#1st"),
+        ("A2", f"{path}#2nd"),
+    ]
+    assert all(same_readings(record, text) for record in found)
+
+
+def test_what_takes_one_table_asks_for_its_sheet(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    book_of("a.xlsx", {"1st": ROWS, "2nd": ROWS})
+    assert main(["stability", "a.xlsx"]) == 2
+    assert capsys.readouterr().err == (
+        "a.xlsx: several sheets have tables; name one of a.xlsx#1st, a.xlsx#2nd\n"
+    )
 
 
 def test_hidden_sheets_are_read_only_by_their_names(text, tmp_path):
@@ -119,14 +141,23 @@ def test_a_file_whose_name_looks_like_that_of_a_sheet_is_a_file(text, tmp_path):
         (
             {"20": ROWS, "60": ROWS},
             "",
-            "a.xlsx: tables in the sheets '20', '60'; name one, as a.xlsx#20, or give each a file"
-            " of its own",
+            "a.xlsx#60: serial 'AL-15' again, as in a.xlsx#20; name one of the sheets, as here, or"
+            " write all rows in one",
         ),
         (
             {"A": NOTES, "B": NOTES},
             "",
-            "a.xlsx: tables in none of 'A', 'B'; name one, as a.xlsx#A, or give each a file of its"
-            " own",
+            "a.xlsx: no table in the sheets 'A', 'B'; name one, as a.xlsx#A",
+        ),
+        (
+            {"A": ROWS[1:], "B": ROWS[1:]},
+            "",
+            "a.xlsx#A: no serial, and other sheets have tables as well; name one",
+        ),
+        (
+            {"A": ROWS, "B": rows_of("forms/wide.csv")},
+            "",
+            "a.xlsx#B: its columns are not those of a.xlsx#A; name one",
         ),
         ({"A": ROWS}, "#B", "a.xlsx: no sheet 'B'; name one of 'A'"),
         ({"A": []}, "", "a.xlsx: the file is empty"),
@@ -215,7 +246,7 @@ def test_batch_takes_workbooks_of_a_folder_as_fit_does(tmp_path, monkeypatch):
     one, two = (tables[found.tables["source"] == f"lab/{name}"] for name in ("1.xlsx", "2.csv"))
     pd.testing.assert_frame_equal(one, two.set_axis(one.index), rtol=1e-12)
     assert found.errors["source"].tolist() == ["lab/3.xlsx"]
-    assert found.errors["message"][0].startswith("lab/3.xlsx: tables in the sheets '20', '60';")
+    assert found.errors["message"][0].startswith("lab/3.xlsx#60: serial 'AL-15' again,")
 
 
 def test_check_and_fit_at_the_shell(tmp_path, capsys, monkeypatch):

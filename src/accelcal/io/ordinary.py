@@ -295,7 +295,7 @@ def _numbers(
     """Let the general reader read the headings and numbers of a head."""
     text = "".join(f"# {key}: {value}\n" for key, value in numeric) + heading + "\n1\n"
     try:
-        layout = read_layout(SourceText("", text, "utf-8", compressed=False))
+        layout = read_layout(SourceText("", text, "utf-8"))
         roles = _roles(layout.headings) if layout.separator == "," else None
         if roles is None or not {"runs", *CONSTANTS}.isdisjoint(layout.declared):
             return None

@@ -7,7 +7,7 @@ headings and rows (`layout`), columns (`columns`, `engines`), cells (`cells`), r
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,7 +27,7 @@ from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by
 from accelcal.io.layout import Layout, listed, read_layout, shown, were
 from accelcal.io.readings import Readings, notes_of_midnight, notes_of_turn, read_readings
 from accelcal.io.runs import runs_of
-from accelcal.io.text import Source, SourceText, read_text
+from accelcal.io.text import Source, SourceText, read_texts
 from accelcal.io.units_row import with_units_below
 from accelcal.logs import tell
 from accelcal.record import TumbleRecord
@@ -167,7 +167,30 @@ def survey(
     TableError
         If the table is unusable.
     """
-    return survey_text(read_text(source), declared_by_caller(overrides))
+    given = declared_by_caller(overrides)
+    found = [survey_text(text, given) for text in read_texts(source)]
+    if len(found) > 1:
+        _require_units_of_one_form(found)
+    return found[0][0], tuple(record for _, records in found for record in records)
+
+
+def _require_units_of_one_form(
+    found: Sequence[tuple[TableForm, tuple[TumbleRecord, ...]]],
+) -> None:
+    """Refuse sheets that are no accelerometers, each of its own, written in one way."""
+    seen: dict[str | None, str] = {None: ""}
+    for form, records in found:
+        for record in records:
+            remedy = "name one of the sheets, as here, or write all rows in one"
+            if form != found[0][0]:
+                problem = f"its columns are not those of {found[0][1][0].source}"
+                raise TableError(problem, remedy, source=record.source)
+            if record.serial in seen:
+                problem = "no serial, and other sheets have tables as well"
+                if record.serial is not None:
+                    problem = f"serial {shown(record.serial)} again, as in {seen[record.serial]}"
+                raise TableError(problem, remedy, source=record.source)
+            seen[record.serial] = record.source
 
 
 def survey_text(

@@ -24,6 +24,7 @@ __all__ = [
     "named_bytes",
     "read_document",
     "read_text",
+    "read_texts",
     "refuse_document",
     "refuse_foreign",
 ]
@@ -81,7 +82,7 @@ class SourceText(NamedTuple):
     name: str
     text: str
     encoding: str
-    compressed: bool
+    compressed: bool = False
     sha256: str | None = None
     skipped: int = 0
     notes: tuple[str, ...] = ()
@@ -106,19 +107,45 @@ def read_text(source: Source, what: str = "table") -> SourceText:
     Raises
     ------
     TableError
-        If the source cannot be read or is not text.
+        If the source cannot be read, is not text, or is a workbook with several tables.
     InputError
         If it is a Parquet file or a workbook, and what reads it is not installed.
     """
+    first, *others = read_texts(source, what)
+    if others:
+        remedy = f"name one of {', '.join(text.name for text in (first, *others))}"
+        raise TableError("several sheets have tables", remedy, source=file_and_sheet(first.name)[0])
+    return first
+
+
+def read_texts(source: Source, what: str = "table") -> tuple[SourceText, ...]:
+    """Read the tables of a source as text: several where a workbook has them in its sheets.
+
+    Parameters
+    ----------
+    source, what
+        As of `read_text`.
+
+    Returns
+    -------
+    tuple of SourceText
+        One for all but workbooks.
+
+    Raises
+    ------
+    TableError, InputError
+        As of `read_text`.
+    """
     name, content = _read(source, what)
     if isinstance(content, str):
-        return SourceText(name, _tidy(content, name), "text", compressed=False)
+        return (SourceText(name, _tidy(content, name), "text"),)
     compressed = content.startswith(b"\x1f\x8b")
     data = _gunzip(content, name) if compressed else content
     refuse_foreign(data, name)
-    text, encoding, *notes = _text_of(data, name)
-    return SourceText(
-        name, _tidy(text, name), encoding, compressed, sha256_of(content), notes=tuple(notes)
+    digest = sha256_of(content)
+    return tuple(
+        text._replace(text=_tidy(text.text, name), compressed=compressed, sha256=digest)
+        for text in _texts(data, name)
     )
 
 
@@ -300,32 +327,32 @@ def _gunzip(content: bytes, name: str) -> bytes:
         raise TableError(problem, remedy, source=name) from None
 
 
-def _text_of(data: bytes, name: str) -> tuple[str, ...]:
-    """Text, its encoding, and what is to be told of it."""
+def _texts(data: bytes, name: str) -> tuple[SourceText, ...]:
+    if data.startswith(tuple(mark for mark, _ in WORKBOOKS)):
+        from accelcal.io.workbook import read_sheets
+
+        return read_sheets(data, name)
     if data.startswith(PARQUET):
         from accelcal.io.parquet import as_csv, read_all
 
-        return as_csv(read_all(named_bytes(data, name)), name).decode(), "parquet"
-    if data.startswith(tuple(mark for mark, _ in WORKBOOKS)):
-        from accelcal.io.workbook import sheet_text
-
-        return sheet_text(data, name)
-    return _decode(data, name)
+        rows = as_csv(read_all(named_bytes(data, name)), name).decode()
+        return (SourceText(name, rows, "parquet"),)
+    return (_decode(data, name),)
 
 
-def _decode(data: bytes, name: str) -> tuple[str, ...]:
+def _decode(data: bytes, name: str) -> SourceText:
     wide = _utf16(data)
     if wide:
         try:
-            return data.decode(wide), wide
+            return SourceText(name, data.decode(wide), wide)
         except UnicodeDecodeError:
             remedy = "export the file again, best as UTF-8"
             raise TableError("the UTF-16 text is damaged", remedy, source=name) from None
     try:
-        return data.decode("utf-8-sig"), "utf-8"
+        return SourceText(name, data.decode("utf-8-sig"), "utf-8")
     except UnicodeDecodeError:
-        note = "the text is not UTF-8 and was read as latin-1"
-        return data.decode("latin-1"), "latin-1", note
+        notes = ("the text is not UTF-8 and was read as latin-1",)
+        return SourceText(name, data.decode("latin-1"), "latin-1", notes=notes)
 
 
 def _utf16(data: bytes) -> str:

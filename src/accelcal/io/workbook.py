@@ -1,4 +1,4 @@
-"""Workbooks in: the cells of a sheet as text, for the one reader of tables."""
+"""Workbooks in: the cells of their sheets as text, for the one reader of tables."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from accelcal.io.layout import read_layout, shown
 from accelcal.io.text import SourceText, file_and_sheet, named_bytes
 
 if TYPE_CHECKING:
-    from python_calamine import CalamineSheet, CalamineWorkbook
+    from python_calamine import CalamineWorkbook
 
-__all__ = ["sheet_text"]
+__all__ = ["read_sheets"]
 
 _EXACT = 2.0**53
 """Up to here a float holds every whole number."""
 
 
-def sheet_text(data: bytes, name: str) -> tuple[str, ...]:
-    """Read the sheet of a workbook that has the table.
+def read_sheets(data: bytes, name: str) -> tuple[SourceText, ...]:
+    """Read the sheets of a workbook that have tables.
 
     Parameters
     ----------
@@ -31,23 +31,23 @@ def sheet_text(data: bytes, name: str) -> tuple[str, ...]:
 
     Returns
     -------
-    tuple of str
-        Text of the sheet, a line for each row of it and tabs between the cells; the word
-        ``"workbook"``; and a note where there are other sheets.
+    tuple of SourceText
+        Text of each sheet, a line for each row of it and tabs between the cells. Where there are
+        several tables each has the name of its sheet, and where there are other sheets a note.
 
     Raises
     ------
     InputError
         If python-calamine is not installed.
     TableError
-        If this is no workbook, has no such sheet, or not one sheet alone has a table.
+        If this is no workbook, has no such sheet, or no sheet of several has a table.
     """
     try:
         from python_calamine import CalamineError, CalamineWorkbook, PasswordError
     except ImportError:
         raise not_installed(f"{name}: a workbook", "python-calamine", "excel") from None
     try:
-        return _chosen(CalamineWorkbook.from_filelike(named_bytes(data, name)), name)
+        return _tables(CalamineWorkbook.from_filelike(named_bytes(data, name)), name)
     except PasswordError:
         remedy = "save it without one"
         raise TableError("the workbook has a password", remedy, source=name) from None
@@ -57,18 +57,18 @@ def sheet_text(data: bytes, name: str) -> tuple[str, ...]:
         raise TableError(problem, remedy, source=name) from None
 
 
-def _chosen(book: CalamineWorkbook, name: str) -> tuple[str, ...]:
+def _tables(book: CalamineWorkbook, name: str) -> tuple[SourceText, ...]:
     file, wanted = file_and_sheet(name)
     if wanted is not None:
         if wanted not in book.sheet_names:
             remedy = f"name one of {_listed(book.sheet_names)}"
             raise TableError(f"no sheet {shown(wanted)}", remedy, source=file)
-        return _text(book.get_sheet_by_name(wanted)), "workbook"
-    texts = {sheet: _text(book.get_sheet_by_name(sheet)) for sheet in _visible(book)}
+        return (_source_text(name, _text(book, wanted)),)
+    texts = {sheet: _text(book, sheet) for sheet in _visible(book)}
     filled = {sheet: text for sheet, text in texts.items() if text.strip()}
     if len(filled) < 2:
-        return "".join(filled.values()), "workbook"
-    return _only_table(filled, name)
+        return (_source_text(name, "".join(filled.values())),)
+    return tuple(_with_headings(filled, name))
 
 
 def _visible(book: CalamineWorkbook) -> Iterator[str]:
@@ -80,23 +80,29 @@ def _visible(book: CalamineWorkbook) -> Iterator[str]:
             yield sheet.name
 
 
-def _only_table(texts: dict[str, str], name: str) -> tuple[str, ...]:
-    """The one sheet with the headings of a table."""
+def _with_headings(texts: dict[str, str], name: str) -> Iterator[SourceText]:
+    """The sheets with the headings of a table."""
     tables = [sheet for sheet, text in texts.items() if _has_headings(text, name)]
-    if len(tables) != 1:
-        which = f"in the sheets {_listed(tables)}" if tables else f"in none of {_listed([*texts])}"
-        remedy = f"name one, as {name}#{(tables or [*texts])[0]}, or give each a file of its own"
-        raise TableError(f"tables {which}", remedy, source=name)
-    others = [sheet for sheet in texts if sheet != tables[0]]
-    return texts[tables[0]], "workbook", f"sheet {shown(tables[0])} is read, not {_listed(others)}"
+    others = _listed([sheet for sheet in texts if sheet not in tables])
+    if not tables:
+        remedy = f"name one, as {name}#{next(iter(texts))}"
+        raise TableError(f"no table in the sheets {others}", remedy, source=name)
+    for sheet in tables:
+        place = name if len(tables) == 1 else f"{name}#{sheet}"
+        note = f"sheet {shown(sheet)} is read; there is no table in {others}"
+        yield _source_text(place, texts[sheet], *([note] if others else []))
 
 
 def _has_headings(text: str, name: str) -> bool:
     try:
-        read_layout(SourceText(name, text, "workbook", compressed=False))
+        read_layout(_source_text(name, text))
     except TableError:
         return False
     return True
+
+
+def _source_text(name: str, text: str, *notes: str) -> SourceText:
+    return SourceText(name, text, "workbook", notes=notes)
 
 
 def _listed(sheets: Sequence[str]) -> str:
@@ -106,8 +112,9 @@ def _listed(sheets: Sequence[str]) -> str:
 # -- cells -----------------------------------------------------------------------------------------
 
 
-def _text(sheet: CalamineSheet) -> str:
+def _text(book: CalamineWorkbook, name: str) -> str:
     """Cells of a sheet, each row in the line of its number."""
+    sheet = book.get_sheet_by_name(name)
     rows = sheet.to_python(skip_empty_area=False)
     for (top, left), (bottom, right) in sheet.merged_cell_ranges or ():
         if left == right:  # a value for several rows, as of a temperature beside its readings
