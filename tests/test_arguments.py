@@ -41,6 +41,7 @@ FUNCTIONS = {
     "accelerations": (accelcal.accelerations, {"a number", "a list"}),
     "analyse": (accelcal.analyse, set()),
     "apply": (accelcal.apply, {"a calibration"}, [1.0]),
+    "coefficients_at": (accelcal.coefficients_at, {"a calibration"}, 20.0),
     "batch": (accelcal.batch, {"a path", "a Path"}),
     "budget": (accelcal.budget, {"a calibration"}, 0.0),
     "calibrate_head": (accelcal.calibrate_head, {"a record", "records"}),
@@ -133,6 +134,10 @@ def test_every_public_function_is_tried():
         (lambda: accelcal.design_matrix([0, 45]), "list in place of accelerations; make them by"),
         (lambda: accelcal.output(CALIBRATION, TURN), "Calibration in place of coefficients; give"),
         (lambda: accelcal.read_table(FRAME), "DataFrame in place of a table; give its path"),
+        (
+            lambda: accelcal.read_table(FRAME),
+            "a DataFrame of a tumble test goes to accelcal.read_arr",
+        ),
         (lambda: accelcal.write_table(RECORD, None), "None in place of a path; give the name"),
         (lambda: accelcal.effect(None), "None in place of the id of an effect, such as 'backlash'"),
         (

@@ -268,3 +268,19 @@ def test_launches_are_counted():
 def test_a_launch_is_one_short_line():
     launch = read_stability("examples/stability.csv").launches[0]
     assert repr(launch) == "<Launch 1: 720 samples in 3595 s>"
+
+
+def test_parts_of_a_calibration_show_values(calibration):
+    table, laws = calibration.tables[0], calibration.temperature_model
+    for part, told in ((table, "K1"), (laws, "K1 at_T0")):
+        assert told in "".join(ElementTree.fromstring(part._repr_html_()).itertext())
+    assert repr(laws) == "<TemperatureModel of k0, K1, delta>"
+    assert str(laws).splitlines()[3] == f"K1 at_T0: {laws.K1.at_T0}"
+
+
+def test_a_batch_shows_its_frames(tmp_path):
+    accelcal.write_table(accelcal.simulate(seed=1), tmp_path / "a.csv")
+    (tmp_path / "b.csv").write_text("nothing of use")
+    found = accelcal.batch(tmp_path)
+    assert repr(found) == "<BatchFrames: 3 tables, 9 terms of laws, 1 error>"
+    assert found._repr_html_().count("<table") == 3

@@ -47,6 +47,32 @@ def clean():
     assert accelcal.catalogue() == BUILT_IN
 
 
+# -- making ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"term": lambda width, c: width * c.input},
+            r"lens: term\(width, c\) has multiple values for argument 'width';"
+            r" it is called as term\(conditions, width\)",
+        ),
+        ({"term": lambda c, w: w * c.input}, r"missing a required argument: 'w'"),
+        ({"term": lambda c: c.input}, r"unexpected keyword argument 'width'"),
+        ({"bend": lambda: 1.0}, r"lens: bend\(\) has too many positional arguments"),
+    ],
+)
+def test_a_function_that_does_not_take_its_parameters_is_told_at_once(changes, message):
+    with pytest.raises(InputError, match=message):
+        own(**changes)
+
+
+def test_a_function_that_takes_any_parameter_is_taken():
+    lean = own(term=lambda c, **values: values["width"] * c.input)
+    assert accelcal.simulate(effects=[lean.of(1e-4)], seed=1).output.size == 162
+
+
 # -- registering -----------------------------------------------------------------------------------
 
 
@@ -90,7 +116,7 @@ def test_a_registered_effect_is_simulated_and_found():
 )
 def test_what_cannot_join_is_refused(changes, message):
     with pytest.raises(InputError) as caught:
-        accelcal.register(own(id="first"), own(**changes))
+        accelcal.register(own(id="first"), own(term=lambda c, **_: c.input, **changes))
     assert str(caught.value).startswith(message)
     assert "\n" not in str(caught.value)
 

@@ -27,6 +27,7 @@ from accelcal.equality import equal
 from accelcal.errors import InputError
 from accelcal.io.declarations import declared_by_caller
 from accelcal.model import COEFFICIENTS
+from accelcal.plural import counted
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -101,6 +102,18 @@ class BatchFrames(NamedTuple):
 
     def __ne__(self, other: object) -> bool:
         return not self == other
+
+    def __repr__(self) -> str:
+        return f"<BatchFrames: {self._told()}>"
+
+    def _repr_html_(self) -> str:
+        shown = (frame.to_html(max_rows=10, max_cols=12) for frame in self if len(frame))
+        return f"<p>Batch: {self._told()}</p>" + "".join(shown)
+
+    def _told(self) -> str:
+        tables, terms, errors = map(len, self)
+        told = (counted(tables, "table"), f"{counted(terms, 'term')} of laws")
+        return ", ".join((*told, counted(errors, "error")))
 
 
 def batch(

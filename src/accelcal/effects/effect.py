@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
+from inspect import signature
 from typing import Literal
 
 import numpy as np
@@ -170,6 +171,8 @@ class Effect:
         check_function(term=self.term, bend=self.bend)
         if self.term is None:
             raise InputError("term is None; give a function of the conditions and the parameters")
+        _check_call(self.id, "term", self.term, [item.name for item in self.parameters])
+        _check_call(self.id, "bend", self.bend, [])
 
     def __reduce__(self) -> tuple[Callable[..., Effect], tuple[object, ...]]:
         """Pickle an entry that every process has by its id, as its term may be a lambda."""
@@ -314,6 +317,26 @@ class Effect:
             }
         except InputError as error:
             raise InputError(f"{self.id}: {error}") from None
+
+
+def _check_call(
+    effect: str, name: str, function: Callable[..., Array] | None, parameters: list[str]
+) -> None:
+    """Refuse a function that cannot be called with the conditions and the parameters by name."""
+    if function is None:
+        return
+    try:
+        told = signature(function)
+    except ValueError:  # some functions written in C do not tell
+        return
+    try:
+        told.bind(None, **dict.fromkeys(parameters))
+    except TypeError as error:
+        wanted = ", ".join(["conditions", *parameters])
+        raise InputError(
+            f"{effect}: {name}{told} has {error}; it is called as {name}({wanted}), the parameters"
+            " by their names"
+        ) from None
 
 
 def _default(parameter: Parameter) -> float:

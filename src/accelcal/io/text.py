@@ -291,7 +291,11 @@ def _read(source: Source, what: str) -> tuple[str, bytes | str]:
         name = os.fspath(source)
         return name, _read_path(file_and_sheet(name)[0], what)
     if not hasattr(source, "read"):
-        raise InputError(f"{kind_of(source)} in place of a {what}; give its path, or an open file")
+        frames = " (a DataFrame of a tumble test goes to accelcal.read_arrays)"
+        raise InputError(
+            f"{kind_of(source)} in place of a {what}; give its path, or an open file"
+            f"{frames if hasattr(source, 'columns') else ''}"
+        )
     name = getattr(source, "name", "<table>")
     try:
         content = source.read()

@@ -14,7 +14,7 @@ from accelcal.report.calibration_rows import (
 from accelcal.report.html import heading, items, safe, table
 from accelcal.report.notebook_results import verdict_html
 
-__all__ = ["calibration_html"]
+__all__ = ["calibration_html", "table_html"]
 
 _HEADINGS = ("", "", "value", "U (95 %)", "unit", "u", "U/u", "mostly from")
 _LAW_HEADINGS = _HEADINGS[:5]
@@ -36,7 +36,7 @@ def calibration_html(document: Mapping[str, Any]) -> str:
     name = document["serial"] or document["source"]
     parts = [heading(f"Calibration of {name}", document["method"])]
     parts.append(items(map(_bold_warning, [*without_uncertainty(document), *alarms(document)])))
-    parts += [_table(found) for found in document["tables"]]
+    parts += [table_html(found) for found in document["tables"]]
     model = document["temperature_model"]
     if model:
         caption = f"temperature laws, T0 = {document['T0_degC']:g} °C"
@@ -52,7 +52,19 @@ def _bold_warning(sentence: str) -> str:
     return f"<b>WARNING</b> {safe(sentence)}"
 
 
-def _table(found: Mapping[str, Any]) -> str:
+def table_html(found: Mapping[str, Any]) -> str:
+    """Write one table of coefficients as HTML.
+
+    Parameters
+    ----------
+    found : mapping
+        Its place in the document of a calibration, as of `TableCalibration.to_document`.
+
+    Returns
+    -------
+    str
+        A fragment of HTML.
+    """
     temperature = found["temperature_degC"]
     where = "" if temperature is None else f", {temperature:.2f} °C"
     caption = f"run {found['run']}{where}, mounting {found['mounting']}"

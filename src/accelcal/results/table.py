@@ -113,6 +113,11 @@ class TableCalibration:
         what = f"run {self.run}{level}, mounting {self.mounting}: {self.readings} readings"
         return visible(f"<TableCalibration {what}>")
 
+    def _repr_html_(self) -> str:
+        from accelcal.report.notebook_calibration import table_html
+
+        return table_html(self.to_document())
+
     def meaning(self, name: str) -> str:
         """Say what a coefficient really estimates at these angles.
 

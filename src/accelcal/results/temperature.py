@@ -62,6 +62,18 @@ class TemperatureModel:
     covariance_names: tuple[str, ...] = ()
     covariance_matrix: tuple[tuple[float, ...], ...] = ()
 
+    def __repr__(self) -> str:
+        known = [name for name in ("k0", "K1", "delta") if getattr(self, name).at_T0 is not None]
+        return f"<TemperatureModel of {', '.join(known) or 'nothing'}>"
+
+    def __str__(self) -> str:
+        return "\n".join(f"{name}: {quantity}" for name, quantity in self.quantities())
+
+    def _repr_html_(self) -> str:
+        from accelcal.report.html import items, safe
+
+        return items(safe(f"{name}: {quantity}") for name, quantity in self.quantities())
+
     def to_document(self) -> dict[str, Any]:
         """Return the model as it stands in the JSON document."""
         return {
