@@ -50,7 +50,7 @@ FLOORS = (
     {"model"},
     {"geometry", "apparatus"},
     {"units", "numerics", "atomic", "sentences", "arguments", "dates"},
-    {"errors", "version", "logs", "equality", "plural"},
+    {"errors", "version", "logs", "equality", "plural", "arrays"},
     {"escapes"},
 )
 """The rooms, top floor first. Imports point downwards, and never to a room of the same floor."""

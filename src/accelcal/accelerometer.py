@@ -13,16 +13,14 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_text
+from accelcal.arrays import Array
 from accelcal.errors import InputError
 
 __all__ = ["AL15", "Accelerometer", "BilinearLaw"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

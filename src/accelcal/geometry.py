@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from accelcal.arguments.numbers import check_number, number_array
+from accelcal.arrays import Array, Mask
 from accelcal.equality import equal
 from accelcal.errors import InputError
 
@@ -64,9 +65,9 @@ class Acceleration(NamedTuple):
     array([1.])
     """
 
-    input: NDArray[np.float64]
-    pendulous: NDArray[np.float64]
-    output: NDArray[np.float64]
+    input: Array
+    pendulous: Array
+    output: Array
 
     def __eq__(self, other: object) -> bool:
         return equal(tuple(self), other)
@@ -138,7 +139,7 @@ def checked_positions(positions: int) -> int:
     return int(positions)
 
 
-def position_angles(position: ArrayLike, positions: int = 8) -> NDArray[np.float64]:
+def position_angles(position: ArrayLike, positions: int = 8) -> Array:
     """Head angle of the numbered positions of an equally spaced test.
 
     Parameters
@@ -179,7 +180,7 @@ def position_angles(position: ArrayLike, positions: int = 8) -> NDArray[np.float
     return np.asarray((number - 1.0) * 360.0 / positions)
 
 
-def turn_angles(positions: int = 8) -> NDArray[np.float64]:
+def turn_angles(positions: int = 8) -> Array:
     """Head angles of one whole turn, the return to the start included [deg].
 
     Parameters
@@ -205,7 +206,7 @@ def turn_angles(positions: int = 8) -> NDArray[np.float64]:
     return position_angles(np.arange(1, positions + 2), positions)
 
 
-def head_positions(angle: NDArray[np.float64]) -> NDArray[np.float64]:
+def head_positions(angle: Array) -> Array:
     """Head position of an angle: 0 and 360 deg are the same place on the head.
 
     Parameters
@@ -226,9 +227,7 @@ def head_positions(angle: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(np.mod(np.round(np.mod(angle, 360.0), 6), 360.0))
 
 
-def angular_distance(
-    angle: NDArray[np.float64], other: NDArray[np.float64] | float
-) -> NDArray[np.float64]:
+def angular_distance(angle: Array, other: Array | float) -> Array:
     """Distance of two angles by the shorter way round the turn.
 
     Parameters
@@ -249,7 +248,7 @@ def angular_distance(
     return np.asarray(np.abs(np.mod(angle - other + 180.0, 360.0) - 180.0))
 
 
-def is_mounting(name: NDArray[Any]) -> NDArray[np.bool_]:
+def is_mounting(name: NDArray[Any]) -> Mask:
     """Tell which names are mountings.
 
     Parameters
@@ -330,9 +329,7 @@ def accelerations(
     )
 
 
-def _with_mounting(
-    angle: NDArray[np.float64], mounting: ArrayLike
-) -> tuple[NDArray[np.float64], NDArray[np.str_]]:
+def _with_mounting(angle: Array, mounting: ArrayLike) -> tuple[Array, NDArray[np.str_]]:
     """Angles and mountings of one shape."""
     try:
         angle, kind = np.broadcast_arrays(angle, np.asarray(np.asarray(mounting), dtype=np.str_))
@@ -344,9 +341,7 @@ def _with_mounting(
     return angle, kind
 
 
-def _cos_sin_deg(
-    angle_deg: NDArray[np.float64], delta0: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _cos_sin_deg(angle_deg: Array, delta0: float) -> tuple[Array, Array]:
     """Cosine and sine of (angle + delta0), exact at multiples of 90 deg when delta0 is 0."""
     quarter = np.round(angle_deg / 90.0)
     rest = np.radians(angle_deg - 90.0 * quarter) + delta0

@@ -29,9 +29,10 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from accelcal.arguments.kinds import expect, kind_of
+from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.geometry import Acceleration
 
@@ -48,8 +49,6 @@ __all__ = [
     "design_matrix",
     "output",
 ]
-
-Array = NDArray[np.float64]
 
 _TERMS: Mapping[str, Callable[[Acceleration], Array]] = MappingProxyType(
     {  # eq. (1), one entry a coefficient

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
 from accelcal.arguments.kinds import as_given
+from accelcal.arrays import Array, Ints, Mask
 from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
 from accelcal.geometry import MOUNTINGS, head_positions, is_mounting
@@ -129,19 +130,19 @@ class TumbleRecord(EqualByContents):
 
     _NOT_COMPARED: ClassVar[frozenset[str]] = frozenset({"source", "notes", "line", "sha256"})
 
-    output: NDArray[np.float64]
-    angle: NDArray[np.float64]
-    temperature: NDArray[np.float64]
-    stroke: NDArray[np.int64]
-    run: NDArray[np.int64]
+    output: Array
+    angle: Array
+    temperature: Array
+    stroke: Ints
+    run: Ints
     run_labels: tuple[str, ...]
     mounting: NDArray[np.str_]
-    position: NDArray[np.int64]
-    time: NDArray[np.float64] | None = None
-    std: NDArray[np.float64] | None = None
-    count: NDArray[np.float64] | None = None
-    line: NDArray[np.int64] | None = None
-    clamping: NDArray[np.float64] | None = None
+    position: Ints
+    time: Array | None = None
+    std: Array | None = None
+    count: Array | None = None
+    line: Ints | None = None
+    clamping: Array | None = None
     serial: str | None = None
     unit: str | None = None
     positions: int = 8
@@ -221,7 +222,7 @@ class TumbleRecord(EqualByContents):
                 )
 
     @property
-    def graduation(self) -> NDArray[np.float64]:
+    def graduation(self) -> Array:
         """Graduation of the head at each reading: `angle` plus `clamping` [deg]."""
         return self.angle if self.clamping is None else self.angle + self.clamping
 
@@ -264,7 +265,7 @@ class TumbleRecord(EqualByContents):
         frame.attrs["units"] = {name: units[name] for name in columns if units.get(name)}
         return frame
 
-    def select(self, mask: NDArray[np.bool_]) -> TumbleRecord:
+    def select(self, mask: Mask) -> TumbleRecord:
         """Keep only the readings where `mask` is true, and all run labels.
 
         Parameters
@@ -292,7 +293,7 @@ class TumbleRecord(EqualByContents):
         """Iterate over the tables: one for each run and mounting, in order."""
         return map(self.select, self.table_masks())
 
-    def table_masks(self) -> Iterator[NDArray[np.bool_]]:
+    def table_masks(self) -> Iterator[Mask]:
         """Iterate over the readings of each table, in the order of `tables`."""
         sides = [side for side in (self.mounting == name for name in MOUNTINGS) if side.any()]
         for index in range(len(self.run_labels)):

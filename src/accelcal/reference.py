@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.arguments.numbers import check_number
+from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.geometry import checked_fixture_angle
 from accelcal.record import TumbleRecord
@@ -19,8 +19,6 @@ __all__ = [
     "reference_temperature_of",
     "usual_reference",
 ]
-
-Array = NDArray[np.float64]
 
 USUAL_TEMPERATURE = 20.0
 """Normal temperature of a laboratory: what a test refers to where nothing is declared [degC]."""

@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arrays import Mask
+
 __all__ = ["Sentence", "first_of", "of_each"]
 
 
@@ -28,7 +30,7 @@ class Sentence(NamedTuple):
         The numbers of each record.
     """
 
-    where: NDArray[np.bool_] | bool
+    where: Mask | bool
     text: str | Callable[..., str]
     numbers: Sequence[NDArray[Any]] = ()
 

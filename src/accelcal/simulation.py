@@ -16,13 +16,13 @@ from dataclasses import asdict, dataclass, replace
 from zlib import crc32
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.accelerometer import AL15, Accelerometer, BilinearLaw
 from accelcal.apparatus import Apparatus
 from accelcal.arguments.kinds import each_of, expect, several
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag
+from accelcal.arrays import Array, Ints
 from accelcal.effects.conditions import SECONDS_PER_READING, Conditions, conditions_of
 from accelcal.effects.effect import ActsOn, Disturbance
 from accelcal.errors import InputError
@@ -31,8 +31,6 @@ from accelcal.record import TumbleRecord
 
 __all__ = ["AL15", "NOISE_FREE", "Accelerometer", "BilinearLaw", "NoiseComponents"]
 __all__ += ["TumblePlan", "simulate"]
-
-Array = NDArray[np.float64]
 
 _LARGEST = 1e12
 """No number of a test is larger."""
@@ -310,7 +308,7 @@ class _Simulation:
             metadata={**record.metadata, **fixture},
         )
 
-    def errors(self, component: str, owner: NDArray[np.int64]) -> Array:
+    def errors(self, component: str, owner: Ints) -> Array:
         """Errors of a noise component, the same for all readings of one owner (0, 1, ...)."""
         sigma: float = getattr(self.noise, component)
         return sigma * self.draws(component, int(owner.max()) + 1)[owner]
@@ -364,7 +362,7 @@ def _blank(accelerometer: Accelerometer, plan: TumblePlan) -> TumbleRecord:
     )
 
 
-def _repeats(angles: Array, strokes: int) -> NDArray[np.int64]:
+def _repeats(angles: Array, strokes: int) -> Ints:
     """What to add to the stroke of each reading of a run.
 
     A table tells readings apart by stroke and angle. So a second reading at a stop counts as one of

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError
 from accelcal.units import canonical_unit, conversion_factor, is_output_unit
 
@@ -23,9 +23,6 @@ __all__ = [
     "LimitedQuantity",
     "Specification",
 ]
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 
 from accelcal.archive.cells import Cells, Columns, Labels
 from accelcal.archive.columns import FrameColumn
+from accelcal.arrays import Mask
 from accelcal.escapes import ESCAPED
 
 __all__ = ["arrow_bytes", "parquet_frame"]
-
-Mask = NDArray[np.bool_]
 
 _ROW_GROUP = 8_000  # rows that are written together; in parts of 3,000 they take half as long again
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.archive.columns import FrameColumn
+from accelcal.arrays import Array, Places
 
 __all__ = ["Cells", "Columns", "Labels", "columns_of_rows", "put_together"]
 
@@ -29,7 +29,7 @@ class Labels(NamedTuple):
     ['o+', 'o+', None]
     """
 
-    code: NDArray[np.intp]
+    code: Places
     values: list[Any]
 
     @classmethod
@@ -41,7 +41,7 @@ class Labels(NamedTuple):
         places = {value: place for place, value in enumerate(values)}
         return cls(np.fromiter(map(places.__getitem__, cells), np.intp, len(cells)), values)
 
-    def taken(self, places: NDArray[np.intp]) -> Labels:
+    def taken(self, places: Places) -> Labels:
         """Those of some cells."""
         return self._replace(code=self.code[places])
 
@@ -51,7 +51,7 @@ class Labels(NamedTuple):
         return [known[i] for i in self.code.tolist()]
 
 
-Cells = NDArray[np.float64] | Labels
+Cells = Array | Labels
 """Cells of a column: numbers, NaN where there is none, or labels."""
 
 Columns = dict[str, Cells]
@@ -88,7 +88,7 @@ def columns_of_rows(rows: Sequence[Sequence[Any]], kinds: Mapping[str, FrameColu
     }
 
 
-def put_together(parts: Sequence[Columns], order: NDArray[np.intp] | None = None) -> Columns:
+def put_together(parts: Sequence[Columns], order: Places | None = None) -> Columns:
     """Put parts of a frame below each other.
 
     Parameters
@@ -106,7 +106,7 @@ def put_together(parts: Sequence[Columns], order: NDArray[np.intp] | None = None
     return {name: _joined([part[name] for part in parts], order) for name in parts[0]}
 
 
-def _joined(parts: Sequence[Cells], order: NDArray[np.intp] | None) -> Cells:
+def _joined(parts: Sequence[Cells], order: Places | None) -> Cells:
     rows = slice(None) if order is None else order
     labels = [part for part in parts if isinstance(part, Labels)]
     if not labels:

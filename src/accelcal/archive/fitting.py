@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.archive.cells import Columns, Labels, columns_of_rows, put_together
 from accelcal.archive.columns import LAWS, ROWS, FrameColumn
@@ -15,13 +14,12 @@ from accelcal.archive.rows import law_rows, table_rows
 from accelcal.archive.settings import Settings
 from accelcal.archive.stacked_rows import can_be_columns, stacked_laws, stacked_tables
 from accelcal.archive.stacked_verdicts import verdicts_of
+from accelcal.arrays import Places
 from accelcal.calibrate.many import calibrate_many
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.record import TumbleRecord
 
 __all__ = ["FittedRecords", "fit_records"]
-
-Places = NDArray[np.intp]
 
 
 class FittedRecords(NamedTuple):

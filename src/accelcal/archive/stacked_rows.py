@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from accelcal.archive.cells import Columns, Labels, put_together
 from accelcal.archive.columns import LAWS, ROWS, FrameColumn, gate_column
 from accelcal.archive.rows import JOINT
+from accelcal.arrays import Places
 from accelcal.calibrate.columns import mountings_of, numbers_of, runs_of, verdict_codes
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.gates.verdict import VERDICTS
@@ -92,7 +93,7 @@ def _warnings(stack: CalibrationStack) -> list[str]:
     ]
 
 
-def stacked_laws(stack: CalibrationStack) -> tuple[Columns, NDArray[np.intp]]:
+def stacked_laws(stack: CalibrationStack) -> tuple[Columns, Places]:
     """Columns of the temperature laws of a stack, record after record.
 
     Parameters
@@ -129,9 +130,7 @@ def _laws_by_mounting(stack: CalibrationStack) -> list[tuple[str, LawsOfRecords]
     return [(mounting, own) for mounting, own in laws if own is not None]
 
 
-def _laws_of(
-    stack: CalibrationStack, laws: LawsOfRecords, mounting: str
-) -> tuple[Columns, NDArray[np.intp]]:
+def _laws_of(stack: CalibrationStack, laws: LawsOfRecords, mounting: str) -> tuple[Columns, Places]:
     record, term = np.nonzero(~np.isnan(laws.value))
     units = [_law_unit(name, stack.plan.records[0].unit) for name in laws.names]
     dof = laws.dof[record, term]
@@ -149,9 +148,7 @@ def _laws_of(
     return _columns(found, LAWS, record.size), record
 
 
-def _of_records(
-    stack: CalibrationStack, row: NDArray[np.intp], kinds: Mapping[str, FrameColumn]
-) -> Columns:
+def _of_records(stack: CalibrationStack, row: Places, kinds: Mapping[str, FrameColumn]) -> Columns:
     """Cells that rows have from their records, those of one plan."""
     records = stack.plan.records
     return {

@@ -8,9 +8,10 @@ from numbers import Real
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from accelcal.arguments.kinds import as_given, is_finite
+from accelcal.arrays import Array
 from accelcal.errors import InputError
 
 __all__ = [
@@ -81,7 +82,7 @@ def check_whole(minimum: int, /, **values: float) -> None:
             raise InputError(f"{name} is {as_given(value)}; it is {rule}")
 
 
-def number_array(value: ArrayLike, name: str) -> NDArray[np.float64]:
+def number_array(value: ArrayLike, name: str) -> Array:
     """Take a number or an array of numbers.
 
     Parameters

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arrays import Places
 from accelcal.calibrate.quantities import TableQuantities, table_quantities
 from accelcal.calibrate.stack import CalibrationStack
 
@@ -50,7 +51,7 @@ def numbers_of(stack: CalibrationStack) -> dict[str, Column]:
     return {**_of_tables(stack), **{name: part for own in quantities for name, part in own}}
 
 
-def verdict_codes(stack: CalibrationStack) -> dict[str, NDArray[np.intp]]:
+def verdict_codes(stack: CalibrationStack) -> dict[str, Places]:
     """Put the verdicts of the gates of a stack into columns.
 
     Parameters

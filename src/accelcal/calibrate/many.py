@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Places
 from accelcal.calibrate.options import Options
 from accelcal.calibrate.plan import OnePlan, plans_of
 from accelcal.calibrate.stack import CalibrationStack, calibration_stack
@@ -15,8 +15,6 @@ from accelcal.errors import InputError
 from accelcal.record import TumbleRecord
 
 __all__ = ["Many", "calibrate_many"]
-
-Places = NDArray[np.intp]
 
 
 class Many(NamedTuple):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.calibrate.quantities import TableQuantities, table_quantities
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
@@ -19,8 +19,6 @@ from accelcal.results.quantity import Gate, Residuals
 from accelcal.results.table import TableCalibration
 
 __all__ = ["table_calibrations"]
-
-Array = NDArray[np.float64]
 
 
 def table_calibrations(

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_choice, check_flag
+from accelcal.arrays import Mask
 from accelcal.errors import AccelcalWarning
 from accelcal.estimate.linear import METHODS
 from accelcal.model import COEFFICIENTS
@@ -51,7 +51,7 @@ class Options(NamedTuple):
         """What others than this record tell of the head."""
         return None if self.head is None else self.head.without(record.sha256)
 
-    def left_out(self, records: Sequence[TumbleRecord]) -> NDArray[np.bool_]:
+    def left_out(self, records: Sequence[TumbleRecord]) -> Mask:
         """Which records themselves told of the head, shape (R,)."""
         if self.head is None:
             return np.zeros(len(records), dtype=np.bool_)

@@ -8,8 +8,8 @@ from operator import attrgetter, is_, itemgetter
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import is_usable
 from accelcal.record import TumbleRecord
@@ -21,8 +21,6 @@ from accelcal.reference import (
 )
 
 __all__ = ["OnePlan", "plans_of"]
-
-Array = NDArray[np.float64]
 
 _AT_A_TIME = 2000
 """Records of a plan that are calibrated together, at the memory of all their calibrations."""
@@ -57,9 +55,9 @@ class OnePlan(NamedTuple):
     temperatures: tuple[Array, ...]
     recorded: tuple[Array, ...]
     levels: Array
-    masks: tuple[NDArray[np.bool_], ...]
+    masks: tuple[Mask, ...]
 
-    def can_be_stacked(self) -> NDArray[np.bool_]:
+    def can_be_stacked(self) -> Mask:
         """Tell which records can be calibrated with others, shape (R,), see `plans_of`."""
         return np.asarray(np.all([is_usable(y) for y in self.outputs], axis=0))
 
@@ -78,7 +76,7 @@ class OnePlan(NamedTuple):
         whole = np.array([unknown if r.time is None else r.time for r in self.records])
         return np.concatenate([whole[:, self.masks[t]] for t in tables])
 
-    def line(self, table: int, record: int) -> NDArray[np.int64] | None:
+    def line(self, table: int, record: int) -> Ints | None:
         """Lines of the source with the readings of a table of one record."""
         line = self.records[record].line
         return None if line is None else line[self.masks[table]]
@@ -115,7 +113,7 @@ class OnePlan(NamedTuple):
             tables.setdefault(int(run_of[mask.argmax()]), []).append(own)
         return np.stack([level_of(np.concatenate(tables[i], axis=1)) for i in sorted(tables)], 1)
 
-    def of_records(self, places: NDArray[np.intp]) -> OnePlan:
+    def of_records(self, places: Places) -> OnePlan:
         """Return some of the records."""
         return self._replace(
             records=[self.records[i] for i in places.tolist()],
@@ -126,7 +124,7 @@ class OnePlan(NamedTuple):
         )
 
 
-def _of_table(values: Array, mask: NDArray[np.bool_]) -> Array:
+def _of_table(values: Array, mask: Mask) -> Array:
     """Values of one table in all records, in the order in memory that numpy is quick with."""
     if mask.size < _LONG:
         return values[:, mask]  # column by column: the records of one reading lie side by side
@@ -139,9 +137,7 @@ def _without_gaps(temperature: Array, level: Array) -> Array:
     return temperature if known.all() else np.where(known, temperature, level[:, None])
 
 
-def plans_of(
-    records: Sequence[TumbleRecord], delta0: float | None
-) -> list[tuple[NDArray[np.intp], OnePlan]]:
+def plans_of(records: Sequence[TumbleRecord], delta0: float | None) -> list[tuple[Places, OnePlan]]:
     """Group records that can be calibrated together.
 
     Parameters

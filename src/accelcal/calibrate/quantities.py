@@ -6,15 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.estimate.uncertainty import Component, Intervals, combined, interval_stack
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, coefficient_unit
 from accelcal.results.quantity import Quantity
 
 __all__ = ["QuantityStack", "TableQuantities", "table_quantities"]
-
-Array = NDArray[np.float64]
 
 
 class QuantityStack(NamedTuple):

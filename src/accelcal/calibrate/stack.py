@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.calibrate.head import at_true_angles
 from accelcal.calibrate.known_effects import corrections, effects_component
 from accelcal.calibrate.of_record import calibration_of_record
@@ -42,8 +42,6 @@ if TYPE_CHECKING:
     from accelcal.discovery.correction import Correction
 
 __all__ = ["CalibrationStack", "calibration_stack"]
-
-Array = NDArray[np.float64]
 
 _MISPRINTED = "printed"
 """The method whose coefficients are misprinted: no temperature law is fitted to them."""

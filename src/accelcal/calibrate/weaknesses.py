@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Mask
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.launch import RunShift
 from accelcal.estimate.noise import ReadingNoise
@@ -17,8 +17,6 @@ from accelcal.sentences import Sentence, first_of, of_each
 from accelcal.temperature.error_component import Slopes
 
 __all__ = ["Fitted", "Warned", "warnings_of"]
-
-Mask = NDArray[np.bool_]
 
 _FEW_REPEATS = 5
 """Degrees of freedom of a variance below which a report says that it is hardly known."""

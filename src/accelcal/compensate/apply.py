@@ -6,10 +6,11 @@ import math
 import warnings
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from accelcal.arguments.numbers import check_number, check_side_by_side, number_array
 from accelcal.arguments.options import check_flag
+from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.inversion import FARTHEST, invert, invert_with, slope
@@ -20,8 +21,6 @@ from accelcal.errors import AccelcalWarning, InputError
 from accelcal.results.calibration import Calibration
 
 __all__ = ["apply", "compensate"]
-
-Array = NDArray[np.float64]
 
 
 def apply(

@@ -8,9 +8,9 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.arguments.kinds import expect
+from accelcal.arrays import Array
 from accelcal.compensate.assumptions import (
     lost_symbols,
     not_determined,
@@ -52,8 +52,6 @@ from accelcal.results.usable import (
 )
 
 __all__ = ["compensation"]
-
-Array = NDArray[np.float64]
 
 _CROSS_AXES = {"o": "a_p", "p": "a_o"}
 """Axis along the shaft -> acceleration along the cross axis in the plane of rotation."""

@@ -6,8 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from accelcal.arrays import Array, Mask
 from accelcal.effects.static import StaticEffects
 
 __all__ = [
@@ -21,8 +22,6 @@ __all__ = [
     "Law",
     "Slope",
 ]
-
-Array = NDArray[np.float64]
 
 PARAMETERS = ("k0", "K1", "k2", "k3", "delta", "delta_ip")
 """Parameters at T0, first in the order of the covariance; that of K1 is relative."""
@@ -222,7 +221,7 @@ class Compensation:
         """The cross axes that were calibrated."""
         return (self.cross,) if self.other is None else (self.cross, self.other)
 
-    def within_temperatures(self, temperature: ArrayLike) -> NDArray[np.bool_]:
+    def within_temperatures(self, temperature: ArrayLike) -> Mask:
         """Tell which temperatures lie in the calibrated range, `TEMPERATURE_MARGIN` included."""
         if self.temperatures is None:
             return np.ones(np.shape(temperature), dtype=bool)
@@ -242,7 +241,7 @@ class Compensation:
             f" calibration, which is for {levels}"
         )
 
-    def within_accelerations(self, acceleration: ArrayLike) -> NDArray[np.bool_]:
+    def within_accelerations(self, acceleration: ArrayLike) -> Mask:
         """Tell which accelerations lie in the tested range, `ACCELERATION_MARGIN` included."""
         low, high = self.accelerations
         given = np.asarray(acceleration, dtype=np.float64)

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Law
 from accelcal.model import ERROR_TERMS
 from accelcal.results.calibration import Calibration
@@ -17,8 +17,6 @@ from accelcal.results.temperature import TemperatureModel
 
 __all__ = ["covariance_of_laws", "covariance_of_table", "freedom_of_laws"]
 __all__ += ["freedom_of_table", "standard_uncertainty"]
-
-Array = NDArray[np.float64]
 
 _IN_MODEL = {name: f"{name} at_T0" for name in ("k0", "K1", "delta")} | {
     name: name.replace("_slope_", " ") for name in SLOPES

@@ -12,13 +12,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from accelcal.arrays import Array, Mask
 
 __all__ = ["CLOSE", "FARTHEST", "MOST_STEPS", "invert", "invert_with"]
 __all__ += ["rising_branch", "slope"]
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 Function = Callable[[Array], Array]
 
 FARTHEST = 1e4
@@ -81,7 +81,7 @@ def invert(target: ArrayLike, linear: ArrayLike, second: float, third: float) ->
 
 
 def _root(
-    excess_of: Function, slope_of: Function, a: Array, ends: tuple[Array, Array], solvable: Flags
+    excess_of: Function, slope_of: Function, a: Array, ends: tuple[Array, Array], solvable: Mask
 ) -> Array:
     """Zero of what is negative at the lower end and positive at the upper one, sought from a."""
     low, high = ends
@@ -140,7 +140,7 @@ def invert_with(
         return _root(excess, steepness, without, (low, high), solvable)
 
 
-def _around(excess_of: Function, a: Array, width: Array) -> tuple[Array, Array, Flags]:
+def _around(excess_of: Function, a: Array, width: Array) -> tuple[Array, Array, Mask]:
     """Ends about a with a zero between them, as near as doubling the width finds them."""
     for _ in range(_DOUBLINGS):
         low, high = a - width, a + width

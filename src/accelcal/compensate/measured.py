@@ -6,16 +6,14 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Mask
 from accelcal.equality import EqualByContents
 
 if TYPE_CHECKING:
     import pandas as pd
 
 __all__ = ["MeasuredAcceleration"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,12 +48,12 @@ class MeasuredAcceleration(EqualByContents):
     value: Array
     standard_uncertainty: Array
     expanded_uncertainty: Array
-    within_temperatures: NDArray[np.bool_]
-    within_accelerations: NDArray[np.bool_]
+    within_temperatures: Mask
+    within_accelerations: Mask
     index: Any = None
 
     @property
-    def inside(self) -> NDArray[np.bool_]:
+    def inside(self) -> Mask:
         """Whether a sample lies in the calibrated ranges."""
         return self.within_temperatures & self.within_accelerations
 

@@ -7,13 +7,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.estimate.uncertainty import Intervals, combined
 
 __all__ = ["Part", "interval_of_parts", "linear_sum", "propagated"]
-
-Array = NDArray[np.float64]
 
 
 class Part(NamedTuple):

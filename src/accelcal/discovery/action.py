@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.options import check_text
+from accelcal.arrays import Array
 from accelcal.discovery.base import solve
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.known import contribution, instance_of
@@ -19,8 +19,6 @@ from accelcal.record import TumbleRecord
 from accelcal.results.discovery import Discovery
 
 __all__ = ["Action", "action"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

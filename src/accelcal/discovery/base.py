@@ -16,16 +16,14 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Mask
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions, conditions_of
 from accelcal.errors import InputError
 from accelcal.model import SEEN_IN_MOUNTING
 from accelcal.record import TumbleRecord
 
 __all__ = ["SIDES", "BaseModel", "base_model", "solve", "without_shifts"]
-
-Array = NDArray[np.float64]
 
 SIDES = ("above T0", "below T0")
 """Sides of a bilinear law, as they stand behind a blank in the names of slopes."""
@@ -255,7 +253,7 @@ def _tilt(model: BaseModel, parameters: Array) -> Array:
     return np.asarray(model.inside[:, inside] @ parameters[own])
 
 
-def _per_degree(model: BaseModel, parameters: Array, above: NDArray[np.bool_]) -> Array:
+def _per_degree(model: BaseModel, parameters: Array, above: Mask) -> Array:
     """Change of the second bracket with the temperature, by the side of T0 [g/degC].
 
     A side without a level of its own is taken to have the slopes of the other one.

@@ -17,8 +17,8 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.compensate.coefficients import PARAMETERS, Compensation
 from accelcal.discovery.repeatability import known_noise
 from accelcal.discovery.simulated import (
@@ -43,8 +43,6 @@ from accelcal.results.levels import nearest_level
 from accelcal.results.table import TableCalibration
 
 __all__ = ["CalibrationErrors", "calibration_errors", "is_corrected"]
-
-Array = NDArray[np.float64]
 
 _DELTA, _OTHER, _DELTA0 = (ERRORS.index(name) for name in ("delta", "other delta", "delta0"))
 _MAIN = [*range(len(PARAMETERS))]

@@ -8,9 +8,9 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.arguments.kinds import each_of
+from accelcal.arrays import Array, Mask, Places
 from accelcal.discovery.space import Space
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.conditions import Conditions
@@ -27,8 +27,6 @@ __all__ = [
     "instances_of",
     "searched_among",
 ]
-
-Array = NDArray[np.float64]
 
 VISIBLE = 0.01
 """Part of an effect that the base model must leave for the effect to be looked for."""
@@ -94,8 +92,8 @@ class Candidates(NamedTuple):
     instances: tuple[Instance, ...]
     directions: Array
     length: Array
-    owner: NDArray[np.intp]
-    one_sided: NDArray[np.bool_]
+    owner: Places
+    one_sided: Mask
     effects: tuple[Effect, ...]
     hidden: tuple[Effect, ...]
 

@@ -12,16 +12,14 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.discovery.factors import Block
 from accelcal.discovery.family import chance, without
 from accelcal.discovery.noise import FEWEST_REPLICATES, orthonormal
 from accelcal.discovery.space import Space
 
 __all__ = ["Estimated", "chances"]
-
-Array = NDArray[np.float64]
 
 _ENDLESS = 10**6
 _LOGITS = np.linspace(-14.0, 14.0, 41)

@@ -13,8 +13,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Mask
 from accelcal.discovery.calibration_errors import CalibrationErrors
 from accelcal.discovery.simulated import SHAFT, Simulated
 from accelcal.numerics.probability import LEVEL, student_quantile
@@ -24,8 +24,6 @@ from accelcal.results.disagreement import RunChange
 from accelcal.results.quantity import Quantity
 
 __all__ = ["Uncertain", "changes", "wider"]
-
-Array = NDArray[np.float64]
 
 _RANK = 1e-9
 """Singular value, over the largest one, below which readings do not tell a combination."""
@@ -106,9 +104,7 @@ def changes(record: TumbleRecord, simulated: Simulated, known: Uncertain) -> Ite
         )
 
 
-def _weights(
-    columns: Array, root: Array, own: NDArray[np.bool_]
-) -> tuple[Array, NDArray[np.bool_]]:
+def _weights(columns: Array, root: Array, own: Mask) -> tuple[Array, Mask]:
     """Weights of the readings in each change of a run, (3, n), and which changes they tell."""
     whitener = np.linalg.inv(np.linalg.cholesky(root[own] @ root[own].T))
     inverse = np.linalg.pinv(whitener @ columns[own], rcond=_RANK) @ whitener
@@ -118,7 +114,7 @@ def _weights(
     return weights, np.asarray(told)
 
 
-def _runs_and_axes(record: TumbleRecord) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+def _runs_and_axes(record: TumbleRecord) -> Iterator[tuple[str, Mask]]:
     """Readings of each run and cross axis."""
     for index, label in enumerate(record.run_labels):
         for axis in SHAFT:

@@ -8,9 +8,9 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
+from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
 from accelcal.discovery.calibration_errors import CalibrationErrors, calibration_errors
@@ -54,8 +54,6 @@ from accelcal.results.quantity import ErrorSource
 from accelcal.version import __version__
 
 __all__ = ["compare", "residuals_of"]
-
-Array = NDArray[np.float64]
 
 _SIGNIFICANT = 0.01
 

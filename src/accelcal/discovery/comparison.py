@@ -6,8 +6,8 @@ from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel, base_model, solve
 from accelcal.discovery.candidates import Instance, column_of
 from accelcal.discovery.noise import (
@@ -22,8 +22,6 @@ from accelcal.geometry import head_positions
 from accelcal.record import TumbleRecord
 
 __all__ = ["Comparison", "compared"]
-
-Array = NDArray[np.float64]
 
 _RHOS = 6
 """Values of the correlation of neighbours under which false alarms are judged."""

@@ -13,8 +13,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.discovery.candidates import VISIBLE, Instance, amplitude_columns, column_of
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.held_out import held_out_rms
@@ -28,8 +28,6 @@ from accelcal.results.findings import FoundEffect
 from accelcal.results.quantity import Quantity
 
 __all__ = ["Correction", "correction"]
-
-Array = NDArray[np.float64]
 
 
 class Correction(NamedTuple):

@@ -6,11 +6,11 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag
+from accelcal.arrays import Array
 from accelcal.discovery.candidates import Instance, candidates, searched_among
 from accelcal.discovery.caveats import caveats
 from accelcal.discovery.chances import chances
@@ -42,8 +42,6 @@ from accelcal.results.quantity import ErrorSource, Quantity
 from accelcal.version import __version__
 
 __all__ = ["discover"]
-
-Array = NDArray[np.float64]
 
 _SAME_NOISE = 0.01
 

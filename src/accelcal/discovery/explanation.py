@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.discovery.candidates import Instance, amplitude_columns, direction
 from accelcal.discovery.family import NEW, SMALLEST, Family, agrees, chance, without
 from accelcal.discovery.noise import orthonormal
 from accelcal.effects.conditions import Conditions
 
 __all__ = ["Explanation", "best_instances", "explanation"]
-
-Array = NDArray[np.float64]
 
 _ROUNDS = 3
 

@@ -6,16 +6,14 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.discovery.noise import cycle, dummies, orthonormal, worn
 from accelcal.discovery.space import Space
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions
 from accelcal.geometry import head_positions
 
 __all__ = ["Block", "blocks"]
-
-Array = NDArray[np.float64]
 
 
 class Block(NamedTuple):

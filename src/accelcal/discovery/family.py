@@ -12,16 +12,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.discovery.candidates import Candidates
 from accelcal.discovery.factors import Block
 from accelcal.discovery.noise import orthonormal
 from accelcal.discovery.space import Space
 
 __all__ = ["SMALLEST", "Family", "Judgement", "agrees", "chance", "family_of", "judge"]
-
-Array = NDArray[np.float64]
 
 DRAWS = 4000
 SMALLEST = 1e-300

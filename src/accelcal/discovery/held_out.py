@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Mask
 from accelcal.discovery.candidates import Instance, column_of
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.noise import cells, cycle
 from accelcal.numerics.grouping import grouped
 
 __all__ = ["held_out_rms"]
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 def held_out_rms(

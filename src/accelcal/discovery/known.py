@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.discovery.candidates import Instance, amplitude_columns
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Disturbance
 
 __all__ = ["contribution", "instance_of", "sizes_of"]
-
-Array = NDArray[np.float64]
 
 
 def instance_of(known: Disturbance) -> Instance:

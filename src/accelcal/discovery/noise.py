@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
+from accelcal.arrays import Array, Ints, Places
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
 from accelcal.geometry import head_positions
@@ -30,8 +31,6 @@ __all__ = [
     "reading_noise",
 ]
 __all__ += ["refuse_too_many", "saturated", "worn"]
-
-Array = NDArray[np.float64]
 
 FEWEST_REPLICATES = 8
 """Degrees of freedom of pure error below which nothing can be discovered."""
@@ -70,12 +69,12 @@ class ReadingNoise(NamedTuple):
     tails: float
 
 
-def cycle(c: Conditions) -> NDArray[np.int64]:
+def cycle(c: Conditions) -> Ints:
     """Cycle of each reading, a forward and a back stroke, from 0."""
     return (c.stroke - 1) // 2
 
 
-def cells(*keys: NDArray[np.generic]) -> NDArray[np.intp]:
+def cells(*keys: NDArray[np.generic]) -> Places:
     """Number the combinations of some keys, from 0; shape (n,)."""
     label = np.zeros(keys[0].size, dtype=np.int64)
     for key in keys:
@@ -214,7 +213,7 @@ def _excess_kurtosis(error: Array, projector: Array, variance: float) -> float:
     return fourth / (float((projector**4).sum()) * variance**2)
 
 
-def _autocorrelation(error: Array, projector: Array, run: NDArray[np.int64]) -> tuple[float, float]:
+def _autocorrelation(error: Array, projector: Array, run: Ints) -> tuple[float, float]:
     """Correlation of neighbours and the variance, both with their expectations matched."""
     neighbours = np.where(run[1:] == run[:-1], 1.0, 0.0)
     shifted = np.zeros_like(projector)  # D P, where e' D e sums products of neighbours
@@ -232,7 +231,7 @@ def _autocorrelation(error: Array, projector: Array, run: NDArray[np.int64]) -> 
     return rho, float(error @ error / (powers[best] @ of_squares))
 
 
-def _lag_sums(matrix: Array, run: NDArray[np.int64]) -> Array:
+def _lag_sums(matrix: Array, run: Ints) -> Array:
     """Sums of a symmetric matrix along its diagonals, within runs: trace with rho^lag."""
     sums = [float(np.trace(matrix))]
     for lag in range(1, min(_LAGS, run.size)):

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.discovery.calibration_errors import CalibrationErrors
 from accelcal.discovery.simulated import Simulated
 from accelcal.geometry import head_positions
@@ -16,8 +16,6 @@ from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 
 __all__ = ["head_difference", "is_same_file", "is_same_head", "is_turned_over"]
-
-Array = NDArray[np.float64]
 
 _KEYS = ("head", "stand")
 """Lines above the readings that name what stood under them, the one that tells most first."""

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from accelcal.arrays import Array
 from accelcal.discovery.explanation import Explanation, best_instances, explanation
 from accelcal.discovery.family import Family, Judgement, judge
 from accelcal.effects.conditions import Conditions
 
 __all__ = ["Findings", "search"]
-
-Array = NDArray[np.float64]
 
 _BEAM = 12
 """Sets of effects from which larger sets are made."""

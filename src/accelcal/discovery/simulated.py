@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Mask
 from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation, CrossAxis
 from accelcal.discovery.known import contribution
 from accelcal.effects.conditions import Conditions, conditions_of
@@ -21,8 +22,6 @@ from accelcal.results.findings import FoundEffect
 from accelcal.results.quantity import Quantity
 
 __all__ = ["ERRORS", "SHAFT", "Simulated", "axis_of", "freed_angle", "simulated_readings"]
-
-Array = NDArray[np.float64]
 
 SHAFT = {"o": "a_p", "p": "a_o"}
 """Axis along the shaft -> acceleration along the cross axis in the plane of rotation."""
@@ -158,7 +157,7 @@ def _of_axis(
     return np.asarray(np.sum([np.where(along == a.name, told(a), 0.0) for a in found.axes], axis=0))
 
 
-def _by_error(c: Conditions, is_main: NDArray[np.bool_]) -> Array:
+def _by_error(c: Conditions, is_main: Mask) -> Array:
     """Derivatives by `ERRORS`, shape (n, 18); those of the slopes are on one side of T0 each."""
     gain, a_i, a_p = c.gain, c.input, c.cross
     main, other = np.where(is_main, gain, 0.0), np.where(is_main, 0.0, gain)

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel, solve
 from accelcal.discovery.candidates import Instance, amplitude_columns, column_of
 from accelcal.discovery.comparison import Comparison
@@ -18,8 +18,6 @@ from accelcal.results.findings import Change
 from accelcal.results.quantity import Quantity
 
 __all__ = ["Solution", "changes", "parameters_of", "solution"]
-
-Array = NDArray[np.float64]
 
 _STEP = 1e-4
 _DETERMINED = 1e-6

@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.discovery.noise import orthonormal
 from accelcal.errors import InputError
 
 __all__ = ["Space", "space_of", "whitener_of"]
-
-Array = NDArray[np.float64]
 
 
 class Space(NamedTuple):

@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.discovery.candidates import Instance, direction
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import without
@@ -20,8 +20,6 @@ from accelcal.discovery.noise import dummies, orthonormal
 from accelcal.effects.conditions import Conditions
 
 __all__ = ["LIKELY", "POSSIBLE", "Wandering", "wandering"]
-
-Array = NDArray[np.float64]
 
 LIKELY, POSSIBLE = 0.1, 0.001
 """Likelihood of a wandering bias, over that with an effect: from the first on the effect gets no

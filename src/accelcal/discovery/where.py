@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.discovery.factors import Block
 from accelcal.discovery.family import without
 from accelcal.discovery.noise import cycle, orthonormal
@@ -15,8 +15,6 @@ from accelcal.effects.conditions import Conditions
 from accelcal.results.findings import Share
 
 __all__ = ["pattern", "shares", "structure"]
-
-Array = NDArray[np.float64]
 
 _HARMONICS = 8
 _PURE = 0.8

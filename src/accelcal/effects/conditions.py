@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Ints
 from accelcal.geometry import accelerations
 from accelcal.record import TumbleRecord
 
 __all__ = ["LEVEL_CHANGE", "SAME_ANGLE", "SECONDS_PER_READING", "Conditions", "conditions_of"]
-
-Array = NDArray[np.float64]
 
 SECONDS_PER_READING = 60.0
 """Time from one reading to the next where a record has no times [s]."""
@@ -66,15 +64,15 @@ class Conditions:
         Standard normal numbers, for effects that are random; zero where nothing is drawn.
     """
 
-    number: NDArray[np.int64]
+    number: Ints
     angle: Array
     input: Array
     cross: Array
     axial: Array
     excess: Array
     approach: Array
-    stroke: NDArray[np.int64]
-    run: NDArray[np.int64]
+    stroke: Ints
+    run: Ints
     time: Array
     run_time: Array
     indicated: Array
@@ -90,7 +88,7 @@ class Conditions:
         return np.where(self.stroke % 2 == 1, 1.0, -1.0)
 
     @property
-    def order(self) -> NDArray[np.int64]:
+    def order(self) -> Ints:
         """Indices of the readings in the order of measuring, shape (n,)."""
         return np.argsort(self.number)
 
@@ -158,7 +156,7 @@ def conditions_of(
     )
 
 
-def _sequence(record: TumbleRecord) -> tuple[NDArray[np.int64], Array]:
+def _sequence(record: TumbleRecord) -> tuple[Ints, Array]:
     """Numbers of the readings in the order of measuring, and their times from the first one."""
     time = record.time if record.time is not None else np.full(len(record), np.nan)
     timed = bool(np.isfinite(time).all())
@@ -171,13 +169,13 @@ def _sequence(record: TumbleRecord) -> tuple[NDArray[np.int64], Array]:
     return number, time - np.min(time) if timed else steps * SECONDS_PER_READING
 
 
-def _since_start_of_run(run: NDArray[np.int64], time: Array) -> Array:
+def _since_start_of_run(run: Ints, time: Array) -> Array:
     start = np.full(run.max() + 1, np.inf)
     np.minimum.at(start, run, time)
     return time - start[run]
 
 
-def _approach(run: NDArray[np.int64], excess: Array) -> Array:
+def _approach(run: Ints, excess: Array) -> Array:
     """Sense of the last change of level before each run."""
     approach = np.zeros(run.size)
     sense, before = 0.0, None

@@ -6,16 +6,14 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.effects.catalogue import effect
 from accelcal.effects.conditions import SAME_ANGLE, Conditions
 from accelcal.effects.effect import Effect, Parameter
 from accelcal.geometry import angular_distance
 
 __all__ = ["FACTORS", "effect_of", "empirical"]
-
-Array = NDArray[np.float64]
 
 _ID = "empirical:"
 _AT = "at {:g} deg"

@@ -10,14 +10,13 @@ from dataclasses import dataclass
 from functools import lru_cache, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
 
 __all__ = ["FUNCTIONS", "STATIC", "SYMBOLS", "Formula"]
 
-Array = NDArray[np.float64]
 Value = Callable[[Conditions], Array]
 
 SYMBOLS: dict[str, tuple[str, Value]] = {

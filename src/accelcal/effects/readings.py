@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Effect, Parameter
 from accelcal.errors import InputError
 
 __all__ = ["EFFECTS"]
-
-Array = NDArray[np.float64]
 
 
 def _outlier(c: Conditions, error: float, reading: float) -> Array:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Effect, Parameter
 
@@ -14,7 +14,7 @@ _FINER = "positions 22.5 or 30 deg apart instead of 45 deg"
 _OTHER_MOUNTING = "the other cross axis in the rotation plane"
 
 
-def _dead_zone(c: Conditions, threshold: float) -> NDArray[np.float64]:
+def _dead_zone(c: Conditions, threshold: float) -> Array:
     return -np.clip(c.axial, -threshold, threshold)
 
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.effects.conditions import SAME_ANGLE, Conditions
 from accelcal.effects.effect import Effect, Parameter
 from accelcal.errors import InputError
 from accelcal.geometry import angular_distance, head_positions
 
 __all__ = ["EFFECTS"]
-
-Array = NDArray[np.float64]
 
 
 def _position_error(c: Conditions, error: float, at: float) -> Array:

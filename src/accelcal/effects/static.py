@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.effects.left_in_use import static_in_use
 from accelcal.geometry import accelerations
 from accelcal.results.calibration import Calibration
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from accelcal.results.quantity import Quantity
 
 __all__ = ["LookAlike", "Samples", "StaticEffects", "how_taken_up", "static_effects"]
-
-Array = NDArray[np.float64]
 
 _UNKNOWN = (
     *("angle", "approach", "time", "run_time", "draws"),

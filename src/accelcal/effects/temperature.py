@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions
 from accelcal.effects.effect import Effect, Parameter
 from accelcal.units import HOUR
 
 __all__ = ["EFFECTS"]
-
-Array = NDArray[np.float64]
 
 _MORE_LEVELS = "two or more temperatures on either side of T0"
 

@@ -7,16 +7,14 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Effect, Parameter
 from accelcal.errors import InputError
 from accelcal.units import DAY, HOUR
 
 __all__ = ["EFFECTS"]
-
-Array = NDArray[np.float64]
 
 
 _SHOWN_BY = 4

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_flag
+from accelcal.arrays import Array, Mask
 from accelcal.error_budget.coefficients import coefficients_of
 from accelcal.error_budget.components import random_components, systematic_components
 from accelcal.error_budget.conditions import conditions
@@ -23,8 +24,6 @@ from accelcal.results.error_budget import ErrorBudget, ErrorComponent
 from accelcal.results.usable import refuse_misprinted, refuse_undetermined_laws
 
 __all__ = ["budget"]
-
-Array = NDArray[np.float64]
 
 
 def budget(
@@ -133,7 +132,7 @@ def budget(
 
 
 def _combined(
-    parts: Sequence[ErrorComponent], together: NDArray[np.bool_], added: Array
+    parts: Sequence[ErrorComponent], together: Mask, added: Array
 ) -> tuple[Array, Array, Array]:
     """Variance added by correlation, standard uncertainty and coverage factor of each point."""
     variances = np.array([part.standard_uncertainty**2 for part in parts])

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.model import ERROR_TERMS
 from accelcal.results.calibration import Calibration
@@ -49,7 +49,7 @@ class Coefficients:
     range: tuple[float, float] | None
     model: TemperatureModel | None
 
-    def slope(self, name: str, rise: NDArray[np.float64], part: str) -> NDArray[np.float64]:
+    def slope(self, name: str, rise: Array, part: str) -> Array:
         """Slope of a coefficient at each T - T0, or an uncertainty of it; 0 where there is none.
 
         Parameters

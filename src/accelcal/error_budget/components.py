@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.error_budget.coefficients import Coefficients
 from accelcal.error_budget.conditions import Conditions
 from accelcal.error_budget.random_part import RandomBound, RandomPart
@@ -15,8 +15,6 @@ from accelcal.results.error_budget import ErrorComponent
 from accelcal.results.quantity import Quantity
 
 __all__ = ["AT_T0", "SLOPES", "random_components", "sensitivity", "systematic_components"]
-
-Array = NDArray[np.float64]
 
 AT_T0 = {
     "k0": "bias at T0",

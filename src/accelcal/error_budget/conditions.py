@@ -5,17 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from accelcal.arguments.numbers import check_side_by_side, number_array
+from accelcal.arrays import Array, Mask
 from accelcal.error_budget.coefficients import Coefficients
 from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.geometry import Acceleration
 
 __all__ = ["Conditions", "conditions"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,7 +39,7 @@ class Conditions:
     temperature: Array
     rise: Array
     time: Array
-    extrapolated: NDArray[np.bool_]
+    extrapolated: Mask
 
 
 def conditions(
@@ -140,7 +139,7 @@ def _check_temperature(coefficients: Coefficients, at: Array, rise: Array) -> No
             )
 
 
-def _outside(coefficients: Coefficients, at: Array, extrapolate: bool) -> NDArray[np.bool_]:
+def _outside(coefficients: Coefficients, at: Array, extrapolate: bool) -> Mask:
     if coefficients.range is None:
         return np.zeros(at.size, dtype=np.bool_)
     low, high = coefficients.range

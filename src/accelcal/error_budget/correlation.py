@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.error_budget.coefficients import Coefficients
 from accelcal.error_budget.components import SLOPES, sensitivity
 from accelcal.error_budget.conditions import Conditions
 from accelcal.results.error_budget import ErrorComponent
 
 __all__ = ["correlated_symbols", "covariance"]
-
-Array = NDArray[np.float64]
 
 _SIDES = ("above", "below")
 

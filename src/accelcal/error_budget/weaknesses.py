@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.effects.left_in_use import left_in_use, static_in_use
 from accelcal.effects.static import how_taken_up
 from accelcal.error_budget.coefficients import Coefficients
@@ -15,8 +15,6 @@ from accelcal.error_budget.random_part import FEW_LAUNCHES, NOT_IDENTIFIED, Rand
 from accelcal.results.calibration import Calibration
 
 __all__ = ["weaknesses"]
-
-Array = NDArray[np.float64]
 
 _CALIBRATED_WITHIN = 1.001  # a tumble test reaches 1 local g
 _RANDOM_NAMES = {

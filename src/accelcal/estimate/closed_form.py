@@ -7,8 +7,8 @@ test, so each is a matrix that maps the readings of a table to its coefficients.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.errors import DesignError
 from accelcal.estimate.estimability import signed
 from accelcal.estimate.tables import PreparedTable
@@ -17,8 +17,6 @@ from accelcal.model import COEFFICIENTS
 from accelcal.printed import documented_bias, estimator_matrix
 
 __all__ = ["closed_form_map", "closed_form_meaning"]
-
-Array = NDArray[np.float64]
 
 
 def closed_form_map(table: PreparedTable, method: str, delta0: float = 0.0) -> Array:

@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+
+from accelcal.arrays import Array, Places
 
 __all__ = ["LEAST_STRENGTH", "LackOfFit", "SeenErrors"]
-
-Array = NDArray[np.float64]
 
 # Where the size of the head error is estimated, contrasts are left out in which it acts with less
 # than this share of its action on the contrast that shows it best: they tell of the noise only.
@@ -40,7 +39,7 @@ class LackOfFit(NamedTuple):
     directions: Array
 
     @property
-    def number(self) -> NDArray[np.intp]:
+    def number(self) -> Places:
         """Number of contrasts, shape (...)."""
         return np.asarray((self.strengths > 0.0).sum(axis=-1))
 
@@ -54,7 +53,7 @@ class LackOfFit(NamedTuple):
         strength = np.where(self.strengths > 0.0, self.strengths, np.inf)
         return np.asarray((np.abs(self.contrasts) / strength).max(axis=-1))
 
-    def telling(self) -> tuple[LackOfFit, NDArray[np.intp]]:
+    def telling(self) -> tuple[LackOfFit, Places]:
         """Return what tells of the head and its degrees of freedom, shape (...)."""
         telling = self.strengths > LEAST_STRENGTH * self.strongest[..., None]
         strengths, contrasts = (np.where(telling, x, 0.0) for x in (self.strengths, self.contrasts))
@@ -90,7 +89,7 @@ class LackOfFit(NamedTuple):
     def _variances(self, noise: Array, head: Array) -> Array:
         return np.asarray(noise[..., None, :] + self.strengths[..., None] ** 2 * head[..., None, :])
 
-    def against(self, head: Array) -> tuple[NDArray[np.intp], Array]:
+    def against(self, head: Array) -> tuple[Places, Array]:
         """Number of contrasts that show the head, and their squares over their variances, (...)."""
         allowed = 1.0 + (head[..., None] * self.strengths) ** 2
         return self.number, (self.contrasts**2 / allowed).sum(axis=-1)

@@ -7,8 +7,9 @@ from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from accelcal.arrays import Array
 from accelcal.estimate.contrasts import LackOfFit, SeenErrors
 from accelcal.estimate.head import HeadError
 from accelcal.estimate.launch import RunShift
@@ -21,8 +22,6 @@ from accelcal.model import SCALE_FACTOR
 from accelcal.numerics.grouping import grouped, products_of_groups, sums_of_groups
 
 __all__ = ["Errors", "ErrorsOfReadings"]
-
-Array = NDArray[np.float64]
 
 _SHIFTED = {"launch": "K0", "launch_sf": "K1"}
 

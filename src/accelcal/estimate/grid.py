@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Grid"]
+from accelcal.arrays import Array, Places
 
-Array = NDArray[np.float64]
+__all__ = ["Grid"]
 
 # Three looks, each finer and nearer to the lowest point, evaluate half as much as two (16 and 1).
 _STRIDES = (64, 8, 1)
@@ -32,7 +32,7 @@ class Grid(NamedTuple):
     step: ArrayLike
     points: ArrayLike
 
-    def at(self, place: NDArray[np.intp]) -> Array:
+    def at(self, place: Places) -> Array:
         """Return the points at some places, shape (..., m); the last one beyond the end."""
         inside = np.minimum(np.maximum(place, 0), np.asarray(self.points) - 1)
         return np.asarray(np.exp(self.start + inside * np.asarray(self.step)))

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.estimate.contrasts import LackOfFit
 from accelcal.estimate.grid import Grid
 from accelcal.estimate.many_positions import ManyPositions
@@ -22,8 +23,6 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.numerics.sorting import distinct
 
 __all__ = ["HeadError", "head_error", "lack_of_fit"]
-
-Array = NDArray[np.float64]
 
 # Some contrasts between tables rest on small differences of their coefficients, such as noise and
 # rounding make. Those in which the head shows less than this share of its action are left out.

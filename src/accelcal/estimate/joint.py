@@ -11,9 +11,9 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
+from accelcal.arrays import Array
 from accelcal.estimate.contrasts import LackOfFit
 from accelcal.estimate.error_components import Errors, ErrorsOfReadings
 from accelcal.estimate.head import HeadError, head_error, lack_of_fit
@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from accelcal.results.head_calibration import HeadCalibration
 
 __all__ = ["JointEstimate", "estimate_stack"]
-
-Array = NDArray[np.float64]
 
 _BIAS = COEFFICIENTS.index("K0")
 

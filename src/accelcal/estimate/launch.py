@@ -7,11 +7,11 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from accelcal.arrays import Array, Places
 
 __all__ = ["OTHERS_SHARE", "SAME_LEVEL", "RunShift", "reached_by", "run_shift", "same_levels"]
-
-Array = NDArray[np.float64]
 
 SAME_LEVEL = 1.0
 """Temperatures that differ by less than this are one level [degC]."""
@@ -211,7 +211,7 @@ def _scatter(values: Array, variances: Array, temperature: Array, reached: Array
     return _Scatter(np.sqrt(np.maximum(variance, 0.0)), dof, np.sqrt(whole))
 
 
-def same_levels(temperature: Array) -> list[NDArray[np.intp]]:
+def same_levels(temperature: Array) -> list[Places]:
     """Group the runs by temperature.
 
     Parameters

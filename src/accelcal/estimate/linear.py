@@ -6,16 +6,14 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.arguments.options import check_choice
+from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.estimate.tables import PreparedTable
 from accelcal.model import COEFFICIENTS
 
 __all__ = ["METHODS", "LinearEstimator", "linear_estimator"]
-
-Array = NDArray[np.float64]
 
 METHODS = ("least-squares", "closed-form", "sign-corrected", "printed")
 """Names of the estimators; the first is the default."""

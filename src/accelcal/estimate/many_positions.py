@@ -22,11 +22,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.contrasts import LEAST_STRENGTH
 
 __all__ = ["ManyPositions", "SeenAtMany"]
-
-Array = NDArray[np.float64]
 
 # As in `head`, contrasts in which the head shows less than this share of the most rest on small
 # differences of coefficients, such as noise and rounding make. Here no contrast is worked out, so
@@ -94,7 +93,7 @@ class ManyPositions(NamedTuple):
         return cls(positions, contrasts, whole, shown, np.asarray(unseen))
 
     @property
-    def number(self) -> NDArray[np.intp]:
+    def number(self) -> Places:
         """Number of contrasts, shape (...)."""
         return np.full(self.acting.shape[:-1], self.contrasts)
 
@@ -116,7 +115,7 @@ class ManyPositions(NamedTuple):
         number = self._tells().sum(axis=-1) - (self.unseen.shape[-1] - 1)
         return self, np.maximum(number, 1.0)
 
-    def _tells(self) -> NDArray[np.bool_]:
+    def _tells(self) -> Mask:
         return np.asarray(self.acting > (LEAST_STRENGTH * self.strongest[..., None]) ** 2)
 
     def in_units_of(self, noise: Array) -> ManyPositions:

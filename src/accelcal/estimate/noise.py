@@ -7,15 +7,13 @@ from itertools import compress
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.estimate.tables import PreparedTable
 from accelcal.numerics.grouping import sums_of_groups
 from accelcal.numerics.probability import f_exceeds
 
 __all__ = ["FEW", "ReadingNoise", "noise_of_stack"]
-
-Array = NDArray[np.float64]
 
 FEW = 3
 """Degrees of freedom below which a scatter of its own says too little."""

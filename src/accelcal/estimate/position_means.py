@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Places
 from accelcal.estimate.tables import PreparedTable
 from accelcal.numerics.grouping import group_after_group, sums_of_groups
 
 __all__ = ["PositionMeans"]
-
-Array = NDArray[np.float64]
 
 
 class PositionMeans(NamedTuple):
@@ -34,9 +32,9 @@ class PositionMeans(NamedTuple):
         Inverse scatter of the surest reading.
     """
 
-    places: NDArray[np.intp]
-    cell: NDArray[np.intp]
-    members: NDArray[np.intp]
+    places: Places
+    cell: Places
+    members: Places
     weight: Array
     norms: Array
     model: Array

@@ -16,11 +16,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Places
 from accelcal.estimate.memory import Memory
 
 __all__ = ["Means", "Replicates"]
-
-Array = NDArray[np.float64]
 
 _MEMORY = Memory()
 
@@ -53,7 +52,7 @@ class Means(NamedTuple):
     squares: Array
     readings: NDArray[Any]
 
-    def taken(self, tables: slice | NDArray[np.intp]) -> Means:
+    def taken(self, tables: slice | Places) -> Means:
         """Those of some of the tables."""
         return Means(*[values[..., tables] for values in self])
 
@@ -119,9 +118,9 @@ class Replicates(NamedTuple):
         How many each group has, m.
     """
 
-    first: NDArray[np.intp]
-    group: NDArray[np.intp]
-    place: NDArray[np.intp]
+    first: Places
+    group: Places
+    place: Places
     size: int
 
     @classmethod

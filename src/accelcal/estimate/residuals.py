@@ -11,14 +11,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.estimate.memory import Memory
 from accelcal.numerics.error_free import two_product, two_sum
 
 __all__ = ["CutDesign", "twice_precise_residual"]
-
-Array = NDArray[np.float64]
 
 _MEMORY = Memory()
 

@@ -18,8 +18,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import PreparedTable
@@ -34,8 +34,6 @@ from accelcal.results.covariance import Covariance, rows_of
 from accelcal.results.fixture_angle import FixtureAngle
 
 __all__ = ["fixture_angles", "free_of_fixture_angle", "misalignment_stack"]
-
-Array = NDArray[np.float64]
 
 _K1, _M = (COEFFICIENTS.index(name) for name in ("K1", "M"))
 
@@ -116,13 +114,13 @@ def misalignment_stack(
     return value, expanded
 
 
-def _means(temperatures: Array, chosen: NDArray[np.bool_]) -> Array:
+def _means(temperatures: Array, chosen: Mask) -> Array:
     """Mean temperature of some tables, shape (R, L); NaN where that of one is unknown."""
     known = np.nan_to_num(temperatures) @ _mean(chosen).T
     return np.where(np.isnan(temperatures) @ chosen.T, np.nan, known)
 
 
-def _nearest(temperatures: Array, levels: Array) -> NDArray[np.intp]:
+def _nearest(temperatures: Array, levels: Array) -> Places:
     """Place of the level, (R, L), that is nearest to each temperature, (R, m)."""
     away = np.nan_to_num(np.abs(temperatures[..., None] - levels[:, None]), nan=np.inf)
     return np.asarray(away.argmin(axis=2))
@@ -261,7 +259,7 @@ def _reversal(
     return _Reversal(axis, clamping, angles.mean(axis=0), temperatures, middle, correction)
 
 
-def _mean(chosen: NDArray[np.bool_]) -> Array:
+def _mean(chosen: Mask) -> Array:
     return np.asarray(chosen / chosen.sum(axis=-1, keepdims=True))
 
 

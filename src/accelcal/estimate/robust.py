@@ -19,14 +19,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from accelcal.arrays import Array, Places
 from accelcal.errors import DesignError
 from accelcal.numerics.grouping import grouped, sums_of_groups
 
 __all__ = ["pseudo_values"]
-
-Array = NDArray[np.float64]
 
 _BEND = 1.345  # 95 % efficiency on normal errors (Huber 1981)
 _NORMAL_PAIRS = 1.0483  # of normal errors: sigma over the median |difference| of two of them
@@ -94,8 +93,8 @@ def pseudo_values(output: Array, cell: Array, scatter: ArrayLike = 1.0) -> Array
 class _Cells(NamedTuple):
     """Replicates: the cell of each reading, and how many each cell has."""
 
-    cell: NDArray[np.intp]
-    members: NDArray[np.intp]
+    cell: Places
+    members: Places
 
     def sums(self, values: Array) -> Array:
         """Sum over the readings of each cell, from shape (T, n) to shape (T, cells)."""
@@ -134,12 +133,12 @@ def _pseudo(y: Array, unit: Array, centre: Array, replicates: _Cells) -> Array:
     return np.where(known & ~judged, y, centre + bent / np.where(known, straight * unit, 1.0))
 
 
-def _scale(y: Array, weight: Array, places: list[NDArray[np.intp]]) -> Array:
+def _scale(y: Array, weight: Array, places: list[Places]) -> Array:
     """Robust standard deviation of a reading of weight 1, from the differences of replicates."""
     with np.errstate(divide="ignore"):
         variance = weight**-2.0
 
-    def of_pairs(place: NDArray[np.intp]) -> Array:
+    def of_pairs(place: Places) -> Array:
         first, second = (place[own] for own in _pairs(place.size))
         spread = np.sqrt(0.5 * (variance[:, first] + variance[:, second]))
         return np.asarray(np.abs(y[:, first] - y[:, second]) / spread)
@@ -148,7 +147,7 @@ def _scale(y: Array, weight: Array, places: list[NDArray[np.intp]]) -> Array:
     return np.nan_to_num(_NORMAL_PAIRS * _medians(every))
 
 
-def _pairs(replicates: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _pairs(replicates: int) -> tuple[Places, Places]:
     """All pairs of replicates, or each with `_PARTNERS` others on both sides, near and far."""
     far = (replicates - 1) // 2
     if far <= _PARTNERS:

@@ -16,11 +16,11 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from accelcal.arrays import Array
 
 __all__ = ["Rounding", "rounding"]
-
-Array = NDArray[np.float64]
 
 _WHOLE = 1.0 / 12.0  # variance of a rounding error, in steps
 _NOISES = np.linspace(0.0, 1.5, 301)  # in steps; beyond, replicates share no rounding error

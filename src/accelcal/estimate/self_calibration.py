@@ -15,9 +15,9 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.arguments.kinds import each_of
+from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import ReadingNoise, noise_of_stack
@@ -39,8 +39,6 @@ from accelcal.results.quantity import Gate, Quantity
 from accelcal.version import __version__
 
 __all__ = ["calibrate_head"]
-
-Array = NDArray[np.float64]
 
 _OF_UNIT = {"K2": "k2", "K3": "k3", "M_ip": "delta_ip"}
 _UNITS = {"k2": "g/g^2", "k3": "g/g^3", "delta_ip": "g/g^2"}

@@ -23,8 +23,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.errors import DesignError
 from accelcal.estimate.memory import Memory
 from accelcal.estimate.replicates import Means, Replicates
@@ -32,7 +33,6 @@ from accelcal.estimate.residuals import CutDesign, twice_precise_residual
 
 __all__ = ["LeastSquares", "Solution"]
 
-Array = NDArray[np.float64]
 _Step = Callable[[Array], tuple[Array, Array]]
 
 _MEMORY = Memory()
@@ -75,9 +75,9 @@ class Solution(NamedTuple):
     coefficients: Array
     squares: Array
     variances: Array
-    readings: NDArray[np.int64]
+    readings: Ints
 
-    def replaced(self, chosen: NDArray[np.intp], other: Solution) -> Solution:
+    def replaced(self, chosen: Places, other: Solution) -> Solution:
         """Put the solutions of the chosen tables in the places of these."""
         variances = np.broadcast_to(self.variances, self.coefficients.shape).copy()
         whole = self._replace(variances=variances)
@@ -312,7 +312,7 @@ def _multiply(matrix: Array, values: Array, out: Array) -> None:
         np.matmul(matrix, values[:, some], out=out[:, some])
 
 
-def _determined(normal: Array) -> NDArray[np.bool_]:
+def _determined(normal: Array) -> Mask:
     """Tell which normal equations, shape (T, p, p), are not singular."""
     root = np.sqrt(np.einsum("tii->ti", normal))
     root[root == 0.0] = 1.0

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from accelcal.arguments.kinds import several
 from accelcal.arguments.numbers import check_whole, number_array
 from accelcal.arguments.options import check_flag
+from accelcal.arrays import Array, Ints
 from accelcal.equality import equal
 from accelcal.errors import InputError
 from accelcal.estimate.estimability import estimability
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 __all__ = ["TableEstimates", "estimate_tables"]
-
-Array = NDArray[np.float64]
 
 # Tables at a time. OpenBLAS leaves products of 6 coefficients at 9 positions to one thread up to
 # 4854 tables. Above 4096, half its buffer, numpy broadcasts rows without copying them.
@@ -67,7 +66,7 @@ class TableEstimates(NamedTuple):
     coefficients: Array
     standard_uncertainties: Array
     residual_rms: Array
-    dof: NDArray[np.int64]
+    dof: Ints
     stands_for: Mapping[str, str]
 
     def __eq__(self, other: object) -> bool:
@@ -199,7 +198,7 @@ class _Stack(NamedTuple):
         readings: int = self.outputs.shape[1]
         return max(min(most, _READINGS // readings), 1)
 
-    def estimates(self, threads: int) -> tuple[Array, Array, Array, NDArray[np.int64]]:
+    def estimates(self, threads: int) -> tuple[Array, Array, Array, Ints]:
         """Coefficients, their uncertainties, residual rms and dof, in the order of the tables."""
         tables, coefficients = len(self.outputs), self.solver.map.shape[0]
         values, errors = np.empty((2, coefficients, tables))
@@ -246,9 +245,7 @@ def _check_sizes(y: Array) -> None:
         )
 
 
-def _with_scatter(
-    found: Solution, values: Array, errors: Array, rms: Array, dof: NDArray[np.int64]
-) -> None:
+def _with_scatter(found: Solution, values: Array, errors: Array, rms: Array, dof: Ints) -> None:
     """Fill in coefficients, their uncertainties by the residuals, residual rms and dof."""
     values[:] = found.coefficients
     np.subtract(found.readings, values.shape[1], out=dof)

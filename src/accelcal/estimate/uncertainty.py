@@ -24,6 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.quantity import Quantity
 
@@ -36,8 +37,6 @@ __all__ = [
     "intervals",
     "propagate",
 ]
-
-Array = NDArray[np.float64]
 
 _TERMS = 25  # of the polynomial for Student's factor
 _ENDLESS = 1e6  # from here on Student's factor is the normal one to 1e-6

@@ -10,15 +10,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.estimate.contrasts import LackOfFit
 from accelcal.estimate.grid import Grid
 from accelcal.estimate.many_positions import ManyPositions
 
 __all__ = ["ToldApart", "told_apart"]
-
-Array = NDArray[np.float64]
 
 # Share of the head's variance that is taken off the residuals when the noise is estimated from
 # them. With all of it (restricted maximum likelihood) the interval of K2 holds the truth in 92.6 %

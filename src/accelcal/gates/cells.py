@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Ints, Places
 from accelcal.numerics.grouping import (
     Alike,
     group_after_group,
@@ -16,9 +17,6 @@ from accelcal.numerics.grouping import (
 )
 
 __all__ = ["Cells"]
-
-Array = NDArray[np.float64]
-Places = NDArray[np.intp]
 
 
 class Cells(NamedTuple):
@@ -39,14 +37,14 @@ class Cells(NamedTuple):
         the same noise; None where they have it as they are.
     """
 
-    key: NDArray[np.int64]
+    key: Ints
     cell: Places
     members: Places
     weight: NDArray[Any]
     precision: Array | None = None
 
     @classmethod
-    def of(cls, keys: NDArray[np.int64], precision: Array | None = None) -> Cells:
+    def of(cls, keys: Ints, precision: Array | None = None) -> Cells:
         """Bring readings of one key together."""
         key, cell, members = grouped(keys)
         if precision is None:

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Places
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
 from accelcal.numerics.decimal_steps import decimal_step
 
 __all__ = ["are_copies", "copied_strokes", "copy_said"]
-
-Array = NDArray[np.float64]
-Places = NDArray[np.intp]
 
 _NO_CHANCE = 1e-6  # of readings that agree to the last digit
 _IRRATIONAL = 2.0**0.5  # so many times a decimal number is none that another one makes up for

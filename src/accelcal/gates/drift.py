@@ -7,8 +7,8 @@ from itertools import compress, pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Mask
 from accelcal.estimate.noise import FEW
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
@@ -17,9 +17,6 @@ from accelcal.gates.verdict import GateStack, acceleration, angle, gate_stack
 from accelcal.numerics.probability import f_exceeds, f_survival
 
 __all__ = ["drift"]
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 _WORDS = {  # what drifts -> its name, its mean over the run
     "bias": ("bias", "K0"),

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.cells import Cells
@@ -21,10 +21,6 @@ from accelcal.numerics.grouping import Alike, few_at_a_time, products_of_groups
 from accelcal.numerics.sorting import distinct
 
 __all__ = ["OtherOrder", "order_of_positions", "order_of_strokes"]
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Places = NDArray[np.intp]
 
 _MUCH_BETTER = 9.0  # another order must leave a ninth of the squared residuals, a third of the rms
 _NOTHING = 1e-24  # squared residuals below this share of the squared outputs are rounding errors
@@ -105,7 +101,7 @@ class _Groups(NamedTuple):
     strokes: Cells
 
     @classmethod
-    def of(cls, stroke: NDArray[np.int64]) -> _Groups:
+    def of(cls, stroke: Ints) -> _Groups:
         strokes = Cells.of(stroke)
         numbers = strokes.key
         if numbers.size < 2:

@@ -8,8 +8,8 @@ from functools import cached_property, lru_cache, wraps
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Ints, Places
 from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.cells import Cells
 from accelcal.gates.spread import Spread, spread_of
@@ -18,7 +18,6 @@ from accelcal.numerics.grouping import grouped
 
 __all__ = ["TablePlan", "once_a_plan", "plan_of"]
 
-Array = NDArray[np.float64]
 Found = TypeVar("Found")
 
 
@@ -44,7 +43,7 @@ class TablePlan:
 
     angle: Array
     head: Array
-    stroke: NDArray[np.int64]
+    stroke: Ints
     design: Array
     moment: Array
     spread: Spread | None = None
@@ -64,7 +63,7 @@ class TablePlan:
         """Count values of readings, shape (..., n, k), in their spread: all have one noise then."""
         return values if self.spread is None else np.asarray(values / self.spread.size[:, None])
 
-    def cells(self, keys: NDArray[np.int64]) -> Cells:
+    def cells(self, keys: Ints) -> Cells:
         """Bring readings of one key together, to be counted in their spread."""
         return Cells.of(keys, None if self.spread is None else 1.0 / self.spread.size)
 
@@ -78,7 +77,7 @@ class TablePlan:
         """Readings at one position of the head, a drift set aside."""
         return self.replicates(grouped(self.head)[1])
 
-    def replicates(self, cell: NDArray[np.intp]) -> ReplicatePlan:
+    def replicates(self, cell: Places) -> ReplicatePlan:
         """Cells of readings that are alike but for the drift."""
         return ReplicatePlan.of(self.cells(cell), self.alike(self.trend.columns))
 

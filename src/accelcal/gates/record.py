@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.copies import are_copies, copy_said
@@ -24,8 +25,6 @@ from accelcal.numerics.probability import f_exceeds, f_survival
 from accelcal.numerics.sorting import median
 
 __all__ = ["RecordStack", "gates_of_records"]
-
-Array = NDArray[np.float64]
 
 _IMPLAUSIBLE_HEAD = 1e-4  # rad, 20 arcsec
 _LARGEST_SPREAD = {"K1": 0.2, "K0": 0.1}  # relative, and [g]

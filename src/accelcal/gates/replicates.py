@@ -7,8 +7,8 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Places
 from accelcal.estimate.noise import FEW
 from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
@@ -20,9 +20,6 @@ from accelcal.numerics.probability import f_exceeds
 from accelcal.numerics.sorting import distinct
 
 __all__ = ["closure", "forward_against_back", "outlier"]
-
-Array = NDArray[np.float64]
-Places = NDArray[np.intp]
 
 _LEAST_FREE = 1e-6
 """Share of a reading that mean and trend leave free; below it, the residual says nothing of it."""

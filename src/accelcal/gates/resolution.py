@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Ints
 from accelcal.gates.copies import copied_strokes, copy_said
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack
 
 __all__ = ["resolution"]
-
-Array = NDArray[np.float64]
 
 _HARMLESS = 1e-6  # g, well below the noise of any reading
 _HIDING = 0.5  # noise over step below which rounding is no longer random
@@ -77,7 +75,7 @@ def _visible_step(output: Array, digit: Array) -> Array:
     return digit * factor
 
 
-def _common_factor(output: Array, digit: Array) -> NDArray[np.int64]:
+def _common_factor(output: Array, digit: Array) -> Ints:
     """Greatest common divisor of the differences of the readings, counted in digits, (T,)."""
     counts = np.round(output / np.where(digit > 0.0, digit, np.inf)).astype(np.int64)
     return np.asarray(np.gcd.reduce(counts - counts[0], axis=0))

@@ -6,8 +6,8 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
@@ -18,9 +18,6 @@ from accelcal.model import COEFFICIENTS, SCALE_FACTOR
 from accelcal.numerics.grouping import Alike, few_at_a_time, grouped
 
 __all__ = ["proportions", "units", "wrong_sign"]
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 _TELLING = 0.3  # readings below this share of the largest tell nothing about the unit
 _OTHER_SIZE = 1.3  # ratio of two strokes, or of two scale factors, above any temperature effect
@@ -170,7 +167,7 @@ class _Groups(NamedTuple):
         These strokes.
     """
 
-    axes: list[NDArray[np.intp]]
+    axes: list[Places]
     strokes: Cells
     sines: list[tuple[Alike, Array]]
     known: Mask
@@ -230,7 +227,7 @@ class _Sizes(NamedTuple):
         return np.asarray(~self.of_strokes | _of_other_size(self.ratio).any(axis=0))
 
 
-def _alike(size: Array, amplitude: Array, axes: list[NDArray[np.intp]]) -> Mask:
+def _alike(size: Array, amplitude: Array, axes: list[Places]) -> Mask:
     """Tables of which no reading and no stroke can be of another size than the others, (T,).
 
     The usual size on an axis is one of those on it. So none there is ten times or a tenth of it,
@@ -245,7 +242,7 @@ def _alike(size: Array, amplitude: Array, axes: list[NDArray[np.intp]]) -> Mask:
     return np.asarray(alike.all(axis=0) & (largest < _CLEARLY_ONE_SIZE * least))
 
 
-def _decades(size: Array, axes: list[NDArray[np.intp]]) -> Array:
+def _decades(size: Array, axes: list[Places]) -> Array:
     """Powers of ten by which readings differ from the others on the same axis of the head."""
     usual = np.empty_like(size)
     for own in axes:
@@ -275,7 +272,7 @@ def _sines(angle: Array) -> Array:
     return np.asarray(np.linalg.pinv(matrix)[of_stroke, 1:])
 
 
-def _size_of_strokes(strokes: NDArray[np.int64], ratio: Array) -> str:
+def _size_of_strokes(strokes: Ints, ratio: Array) -> str:
     """Say which strokes of one table are of another size."""
     other = _of_other_size(ratio)
     if not other.any():

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Ints, Mask
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.plan import TablePlan, plan_of
@@ -22,9 +22,6 @@ from accelcal.record import TumbleRecord
 from accelcal.units import HOUR
 
 __all__ = ["TableStack", "of_one_plan"]
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +73,7 @@ class TableStack:
     digit: Array
     step: Array
     time: Array | None = None
-    line: Callable[[int], NDArray[np.int64] | None] = lambda _: None
+    line: Callable[[int], Ints | None] = lambda _: None
     delta0: float = 0.0
 
     @classmethod

@@ -6,15 +6,12 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Places
 from accelcal.gates.cells import Cells
 from accelcal.numerics.grouping import few_at_a_time
 
 __all__ = ["SwapBlock", "Swaps", "best_swap", "swap_blocks"]
-
-Array = NDArray[np.float64]
-Places = NDArray[np.intp]
 
 _BLOCK = 256  # readings whose swaps with all others are judged at a time, to bound the memory
 _NUMBERS = 2**20  # numbers of such a block over all tables, for the same reason

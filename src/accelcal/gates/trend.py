@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Ints
 from accelcal.estimate.noise import FEW
 from accelcal.gates.cells import Cells
 from accelcal.numerics.grouping import grouped
@@ -27,8 +27,6 @@ __all__ = [
     "rank_and_inverse",
     "trend_of",
 ]
-
-Array = NDArray[np.float64]
 
 _HIGHEST_POWER = 3  # of a drift, however many strokes there are
 
@@ -144,7 +142,7 @@ class ReplicatePlan(NamedTuple):
         return np.asarray(weights - self.within @ seen)
 
 
-def directed(angle: Array, stroke: NDArray[np.int64]) -> NDArray[np.int64]:
+def directed(angle: Array, stroke: Ints) -> Ints:
     """Sort readings by angle and direction.
 
     Parameters
@@ -186,7 +184,7 @@ class Trend(NamedTuple):
         return np.concatenate(self, axis=2)
 
 
-def trend_of(angle: Array, stroke: NDArray[np.int64], moment: Array) -> Trend:
+def trend_of(angle: Array, stroke: Ints, moment: Array) -> Trend:
     """Columns of a smooth drift over a run: of the bias, one for each two strokes, and of the rest.
 
     Parameters
@@ -228,7 +226,7 @@ def _run_time(moment: Array) -> Array:
     return np.asarray(2.0 * since / np.where(span > 0.0, span, 1.0) - 1.0)
 
 
-def moments(angle: Array, stroke: NDArray[np.int64], time: Array | None) -> Array:
+def moments(angle: Array, stroke: Ints, time: Array | None) -> Array:
     """When each reading was taken.
 
     Parameters

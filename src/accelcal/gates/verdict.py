@@ -8,8 +8,9 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from accelcal.arrays import Ints, Mask, Places
 from accelcal.record import TumbleRecord
 from accelcal.results.quantity import Gate
 
@@ -23,8 +24,6 @@ __all__ = [
     "reading_name",
     "times",
 ]
-
-Mask = NDArray[np.bool_]
 
 SIGNIFICANT = 0.01
 """False-alarm rate of a gate that is a statistical test."""
@@ -49,7 +48,7 @@ class GateStack(NamedTuple):
     """
 
     name: str
-    verdict: NDArray[np.intp]
+    verdict: Places
     finding: Callable[[int], str]
 
     def gate(self, index: int) -> Gate:
@@ -190,7 +189,7 @@ def times(ratio: float) -> str:
     return f"{float(f'{ratio:.2g}'):.12g}"
 
 
-def reading_name(record: TumbleRecord, index: int, line: NDArray[np.int64] | None) -> str:
+def reading_name(record: TumbleRecord, index: int, line: Ints | None) -> str:
     """Say which reading it is.
 
     Parameters

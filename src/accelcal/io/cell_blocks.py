@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Ints
 from accelcal.io.text_cells import labels_of, numbers_of, split_cells
 
 __all__ = [
@@ -50,11 +51,11 @@ class CellBlock(NamedTuple):
         The labels of each of these columns.
     """
 
-    numbers: dict[str, NDArray[np.float64]]
-    codes: dict[str, NDArray[np.int64]]
+    numbers: dict[str, Array]
+    codes: dict[str, Ints]
     labels: dict[str, list[str]]
 
-    def some(self, roles: Collection[str], rows: NDArray[np.int64] | slice) -> CellBlock:
+    def some(self, roles: Collection[str], rows: Ints | slice) -> CellBlock:
         """Return some of the rows, of the columns of some roles."""
         return CellBlock(
             {role: values[rows] for role, values in self.numbers.items() if role in roles},
@@ -174,7 +175,7 @@ def cells_of_arrow(table: Any, roles: Sequence[str], labels: Collection[str]) ->
     return found
 
 
-def _numbers_of_arrow(column: Any) -> NDArray[np.float64]:
+def _numbers_of_arrow(column: Any) -> Array:
     from pyarrow import types
 
     if not (types.is_float64(column.type) or types.is_integer(column.type)):
@@ -182,7 +183,7 @@ def _numbers_of_arrow(column: Any) -> NDArray[np.float64]:
     return _values_of_arrow(column.combine_chunks()).astype(np.float64, copy=False)
 
 
-def _labels_of_arrow(column: Any) -> tuple[NDArray[np.int64], list[str]]:
+def _labels_of_arrow(column: Any) -> tuple[Ints, list[str]]:
     from pyarrow import string, types
 
     if types.is_integer(column.type):
@@ -233,7 +234,7 @@ def _by_pyarrow(body: bytes, roles: Sequence[str], labels: Collection[str]) -> C
     return cells
 
 
-def _numbers_of_text(cells: Any) -> NDArray[np.float64]:
+def _numbers_of_text(cells: Any) -> Array:
     """Numbers, which mostly have one digit each: so they take less time."""
     import pyarrow as pa
 

@@ -9,8 +9,8 @@ from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
 from accelcal.io.layout import shown
 from accelcal.io.vocabulary import is_unit_of
@@ -59,12 +59,12 @@ class Column(NamedTuple):
     role: str
     heading: str
     unit: str | None
-    cells: Sequence[str] | NDArray[np.float64]
-    lines: NDArray[np.int64]
+    cells: Sequence[str] | Array
+    lines: Ints
     source: str
     decimal: str = "."
 
-    def take(self, keep: NDArray[np.bool_]) -> Column:
+    def take(self, keep: Mask) -> Column:
         """Keep the cells where `keep` is true."""
         if keep.all():
             return self
@@ -104,13 +104,13 @@ class Column(NamedTuple):
         line = int(self.lines[index])
         return TableError(problem.format(what), remedy, source=self.source, line=line)
 
-    def check(self, good: NDArray[np.bool_], problem: str, remedy: str) -> None:
+    def check(self, good: Mask, problem: str, remedy: str) -> None:
         """Refuse the first cell where `good` is false."""
         if not good.all():
             raise self.refuse(int(np.argmin(good)), problem, remedy)
 
 
-def numbers(column: Column) -> NDArray[np.float64]:
+def numbers(column: Column) -> Array:
     """Numbers of a column, NaN where a cell is missing.
 
     Parameters
@@ -136,7 +136,7 @@ def numbers(column: Column) -> NDArray[np.float64]:
     return values
 
 
-def complete_numbers(column: Column) -> NDArray[np.float64]:
+def complete_numbers(column: Column) -> Array:
     """Numbers of a column, of which none is missing.
 
     Parameters
@@ -159,7 +159,7 @@ def complete_numbers(column: Column) -> NDArray[np.float64]:
     return values
 
 
-def whole_numbers(column: Column, rule: str) -> NDArray[np.int64]:
+def whole_numbers(column: Column, rule: str) -> Ints:
     """Whole numbers of a column, 0 where a cell is missing.
 
     Parameters
@@ -186,7 +186,7 @@ def whole_numbers(column: Column, rule: str) -> NDArray[np.int64]:
     return np.where(missing, 0.0, values).astype(np.int64)
 
 
-def labels(column: Column) -> tuple[NDArray[np.int64], tuple[str, ...]]:
+def labels(column: Column) -> tuple[Ints, tuple[str, ...]]:
     """Labels of a column, in order of first appearance.
 
     Parameters

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
+from accelcal.arrays import Array
 from accelcal.compensate.apply import compensate
 from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.measured import MeasuredAcceleration
@@ -20,8 +20,6 @@ from accelcal.units import conversion_factor
 from accelcal.version import __version__
 
 __all__ = ["AccelerationStream", "StreamOptions"]
-
-Array = NDArray[np.float64]
 
 _WIDEST = 2.0
 """Accelerations across beyond it were hardly meant in g [g]."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.errors import TableError, located
 from accelcal.geometry import head_positions
 from accelcal.io.cells import Column, complete_numbers
@@ -17,8 +17,6 @@ from accelcal.results.covariance import rows_of
 from accelcal.results.head_calibration import HeadCalibration
 
 __all__ = ["read_head"]
-
-Array = NDArray[np.float64]
 
 _RADIANS = {
     "rad": 1.0,

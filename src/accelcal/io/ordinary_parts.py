@@ -12,10 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Leading", "Parts", "Stretches", "leading_of", "met_before", "parts_of"]
+from accelcal.arrays import Ints, Mask
 
-Ints = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+__all__ = ["Leading", "Parts", "Stretches", "leading_of", "met_before", "parts_of"]
 
 
 class Stretches(NamedTuple):

@@ -11,8 +11,8 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Ints, Mask
 from accelcal.geometry import MOUNTINGS, angular_distance
 from accelcal.io.cell_blocks import CellBlock
 from accelcal.io.ordinary_parts import Stretches, met_before
@@ -22,10 +22,6 @@ from accelcal.numerics.grouping import grouped
 from accelcal.numerics.sorting import distinct
 
 __all__ = ["PLANNED", "Plans", "read_plans", "without_gaps"]
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 PLANNED = frozenset({"temperature", "stroke", "position", "angle", "run", "mounting"})
 """Columns that tell where a reading was taken, not what it was."""
@@ -46,8 +42,8 @@ class Plans(NamedTuple):
         Tests that need the general reader.
     """
 
-    temperature: Floats
-    angle: Floats
+    temperature: Array
+    angle: Array
     stroke: Ints
     position: Ints
     mounting: Ints
@@ -88,7 +84,7 @@ def read_plans(cells: CellBlock, tests: Stretches, positions: int) -> Plans:
     return Plans(temperature, angle, strokes, position, mounting, run, labels, odd_tests)
 
 
-def without_gaps(numbers: Mapping[str, Floats]) -> tuple[Mapping[str, Floats], Mask]:
+def without_gaps(numbers: Mapping[str, Array]) -> tuple[Mapping[str, Array], Mask]:
     """Columns with 1 in the rows where one of them is not finite, and a mask of these rows."""
     odd: Mask = ~np.logical_and.reduce([np.isfinite(values) for values in numbers.values()])
     if odd.any():
@@ -99,11 +95,11 @@ def without_gaps(numbers: Mapping[str, Floats]) -> tuple[Mapping[str, Floats], M
 # -- rows ------------------------------------------------------------------------------------------
 
 
-def _is_whole(values: Floats, most: float) -> Mask:
+def _is_whole(values: Array, most: float) -> Mask:
     return np.asarray((values >= 1.0) & (values <= most) & (values == np.floor(values)))
 
 
-def _places(numbers: Mapping[str, Floats], positions: int) -> tuple[Ints, Floats, Any]:
+def _places(numbers: Mapping[str, Array], positions: int) -> tuple[Ints, Array, Any]:
     """Position, head angle, and which rows have none that is ordinary."""
     if "position" not in numbers:
         angle = numbers["angle"]
@@ -141,7 +137,7 @@ def _is_empty(cells: CellBlock, size: int) -> Mask:
 
 
 def _runs(
-    temperature: Floats, cells: CellBlock, tests: Stretches
+    temperature: Array, cells: CellBlock, tests: Stretches
 ) -> tuple[Ints, list[tuple[str, ...]], Mask]:
     """Runs in the order of the rows, their names, and which tests have one that comes back."""
     if "run" in cells.codes:
@@ -161,7 +157,7 @@ def _runs(
     return run - np.repeat(first[:-1], tests.size), own, odd
 
 
-def _levels(temperature: Floats, tests: Stretches) -> tuple[Ints, Mask]:
+def _levels(temperature: Array, tests: Stretches) -> tuple[Ints, Mask]:
     """Levels of temperature, as `runs` splits them, and which tests have a wide one."""
     odd = np.zeros(tests.size.size, dtype=bool)
     start = np.flatnonzero(tests.changes(temperature))  # stretches of one, to be put in order
@@ -177,7 +173,7 @@ def _levels(temperature: Floats, tests: Stretches) -> tuple[Ints, Mask]:
     return np.repeat(level, np.diff(start, append=temperature.size)), odd
 
 
-def _degrees(means: Floats) -> list[str]:
+def _degrees(means: Array) -> list[str]:
     """Names of runs by their mean temperatures."""
     degrees = (np.rint(means) + 0.0).tolist()  # + 0.0 makes -0 a 0
     label = {degree: f"{degree:g}" for degree in set(degrees)}
@@ -196,7 +192,7 @@ def _has_twice(tests: Stretches, *codes: Ints) -> Mask:
     return odd
 
 
-def _codes(values: Floats, few: int) -> Ints:
+def _codes(values: Array, few: int) -> Ints:
     """Number the values so that equal ones have one number; all are mostly among the first few."""
     known = distinct(values[:few])
     code = np.minimum(np.searchsorted(known, values), known.size - 1)

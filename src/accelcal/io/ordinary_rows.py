@@ -13,8 +13,8 @@ from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Ints, Mask
 from accelcal.geometry import MOUNTINGS
 from accelcal.io.cell_blocks import CellBlock
 from accelcal.io.ordinary_parts import Leading, Parts, Stretches, leading_of, parts_of
@@ -23,9 +23,6 @@ from accelcal.io.readings import FEWEST_IN_TURN, MARKERS
 from accelcal.record import TumbleRecord
 
 __all__ = ["Group", "Plain", "Rules", "records_of"]
-
-Ints = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 
 class Rules(NamedTuple):

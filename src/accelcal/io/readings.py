@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
 from accelcal.geometry import MOUNTINGS, angular_distance, is_mounting
 from accelcal.io.cells import Column, labels, numbers, whole_numbers
@@ -44,9 +45,6 @@ FEWEST_IN_TURN = 5
 _FAR = 10.0
 """One of `MARKERS` is no reading where it is so many times the largest other output."""
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-
 
 @dataclass(frozen=True, slots=True)
 class Readings:
@@ -74,17 +72,17 @@ class Readings:
         Serial of each missing reading.
     """
 
-    output: Floats
-    temperature: Floats
-    angle: Floats
+    output: Array
+    temperature: Array
+    angle: Array
     position: Ints
     stroke: Ints
     line: Ints
     mounting: NDArray[np.str_]
     time: NDArray[Any] | None
-    clamping: Floats | None
-    std: Floats | None
-    count: Floats | None
+    clamping: Array | None
+    std: Array | None
+    count: Array | None
     run: Ints | None
     serial: Ints | None
     run_labels: tuple[str, ...]
@@ -92,7 +90,7 @@ class Readings:
     missing: Ints
     missing_serial: Ints | None
 
-    def select(self, mask: NDArray[np.bool_]) -> Readings:
+    def select(self, mask: Mask) -> Readings:
         """Keep the readings where `mask` is true."""
         kept: dict[str, Any] = {}
         for item in fields(self):
@@ -135,7 +133,7 @@ def read_readings(table: Table, positions: int) -> Readings:
     _refuse_markers(table.outputs.values(), outputs)
     _require_any(present, first)
     serial, serials = _labels(table.columns, "serial")
-    kept: NDArray[np.bool_] = np.any(present, axis=1)
+    kept: Mask = np.any(present, axis=1)
     columns = {name: column.take(kept) for name, column in table.columns.items()}
     by_row, run_labels = _by_row(columns, positions)
     by_row |= {"line": first.lines[kept], "serial": _at(serial, np.nonzero(kept)[0])}
@@ -227,7 +225,7 @@ def _at(values: NDArray[Any] | None, index: Ints) -> NDArray[Any] | None:
     return None if values is None else values[index]
 
 
-def _refuse_markers(columns: Iterable[Column], outputs: Floats) -> None:
+def _refuse_markers(columns: Iterable[Column], outputs: Array) -> None:
     """Refuse -9999 and the like, as loggers write for a missing reading, far outside the others."""
     marker = np.isin(np.abs(outputs), MARKERS)
     size = np.abs(outputs[~marker & ~np.isnan(outputs)]).max(initial=0.0)
@@ -239,7 +237,7 @@ def _refuse_markers(columns: Iterable[Column], outputs: Floats) -> None:
         column.check(~wrong, problem, "leave the cell empty")
 
 
-def _require_any(present: NDArray[np.bool_], output: Column) -> None:
+def _require_any(present: Mask, output: Column) -> None:
     if not present.any():
         problem = f"{all_outputs(present.size)} missing"
         line = int(output.lines[0])
@@ -250,7 +248,7 @@ def _labels(columns: Mapping[str, Column], name: str) -> tuple[Ints | None, tupl
     return labels(columns[name]) if name in columns else (None, ())
 
 
-def _temperature(column: Column) -> Floats:
+def _temperature(column: Column) -> Array:
     values = numbers(column)
     blank = np.isnan(values)
     if not isinstance(column.cells, np.ndarray):
@@ -267,7 +265,7 @@ def _stroke(column: Column) -> Ints:
     return stroke
 
 
-def _places(columns: Mapping[str, Column], positions: int) -> tuple[Ints, Floats]:
+def _places(columns: Mapping[str, Column], positions: int) -> tuple[Ints, Array]:
     """Position numbers, 0 where there is none, and head angles [deg]."""
     position, angle = _position(columns.get("position"), positions), None
     if "angle" in columns:
@@ -288,7 +286,7 @@ def _places(columns: Mapping[str, Column], positions: int) -> tuple[Ints, Floats
     return position, angle
 
 
-def _angle(column: Column) -> Floats:
+def _angle(column: Column) -> Array:
     values = numbers(column)
     beyond = np.abs(values) > MAXIMUM_ANGLE
     column.check(~beyond, "{} is no angle of a head", "write head angles in degrees")
@@ -296,7 +294,7 @@ def _angle(column: Column) -> Floats:
     return values
 
 
-def _refuse_radians(column: Column, angle: Floats) -> None:
+def _refuse_radians(column: Column, angle: Array) -> None:
     """Refuse angles that go around in a few degrees, and not by whole ones."""
     known = angle[~np.isnan(angle)]
     if known.size == 0 or np.ptp(known) < 1.5 or np.abs(known).max() > 2.0001 * np.pi:
@@ -318,7 +316,7 @@ def _position(column: Column | None, positions: int) -> Ints | None:
     return number
 
 
-def _check_agreement(column: Column, angle: Floats, nominal: Floats, positions: int) -> None:
+def _check_agreement(column: Column, angle: Array, nominal: Array, positions: int) -> None:
     """Demand that angle and position differ by less than half a step of the head."""
     away = angular_distance(angle, nominal)
     half = 180.0 / positions
@@ -337,7 +335,7 @@ def _mounting(column: Column | None, size: int) -> NDArray[np.str_]:
     return np.array(canonical)[index]
 
 
-def _clamping(column: Column | None) -> Floats | None:
+def _clamping(column: Column | None) -> Array | None:
     if column is None:
         return None
     values = numbers(column)
@@ -358,7 +356,7 @@ def _time(columns: Mapping[str, Column]) -> NDArray[Any] | None:
     return values
 
 
-def _not_below(columns: Mapping[str, Column], name: str, least: float) -> Floats | None:
+def _not_below(columns: Mapping[str, Column], name: str, least: float) -> Array | None:
     if name not in columns:
         return None
     values = numbers(columns[name])

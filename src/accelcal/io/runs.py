@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
 from accelcal.geometry import head_positions
 from accelcal.io.layout import listed
@@ -16,8 +17,6 @@ from accelcal.numerics.grouping import grouped
 from accelcal.numerics.sorting import distinct
 
 __all__ = ["LEVEL_GAP", "Runs", "runs_of"]
-
-Ints = NDArray[np.int64]
 
 LEVEL_GAP = 2.0
 """Gap between sorted temperatures that separates two levels, and the widest level [degC]."""
@@ -119,7 +118,7 @@ def _levels(readings: Readings, source: str) -> Runs:
     return Runs(level, labels, (note,))
 
 
-def _split_at(temperature: NDArray[np.float64], gap: float) -> Ints:
+def _split_at(temperature: Array, gap: float) -> Ints:
     order = np.argsort(temperature, kind="stable")  # unknown ones, NaN, come last
     ordered = temperature[order]
     jump = (np.diff(ordered) > gap) | (np.isnan(ordered[1:]) & ~np.isnan(ordered[:-1]))
@@ -128,22 +127,22 @@ def _split_at(temperature: NDArray[np.float64], gap: float) -> Ints:
     return level
 
 
-def _spans(temperature: NDArray[np.float64], level: Ints) -> NDArray[np.float64]:
+def _spans(temperature: Array, level: Ints) -> Array:
     """Highest minus lowest temperature of each level; NaN of the unknown ones."""
     order = np.lexsort((temperature, level))
     last = np.cumsum(np.bincount(level)) - 1
     first = np.concatenate([[0], last[:-1] + 1])
-    span: NDArray[np.float64] = temperature[order][last] - temperature[order][first]
+    span: Array = temperature[order][last] - temperature[order][first]
     return span
 
 
-def _labels(temperature: NDArray[np.float64], level: Ints, digits: int) -> tuple[str, ...]:
+def _labels(temperature: Array, level: Ints, digits: int) -> tuple[str, ...]:
     means = np.bincount(level, weights=temperature) / np.bincount(level)
     labels = [f"{round(mean, digits) + 0.0:g}" for mean in means.tolist()]  # no minus zero
     return tuple("unknown" if label == "nan" else label for label in labels)
 
 
-def _no_level(readings: Readings, level: NDArray[np.bool_], source: str) -> TableError:
+def _no_level(readings: Readings, level: Mask, source: str) -> TableError:
     low = readings.temperature[level].min()
     high = int(np.argmax(level & (readings.temperature > low + LEVEL_GAP)))
     problem = (
@@ -171,12 +170,12 @@ class _Segments(NamedTuple):
         return self.order[start:end]
 
     @property
-    def repeated(self) -> NDArray[np.bool_]:
+    def repeated(self) -> Mask:
         """Whether the level of a segment has others."""
         return np.bincount(self.level)[self.level] > 1
 
     @property
-    def whole(self) -> NDArray[np.bool_]:
+    def whole(self) -> Mask:
         """Whether all segments of its level hold two head positions or more."""
         poor = np.bincount(self.level, weights=self.places < 2)
         return np.asarray(poor[self.level] == 0)

@@ -15,8 +15,8 @@ from dataclasses import dataclass, field
 from typing import IO, Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Ints
 from accelcal.errors import TableError
 from accelcal.io.cells import MISSING, Column, numbers
 from accelcal.io.engines import decimal_mark, pandas_options
@@ -48,9 +48,9 @@ class SampleBlock:
         Line of each sample.
     """
 
-    values: Mapping[str, NDArray[np.float64]]
+    values: Mapping[str, Array]
     time: Sequence[str] | None
-    lines: NDArray[np.int64]
+    lines: Ints
 
 
 @dataclass(slots=True, eq=False)
@@ -186,7 +186,7 @@ class SampleReader:
             raise TableError(problem, remedy, source=self.source, line=line)
         return cells
 
-    def _column(self, role: str, cells: list[str], lines: NDArray[np.int64]) -> Column:
+    def _column(self, role: str, cells: list[str], lines: Ints) -> Column:
         heading = self.headings.texts[self.headings.columns[role]]
         return Column(role, heading, None, cells, lines, self.source, self._decimal)
 

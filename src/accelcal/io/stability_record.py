@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError, TableError, located
 from accelcal.io.cells import Column, labels, numbers
 from accelcal.io.declarations import unit_and_serial
@@ -182,7 +183,7 @@ def _split(layout: Layout, used: Sequence[int], needed: int) -> Columns:
     return columns_by_split(layout, used, needed)
 
 
-def _launches(columns: Roles, output: NDArray[np.float64]) -> list[Launch]:
+def _launches(columns: Roles, output: Array) -> list[Launch]:
     values: dict[str, NDArray[Any]] = {"time": _seconds(columns), "output": output}
     if "temperature" in columns:
         values["temperature"] = _degrees(columns["temperature"])
@@ -196,22 +197,20 @@ def _launches(columns: Roles, output: NDArray[np.float64]) -> list[Launch]:
     return [_launch(name, run == i, values, columns["time"]) for i, name in enumerate(names)]
 
 
-def _degrees(column: Column) -> NDArray[np.float64]:
+def _degrees(column: Column) -> Array:
     if column.unit and not has_unit("temperature", column.unit):
         raise column.refuse(0, f"{{}} in {column.unit}", "give it in degC")
     return numbers(column)
 
 
-def _applied(column: Column) -> NDArray[np.float64]:
+def _applied(column: Column) -> Array:
     size = _acceleration(column.unit or "g")
     if size is None:
         raise column.refuse(0, f"{{}} in {column.unit}", "give it in g, mg or ug")
     return numbers(column) * size
 
 
-def _launch(
-    name: str, chosen: NDArray[np.bool_], values: Mapping[str, NDArray[Any]], column: Column
-) -> Launch:
+def _launch(name: str, chosen: Mask, values: Mapping[str, NDArray[Any]], column: Column) -> Launch:
     """One launch; its times must increase."""
     parts = {key: array[chosen] for key, array in values.items()}
     lines = column.lines[chosen]
@@ -229,18 +228,18 @@ def _launch(
     return Launch(name, time - time[0], **parts)
 
 
-def _seconds(columns: Roles) -> NDArray[np.float64]:
+def _seconds(columns: Roles) -> Array:
     column = columns["time"]
     launch = labels(columns["run"])[0] if "run" in columns else None
     found = times(column, columns.get("date"), launch)
     if found.dtype.kind != "f":
-        seconds: NDArray[np.float64] = (found - found[0]) / np.timedelta64(1, "s")
+        seconds: Array = (found - found[0]) / np.timedelta64(1, "s")
         return seconds
     column.check(np.abs(found) <= _LONGEST, "{} is no time of a record", "write seconds")
     return in_seconds(column, found)
 
 
-def _require_size(output: NDArray[np.float64], column: Column) -> None:
+def _require_size(output: Array, column: Column) -> None:
     """Refuse outputs whose squares cannot be calculated with."""
     column.check(np.abs(output) <= _LARGEST, "{} is too large", "write it in another unit")
     if output.size and np.abs(output).max() < 1.0 / _LARGEST:
@@ -249,7 +248,7 @@ def _require_size(output: NDArray[np.float64], column: Column) -> None:
         )
 
 
-def _require_change(output: NDArray[np.float64], column: Column) -> None:
+def _require_change(output: Array, column: Column) -> None:
     if output.size == 0:
         problem, remedy = "all outputs are missing", "write the outputs"
         raise TableError(problem, remedy, source=column.source, line=None)

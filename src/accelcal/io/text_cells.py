@@ -12,13 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Ints, Mask
 from accelcal.numerics.error_free import two_product
 
 __all__ = ["TextCells", "labels_of", "numbers_of", "split_cells"]
-
-Ints = NDArray[np.int64]
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 _MINUS, _ZERO, _COMMA, _END = b"-0,\n"
 _POINT = (ord(".") - _ZERO) % 256  # what a point is where a digit is expected
@@ -137,7 +134,7 @@ def _differ_from_last(cells: TextCells) -> Mask:
     return differ
 
 
-def numbers_of(cells: TextCells) -> Floats:
+def numbers_of(cells: TextCells) -> Array:
     r"""Read numbers.
 
     Parameters
@@ -194,7 +191,7 @@ def _whole_numbers(cells: TextCells, size: Ints) -> tuple[Ints, Ints, Mask]:
     return whole * good, places * good, good
 
 
-def _quotients(whole: Ints, power: Floats) -> tuple[Floats, Mask]:
+def _quotients(whole: Ints, power: Array) -> tuple[Array, Mask]:
     """Whole numbers over powers of ten, rounded once; and which of them certainly are."""
     near = whole.astype(np.float64)
     value = near / power
@@ -206,7 +203,7 @@ def _quotients(whole: Ints, power: Floats) -> tuple[Floats, Mask]:
     return above, above == below
 
 
-def _excess(value: Floats, power: Floats, near: Floats) -> Floats:
+def _excess(value: Array, power: Array, near: Array) -> Array:
     """Product of two numbers less another that is close to it, rounded once."""
     product, error = two_product(value, power)
     return (product - near) + error

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Ints
 from accelcal.dates import date_of
 from accelcal.io.cells import MISSING, Column, numbers
 from accelcal.io.vocabulary import TIME_UNITS
@@ -35,9 +36,7 @@ _DAY_AND_CLOCK = re.compile(r"(\S+?)[Tt ] *(\d.*)")
 _MIDNIGHT = re.compile(r"[0:.,]+(?:Z|[+-].*)?")
 
 
-def times(
-    column: Column, dates: Column | None = None, group: NDArray[np.int64] | None = None
-) -> NDArray[Any]:
+def times(column: Column, dates: Column | None = None, group: Ints | None = None) -> NDArray[Any]:
     """Times of a column, of the kind that its first cell is.
 
     Parameters
@@ -81,7 +80,7 @@ def times(
     return _dates(column, "{} is not a date and time", "write it as 2024-05-31T14:30:00")
 
 
-def in_seconds(column: Column, values: NDArray[np.float64]) -> NDArray[np.float64]:
+def in_seconds(column: Column, values: Array) -> Array:
     """Turn the numbers of a column of times into seconds.
 
     Parameters
@@ -209,9 +208,7 @@ def _microseconds(match: re.Match[str]) -> int:
     return (hours * 60 + int(minute)) * 60_000_000 + round(seconds * 1e6)
 
 
-def _with_midnights(
-    clock: NDArray[np.timedelta64], group: NDArray[np.int64] | None
-) -> NDArray[np.timedelta64]:
+def _with_midnights(clock: NDArray[np.timedelta64], group: Ints | None) -> NDArray[np.timedelta64]:
     """Clock times with the days that have passed since the first of their group."""
     since = clock.copy()
     groups = np.zeros(clock.size, dtype=np.int64) if group is None else group

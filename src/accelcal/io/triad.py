@@ -6,8 +6,8 @@ import re
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.errors import InputError, TableError, located
 from accelcal.io.cells import Column, complete_numbers
 from accelcal.io.declarations import declared_number, unit_and_serial
@@ -18,8 +18,6 @@ from accelcal.triad.record import AXES, TriadRecord, up_of_turn
 from accelcal.units import is_output_unit, output_unit
 
 __all__ = ["read_triad"]
-
-Array = NDArray[np.float64]
 
 _OUTPUT = re.compile(r"(?:(?:output|out|mean|acc|accel|a|y)_?)?([xyz])(?:_(.+))?", re.IGNORECASE)
 _UP = re.compile(r"up_?([xyz])(?:_g)?", re.IGNORECASE)

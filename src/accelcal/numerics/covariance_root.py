@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from accelcal.arrays import Array
 
 __all__ = ["covariance_root"]
-
-Array = NDArray[np.float64]
 
 
 def covariance_root(covariance: Array, sizes: Array | None = None) -> Array:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from accelcal.arrays import Array, Mask
 
 __all__ = ["decimal_step", "decimal_steps"]
 
@@ -14,7 +15,7 @@ _STEPS = np.array([10.0**-digits for digits in range(13)])
 _STEPS_IN_ONE = np.array([10.0**digits for digits in range(13)])
 
 
-def decimal_step(values: NDArray[np.float64]) -> float:
+def decimal_step(values: Array) -> float:
     """Find the power of ten of which all values are multiples, as a voltmeter shows them.
 
     Parameters
@@ -37,7 +38,7 @@ def decimal_step(values: NDArray[np.float64]) -> float:
     return float(decimal_steps(values.reshape(1, -1))[0])
 
 
-def decimal_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def decimal_steps(values: Array) -> Array:
     """Find the power of ten of which all values of a row are multiples, for each row.
 
     Parameters
@@ -76,6 +77,6 @@ def decimal_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return step
 
 
-def _whole(values: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _whole(values: Array) -> Mask:
     """Tell which values are whole numbers but for rounding errors."""
     return np.asarray(np.abs(values - np.rint(values)) < 1e-4)

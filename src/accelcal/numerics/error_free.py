@@ -8,12 +8,9 @@ T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J. Sci. Com
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from accelcal.arrays import Array
 
 __all__ = ["two_product", "two_sum"]
-
-Array = NDArray[np.float64]
 
 _HALF_OF_THE_BITS = 2.0**27 + 1.0
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Places
 from accelcal.numerics.sorting import distinct
 
 __all__ = [
@@ -30,7 +31,7 @@ _SMALL = 2**17
 """Groups times values up to which sums are a product with a matrix, which the cache holds."""
 
 
-def grouped(values: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.intp], NDArray[np.intp]]:
+def grouped(values: NDArray[Any]) -> tuple[NDArray[Any], Places, Places]:
     """Bring equal values together.
 
     Parameters
@@ -69,11 +70,11 @@ class Alike(NamedTuple):
         Places of their values.
     """
 
-    group: NDArray[np.intp]
-    places: NDArray[np.intp]
+    group: Places
+    places: Places
 
 
-def groups_alike(index: NDArray[np.intp], members: NDArray[np.intp]) -> list[Alike]:
+def groups_alike(index: Places, members: Places) -> list[Alike]:
     """Bring groups of equally many values together, so that they can be stacked.
 
     Parameters
@@ -103,7 +104,7 @@ def groups_alike(index: NDArray[np.intp], members: NDArray[np.intp]) -> list[Ali
     return found
 
 
-def group_after_group(index: NDArray[np.intp], members: NDArray[np.intp]) -> NDArray[np.intp]:
+def group_after_group(index: Places, members: Places) -> Places:
     """Sort values by their group.
 
     Parameters
@@ -129,7 +130,7 @@ def group_after_group(index: NDArray[np.intp], members: NDArray[np.intp]) -> NDA
     return np.argsort(index, kind="stable")
 
 
-def few_at_a_time(places: NDArray[np.intp], numbers: int) -> Iterator[slice]:
+def few_at_a_time(places: Places, numbers: int) -> Iterator[slice]:
     """Divide groups of equally many values into parts that a cache holds.
 
     Parameters
@@ -158,11 +159,11 @@ def few_at_a_time(places: NDArray[np.intp], numbers: int) -> Iterator[slice]:
 
 
 def products_of_groups(
-    values: NDArray[np.float64],
-    columns: NDArray[np.float64],
-    index: NDArray[np.intp],
-    members: NDArray[np.intp],
-) -> NDArray[np.float64]:
+    values: Array,
+    columns: Array,
+    index: Places,
+    members: Places,
+) -> Array:
     """Sum the products of two matrices over the rows of each group.
 
     Parameters
@@ -201,11 +202,11 @@ def products_of_groups(
 
 
 def sums_of_groups(
-    values: NDArray[np.float64],
-    index: NDArray[np.intp],
-    members: NDArray[np.intp],
-    weight: NDArray[np.float64] | float = 1.0,
-) -> NDArray[np.float64]:
+    values: Array,
+    index: Places,
+    members: Places,
+    weight: Array | float = 1.0,
+) -> Array:
     """Sum the values of each group.
 
     Parameters

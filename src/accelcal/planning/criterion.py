@@ -17,10 +17,10 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.accelerometer import Accelerometer
 from accelcal.arguments.options import check_choice
+from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.estimate.tables import angular_derivative
 from accelcal.geometry import accelerations
@@ -28,8 +28,6 @@ from accelcal.model import COEFFICIENTS, design_matrix
 from accelcal.simulation import NoiseComponents
 
 __all__ = ["CRITERIA", "Angles", "Criterion", "covariances", "criterion_of", "losses", "seen_from"]
-
-Array = NDArray[np.float64]
 
 CRITERIA = ("D", "A", *COEFFICIENTS)
 """What a choice of angles may be best for."""

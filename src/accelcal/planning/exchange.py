@@ -13,15 +13,12 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Ints, Mask
 from accelcal.geometry import angular_distance
 from accelcal.planning.criterion import Angles, Criterion, covariances, losses
 
 __all__ = ["Budget", "exchange", "polish"]
-
-Array = NDArray[np.float64]
-Counts = NDArray[np.int64]
 
 _GAIN = 1e-9
 _PASSES = 60
@@ -49,12 +46,12 @@ class Budget(NamedTuple):
     stroke: float
     spacing: float
 
-    def left(self, counts: Counts) -> float:
+    def left(self, counts: Ints) -> float:
         """Time that is left of a stroke [s]."""
         used = self.reading * counts.sum() + self.turn * np.count_nonzero(counts)
         return float(self.stroke - used) + 1e-9 * self.stroke
 
-    def free(self, degrees: Array, counts: Counts) -> NDArray[np.bool_]:
+    def free(self, degrees: Array, counts: Ints) -> Mask:
         """Angles that are taken already, or far enough from those that are."""
         taken = degrees[counts > 0]
         distance = angular_distance(degrees[:, None], taken)
@@ -63,8 +60,8 @@ class Budget(NamedTuple):
 
 
 def exchange(
-    angles: Angles, criterion: Criterion, budget: Budget, start: Counts
-) -> tuple[Counts, float]:
+    angles: Angles, criterion: Criterion, budget: Budget, start: Ints
+) -> tuple[Ints, float]:
     """Improve a choice of repetitions until no exchange makes it better.
 
     Parameters
@@ -106,12 +103,12 @@ def exchange(
 
 
 def _pass(
-    counts: Counts,
+    counts: Ints,
     angles: Angles,
     budget: Budget,
     loss_of: Callable[[Array], Array],
     chunk: int,
-) -> Counts | None:
+) -> Ints | None:
     """The first better choice among all exchanges of a pass; None where there is none."""
     now, best = float(loss_of(counts.astype(float))), None
     for i in np.flatnonzero(counts).tolist():
@@ -129,12 +126,12 @@ def _pass(
 
 
 def _filled(
-    counts: Counts,
+    counts: Ints,
     angles: Angles,
     budget: Budget,
     loss_of: Callable[[Array], Array],
     chunk: int,
-) -> Counts:
+) -> Ints:
     """Deal out the time that is left, each time where it buys most for its cost."""
     counts = counts.copy()
     while True:
@@ -147,7 +144,7 @@ def _filled(
 
 
 def _addition(
-    counts: Counts,
+    counts: Ints,
     angles: Angles,
     budget: Budget,
     loss_of: Callable[[Array], Array],
@@ -168,7 +165,7 @@ def _addition(
 
 def polish(
     degrees: Array,
-    counts: Counts,
+    counts: Ints,
     criterion: Criterion,
     budget: Budget,
     seen: Callable[[Array], Angles],

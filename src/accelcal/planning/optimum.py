@@ -8,12 +8,12 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.accelerometer import AL15, Accelerometer
 from accelcal.arguments.kinds import expect, several
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag
+from accelcal.arrays import Array, Ints
 from accelcal.errors import InputError
 from accelcal.geometry import angular_distance, head_positions, turn_angles
 from accelcal.model import COEFFICIENTS
@@ -41,8 +41,6 @@ from accelcal.results.optimal_design import OptimalDesign
 from accelcal.simulation import NoiseComponents, TumblePlan
 
 __all__ = ["SPACING", "optimal_design"]
-
-Array = NDArray[np.float64]
 
 SPACING = 15.0
 """Least distance of two positions [deg]."""
@@ -221,7 +219,7 @@ def _best(question: _Question, seed: int) -> TumblePlan:
     for plan in _repeated(question):
         own, counts = np.unique(plan.stops, return_counts=True)
         starts.append((own, counts))
-    ends: list[tuple[float, int, Array, NDArray[np.int64]]] = []
+    ends: list[tuple[float, int, Array, Ints]] = []
     for degrees, start in starts:
         found, _ = exchange(question.seen(degrees, strokes), question.criterion, budget, start)
         counts = found[found > 0]
@@ -234,9 +232,7 @@ def _best(question: _Question, seed: int) -> TumblePlan:
     return replace(question.plan, angles=tuple(stops.tolist()))
 
 
-def _starts(
-    question: _Question, grid: Array, rng: np.random.Generator
-) -> Iterator[NDArray[np.int64]]:
+def _starts(question: _Question, grid: Array, rng: np.random.Generator) -> Iterator[Ints]:
     """Choices within the budget: nearly equal angles, of various numbers, turned at random."""
     budget = question.budget
     most = int(budget.stroke / (budget.reading + budget.turn) + 1e-9)

@@ -6,13 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Ints
 from accelcal.numerics.probability import LEVEL, student_quantile
 
 __all__ = ["Readings", "mean_and_half_width"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,7 +28,7 @@ class Readings:
     """
 
     angle: Array
-    stroke: NDArray[np.int64]
+    stroke: Ints
     value: Array
 
     def directions(self) -> Iterator[tuple[int, str, Readings]]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.discovery.action import Action, action
 from accelcal.plot.by_angle import Readings
 from accelcal.plot.style import canvas, entitled, palette, styled
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from accelcal.results.discovery import Discovery
 
 __all__ = ["signature"]
-
-Array = NDArray[np.float64]
 
 _ONE_OF = 0.9
 """Part of an action's squares that must follow a quantity for it to be drawn along that."""

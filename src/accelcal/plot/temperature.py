@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.effects.conditions import LEVEL_CHANGE
 from accelcal.plot.style import canvases, entitled, palette, styled
 from accelcal.report.scale import readable
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 __all__ = ["temperature"]
-
-Array = NDArray[np.float64]
 
 _MOST_ARROWS = 12
 _PARTS = ("at_T0", "above", "below")

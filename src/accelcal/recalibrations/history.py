@@ -7,10 +7,10 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_text
+from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.recalibrations.comparable import Comparable, comparable
@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 __all__ = ["history", "history_of"]
-
-Array = NDArray[np.float64]
 
 _QUANTITIES = 2
 

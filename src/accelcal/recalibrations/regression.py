@@ -17,13 +17,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.numerics.probability import LEVEL, student_quantile
 
 __all__ = ["Fit", "fit_line", "scatter_beyond"]
-
-Array = NDArray[np.float64]
 
 _ROUNDS = 4
 _GRID = 41

@@ -11,13 +11,10 @@ from accelcal.escapes import visible
 from accelcal.results.result import JsonResult, TabularResult
 
 if TYPE_CHECKING:
-    import numpy as np
     import pandas as pd
-    from numpy.typing import NDArray
 
+    from accelcal.arrays import Array, Mask
     from accelcal.plot.error_budget import ErrorBudgetPlot
-
-    Array = NDArray[np.float64]
 
 __all__ = ["SCHEMA", "ErrorBudget", "ErrorComponent"]
 
@@ -102,7 +99,7 @@ class ErrorBudget(EqualByContents, JsonResult, TabularResult):
     a_o: Array
     temperature_degC: Array
     time_s: Array
-    extrapolated: NDArray[np.bool_]
+    extrapolated: Mask
     components: tuple[ErrorComponent, ...]
     systematic: Array
     bound: Array

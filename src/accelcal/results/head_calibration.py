@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from accelcal.arguments.numbers import number_array
+from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.geometry import angular_distance
@@ -34,8 +35,6 @@ from accelcal.results.result import StoredResult, TabularResult
 __all__ = ["SCHEMA", "HeadCalibration", "HeadHarmonic", "UnitOnHead", "posterior"]
 
 SCHEMA = "accelcal/head/1"
-
-Array = NDArray[np.float64]
 
 _LEAST = 1e-12
 """Information below it, over that of each position alone, is rounding."""

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.arguments.options import check_choice
+from accelcal.arrays import Array, Mask
 from accelcal.equality import EqualByContents
 from accelcal.escapes import visible
 from accelcal.results.mapping import document_of, finite_or_none
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from accelcal.plot.stand_budget import StandBudgetPlot
 
 __all__ = ["SCHEMA", "BudgetedCoefficient", "MonteCarlo", "StandBudget", "StandShare"]
-
-Array = NDArray[np.float64]
 
 SCHEMA = "accelcal/stand-budget/1"
 
@@ -141,7 +139,7 @@ class MonteCarlo(EqualByContents):
     high: Array
     numerical: Array
     tolerance: Array
-    agrees: NDArray[np.bool_]
+    agrees: Mask
 
 
 @dataclass(frozen=True, slots=True, eq=False)

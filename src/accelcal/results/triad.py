@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from accelcal.arguments.numbers import number_array
+from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.results.checked import (
@@ -109,17 +110,17 @@ class TriadCalibration(StoredResult, TabularResult):
     software: str = ""
 
     @property
-    def bias(self) -> NDArray[np.float64]:
+    def bias(self) -> Array:
         """Output at zero acceleration, shape (3,) [output unit]."""
         return np.array([self.parameters[f"b_{i}"].value for i in "xyz"], dtype=np.float64)
 
     @property
-    def sensitivity(self) -> NDArray[np.float64]:
+    def sensitivity(self) -> Array:
         """Matrix S, shape (3, 3) [output unit per local g]."""
         values = [self.parameters[f"S_{i}{j}"].value for i in "xyz" for j in "xyz"]
         return np.array(values, dtype=np.float64).reshape(3, 3)
 
-    def accelerations(self, output: ArrayLike) -> NDArray[np.float64]:
+    def accelerations(self, output: ArrayLike) -> Array:
         """Turn outputs into accelerations along the axes of the frame.
 
         Parameters

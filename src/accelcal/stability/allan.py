@@ -9,14 +9,14 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from accelcal.arrays import Array
 from accelcal.errors import not_installed
 from accelcal.results.stability import AllanDeviation
 
 __all__ = ["octaves", "overlapping_allan"]
 
-Array = NDArray[np.float64]
 _Row = tuple[float, float, float, float, float, int, int]
 
 FEWEST_MEANS = 5

@@ -20,14 +20,12 @@ from itertools import combinations
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.numerics.probability import NORMAL_FACTOR
 from accelcal.results.stability import AllanDeviation, Estimate
 
 __all__ = ["TERMS", "NoiseTerm", "noise_terms"]
-
-Array = NDArray[np.float64]
 
 OCTAVES_LED = 2.0
 """Octaves of averaging time over which a term must be the largest one."""

@@ -13,14 +13,13 @@ from numpy.typing import NDArray
 from accelcal.arguments.kinds import each_of, expect
 from accelcal.arguments.numbers import check_number, number_array
 from accelcal.arguments.options import check_text, check_texts, check_written
+from accelcal.arrays import Array
 from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.plural import counted
 
 __all__ = ["Launch", "StabilityRecord", "averaged", "split_at_gaps"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

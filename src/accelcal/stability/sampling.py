@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.plural import counted
 from accelcal.stability.record import Launch
 
 __all__ = ["EvenSeries", "even_series"]
-
-Array = NDArray[np.float64]
 
 JITTER = 0.1
 """Part of the interval by which a sample may be off its time."""

@@ -7,14 +7,13 @@ from itertools import permutations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from accelcal.arrays import Array
 from accelcal.numerics.probability import LEVEL
 from accelcal.results.stability import Estimate
 
 __all__ = ["LagCorrelation", "deviation", "lag1_correlation"]
-
-Array = NDArray[np.float64]
 
 FEWEST_LAUNCHES = 5
 """Launches from which on a correlation between neighbours can be significant."""

@@ -7,8 +7,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.stability import Estimate
 from accelcal.stability.record import Launch
@@ -137,7 +137,7 @@ def _dwells(launch: Launch) -> list[_Dwell]:
     return [_dwell(float(applied[0]), output) for applied, output in parts]
 
 
-def _dwell(applied: float, output: NDArray[np.float64]) -> _Dwell:
+def _dwell(applied: float, output: Array) -> _Dwell:
     mean = float(output.mean())
     return _Dwell(applied, mean, output.size, float(np.sum((output - mean) ** 2)))
 

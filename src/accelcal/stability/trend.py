@@ -13,15 +13,13 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL
 from accelcal.stability.record import Launch
 
 __all__ = ["Trend", "fit_trend"]
-
-Array = NDArray[np.float64]
 
 BLOCKS = 60
 """Means of equal spans that the noise is told from; more of them hardly add anything."""

@@ -6,16 +6,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_choice
+from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.numerics.probability import student_quantile
 
 __all__ = ["SHAPES", "Distribution", "distribution"]
-
-Array = NDArray[np.float64]
 
 SHAPES = ("normal", "rectangular", "triangular", "arcsine")
 """Names of the distributions; arcsine is the U-shaped one."""

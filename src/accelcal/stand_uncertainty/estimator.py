@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.linear import METHODS, linear_estimator
 from accelcal.estimate.tables import prepare
@@ -23,8 +23,6 @@ from accelcal.results.stand_budget import BudgetedCoefficient
 from accelcal.stand_uncertainty.readings import Readings
 
 __all__ = ["Estimator", "estimator_of"]
-
-Array = NDArray[np.float64]
 
 _LEAST_RISE = 5.0
 """Levels closer to T0 than this tell no slope [degC]."""
@@ -246,7 +244,7 @@ def estimator_of(
     """
     record = replace(readings.record, output=readings.output({}))
     tables: list[_Table] = []
-    places: list[NDArray[np.intp]] = []
+    places: list[Places] = []
     maps: list[Array] = []
     designs: list[Array] = []
     for mask in record.table_masks():
@@ -270,9 +268,7 @@ def estimator_columns(names: Sequence[str]) -> list[int]:
     return [list(POWERS).index(name) for name in names]
 
 
-def _table(
-    readings: Readings, mask: NDArray[np.bool_], names: tuple[str, ...], start: int
-) -> _Table:
+def _table(readings: Readings, mask: Mask, names: tuple[str, ...], start: int) -> _Table:
     record: TumbleRecord = readings.record
     run = int(record.run[mask][0])
     mounting = str(record.mounting[mask][0])
@@ -282,7 +278,7 @@ def _table(
     return _Table(label, mounting, rise, names, start)
 
 
-def _assembled(blocks: Sequence[Array], places: Sequence[NDArray[np.intp]], n: int) -> Array:
+def _assembled(blocks: Sequence[Array], places: Sequence[Places], n: int) -> Array:
     """Put the blocks of all tables into one matrix over all readings."""
     rows = []
     for block, place in zip(blocks, places, strict=True):

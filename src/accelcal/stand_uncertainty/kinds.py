@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.stand_uncertainty.readings import Readings, StandError
 from accelcal.units import DAY
 
 __all__ = ["KINDS", "Kind"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

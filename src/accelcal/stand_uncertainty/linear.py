@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Places
 from accelcal.stand_uncertainty.estimator import Estimator
 from accelcal.stand_uncertainty.kinds import KINDS
 from accelcal.stand_uncertainty.readings import Readings
 from accelcal.stand_uncertainty.stand import StandComponent
 
 __all__ = ["Propagated", "channel_slopes", "effective_dof", "jacobian", "propagated"]
-
-Array = NDArray[np.float64]
 
 _STEP = 1e-4
 """Step of the central difference of a channel; its rounding error is 1e-12 of the slope."""
@@ -116,7 +114,7 @@ def propagated(
     )
 
 
-def _by_group(values: Array, index: NDArray[np.intp], count: int) -> Array:
+def _by_group(values: Array, index: Places, count: int) -> Array:
     """Sums of the columns that share an error, shape (p, count)."""
     return np.stack([np.bincount(index, row, minlength=count) for row in values])
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Places
 from accelcal.errors import InputError
 from accelcal.results.stand_budget import MonteCarlo
 from accelcal.stand_uncertainty.distribution import Distribution
@@ -18,8 +18,6 @@ from accelcal.stand_uncertainty.readings import Readings
 from accelcal.stand_uncertainty.stand import StandComponent
 
 __all__ = ["FEWEST", "MOST", "Linear", "monte_carlo", "numerical_tolerance"]
-
-Array = NDArray[np.float64]
 
 FEWEST = 1000
 MOST = 1_000_000
@@ -168,7 +166,7 @@ class _Drawn:
     channel: str
     distribution: Distribution
     pattern: Array
-    index: NDArray[np.intp]
+    index: Places
     count: int
 
 

@@ -20,9 +20,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.accelerometer import Accelerometer
+from accelcal.arrays import Array, Places
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.errors import InputError
 from accelcal.geometry import accelerations, head_positions
@@ -31,8 +31,6 @@ from accelcal.units import conversion_factor
 
 __all__ = ["CHANNELS", "CLASSES", "SAME_VOLTAGE", "Readings", "StandConditions"]
 __all__ += ["StandError", "readings_of"]
-
-Array = NDArray[np.float64]
 
 
 class StandError(InputError):
@@ -229,7 +227,7 @@ class Readings:
         along_shaft = cos(e["clock"]) * z - sin(e["clock"]) * y
         return a_i, self.side * (in_plane + along_shaft)
 
-    def groups(self, varies: Sequence[str]) -> tuple[NDArray[np.intp], int]:
+    def groups(self, varies: Sequence[str]) -> tuple[Places, int]:
         """Number the independent errors of a component.
 
         Parameters

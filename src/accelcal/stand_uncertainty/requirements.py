@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from numbers import Real
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.arguments.kinds import as_given
 from accelcal.arguments.options import mapping_of
+from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.results.stand_budget import StandBudget
@@ -24,8 +24,6 @@ from accelcal.specification import UNITS
 from accelcal.stand_uncertainty.linear import effective_dof
 
 __all__ = ["requirements"]
-
-Array = NDArray[np.float64]
 
 _FARTHEST = 100.0
 """Times the present size to which a linear budget is extrapolated."""
@@ -56,7 +54,7 @@ class _Problem:
 
     contributions: Array
     dof: Array
-    adjustable: NDArray[np.bool_]
+    adjustable: Mask
     targets: Array
 
     def expanded(self, factors: Array) -> Array:
@@ -66,7 +64,7 @@ class _Problem:
         k = np.array([student_quantile(LEVEL, float(value)) for value in dof])
         return np.asarray(k * np.linalg.norm(own, axis=0))
 
-    def largest(self, factors: Callable[[float], Array], among: NDArray[np.bool_]) -> float:
+    def largest(self, factors: Callable[[float], Array], among: Mask) -> float:
         """Largest step s at which the targets hold with the factors of s; 0 for none."""
 
         def holds(step: float) -> bool:
@@ -191,7 +189,7 @@ def _told(
 
 
 def _instruments(
-    budget: StandBudget, problem: _Problem, symbols: Sequence[str], among: NDArray[np.bool_]
+    budget: StandBudget, problem: _Problem, symbols: Sequence[str], among: Mask
 ) -> list[InstrumentRequirement]:
     felt = np.abs(problem.contributions) > _COUNTS * np.linalg.norm(problem.contributions, axis=0)
     acting = problem.adjustable & (felt & among).any(axis=1)
@@ -230,7 +228,7 @@ def _alone(problem: _Problem, i: int, symbols: Sequence[str]) -> tuple[float, st
     return each[worst], "" if each[worst] == _FARTHEST else symbols[worst]
 
 
-def _equal_shares(problem: _Problem, felt: NDArray[np.bool_], among: NDArray[np.bool_]) -> Array:
+def _equal_shares(problem: _Problem, felt: Mask, among: Mask) -> Array:
     """Factors that give each component the same share of what the fixed ones leave of a target."""
     sizes = np.abs(problem.contributions)
     fixed = (sizes[~problem.adjustable] ** 2).sum(axis=0)
@@ -245,8 +243,8 @@ def _equal_shares(problem: _Problem, felt: NDArray[np.bool_], among: NDArray[np.
 def _scaled(
     problem: _Problem,
     factors: Array,
-    acting: NDArray[np.bool_],
-    among: NDArray[np.bool_],
+    acting: Mask,
+    among: Mask,
 ) -> Array:
     """Change the factors of all that act by one, so that the targets just hold."""
     if not acting.any():

@@ -9,14 +9,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Places
 from accelcal.numerics.grouping import sums_of_groups
 
 __all__ = ["HeadErrors"]
-
-Array = NDArray[np.float64]
-Places = NDArray[np.intp]
 
 
 class HeadErrors(NamedTuple):

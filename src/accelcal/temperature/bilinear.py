@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Mask
 from accelcal.estimate.uncertainty import (
     Component,
     Interval,
@@ -34,8 +34,6 @@ __all__ = [
     "relative_slopes",
     "tell_a_law",
 ]
-
-Array = NDArray[np.float64]
 
 LAWS = ("k0", "K1", "delta")
 """Quantities that follow laws, in the order of their parameters."""
@@ -94,7 +92,7 @@ def bilinear_design(rise: Array, sides: Sequence[str]) -> Array:
     return np.stack([np.ones_like(rise), *(parts[side] for side in sides)], axis=-1)
 
 
-def tell_a_law(rise: Array, sides: Sequence[str]) -> NDArray[np.bool_]:
+def tell_a_law(rise: Array, sides: Sequence[str]) -> Mask:
     """Tell which levels determine a law, once they span a slope.
 
     Parameters

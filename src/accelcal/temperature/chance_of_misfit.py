@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.estimate.uncertainty import Component, propagate
 from accelcal.numerics.probability import f_survival
 from accelcal.temperature.bilinear import misfit
 
 __all__ = ["chance_of_misfit", "contrasts_of"]
-
-Array = NDArray[np.float64]
 
 
 def contrasts_of(design: Array) -> Array:

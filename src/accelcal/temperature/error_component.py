@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Mask
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
@@ -21,8 +21,6 @@ __all__ = [
     "Slopes",
     "stacked_temperature_component",
 ]
-
-Array = NDArray[np.float64]
 
 _K0, _K1, _M = (COEFFICIENTS.index(name) for name in ("K0", "K1", "M"))
 
@@ -40,7 +38,7 @@ class Slopes(NamedTuple):
         Slopes of k0 [g/degC], of K1 [1/degC] and of delta [rad/degC].
     """
 
-    has_laws: NDArray[np.bool_]
+    has_laws: Mask
     K1: Array
     K1_uncertainty: Array
     above: Array

@@ -12,8 +12,8 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.plural import plural
@@ -37,10 +37,6 @@ from accelcal.temperature.recorded import RecordedTemperatures
 from accelcal.temperature.run_temperatures import stacked_temperature_uncertainty
 
 __all__ = ["brought_to_rest"]
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Places = NDArray[np.intp]
 
 _FOLLOWS = 0.5
 """Readings follow their temperatures where surely more than this share of the changes is felt."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
@@ -19,8 +19,6 @@ from accelcal.temperature.product_fit import estimator, scale_factor_is_told, so
 from accelcal.temperature.recorded import RecordedTemperatures
 
 __all__ = ["laws_from_readings"]
-
-Array = NDArray[np.float64]
 
 _UNFELT = 0.5
 """Most of a recorded scatter is the sensor's where surely less than this share of it is felt."""

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, Intervals, combined, propagate
@@ -42,10 +42,6 @@ from accelcal.temperature.levels import (
 from accelcal.temperature.weaknesses import NO_LEVEL_NEAR_T0, law_sentences
 
 __all__ = ["LawsOfRecords", "laws_of_records", "tables_of_one_mounting"]
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Places = NDArray[np.intp]
 
 _SIGNIFICANT = 0.001  # chance below which levels off their law are told
 _ROUNDING = 1e-9  # g, relative or rad: below it a misfit is of no interest

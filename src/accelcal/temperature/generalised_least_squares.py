@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from accelcal.arrays import Array
 
 __all__ = ["law_maps"]
-
-Array = NDArray[np.float64]
 
 _ALMOST_NOTHING = 1e-12  # added to a diagonal of ones, so that the matrix stays definite
 

@@ -12,8 +12,8 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Places
 from accelcal.estimate.launch import reached_by, same_levels
 from accelcal.estimate.uncertainty import Component, Intervals, interval_stack, propagate
 from accelcal.results.quantity import Quantity
@@ -26,8 +26,6 @@ __all__ = [
     "branches_of",
     "mean_hysteresis",
 ]
-
-Array = NDArray[np.float64]
 
 _OPEN = 1.0 / np.sqrt(3.0)
 """Standard uncertainty, in half widths, of a level where the loop may be closed or as wide as it is
@@ -63,7 +61,7 @@ class Branches(NamedTuple):
         return np.asarray(size[..., None, None] * self.loose)
 
 
-def branches_of(temperature: Array, order: NDArray[np.intp]) -> Branches:
+def branches_of(temperature: Array, order: Places) -> Branches:
     """Tell on which branch each of some levels lies.
 
     Parameters

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.reversal import free_of_fixture_angle
 from accelcal.estimate.tables import PreparedTable
@@ -26,8 +26,6 @@ from accelcal.temperature.recorded import RecordedTemperatures
 from accelcal.temperature.run_temperatures import stacked_temperature_uncertainty
 
 __all__ = ["RecordLaws", "StackLaws", "laws_of_stack", "with_misalignment"]
-
-Array = NDArray[np.float64]
 
 
 class RecordLaws(NamedTuple):

@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Places
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import PreparedTable
@@ -21,9 +21,6 @@ from accelcal.temperature.bilinear import LEAST_RISE
 from accelcal.temperature.recorded import RecordedTemperatures
 
 __all__ = ["LevelStack", "Levels", "alike", "joint_covariance", "level_stack", "levels_of"]
-
-Array = NDArray[np.float64]
-Places = NDArray[np.intp]
 
 _K0, _K1, _M = (COEFFICIENTS.index(name) for name in ("K0", "K1", "M"))
 _WITHOUT_LAW = ("K2", "K3", "M_ip")

@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Mask
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.numerics.probability import f_survival
 
@@ -66,7 +66,7 @@ def pooled_noise(noises: Sequence[ReadingNoise], bare: Sequence[bool]) -> list[R
     ]
 
 
-def _chosen(first: NDArray[np.bool_], noise: ReadingNoise, other: ReadingNoise) -> ReadingNoise:
+def _chosen(first: Mask, noise: ReadingNoise, other: ReadingNoise) -> ReadingNoise:
     return ReadingNoise(*(np.where(first, a, b) for a, b in zip(noise, other, strict=True)))
 
 
@@ -76,7 +76,7 @@ def _pooled(noises: Sequence[ReadingNoise]) -> ReadingNoise:
     return ReadingNoise.of(np.sqrt(variance), 0.0, _OF_ALL)._replace(dof=dof)
 
 
-def _differ(noises: Sequence[ReadingNoise]) -> NDArray[np.bool_]:
+def _differ(noises: Sequence[ReadingNoise]) -> Mask:
     if len(noises) < 2:
         return np.zeros(1, dtype=np.bool_)
     variance = np.array([noise.factor**2 for noise in noises])

@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.noise import FEW, ReadingNoise, noise_of_stack
 from accelcal.estimate.tables import PreparedTable
@@ -37,9 +37,6 @@ __all__ = [
     "to_the_mean",
     "unfelt_share",
 ]
-
-Array = NDArray[np.float64]
-Places = NDArray[np.intp]
 
 _COMMON = ("K2", "K3", "M_ip")  # their quotients by K1 do not depend on temperature
 
@@ -278,7 +275,7 @@ def to_the_mean(fit: ProductFit, state: Solution, point: Point) -> Array:
     return still.model(state.parameters) - point.model(state.parameters)
 
 
-def _one_less(noise: ReadingNoise, took: NDArray[np.bool_]) -> ReadingNoise:
+def _one_less(noise: ReadingNoise, took: Mask) -> ReadingNoise:
     """Take off the degree of freedom that the felt part took."""
     took = took & (noise.source != "declared") & (noise.dof >= 2.0)
     left = noise.dof - took

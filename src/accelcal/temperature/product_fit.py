@@ -19,15 +19,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from accelcal.arrays import Array, Mask
 from accelcal.errors import DesignError
 from accelcal.temperature.product_errors import PRIOR, Errors, ProductFit, Solution, errors_at
 from accelcal.temperature.product_model import times
 
 __all__ = ["estimator", "scale_factor_is_told", "solved"]
-
-Array = NDArray[np.float64]
 
 _MOST_STEPS = 30
 _SURE = 3.0  # standard uncertainties by which a scale factor must differ from zero
@@ -62,7 +61,7 @@ def solved(fit: ProductFit, laws: Array) -> Solution:
     return state
 
 
-def scale_factor_is_told(value: ArrayLike, uncertainty: ArrayLike) -> NDArray[np.bool_]:
+def scale_factor_is_told(value: ArrayLike, uncertainty: ArrayLike) -> Mask:
     """Tell whether a scale factor is not 0: slopes relative to 0 lead the steps anywhere.
 
     Parameters
@@ -93,7 +92,7 @@ def _start(fit: ProductFit, laws: Array) -> Solution:
     return Solution(parameters, part, part.copy())
 
 
-def _step(fit: ProductFit, state: Solution) -> tuple[Solution, NDArray[np.bool_]]:
+def _step(fit: ProductFit, state: Solution) -> tuple[Solution, Mask]:
     """One step, and the records that it hardly moved."""
     point = fit.readings.at(state.felt)
     errors, jacobian = errors_at(fit, state, point), point.jacobian(state.parameters)

@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Places
 from accelcal.temperature.bilinear import bilinear_design, local_slopes
 
 __all__ = ["Point", "Readings", "times"]
-
-Array = NDArray[np.float64]
 
 
 class Readings(NamedTuple):
@@ -42,10 +40,10 @@ class Readings(NamedTuple):
     common: Array
     rise: Array
     deviation: Array
-    table: NDArray[np.intp]
+    table: Places
     sides: Sequence[str]
 
-    def of_records(self, rows: NDArray[np.intp]) -> Readings:
+    def of_records(self, rows: Places) -> Readings:
         """Return those of some of the records."""
         own = {name: getattr(self, name)[rows] for name in ("output", "rise", "deviation")}
         return self._replace(**own)

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+
+from accelcal.arrays import Array
 
 __all__ = ["RecordedTemperatures"]
-
-Array = NDArray[np.float64]
 
 
 class RecordedTemperatures(NamedTuple):

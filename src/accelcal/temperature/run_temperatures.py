@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from accelcal.arrays import Array
 
 __all__ = ["stacked_temperature_uncertainty"]
-
-Array = NDArray[np.float64]
 
 
 def stacked_temperature_uncertainty(

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Mask
 from accelcal.sentences import Sentence
 from accelcal.temperature.bilinear import LEAST_RISE
 from accelcal.temperature.hysteresis import Hysteresis
 
 __all__ = ["NO_LEVEL_NEAR_T0", "law_sentences"]
-
-Array = NDArray[np.float64]
 
 NO_LEVEL_NEAR_T0 = (
     "one level on each side of T0 and none at it: the laws are not determined; measure at T0, or"
@@ -40,7 +38,7 @@ _SIGNIFICANT = 0.001
 
 def law_sentences(
     sides: Sequence[str],
-    off: NDArray[np.bool_],
+    off: Mask,
     loop: Hysteresis,
     shift_source: str,
     reference: Array,

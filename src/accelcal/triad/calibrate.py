@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import number_array
 from accelcal.arguments.options import check_choice
+from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.covariance import Covariance, rows_of
@@ -23,8 +24,6 @@ from accelcal.triad.unknown import FRAMES, from_unknown_attitudes
 from accelcal.version import __version__
 
 __all__ = ["calibrate_triad"]
-
-Array = NDArray[np.float64]
 
 _PAIRS = ((0, 1), (0, 2), (1, 2))
 _CROSS = tuple((i, j) for i in range(3) for j in range(3) if i != j)

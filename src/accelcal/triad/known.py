@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.errors import DesignError
 from accelcal.triad.solution import Solution, refuse_rank
 
 __all__ = ["from_known_attitudes"]
-
-Array = NDArray[np.float64]
 
 _FEWEST = 4
 

@@ -5,17 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from accelcal.apparatus import Apparatus
 from accelcal.arguments.numbers import number_array
 from accelcal.arguments.options import check_text, check_texts, check_written
+from accelcal.arrays import Array, Ints
 from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
 
 __all__ = ["AXES", "TriadRecord", "up_of_turn"]
-
-Array = NDArray[np.float64]
 
 AXES = "xyz"
 
@@ -62,7 +61,7 @@ class TriadRecord(EqualByContents):
 
     output: Array
     up: Array | None = None
-    line: NDArray[np.int64] | None = None
+    line: Ints | None = None
     unit: str | None = None
     local_gravity: float | None = None
     serial: str | None = None

@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.errors import DesignError
 from accelcal.triad.record import AXES
 
 __all__ = ["NAMES", "Solution", "refuse_rank"]
-
-Array = NDArray[np.float64]
 
 NAMES = (*(f"b_{i}" for i in AXES), *(f"S_{i}{j}" for i in AXES for j in AXES))
 """Bias of each channel, and its sensitivity to the acceleration along each axis of the block."""

@@ -16,15 +16,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.arguments.options import check_choice
+from accelcal.arrays import Array
 from accelcal.errors import DesignError
 from accelcal.triad.solution import NAMES, Solution, refuse_rank
 
 __all__ = ["FRAMES", "from_unknown_attitudes"]
-
-Array = NDArray[np.float64]
 
 FRAMES = {"x": "S is lower triangular", "z": "S is upper triangular"}
 

@@ -13,8 +13,8 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Ints, Mask
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.results.verdict import OUTCOMES
 from accelcal.specification import (
@@ -26,10 +26,6 @@ from accelcal.specification import (
 )
 
 __all__ = ["ANOTHER_TEST", "Conformity", "Found", "Measured", "Place", "conformity", "in_unit"]
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Codes = NDArray[np.int64]
 
 Place = int | str | None
 """Where a quantity is found: a table by its index, a term of the laws by its name, or nowhere."""
@@ -115,7 +111,7 @@ class Conformity(NamedTuple):
     symbol: str
     place: Place
     holds: Mask
-    outcome: Codes
+    outcome: Ints
 
 
 def conformity(specification: Specification, measured: Measured) -> Iterator[Conformity]:
@@ -188,7 +184,7 @@ def _at_reference(symbol: str, measured: Measured) -> Iterator[tuple[str, Place,
     yield symbol, None, ~at.any(axis=1) & ~of_law
 
 
-def _mountings_at(at: Mask, mountings: Sequence[str]) -> Codes:
+def _mountings_at(at: Mask, mountings: Sequence[str]) -> Ints:
     """Number of mountings among some tables, shape (R,)."""
     own = np.array(mountings)
     among = [at[:, own == mounting].any(axis=1) for mounting in set(mountings)]
@@ -200,7 +196,7 @@ def _mountings_at(at: Mask, mountings: Sequence[str]) -> Codes:
 
 def _outcome(
     limit: Limit, symbol: str, place: Place, measured: Measured, guard_band: float
-) -> Codes:
+) -> Ints:
     if symbol == "T":
         return _operating_temperatures(limit, measured.temperatures)
     if place is None or (symbol == "K1" and measured.output_unit is None):
@@ -239,7 +235,7 @@ def in_unit(values: Array, factor: float) -> Array:
     return np.where(usual, np.rint(found * tens) / tens, found)
 
 
-def _decided(limit: Limit, value: Array, expanded: Array, guard_band: float) -> Codes:
+def _decided(limit: Limit, value: Array, expanded: Array, guard_band: float) -> Ints:
     unknown = np.isnan(expanded)
     is_sure = ~unknown | (guard_band == 0.0)
     width = guard_band * np.where(unknown, 0.0, expanded)
@@ -249,7 +245,7 @@ def _decided(limit: Limit, value: Array, expanded: Array, guard_band: float) -> 
     return np.where(np.isnan(value), _NOT_TESTED, decided)
 
 
-def _operating_temperatures(limit: Limit, temperatures: Array) -> Codes:
+def _operating_temperatures(limit: Limit, temperatures: Array) -> Ints:
     """Pass where the test went to both ends; the accelerometer is tested no further than that."""
     assert limit.minimum is not None
     assert limit.maximum is not None

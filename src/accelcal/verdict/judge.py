@@ -9,9 +9,9 @@ import math
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.arguments.kinds import expect
+from accelcal.arrays import Array
 from accelcal.model import ERROR_TERMS
 from accelcal.numerics.probability import LEVEL, dof_of_student_quantile, student_survival
 from accelcal.results.calibration import Calibration
@@ -106,7 +106,7 @@ def _found(calibration: Calibration, symbol: str, place: int | str) -> Found:
     return Found(_numbers([quantity.value]), _numbers([quantity.expanded_uncertainty]))
 
 
-def _numbers(values: list[float | None]) -> NDArray[np.float64]:
+def _numbers(values: list[float | None]) -> Array:
     return np.array(values, dtype=np.float64)  # None becomes NaN
 
 

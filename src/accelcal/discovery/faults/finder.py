@@ -11,8 +11,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Places
 from accelcal.discovery.faults.fault import Fault
 from accelcal.discovery.faults.pure_error import PureError, moving, pure_error
 from accelcal.discovery.faults.single_readings import nominal_scale, single_readings
@@ -32,8 +32,6 @@ from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
 
 __all__ = ["Fault", "faults"]
-
-Array = NDArray[np.float64]
 
 _SMALLEST = 1e-300
 _OF_NORMAL = 1.4826  # standard deviation over the median size of a normal deviation
@@ -124,7 +122,7 @@ def faults(
     return (*orders, *turned, *single, *stepped, *shaken), mended
 
 
-def _kept(record: TumbleRecord, single: tuple[Fault, ...]) -> NDArray[np.intp]:
+def _kept(record: TumbleRecord, single: tuple[Fault, ...]) -> Places:
     """Indices of the readings that are not set aside."""
     outliers = [fault.readings[0] for fault in single if len(fault.readings) == 1]
     return np.delete(np.arange(len(record)), outliers)

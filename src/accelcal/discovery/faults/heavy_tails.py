@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.numerics.probability import student_survival
 
 __all__ = ["chance_of"]
-
-Array = NDArray[np.float64]
 
 _TAILS = (4.0, 5.0, 6.0, 8.0, 11.0, 16.0, 30.0, math.inf)
 """Degrees of freedom of Student's distributions that the noise may have."""

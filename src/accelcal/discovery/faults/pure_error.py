@@ -11,13 +11,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Mask
 from accelcal.discovery.noise import cycle, dummies, orthonormal, saturated
 from accelcal.effects.conditions import Conditions
 from accelcal.geometry import head_positions
 
 __all__ = ["TELLING", "PureError", "moving", "pooled", "pure_error", "smooth"]
-
-Array = NDArray[np.float64]
 
 TELLING = 0.05
 """Share of its own error that a reading must leave for its replicates to judge it."""
@@ -53,7 +52,7 @@ class PureError(NamedTuple):
         return float(self.residual @ self.residual)
 
     @property
-    def telling(self) -> NDArray[np.bool_]:
+    def telling(self) -> Mask:
         """Readings that their replicates judge, shape (n,)."""
         return self.free > TELLING
 

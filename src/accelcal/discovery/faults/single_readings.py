@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Mask
 from accelcal.discovery.faults.fault import Fault
 from accelcal.discovery.faults.suspects import Suspect, Views, suspects, views_of
 from accelcal.effects.catalogue import effect
@@ -16,14 +16,10 @@ from accelcal.record import TumbleRecord
 
 __all__ = ["nominal_scale", "single_readings"]
 
-Array = NDArray[np.float64]
-
 _SMALLEST = 1e-300
 
 
-def nominal_scale(
-    record: TumbleRecord, c: Conditions, kept: NDArray[np.bool_] | None = None
-) -> float:
+def nominal_scale(record: TumbleRecord, c: Conditions, kept: Mask | None = None) -> float:
     """Slope of the readings next to the reference temperature against the input.
 
     Parameters

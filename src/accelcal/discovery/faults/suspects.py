@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Places
 from accelcal.discovery.faults.heavy_tails import chance_of
 from accelcal.discovery.faults.pure_error import (
     TELLING,
@@ -25,9 +26,6 @@ from accelcal.numerics.grouping import grouped
 from accelcal.numerics.probability import f_survival, student_survival
 
 __all__ = ["Suspect", "Views", "suspects", "views_of"]
-
-Array = NDArray[np.float64]
-Pairs = NDArray[np.intp]
 
 _TRIES = 7.0
 """Factor on the chance of an outlier for what the tails of few readings do not tell, measured."""
@@ -181,7 +179,7 @@ def _named(step: Suspect, alpha: float) -> bool:
     return bool(step.readings) and step.p_value < alpha
 
 
-def _pairs(c: Conditions) -> Pairs:
+def _pairs(c: Conditions) -> Places:
     """Pairs of readings of one stroke, shape (2, k)."""
     stroke = grouped(c.run * (int(c.stroke.max()) + 1) + c.stroke)[1]
     order = np.argsort(stroke, kind="stable")
@@ -191,7 +189,7 @@ def _pairs(c: Conditions) -> Pairs:
 
 
 def _exchange(
-    views: Views, readings: Array, weight: Array, pairs: Pairs, least: float
+    views: Views, readings: Array, weight: Array, pairs: Places, least: float
 ) -> Suspect | None:
     """The exchange of two readings that leaves least, if it leaves no more than noise of them.
 
@@ -218,7 +216,7 @@ def _exchange(
     return Suspect((i, j), chance, change)
 
 
-def _least(views: Views, readings: Array, weight: Array, pairs: Pairs) -> tuple[int, int]:
+def _least(views: Views, readings: Array, weight: Array, pairs: Places) -> tuple[int, int]:
     """The pair whose exchange leaves least; of such that leave alike, judged by another view."""
     by_pooled = _squares_after(views.pooled, readings, weight, pairs)
     alike = by_pooled <= by_pooled.min() + 0.05 * max(views.pooled.squares - by_pooled.min(), 0.0)
@@ -227,7 +225,7 @@ def _least(views: Views, readings: Array, weight: Array, pairs: Pairs) -> tuple[
     return int(pairs[0, one]), int(pairs[1, one])
 
 
-def _squares_after(view: PureError, readings: Array, weight: Array, pairs: Pairs) -> Array:
+def _squares_after(view: PureError, readings: Array, weight: Array, pairs: Places) -> Array:
     i, j = pairs
     d = readings[j] - readings[i]
     a, b = d * weight[i], d * weight[j]

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.discovery.faults.pure_error import TELLING, PureError, moving
 from accelcal.discovery.noise import dummies, orthonormal
 from accelcal.effects.conditions import Conditions
@@ -15,8 +16,6 @@ from accelcal.numerics.probability import student_survival
 from accelcal.numerics.sorting import distinct, median
 
 __all__ = ["Vibration", "chance_of_vibration", "vibration", "vibration_over_noise"]
-
-Array = NDArray[np.float64]
 
 _FEWEST_CELLS = 8
 _STEPS = 30

@@ -7,12 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.numerics.decimal_steps import decimal_step
 from accelcal.numerics.sorting import distinct
 
 __all__ = ["VisibleStep", "visible_step"]
-
-Array = NDArray[np.float64]
 
 _VISIBLE = 1.5
 """A step shows where it is so many times the noise that is left without it."""

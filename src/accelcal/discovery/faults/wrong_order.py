@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Places
 from accelcal.discovery.faults.fault import Fault
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.gates.order import OtherOrder, order_of_strokes
@@ -57,9 +57,7 @@ def wrong_orders(record: TumbleRecord, delta0: float) -> tuple[tuple[Fault, ...]
     return tuple(found), record
 
 
-def turned_tables(
-    record: TumbleRecord, delta0: float, index: NDArray[np.intp]
-) -> tuple[Fault, ...]:
+def turned_tables(record: TumbleRecord, delta0: float, index: Places) -> tuple[Fault, ...]:
     """Find tables that are turned or negated as a whole, which leaves no residual.
 
     Parameters
@@ -91,7 +89,7 @@ def _of_all(found: list[Fault]) -> Fault:
     return found[0]._replace(p_value=p, readings=tuple(readings), text=text)
 
 
-def _tables(record: TumbleRecord) -> Iterator[NDArray[np.intp]]:
+def _tables(record: TumbleRecord) -> Iterator[Places]:
     """Places of the readings of each run in each mounting."""
     for run in distinct(record.run):
         for mounting in distinct(record.mounting):
@@ -100,7 +98,7 @@ def _tables(record: TumbleRecord) -> Iterator[NDArray[np.intp]]:
                 yield places
 
 
-def _part(record: TumbleRecord, places: NDArray[np.intp]) -> TumbleRecord:
+def _part(record: TumbleRecord, places: Places) -> TumbleRecord:
     mask = np.zeros(len(record), dtype=np.bool_)
     mask[places] = True
     return record.select(mask)
@@ -128,9 +126,7 @@ def _of_run(record: TumbleRecord, place: int) -> str:
     return f"run {label}, " if len(record.run_labels) > 1 else ""
 
 
-def _fault(
-    record: TumbleRecord, table: PreparedTable, other: OtherOrder, places: NDArray[np.intp]
-) -> Fault:
+def _fault(record: TumbleRecord, table: PreparedTable, other: OtherOrder, places: Places) -> Fault:
     dof = float(len(table.record) - len(table.estimability.kept))
     p = max(f_survival(other.better, dof, dof), _SMALLEST)
     return Fault(
@@ -145,7 +141,7 @@ def _fault(
     )
 
 
-def _put_right(record: TumbleRecord, other: OtherOrder, places: NDArray[np.intp]) -> TumbleRecord:
+def _put_right(record: TumbleRecord, other: OtherOrder, places: Places) -> TumbleRecord:
     own = places[other.chosen]
     angle, output, position = record.angle.copy(), record.output.copy(), record.position.copy()
     angle[own] = _within_the_turn(other.angle[other.chosen], record.angle[own])
@@ -156,9 +152,7 @@ def _put_right(record: TumbleRecord, other: OtherOrder, places: NDArray[np.intp]
     return replace(record, angle=angle, output=output, position=position)
 
 
-def _within_the_turn(
-    turned: NDArray[np.float64], given: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _within_the_turn(turned: Array, given: Array) -> Array:
     """The angles of a stroke within the turn in which they were given."""
     start = 360.0 * np.floor(given.min() / 360.0)
     # a stroke that was mirrored may have ended whole turns away
@@ -168,9 +162,7 @@ def _within_the_turn(
     return np.asarray(turned - over + under)
 
 
-def _turned(
-    record: TumbleRecord, places: NDArray[np.intp], delta0: float, index: NDArray[np.intp]
-) -> Fault | None:
+def _turned(record: TumbleRecord, places: Places, delta0: float, index: Places) -> Fault | None:
     table = prepare(_part(record, places), delta0=delta0)
     values = table.least_squares.solve(table.record.output)
     rest = table.record.output - table.kept_design @ values

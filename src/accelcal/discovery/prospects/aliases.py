@@ -7,14 +7,12 @@ from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.discovery.candidates import Candidates
 from accelcal.discovery.noise import orthonormal
 
 __all__ = ["Aliases", "aliases"]
-
-Array = NDArray[np.float64]
 
 EXACT = 0.999
 """Principal cosine above which two effects are one and the same for a test."""

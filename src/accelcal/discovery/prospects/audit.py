@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Places
 from accelcal.discovery.base import BaseModel, base_model, solve
 from accelcal.discovery.candidates import Candidates, Instance, column_of, instances_of
 from accelcal.discovery.comparison import Comparison
@@ -28,8 +28,6 @@ from accelcal.record import TumbleRecord
 from accelcal.results.findings import Detectable, Undetectable
 
 __all__ = ["absorbed_by", "designed", "smallest_detectable", "undetectable"]
-
-Array = NDArray[np.float64]
 
 POWER = 0.9
 
@@ -210,7 +208,7 @@ def smallest_detectable(family: Family, alpha: float = 0.01) -> tuple[Detectable
     return tuple(sizes)
 
 
-def _of_one_unit(instances: Sequence[Instance]) -> tuple[NDArray[np.intp], str]:
+def _of_one_unit(instances: Sequence[Instance]) -> tuple[Places, str]:
     """Places of the instances of an effect whose size has the unit of the first one, and it."""
     units = [
         next(

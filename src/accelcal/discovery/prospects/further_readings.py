@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
+from accelcal.arrays import Array
 from accelcal.effects.conditions import LEVEL_CHANGE, SECONDS_PER_READING
 from accelcal.errors import InputError
 from accelcal.geometry import head_positions, turn_angles
@@ -19,8 +20,6 @@ from accelcal.reference import fixture_angle
 from accelcal.simulation import NOISE_FREE, TumblePlan, simulate
 
 __all__ = ["Block", "blank", "joined", "menu"]
-
-Array = NDArray[np.float64]
 
 STROKES = 2
 """Strokes in a run of a block: one forward, one back."""

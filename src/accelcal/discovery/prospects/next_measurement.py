@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.discovery.candidates import Instance, amplitude_columns, column_of
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.prospects.further_readings import Block
@@ -22,7 +22,6 @@ from accelcal.effects.conditions import Conditions
 
 __all__ = ["Proposal", "proposals"]
 
-Array = NDArray[np.float64]
 Instances = Sequence[Instance]
 
 ENOUGH = 6.0

@@ -11,9 +11,9 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
+from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel, base_model, solve, without_shifts
 from accelcal.discovery.noise import ReadingNoise, covariance, dummies, orthonormal
 from accelcal.discovery.prospects.further_readings import Block, blank, joined, menu
@@ -24,8 +24,6 @@ from accelcal.record import TumbleRecord
 from accelcal.units import HOUR
 
 __all__ = ["Left", "Outlook", "outlooks"]
-
-Array = NDArray[np.float64]
 
 
 class Outlook(NamedTuple):

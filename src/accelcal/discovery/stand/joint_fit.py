@@ -16,8 +16,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.discovery.base import solve
 from accelcal.discovery.candidates import Instance, column_of
 from accelcal.discovery.comparison import Comparison
@@ -32,8 +32,6 @@ from accelcal.results.head_calibration import posterior
 
 __all__ = ["Knowledge", "beside_the_others", "coefficients", "known", "shared_columns"]
 __all__ += ["without_head"]
-
-Array = NDArray[np.float64]
 
 _LEAST = 1e-7
 """Information below it, over that of each alone, is rounding."""

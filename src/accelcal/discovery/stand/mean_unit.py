@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
+from accelcal.arrays import Array
 from accelcal.discovery.candidates import Instance, column_of
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.noise import dummies
@@ -20,8 +20,6 @@ from accelcal.geometry import head_positions
 from accelcal.record import TumbleRecord
 
 __all__ = ["Unit", "amplitudes", "check_one_plan", "mean_unit", "on_one_stand"]
-
-Array = NDArray[np.float64]
 
 
 class Unit(NamedTuple):

@@ -6,15 +6,14 @@ from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.discovery.candidates import Instance, column_of
 from accelcal.discovery.stand.mean_unit import Unit, amplitudes
 from accelcal.numerics.probability import f_survival
 
 __all__ = ["OneValue", "one_value"]
 
-Array = NDArray[np.float64]
 Verdict = Literal["stand", "unit", "undecided"]
 
 FEWEST = 3
