@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.errors import InputError
+from accelcal.numerics.grouping import grouped
 from accelcal.recalibrations.entries import Entry, listed, year
 from accelcal.reference import USUAL_TEMPERATURE
 from accelcal.units import conversion_factor
@@ -155,11 +156,13 @@ def _at_level(
 
 def _usual_level(known: list[Entry]) -> float:
     """The temperature near which most dates have a table; of equal ones that nearest to 20 degC."""
+    held = np.array([entry.temperature for entry in known], dtype=float)
+    _, date, _ = grouped(np.array([entry.date for entry in known]))
 
     def dates(level: float) -> int:
-        return len({entry.date for entry in known if _is_near(entry, level)})
+        return int(np.count_nonzero(np.bincount(date[np.abs(held - level) <= _ONE_LEVEL])))
 
-    levels = [entry.temperature or 0.0 for entry in known]
+    levels: dict[float, None] = dict.fromkeys(held.tolist())  # each once, in their order
     return max(levels, key=lambda level: (dates(level), -abs(level - USUAL_TEMPERATURE)))
 
 

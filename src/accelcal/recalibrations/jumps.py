@@ -9,11 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.recalibrations.regression import scatter_beyond
+from accelcal.recalibrations.regression import fit_line
 
 __all__ = ["FEWEST", "SMALLEST_CHANCE", "Search", "line_with_steps", "search_jumps"]
 
 Array = NDArray[np.float64]
+Places = NDArray[np.intp]
 
 FEWEST = 5
 """Calibrations that a jump needs: three for line and step, and two to see the scatter."""
@@ -26,17 +27,50 @@ _DRAWS, _MORE_DRAWS, _NEAR = 1999, 20_000, 0.05
 """Values drawn, and as many more for chances below 0.05: of 1999 a chance of 0.005 is within a
 third of itself, and as the draws are the same each time, so would be the rate of false alarms."""
 
+_AT_A_TIME = 100_000
+"""Values drawn at a time, which the caches of a processor hold."""
+
 _MOST = 5
 _SCATTERS = 15
 
 
 class _Measure(NamedTuple):
-    """Values over their standard deviations, with the line and the steps to try."""
+    """What tests the steps where the standard deviations are those of one tau.
+
+    `roots`, shape (n,), are their inverses; `base`, shape (n, p), is an orthonormal basis of the
+    line in the values times `roots`, and `norms` are the lengths of the steps apart from it.
+    """
 
     roots: Array
     base: Array
-    steps: Array
+    places: Places
+    norms: Array
     constant: float
+
+    @classmethod
+    def of(cls, columns: Array, places: Places, sigma: Array) -> _Measure:
+        """Work it out of the columns of the line and the places of the steps."""
+        base, triangle = np.linalg.qr(columns / sigma[:, None])
+        steps = np.greater_equal.outer(np.arange(sigma.size), places) / sigma[:, None]
+        steps -= base @ (base.T @ steps)
+        norms = np.sqrt((steps**2).sum(axis=0))
+        constant = -np.log(sigma).sum() - np.log(np.abs(np.diagonal(triangle))).sum()
+        return cls(1.0 / sigma, base, places, norms, float(constant))
+
+    def likelihood(self, values: Array) -> Array:
+        """Logarithm of the restricted likelihood of each row of values."""
+        in_line = values @ (self.roots[:, None] * self.base)
+        squares = values**2 @ self.roots**2 - (in_line**2).sum(axis=1)
+        return np.asarray(self.constant - 0.5 * squares)
+
+    def ratios(self, values: Array) -> Array:
+        """F of each step, but for a factor, in each row of values."""
+        whitened = values * self.roots
+        left = whitened - (whitened @ self.base) @ self.base.T
+        squares = (left**2).sum(axis=1, keepdims=True)
+        behind = np.cumsum((left * self.roots)[:, ::-1], axis=1)[:, ::-1]
+        taken = (behind[:, self.places] / self.norms) ** 2
+        return np.asarray(taken / np.maximum(squares - taken, 1e-300))
 
 
 class Search(NamedTuple):
@@ -126,24 +160,34 @@ def _next_jump(
 ) -> tuple[int, float] | None:
     """Place of the largest jump beside those known, and its chance; None where none can be."""
     columns = line_with_steps(time, places)
-    tried = _places_to_try(time, places)
-    if not tried or time.size - columns.shape[1] - 1 < _SIDE:
+    tried = np.array(_places_to_try(time, places), dtype=np.intp)
+    if not tried.size or time.size - columns.shape[1] - 1 < _SIDE:
         return None
-    steps = np.stack([np.arange(time.size) >= place for place in tried], axis=1).astype(float)
-    scatter = scatter_beyond(columns, values, uncertainty)
-    scales = _scatters_to_try(values, uncertainty, scatter)
-    measures = [_measure(columns, steps, np.hypot(uncertainty, tau)) for tau in scales]
-    largest, place = _largest_ratio(measures, values[None, :])
-    random, sigma = np.random.default_rng(0), np.hypot(uncertainty, scatter)
+    line = fit_line(columns, values, uncertainty)
+    scales = _scatters_to_try(values, uncertainty, line.scatter)
+    measures = [_Measure.of(columns, tried, np.hypot(uncertainty, tau)) for tau in scales]
+    off_line = values - columns @ line.coefficients
+    largest, place = _largest_ratio(measures, off_line[None, :])
+    random, sigma = np.random.default_rng(0), np.hypot(uncertainty, line.scatter)
     drawn = larger = 0
     chance = 0.0
     for draws in (_DRAWS, _MORE_DRAWS):
         if chance > _NEAR:
             break
-        by_noise, _ = _largest_ratio(measures, sigma * random.standard_normal((draws, time.size)))
-        drawn, larger = drawn + draws, larger + int((by_noise >= largest[0]).sum())
+        for rows in _in_parts(draws, time.size):
+            by_noise, _ = _largest_ratio(
+                measures, sigma * random.standard_normal((rows, time.size))
+            )
+            larger += int((by_noise >= largest[0]).sum())
+        drawn += draws
         chance = (1 + larger) / (1 + drawn)
-    return tried[int(place[0])], chance
+    return int(tried[place[0]]), chance
+
+
+def _in_parts(draws: int, values: int) -> list[int]:
+    """Draws to be made at a time, of so many values each."""
+    most = max(_AT_A_TIME // values, 1)
+    return [min(most, draws - done) for done in range(0, draws, most)]
 
 
 def _places_to_try(time: Array, places: list[int]) -> list[int]:
@@ -163,31 +207,15 @@ def _scatters_to_try(values: Array, uncertainty: Array, scatter: float) -> Array
     return np.concatenate([[0.0], np.geomspace(low, max(high, 10.0 * low), _SCATTERS)])
 
 
-def _measure(columns: Array, steps: Array, sigma: Array) -> _Measure:
-    """What tests the steps at given standard deviations of the values."""
-    base, triangle = np.linalg.qr(columns / sigma[:, None])
-    whitened = steps / sigma[:, None]
-    whitened = whitened - base @ (base.T @ whitened)
-    whitened /= np.sqrt((whitened**2).sum(axis=0))
-    constant = -np.log(sigma).sum() - np.log(np.abs(np.diagonal(triangle))).sum()
-    return _Measure(1.0 / sigma, base, whitened, float(constant))
-
-
-def _largest_ratio(measures: Sequence[_Measure], values: Array) -> tuple[Array, Array]:
-    """Largest F over the steps, and its step, for each row of values.
+def _largest_ratio(measures: Sequence[_Measure], values: Array) -> tuple[Array, NDArray[np.intp]]:
+    """Largest F over the steps, and its step, for each row of values, which are off the line.
 
     Each row has its own tau, of the largest restricted likelihood.
     """
-    best = np.full(len(values), -np.inf)
-    largest, place = np.zeros(len(values)), np.zeros(len(values), dtype=int)
-    for measure in measures:
-        whitened = values * measure.roots
-        left = whitened - (whitened @ measure.base) @ measure.base.T
-        squares = (left**2).sum(axis=1)
-        likelihood = measure.constant - 0.5 * squares
-        taken = (left @ measure.steps) ** 2
-        ratio = taken / np.maximum(squares[:, None] - taken, 1e-300)
-        better = likelihood > best
-        best[better] = likelihood[better]
-        largest[better], place[better] = ratio.max(axis=1)[better], ratio.argmax(axis=1)[better]
+    best = np.argmax([measure.likelihood(values) for measure in measures], axis=0)
+    largest, place = np.zeros(len(values)), np.zeros(len(values), dtype=np.intp)
+    for number, measure in enumerate(measures):
+        rows = np.flatnonzero(best == number)
+        ratios = measure.ratios(values[rows])
+        largest[rows], place[rows] = ratios.max(axis=1), ratios.argmax(axis=1)
     return largest, place
