@@ -71,13 +71,15 @@ REGIMES = (
 class Unlike:
     """Clean tables whose readings declare a `std`, drawn anew for each, and their noise.
 
-    Those with a star declare another noise than they have: no gate promises anything of them.
+    Those with a star declare another noise than they have, or of two samples, which tell hardly
+    anything: no gate promises anything of them.
     """
 
     name: str
     lowest: float  # std [ug]
     highest: float
     noise: Callable[[np.ndarray], np.ndarray] = lambda std: std
+    samples: int = 0  # of each reading, of which its std is found; 0 where it is known
 
 
 UNLIKE = (
@@ -86,6 +88,12 @@ UNLIKE = (
     Unlike("std of 2 to 20 ug", 2.0, 20.0),
     Unlike("* std of 2 to 8 ug, noise of 6 ug", 2.0, 8.0, lambda std: 6.0 + 0.0 * std),
     Unlike("* std of 1 to 6 ug, 6 ug of noise beside", 1.0, 6.0, lambda std: np.hypot(std, 6.0)),
+    Unlike("* 6 ug in all, std of 2 samples", 6.0, 6.0, samples=2),
+    Unlike("6 ug in all, std of 5 samples", 6.0, 6.0, samples=5),
+    Unlike("* std of 4 to 8 ug, of 2 samples", 4.0, 8.0, samples=2),
+    Unlike("std of 4 to 8 ug, of 5 samples", 4.0, 8.0, samples=5),
+    Unlike("std of 2 to 20 ug, of 10 samples", 2.0, 20.0, samples=10),
+    Unlike("std of 2 to 20 ug, of 100 samples", 2.0, 20.0, samples=100),
 )
 
 
@@ -204,7 +212,12 @@ def warned_of_unlike(kind: int, seed: int, number: int) -> tuple[set[str], set[s
     std = rng.uniform(case.lowest, case.highest, len(record))
     noise = case.noise(std) * rng.standard_normal(std.size)
     alike = replace(record, output=record.output + 1e-6 * Unit().K1 * noise)
-    return told(replace(alike, std=1e-6 * Unit().K1 * std))[0], told(alike)[0]
+    if not case.samples:
+        return told(replace(alike, std=1e-6 * Unit().K1 * std))[0], told(alike)[0]
+    dof = case.samples - 1
+    found = std * np.sqrt(case.samples * rng.chisquare(dof, std.size) / dof)
+    count = np.full(std.size, float(case.samples))
+    return told(replace(alike, std=1e-6 * Unit().K1 * found, count=count))[0], told(alike)[0]
 
 
 SHARED = (1, 3, 12)

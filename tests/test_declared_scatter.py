@@ -48,25 +48,44 @@ def test_deviations_of_few_samples_give_honest_uncertainties(samples, spread):
 
 
 def test_deviations_that_scatter_by_chance_are_pooled():
-    scatter, dof = declared([1.0, 2.0, 1.5, 1.2, 1.8, 0.9, 1.4, 1.1, 1.3], np.full(9, 4.0))
+    scatter, dof, doubt = declared([1.0, 2.0, 1.5, 1.2, 1.8, 0.9, 1.4, 1.1, 1.3], np.full(9, 4.0))
     squares = np.square([1.0, 2.0, 1.5, 1.2, 1.8, 0.9, 1.4, 1.1, 1.3])
     assert_allclose(scatter, np.sqrt(squares.mean() / 4.0))
     assert dof == 27.0
+    assert not doubt.any()
 
 
 def test_deviations_of_many_samples_stand():
     std = np.geomspace(1.0, 100.0, 9)
-    scatter, _ = declared(std, np.full(9, 1e5))
+    scatter, _, doubt = declared(std, np.full(9, 1e5))
     assert_allclose(scatter, std / np.sqrt(1e5), rtol=1e-3)
+    assert_allclose(doubt, 2e-5, rtol=1e-3)
+
+
+def test_deviations_of_few_samples_say_nothing_against_those_of_many():
+    """Of two samples they scatter from 0.02 to 2 by chance, which all others, alike, do not."""
+    std = np.array([1.0, 0.02, 1.01, 0.2, 0.99, 0.7, 1.0, 1.2, 0.995])
+    count = np.where(np.arange(9) % 2, 2.0, 1e4)
+    scatter, *_ = declared(std, count)
+    assert_allclose(scatter * np.sqrt(count), 1.0, rtol=0.1)
+
+
+@pytest.mark.parametrize("few", [2.0, 3.0])
+def test_counts_far_apart_give_finite_weights(few):
+    for many in (1e6, 1e20):
+        scatter, dof, doubt = declared([1.0] + [2.0, 0.5] * 4, np.array([many] + [few] * 8))
+        assert np.isfinite([*scatter, dof, *doubt]).all()
+        assert (scatter > 0.0).all()
+        assert (doubt >= 0.0).all()
 
 
 def test_what_is_declared_of_one_sample_stands():
-    scatter, dof = declared([1.0] + [2.0] * 4 + [2.2] * 4, np.array([1.0] + [9.0] * 8))
+    scatter, dof, _ = declared([1.0] + [2.0] * 4 + [2.2] * 4, np.array([1.0] + [9.0] * 8))
     assert scatter[0] == 1.0
     assert dof == 64.0
 
 
 @pytest.mark.parametrize("size", [1e-40, 1e20])
 def test_extreme_deviations_give_finite_weights(size):
-    scatter, _ = declared([size] + [1.0] * 8, np.full(9, 2.0))
+    scatter, *_ = declared([size] + [1.0] * 8, np.full(9, 2.0))
     assert np.all(np.isfinite(scatter) & (scatter > 0.0))

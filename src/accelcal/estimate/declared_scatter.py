@@ -6,26 +6,52 @@ with each other, and each is drawn to the others by what chance alone makes of i
 
 References
 ----------
+R. DerSimonian, R. Kacker, "Random-effects model for meta-analysis of clinical trials: an update",
+Contemp. Clin. Trials 28 (2007) 105.
+
 G. K. Smyth, "Linear models and empirical Bayes methods for assessing differential expression in
 microarray experiments", Stat. Appl. Genet. Mol. Biol. 3 (2004) 3, sections 3 and 6.2.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from accelcal.record import TumbleRecord
 
-__all__ = ["declared_scatter"]
+__all__ = ["DeclaredScatter", "declared_scatter"]
 
 Array = NDArray[np.float64]
 
 _FEWEST = 3.0
 """Degrees of freedom that a variance counts for at least: it has no mean with two or fewer."""
 
+_ALMOST_ALIKE = 0.04
+"""Variance of log sigma^2 up to which deviations count by their samples: sigma within 10 %."""
 
-def declared_scatter(record: TumbleRecord) -> tuple[Array, float | None]:
+
+class DeclaredScatter(NamedTuple):
+    """What a table of n readings declares of their scatter.
+
+    Attributes
+    ----------
+    size : ndarray, shape (n,)
+        Standard uncertainty of each reading, ones where not all are declared [output unit].
+    dof : float or None
+        Degrees of freedom of all together; None where not declared.
+    doubt : ndarray, shape (n,)
+        Variance of the logarithm of the square of each, beside what all share.
+    """
+
+    size: Array
+    dof: float | None
+    doubt: Array
+
+
+def declared_scatter(record: TumbleRecord) -> DeclaredScatter:
     """Standard uncertainty of each averaged reading, where the table declares them all.
 
     Parameters
@@ -35,44 +61,51 @@ def declared_scatter(record: TumbleRecord) -> tuple[Array, float | None]:
 
     Returns
     -------
-    scatter : ndarray, shape (n,)
-        Standard uncertainty of each reading, ones where not all are declared [output unit].
-    dof : float or None
-        Degrees of freedom of all together; None where not declared.
+    DeclaredScatter
+        Standard uncertainties, and how well they are known.
 
     Notes
     -----
     Without the numbers of samples, `std` is the standard uncertainty of the reading itself.
     """
+    sure = np.zeros(len(record))
     if record.std is None or not np.all(record.std > 0):
-        return np.ones(len(record)), None
+        return DeclaredScatter(np.ones(len(record)), None, sure)
     if record.count is None or not np.all(record.count >= 1):
-        return record.std.copy(), np.inf
-    dof, squares = record.count - 1.0, record.std**2
+        return DeclaredScatter(record.std.copy(), np.inf, sure)
+    dof, squares, doubt = record.count - 1.0, record.std**2, sure
     some = dof > 0.0  # one sample has no deviation: what is declared of it stands
     if not some.any():
-        return np.sqrt(squares / record.count), np.inf
+        return DeclaredScatter(np.sqrt(squares / record.count), np.inf, sure)
     if np.ptp(squares[some]) > 0.0:
-        squares[some] = _moderated(squares[some], dof[some])
-    return np.sqrt(squares / record.count), float(dof.sum())
+        squares[some], doubt[some] = _moderated(squares[some], dof[some])
+    return DeclaredScatter(np.sqrt(squares / record.count), float(dof.sum()), doubt)
 
 
-def _moderated(squares: Array, dof: Array) -> Array:
-    """Variances of samples, each with what the others tell of it (Smyth 2004).
+def _moderated(squares: Array, dof: Array) -> tuple[Array, Array]:
+    """Variances of samples, each with what the others tell of it, and those of their logs.
 
     With true variances d0 s0^2 / chi^2(d0) the inverse of one is expected at
     (d0 + dof) / (d0 s0^2 + dof s^2), which is the best weight, and itself at d / (d - 2) times the
-    inverse of that, d = d0 + dof.
+    inverse of that, d = d0 + dof (Smyth 2004).
     """
-    logs = np.log(squares)
-    told = float(logs.var(ddof=1) - _variance_of_log(dof).mean())
-    if told <= 0.0:  # they scatter by no more than chance
-        return np.full_like(squares, squares @ dof / dof.sum())
+    logs, chance = np.log(squares) + _bias_of_log(dof), _variance_of_log(dof)
+    told = _beyond_chance(logs, chance)
+    if told == 0.0:  # they scatter by no more than chance
+        return np.full_like(squares, squares @ dof / dof.sum()), np.zeros_like(squares)
     prior = (1.0 + np.sqrt(1.0 + 2.0 * told)) / told  # by the first two terms of the variance
-    middle = np.exp((logs + _bias_of_log(dof)).mean() - _bias_of_log(prior))
+    middle = np.exp(np.average(logs, weights=1.0 / (told + chance)) - _bias_of_log(prior))
     best = (prior * middle + dof * squares) / (prior + dof)
     counted = np.maximum(prior + dof, _FEWEST)
-    return np.asarray(best * counted / (counted - 2.0))
+    return best * counted / (counted - 2.0), 2.0 / (prior + dof)
+
+
+def _beyond_chance(values: Array, chance: Array) -> float:
+    """Variance of values beyond those of chance, 0 at least (DerSimonian and Kacker 2007)."""
+    weight = 1.0 / (_ALMOST_ALIKE + chance)
+    away = values - np.average(values, weights=weight)
+    free = weight * (1.0 - weight / weight.sum())
+    return max(float(weight @ away**2 - free @ chance), 0.0) / float(free.sum())
 
 
 def _variance_of_log(dof: Array) -> Array:

@@ -45,6 +45,8 @@ class PreparedTable(NamedTuple):
         Declared standard uncertainty of each reading, or ones where none is declared.
     scatter_dof : float or None
         Degrees of freedom of the declared scatter; None where none is declared.
+    scatter_doubt : ndarray, shape (n,)
+        Variance of the logarithm of its square, of each reading.
     estimability : Estimability
         What the angles determine.
     least_squares : LeastSquares
@@ -58,6 +60,7 @@ class PreparedTable(NamedTuple):
     at_head: Grouped
     scatter: Array
     scatter_dof: float | None
+    scatter_doubt: Array
     estimability: Estimability
     least_squares: LeastSquares
 
@@ -127,7 +130,7 @@ def prepare(
     if not is_usable(record.output):
         raise InputError(_unusable(record.output))
     _check_scatter(record)
-    scatter, dof = declared_scatter(record)
+    scatter, dof, doubt = declared_scatter(record)
     known = _from_angles(
         record.angle.tobytes(),
         str(record.mounting[0]),
@@ -139,7 +142,13 @@ def prepare(
     if record.clamping is not None:
         head = head_positions(record.graduation)
         known = known._replace(head=head, at_head=grouped(head))
-    return PreparedTable(record=record, scatter=scatter, scatter_dof=dof, **known._asdict())
+    return PreparedTable(
+        record=record,
+        scatter=scatter,
+        scatter_dof=dof,
+        scatter_doubt=doubt,
+        **known._asdict(),
+    )
 
 
 class _FromAngles(NamedTuple):

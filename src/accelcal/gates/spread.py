@@ -42,20 +42,7 @@ def spread_of(table: PreparedTable) -> Spread | None:
     -------
     Spread or None
         None where the noise of all readings is alike.
-
-    Notes
-    -----
-    A standard deviation of n samples scatters itself: of log s^2 by 2 / (n - 1), about. As far as
-    those of a table scatter by no more, they are alike; the rest of their scatter is a share of the
-    whole, by which each is taken to be off the mean (Bayes, with the scatter from the table).
     """
-    scatter, std, count = table.scatter, table.record.std, table.record.count
-    if np.ptp(scatter) == 0.0:
+    if np.ptp(table.scatter) == 0.0:
         return None
-    if std is None or count is None or not np.isfinite(table.scatter_dof or np.inf):
-        return Spread(scatter / median(scatter), np.zeros(scatter.size))
-    own = np.log(std**2)
-    chance = 2.0 / np.maximum(count - 1.0, 0.5)
-    told = max(float(own.var(ddof=1) - chance.mean()), 0.0)
-    size = np.exp(0.5 * told / (told + chance) * (own - own.mean())) / np.sqrt(count)
-    return Spread(size / median(size), told * chance / (told + chance)) if np.ptp(size) else None
+    return Spread(table.scatter / median(table.scatter), table.scatter_doubt)
