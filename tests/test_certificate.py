@@ -552,3 +552,19 @@ def test_a_bad_laboratory_is_one_line(folder, lab, said, capsys):
     assert error.startswith("lab.toml")
     assert said in error
     assert error.count("\n") == 1
+
+
+def test_the_method_writes_what_the_command_writes(calibration, tmp_path):
+    dated, lab = replace(calibration, date="2026-11-21"), EXAMPLES / "laboratory.toml"
+    dated.to_json(tmp_path / "cal.json")
+    for data in ([], [lab]):
+        dated.certificate(tmp_path / "method.xml", *data)
+        command = ["report", tmp_path / "cal.json", "--dcc", tmp_path / "command.xml"]
+        assert main([str(part) for part in (*command, *(["--dcc-data", lab] if data else []))]) == 0
+        assert (tmp_path / "method.xml").read_bytes() == (tmp_path / "command.xml").read_bytes()
+
+
+def test_the_method_writes_nothing_without_a_day(calibration, tmp_path):
+    with pytest.raises(accelcal.InputError, match="days of the test"):
+        replace(calibration, date=None).certificate(tmp_path / "method.xml")
+    assert not list(tmp_path.iterdir())

@@ -296,3 +296,33 @@ def test_nothing_unused_is_complained_about(plan, tmp_path):
         cwd=tmp_path, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
+
+
+# -- from Python -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["al15.h", "al15.yaml", "al15.csv"])
+def test_the_method_writes_what_the_command_writes(al15, tmp_path, name):
+    document, by_command, by_method = tmp_path / "al15.json", tmp_path / name, tmp_path / f"m{name}"
+    al15.to_json(document)
+    assert main(["export", str(document), "-o", str(by_command)]) == 0
+    al15.export(by_method)
+    assert by_method.read_bytes() == by_command.read_bytes()
+
+
+def test_the_method_refuses_other_forms(al15, tmp_path):
+    with pytest.raises(accelcal.InputError, match=r"no format for .*al15\.txt; name the file \.h"):
+        al15.export(tmp_path / "al15.txt")
+    with pytest.raises(accelcal.InputError, match="form 'header' is unknown; choose from c, yaml"):
+        al15.export(tmp_path / "al15.txt", form="header")
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_method_exports_one_run_and_warns_of_what_is_assumed(tmp_path):
+    calibration = fitted(positions=4)
+    with pytest.warns(accelcal.AccelcalWarning, match="K3, M_ip were not determined") as told:
+        calibration.export(tmp_path / "run.txt", form="yaml", run=2)
+    assert told[0].filename == __file__
+    content = export_content(calibration, None, 2)
+    assert f"value: {content['coefficients'][0]['value']!r}\n" in (tmp_path / "run.txt").read_text()
+    assert content["validity"]["temperature_degC"] == [80.0, 80.0]

@@ -56,7 +56,7 @@ FLOORS = (
 """The rooms, top floor first. Imports point downwards, and never to a room of the same floor."""
 
 SHOWN = {(room, "report") for room in ("results", "record", "effects")}
-SHOWN |= {("results", "plot"), ("results", "page")}
+SHOWN |= {("results", room) for room in ("plot", "page", "export", "certificate")}
 """A result shows itself: it may reach these rooms from below, inside a function only."""
 
 FLOOR_OF = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from accelcal.arguments.kinds import expect
+from os import PathLike
+
+from accelcal.arguments.kinds import expect, path_text
+from accelcal.atomic import write_atomically
 from accelcal.certificate.administrative import administrative_data
 from accelcal.certificate.results import measurement_results
 from accelcal.certificate.xml import dcc, written
-from accelcal.io.laboratory import Laboratory
+from accelcal.escapes import ESCAPED
+from accelcal.io.laboratory import Laboratory, read_laboratory
 from accelcal.results.calibration import Calibration
 
-__all__ = ["VERSION", "certificate"]
+__all__ = ["VERSION", "certificate", "write_certificate"]
 
 VERSION = "3.3.0"
 """Version of the schema ``dcc.xsd``; it takes version 2.2.1 of the D-SI."""
@@ -57,3 +61,32 @@ def certificate(calibration: Calibration, known: Laboratory | None = None) -> st
         schemaVersion=VERSION,
     )
     return written(root, VERSION)
+
+
+def write_certificate(
+    calibration: Calibration,
+    path: str | PathLike[str],
+    laboratory: str | PathLike[str] | None = None,
+) -> None:
+    """Write a certificate to a file.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    path : path
+        File to write, whole or not at all.
+    laboratory : path, optional
+        TOML file of laboratory, customer and persons.
+
+    Raises
+    ------
+    InputError
+        If no day of the test is known, or the file of the laboratory breaks a rule.
+    TableError
+        If that file cannot be read.
+    """
+    known = None if laboratory is None else read_laboratory(path_text(laboratory))
+    text = certificate(calibration, known)
+    text = text if text.endswith("\n") else text + "\n"
+    write_atomically(path_text(path), text.encode("utf-8", errors=ESCAPED))

@@ -47,7 +47,7 @@ _LAUNCH = (
 
 
 def export_content(
-    calibration: Calibration, sha256: str | None = None, run: str | None = None
+    calibration: Calibration, sha256: str | None = None, run: str | int | None = None
 ) -> dict[str, Any]:
     """Collect what an export says.
 
@@ -57,7 +57,7 @@ def export_content(
         The calibration.
     sha256 : str, optional
         SHA-256 of its file.
-    run : str, optional
+    run : str or int, optional
         Use the table of this run only.
 
     Returns

@@ -164,6 +164,63 @@ class Calibration(StoredResult, TabularResult):
 
         write_report([self], path)
 
+    def export(
+        self,
+        path: str | PathLike[str],
+        *,
+        form: str | None = None,
+        run: str | int | None = None,
+    ) -> None:
+        """Write the coefficients for navigation code, as a C header, YAML or CSV.
+
+        Parameters
+        ----------
+        path : path
+            File to write, whole or not at all.
+        form : {"c", "yaml", "csv"}, optional
+            The form; by default that of the file's extension: .h, .hpp, .yaml, .yml or .csv.
+        run : str or int, optional
+            Export the table of this run only.
+
+        Raises
+        ------
+        InputError
+            If the form is another, the calibration does not say which coefficients to use, or it
+            has effects without which they do not give the acceleration.
+
+        Warns
+        -----
+        AccelcalWarning
+            About every coefficient that was not determined, and what is assumed in its place.
+        """
+        from accelcal.export.write import write_export
+
+        write_export(self, path, form=form, run=run)
+
+    def certificate(
+        self, path: str | PathLike[str], laboratory: str | PathLike[str] | None = None
+    ) -> None:
+        """Write a digital calibration certificate (DCC) of the PTB.
+
+        Parameters
+        ----------
+        path : path
+            File to write, XML, whole or not at all.
+        laboratory : path, optional
+            TOML file of laboratory, customer and persons, such as ``examples/laboratory.toml``;
+            without it they are not stated.
+
+        Raises
+        ------
+        InputError
+            If no day of the test is known, or the file of the laboratory breaks a rule.
+        TableError
+            If that file cannot be read.
+        """
+        from accelcal.certificate.dcc import write_certificate
+
+        write_certificate(self, path, laboratory)
+
     def to_document(self) -> dict[str, Any]:
         """Return the calibration as the JSON document of schema `SCHEMA`."""
         return {

@@ -1,0 +1,130 @@
+"""A calibration as the text of a C header, of YAML or of CSV, and as a file of it."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import warnings
+
+from accelcal.arguments.kinds import path_text
+from accelcal.arguments.options import check_choice
+from accelcal.atomic import write_atomically
+from accelcal.compensate.choice import compensation
+from accelcal.errors import AccelcalWarning, InputError
+from accelcal.escapes import ESCAPED
+from accelcal.export.c_header import to_c_header
+from accelcal.export.content import export_content
+from accelcal.export.plain_text import to_csv, to_yaml
+from accelcal.results.calibration import Calibration
+
+__all__ = ["FORMS", "export_text", "form_of", "write_export"]
+
+FORMS = ("c", "yaml", "csv")
+"""What an export may be written as."""
+
+_FORM_OF_SUFFIX = {".h": "c", ".hpp": "c", ".yaml": "yaml", ".yml": "yaml", ".csv": "csv"}
+
+
+def write_export(
+    calibration: Calibration,
+    path: str | os.PathLike[str],
+    *,
+    form: str | None = None,
+    run: str | int | None = None,
+) -> None:
+    """Write a calibration for those who run navigation code.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    path : path
+        File to write, whole or not at all.
+    form : {"c", "yaml", "csv"}, optional
+        The form; by default that of the file's extension: .h, .hpp, .yaml, .yml or .csv.
+    run : str or int, optional
+        Export the table of this run only.
+
+    Raises
+    ------
+    InputError
+        If the form is another, the calibration does not say which coefficients to use, or it has
+        effects without which they do not give the acceleration.
+
+    Warns
+    -----
+    AccelcalWarning
+        About every coefficient that was not determined, and what is assumed in its place.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> from tempfile import TemporaryDirectory
+    >>> calibration = accelcal.fit(accelcal.simulate(seed=1))
+    >>> with TemporaryDirectory() as folder:
+    ...     write_export(calibration, f"{folder}/al15.h")
+    """
+    form = form_of(path_text(path)) if form is None else form
+    sha256 = hashlib.sha256(calibration.to_json().encode()).hexdigest()
+    text = export_text(calibration, form, sha256, run)
+    write_atomically(path, text.encode("utf-8", errors=ESCAPED))
+
+
+def export_text(
+    calibration: Calibration, form: str, sha256: str | None = None, run: str | int | None = None
+) -> str:
+    """Write an export in one of `FORMS`, and warn of what is assumed.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    form : {"c", "yaml", "csv"}
+        The form.
+    sha256 : str, optional
+        SHA-256 of the document of the calibration, in hexadecimal.
+    run : str or int, optional
+        Export the table of this run only.
+
+    Returns
+    -------
+    str
+        The text.
+
+    Raises
+    ------
+    InputError
+        As by `write_export`.
+    """
+    check_choice(FORMS, form=form)
+    content = export_content(calibration, sha256, run)
+    found = compensation(calibration, run, effects=False)
+    for assumption in found.assumptions:
+        warnings.warn(assumption, AccelcalWarning, stacklevel=4)
+    if form == "c":
+        return to_c_header(content, found)
+    return to_yaml(content) if form == "yaml" else to_csv(content)
+
+
+def form_of(path: str) -> str:
+    """Tell the form of an export by the name of its file.
+
+    Parameters
+    ----------
+    path : str
+        The name.
+
+    Returns
+    -------
+    str
+        One of `FORMS`.
+
+    Raises
+    ------
+    InputError
+        If the name ends otherwise.
+    """
+    suffix = "." + path.lower().rpartition(".")[2]
+    if suffix not in _FORM_OF_SUFFIX:
+        raise InputError(f"no format for {path}; name the file .h, .yaml or .csv, or give form='c'")
+    return _FORM_OF_SUFFIX[suffix]
