@@ -11,8 +11,6 @@ from typing import IO
 
 from accelcal.errors import InputError
 
-__all__ = ["open_atomically", "replacing", "write_atomically"]
-
 
 def write_atomically(path: str | os.PathLike[str], data: bytes) -> None:
     """Write a file so that nobody ever meets half of it.

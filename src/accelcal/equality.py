@@ -7,8 +7,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-__all__ = ["EqualByContents", "equal"]
-
 
 class EqualByContents:
     """A dataclass that holds arrays; it is equal to another one whose contents are the same."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import codecs
 
-__all__ = ["ESCAPED", "encodable", "visible"]
-
 ESCAPED = "accelcal.escaped"
 r"""Name of the error handler, for `str.encode`.
 

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import sys
 
-__all__ = ["tell"]
-
 
 def tell(message: str, *values: object) -> None:
     """Log at level INFO.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["counted", "plural"]
-
 _HISSING = ("ch", "sh", "s", "x")
 
 

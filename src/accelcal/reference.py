@@ -10,16 +10,6 @@ from accelcal.errors import InputError
 from accelcal.geometry import checked_fixture_angle
 from accelcal.record import TumbleRecord
 
-__all__ = [
-    "USUAL_TEMPERATURE",
-    "declared_fixture_angle",
-    "fixture_angle",
-    "has_reference_temperature",
-    "level_of",
-    "reference_temperature_of",
-    "usual_reference",
-]
-
 USUAL_TEMPERATURE = 20.0
 """Normal temperature of a laboratory: what a test refers to where nothing is declared [degC]."""
 

@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from accelcal.arrays import Mask
 
-__all__ = ["Sentence", "first_of", "of_each"]
-
 
 class Sentence(NamedTuple):
     """A sentence, and which of R records need it.

@@ -7,18 +7,6 @@ from types import MappingProxyType
 
 from accelcal.errors import InputError
 
-__all__ = [
-    "DAY",
-    "HOUR",
-    "MICRO",
-    "OUTPUT_UNITS",
-    "YEAR",
-    "canonical_unit",
-    "conversion_factor",
-    "is_output_unit",
-    "output_unit",
-]
-
 MICRO = 1e6
 """So many ug are a g, so many urad a rad, and so many ppm the whole."""
 

@@ -19,8 +19,6 @@ from accelcal.archive.columns import FrameColumn
 from accelcal.arrays import Mask
 from accelcal.escapes import ESCAPED
 
-__all__ = ["arrow_bytes", "parquet_frame"]
-
 _ROW_GROUP = 8_000  # rows that are written together; in parts of 3,000 they take half as long again
 
 

@@ -20,8 +20,6 @@ from accelcal.archive.settings import Settings
 from accelcal.archive.sources import SourceFile
 from accelcal.effects.catalogue import brought_along
 
-__all__ = ["Block", "Fitted", "Outcome", "fit_block", "work"]
-
 
 class Block(NamedTuple):
     """What a worker takes at a time.

@@ -10,8 +10,6 @@ import numpy as np
 from accelcal.archive.columns import FrameColumn
 from accelcal.arrays import Array, Places
 
-__all__ = ["Cells", "Columns", "Labels", "columns_of_rows", "put_together"]
-
 
 class Labels(NamedTuple):
     """Cells that are no numbers, most of which come again.

@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, coefficient_unit
 
-__all__ = ["ERRORS", "LAWS", "ROWS", "TABLE_GATES", "FrameColumn", "gate_column", "units_of"]
-
 TABLE_GATES = (
     "closure",
     "drift",

@@ -8,8 +8,6 @@ from typing import TypeVar
 
 from accelcal.errors import AccelcalError, AccelcalWarning
 
-__all__ = ["attempt", "caught", "one_line", "reason"]
-
 Result = TypeVar("Result")
 
 

@@ -19,8 +19,6 @@ from accelcal.calibrate.many import calibrate_many
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.record import TumbleRecord
 
-__all__ = ["FittedRecords", "fit_records"]
-
 
 class FittedRecords(NamedTuple):
     """Rows of the records of a block.

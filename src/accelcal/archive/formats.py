@@ -17,16 +17,6 @@ from accelcal.archive.columns import ERRORS, FrameColumn
 from accelcal.errors import InputError, not_installed
 from accelcal.escapes import ESCAPED
 
-__all__ = [
-    "FORMS",
-    "encode",
-    "form_of",
-    "open_frame",
-    "require_form",
-    "results",
-    "write_errors",
-]
-
 FORMS = (".csv.gz", ".csv", ".parquet")
 """Ends of the names of results."""
 

@@ -13,8 +13,6 @@ from accelcal.archive.journal import Journal, Summary
 from accelcal.archive.memory import keep_freed_memory
 from accelcal.archive.settings import Settings
 
-__all__ = ["GrowingResults", "growing_results", "work_and_keep"]
-
 
 def work_and_keep(block: Block, journal: Journal, settings: Settings, form: str) -> None:
     """Read and fit a block, and put it into the journal.

@@ -15,8 +15,6 @@ from accelcal.archive.settings import Settings
 from accelcal.archive.through import InMemory
 from accelcal.errors import InputError
 
-__all__ = ["FromFiles", "fit_to_file"]
-
 
 def fit_to_file(block: Block, settings: Settings, folder: str) -> str:
     """Read and fit a block, and put its rows into a file.

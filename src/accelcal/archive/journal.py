@@ -30,8 +30,6 @@ from accelcal.archive.settings import Settings
 from accelcal.atomic import open_atomically, replacing
 from accelcal.errors import InputError
 
-__all__ = ["Journal", "Summary", "open_journal"]
-
 _SUFFIX = ".block"
 
 

@@ -9,8 +9,6 @@ from pathlib import Path
 
 from accelcal.errors import InputError
 
-__all__ = ["alone_in"]
-
 _LOCK = "lock"
 _TRIES = 100
 

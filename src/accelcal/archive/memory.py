@@ -6,8 +6,6 @@ from functools import cache
 
 import numpy as np
 
-__all__ = ["keep_freed_memory"]
-
 _LARGEST = 2**25 - 2**14
 """Bytes of the largest array that glibc learns from, and its own few."""
 

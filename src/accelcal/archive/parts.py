@@ -24,8 +24,6 @@ from accelcal.errors import InputError
 from accelcal.io.ordinary import Content, ordinary_head
 from accelcal.io.parquet import as_csv, headings_of, is_parquet, read_rows, row_ranges
 
-__all__ = ["LARGE", "Part", "Stretch", "comes_back", "divide", "part_content", "stretches"]
-
 LARGE = 2**24
 """Bytes from which on a table of many serials is read in parts."""
 

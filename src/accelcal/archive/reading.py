@@ -15,8 +15,6 @@ from accelcal.io.tables import read_tables, survey_text
 from accelcal.io.text import named_bytes, read_text
 from accelcal.record import TumbleRecord
 
-__all__ = ["Failure", "Found", "read_files", "read_part"]
-
 Records = tuple[TumbleRecord, ...]
 
 _SCATTERED = (

@@ -11,8 +11,6 @@ from accelcal.errors import InputError
 from accelcal.io.batch_results import is_batch_result
 from accelcal.io.parquet import headings_of, is_parquet
 
-__all__ = ["may_be_replaced"]
-
 _BEGINNING = 2**14
 """Bytes that hold the headings of a frame."""
 

@@ -11,8 +11,6 @@ from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Gate, Quantity
 from accelcal.results.table import TableCalibration
 
-__all__ = ["JOINT", "law_rows", "table_rows"]
-
 Row = list[Any]
 
 JOINT = " | "

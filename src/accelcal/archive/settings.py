@@ -26,8 +26,6 @@ from accelcal.specification import Specification
 from accelcal.verdict.judge import judge
 from accelcal.version import __version__
 
-__all__ = ["Settings"]
-
 _GOOD_TABLE = (
     "temperature,angle,stroke,output\n20,0,1,1.3\n20,45,1,0.9\n20,90,1,0.0\n20,135,1,-0.9\n"
     "20,180,1,-1.3\n20,225,1,-0.9\n20,270,1,0.1\n20,315,1,0.9\n"

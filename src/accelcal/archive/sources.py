@@ -12,15 +12,6 @@ from accelcal.archive.replaceable import may_be_replaced
 from accelcal.errors import InputError, not_installed
 from accelcal.io.text import WORKBOOK_SUFFIXES
 
-__all__ = [
-    "SUFFIXES",
-    "SourceFile",
-    "Sources",
-    "find_sources",
-    "is_url",
-    "read_bytes",
-]
-
 SUFFIXES = (".csv", ".csv.gz", ".txt", ".tsv", ".parquet", *WORKBOOK_SUFFIXES)
 """Ends of the names of the files that are taken from a folder."""
 

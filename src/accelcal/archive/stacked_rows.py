@@ -23,8 +23,6 @@ from accelcal.temperature.bilinear import law_units
 from accelcal.temperature.from_tables import LawsOfRecords
 from accelcal.version import __version__
 
-__all__ = ["can_be_columns", "stacked_laws", "stacked_tables"]
-
 
 def can_be_columns(stack: CalibrationStack) -> bool:
     """Tell whether the rows of a stack come from its arrays alone.

@@ -17,8 +17,6 @@ from accelcal.results.verdict import OUTCOMES
 from accelcal.specification import Specification
 from accelcal.verdict.conformity import Found, Measured, conformity
 
-__all__ = ["StackVerdicts", "verdicts_of"]
-
 
 class StackVerdicts(NamedTuple):
     """Verdicts of R records.

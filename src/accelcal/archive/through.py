@@ -12,8 +12,6 @@ from accelcal.archive.sources import SourceFile, Sources
 from accelcal.archive.workers import completed, processors, workers
 from accelcal.io.cell_blocks import read_engine
 
-__all__ = ["InMemory", "Keeper", "Progress", "blocks_of", "work_through"]
-
 Result = TypeVar("Result")
 Kept = TypeVar("Kept", contravariant=True)
 

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing.process import BaseProcess
 
-__all__ = ["completed", "processors", "workers"]
-
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 

@@ -12,8 +12,6 @@ import numpy as np
 
 from accelcal.errors import InputError
 
-__all__ = ["as_given", "each_of", "expect", "is_finite", "kind_of", "path_text", "several"]
-
 _KINDS = {
     "Acceleration": ("accelerations", "make them by accelcal.accelerations(angles)"),
     "Accelerometer": ("an accelerometer", "make one by accelcal.Accelerometer(...)"),

@@ -14,14 +14,6 @@ from accelcal.arguments.kinds import as_given, is_finite
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 
-__all__ = [
-    "check_number",
-    "check_side_by_side",
-    "check_whole",
-    "number_array",
-    "refuse_other_order",
-]
-
 
 def check_number(minimum: float = -math.inf, maximum: float = math.inf, /, **values: float) -> None:
     """Refuse values that are not finite or outside a range.

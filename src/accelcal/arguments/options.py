@@ -10,17 +10,6 @@ import numpy as np
 from accelcal.arguments.kinds import as_given, kind_of
 from accelcal.errors import InputError
 
-__all__ = [
-    "check_choice",
-    "check_flag",
-    "check_function",
-    "check_options",
-    "check_text",
-    "check_texts",
-    "check_written",
-    "mapping_of",
-]
-
 
 def check_flag(**values: bool) -> None:
     """Refuse flags that are neither true nor false, such as ``"no"``, which counts as true.

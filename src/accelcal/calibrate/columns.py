@@ -11,13 +11,6 @@ from accelcal.arrays import Places
 from accelcal.calibrate.quantities import TableQuantities, table_quantities
 from accelcal.calibrate.stack import CalibrationStack
 
-__all__ = [
-    "mountings_of",
-    "numbers_of",
-    "runs_of",
-    "verdict_codes",
-]
-
 Column = NDArray[Any]
 
 

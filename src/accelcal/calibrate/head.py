@@ -18,8 +18,6 @@ from accelcal.record import naming
 if TYPE_CHECKING:
     from accelcal.results.head_calibration import HeadCalibration
 
-__all__ = ["at_true_angles"]
-
 
 def at_true_angles(
     plan: OnePlan, head: HeadCalibration, tables: Sequence[PreparedTable], delta0: float

@@ -18,8 +18,6 @@ from accelcal.reference import reference_temperature_of
 if TYPE_CHECKING:
     from accelcal.discovery.correction import Correction
 
-__all__ = ["corrections", "effects_component"]
-
 
 def corrections(plan: OnePlan, options: Options, delta0: float) -> tuple[Correction, ...]:
     """Take the effects that are known out of the readings, whose sizes are those of each record.

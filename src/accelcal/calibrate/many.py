@@ -14,8 +14,6 @@ from accelcal.calibrate.stack import CalibrationStack, calibration_stack
 from accelcal.errors import InputError
 from accelcal.record import TumbleRecord
 
-__all__ = ["Many", "calibrate_many"]
-
 
 class Many(NamedTuple):
     """Calibrations of many records.

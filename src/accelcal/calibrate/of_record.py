@@ -27,8 +27,6 @@ from accelcal.version import __version__
 if TYPE_CHECKING:
     from accelcal.discovery.correction import Correction
 
-__all__ = ["calibration_of_record"]
-
 
 def calibration_of_record(
     record: TumbleRecord,

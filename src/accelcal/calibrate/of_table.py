@@ -18,8 +18,6 @@ from accelcal.results.mapping import finite_or_none
 from accelcal.results.quantity import Gate, Residuals
 from accelcal.results.table import TableCalibration
 
-__all__ = ["table_calibrations"]
-
 
 def table_calibrations(
     tables: Sequence[PreparedTable],

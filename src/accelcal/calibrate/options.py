@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from accelcal.results.discovery import Discovery
     from accelcal.results.head_calibration import HeadCalibration
 
-__all__ = ["TEMPERATURE_LAWS", "Options"]
-
 TEMPERATURE_LAWS = ("tables", "readings")
 """What the temperature laws are fitted to; the first is the default."""
 

@@ -20,8 +20,6 @@ from accelcal.reference import (
     usual_reference,
 )
 
-__all__ = ["OnePlan", "plans_of"]
-
 _AT_A_TIME = 2000
 """Records of a plan that are calibrated together, at the memory of all their calibrations."""
 

@@ -12,8 +12,6 @@ from accelcal.estimate.uncertainty import Component, Intervals, combined, interv
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, coefficient_unit
 from accelcal.results.quantity import Quantity
 
-__all__ = ["QuantityStack", "TableQuantities", "table_quantities"]
-
 
 class QuantityStack(NamedTuple):
     """Quantities of the t tables of each of R records.

@@ -41,8 +41,6 @@ from accelcal.temperature.recorded import RecordedTemperatures
 if TYPE_CHECKING:
     from accelcal.discovery.correction import Correction
 
-__all__ = ["CalibrationStack", "calibration_stack"]
-
 _MISPRINTED = "printed"
 """The method whose coefficients are misprinted: no temperature law is fitted to them."""
 

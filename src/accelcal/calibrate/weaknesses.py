@@ -16,8 +16,6 @@ from accelcal.record import TumbleRecord
 from accelcal.sentences import Sentence, first_of, of_each
 from accelcal.temperature.error_component import Slopes
 
-__all__ = ["Fitted", "Warned", "warnings_of"]
-
 _FEW_REPEATS = 5
 """Degrees of freedom of a variance below which a report says that it is hardly known."""
 

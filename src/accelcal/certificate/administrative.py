@@ -12,8 +12,6 @@ from accelcal.io.laboratory import NOT_STATED, Contact, Laboratory
 from accelcal.results.calibration import Calibration
 from accelcal.version import __version__
 
-__all__ = ["administrative_data", "software"]
-
 _NO_COUNTRY = "ZZ"
 """Of a place that is not stated; ISO 3166-1 leaves it to users."""
 

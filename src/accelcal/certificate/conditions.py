@@ -9,8 +9,6 @@ from accelcal.certificate.xml import dcc, named, number, rich, si
 from accelcal.io.laboratory import NOT_STATED
 from accelcal.results.calibration import Calibration
 
-__all__ = ["influence_conditions", "temperature_quantity"]
-
 
 def influence_conditions(calibration: Calibration) -> Element:
     """Make the conditions.

@@ -17,8 +17,6 @@ from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
 
-__all__ = ["measurement_results"]
-
 _NAMES = {
     "K0": "bias",
     "K1": "scale factor",

@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 from accelcal.units import conversion_factor
 
-__all__ = ["NO_UNIT", "SiUnit", "product", "si_unit"]
-
 NO_UNIT = r"\one"
 
 _PREFIXES = {

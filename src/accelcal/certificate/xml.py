@@ -7,8 +7,6 @@ from xml.etree.ElementTree import Element, indent, register_namespace, tostring
 
 from accelcal.report.lines import visible_lines
 
-__all__ = ["DCC", "SI", "dcc", "named", "number", "rich", "si", "written"]
-
 DCC = "https://ptb.de/dcc"
 SI = "https://ptb.de/si"
 _XSI = "http://www.w3.org/2001/XMLSchema-instance"

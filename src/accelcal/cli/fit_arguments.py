@@ -9,8 +9,6 @@ if TYPE_CHECKING:
     from accelcal.results.head_calibration import HeadCalibration
     from accelcal.specification import Specification
 
-__all__ = ["fit_arguments", "models_in", "specification_in"]
-
 _PLAIN = ("method", "robust", "delta0", "strict", "temperature_laws")
 
 

@@ -7,8 +7,6 @@ from typing import Any, Protocol
 
 from accelcal.cli.deliver import deliver
 
-__all__ = ["csv_of", "deliver_result", "in_form"]
-
 
 class Result(Protocol):
     """What can be shown in each form; as a string it is the text."""

@@ -20,8 +20,6 @@ from accelcal.cli.wording import by_options
 from accelcal.errors import AccelcalError, AccelcalWarning
 from accelcal.escapes import ESCAPED
 
-__all__ = ["main"]
-
 DONE = 0
 UNUSABLE_INPUT = 2
 BUG = 70  # EX_SOFTWARE of sysexits.h; a bug is no verdict, so it is not 1

@@ -8,8 +8,6 @@ import click
 
 from accelcal.version import __version__
 
-__all__ = ["COMMANDS", "program"]
-
 COMMANDS = (
     "fit",
     "check",

@@ -6,8 +6,6 @@ import re
 
 import click
 
-__all__ = ["by_options"]
-
 _ARGUMENT = re.compile(r"(?:\brecord\.with_apparatus\()?\b([a-z]\w*)=(True|False|\.{3}|'[^']*')\)?")
 
 

@@ -10,9 +10,6 @@ from accelcal.results.calibration import Calibration
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
 
-__all__ = ["lost_symbols", "not_determined", "one_sided", "same_at_all_temperatures"]
-__all__ += ["unknown_launch", "unknown_level", "without_covariance"]
-
 _SHIFTS = {"launch": "bias", "launch_sf": "scale factor"}
 """Error source -> what it shifts from launch to launch."""
 

@@ -15,9 +15,6 @@ from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
 
-__all__ = ["covariance_of_laws", "covariance_of_table", "freedom_of_laws"]
-__all__ += ["freedom_of_table", "standard_uncertainty"]
-
 _IN_MODEL = {name: f"{name} at_T0" for name in ("k0", "K1", "delta")} | {
     name: name.replace("_slope_", " ") for name in SLOPES
 }

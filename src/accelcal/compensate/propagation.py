@@ -11,8 +11,6 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.estimate.uncertainty import Intervals, combined
 
-__all__ = ["Part", "interval_of_parts", "linear_sum", "propagated"]
-
 
 class Part(NamedTuple):
     """Variance from one source, and the degrees of freedom that tell it."""

@@ -18,8 +18,6 @@ from accelcal.errors import InputError
 from accelcal.record import TumbleRecord
 from accelcal.results.discovery import Discovery
 
-__all__ = ["Action", "action"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Action:

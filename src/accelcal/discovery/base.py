@@ -23,8 +23,6 @@ from accelcal.errors import InputError
 from accelcal.model import SEEN_IN_MOUNTING
 from accelcal.record import TumbleRecord
 
-__all__ = ["SIDES", "BaseModel", "base_model", "solve", "without_shifts"]
-
 SIDES = ("above T0", "below T0")
 """Sides of a bilinear law, as they stand behind a blank in the names of slopes."""
 

@@ -42,8 +42,6 @@ from accelcal.results.calibration import Calibration
 from accelcal.results.levels import nearest_level
 from accelcal.results.table import TableCalibration
 
-__all__ = ["CalibrationErrors", "calibration_errors", "is_corrected"]
-
 _DELTA, _OTHER, _DELTA0 = (ERRORS.index(name) for name in ("delta", "other delta", "delta0"))
 _MAIN = [*range(len(PARAMETERS))]
 _ACROSS = [*_MAIN[:_DELTA], _OTHER, _OTHER + 1]

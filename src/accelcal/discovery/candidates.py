@@ -17,17 +17,6 @@ from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Effect, Parameter
 from accelcal.errors import InputError
 
-__all__ = [
-    "Candidates",
-    "Instance",
-    "amplitude_columns",
-    "candidates",
-    "column_of",
-    "direction",
-    "instances_of",
-    "searched_among",
-]
-
 VISIBLE = 0.01
 """Part of an effect that the base model must leave for the effect to be looked for."""
 

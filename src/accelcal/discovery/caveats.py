@@ -17,8 +17,6 @@ from accelcal.geometry import head_positions
 from accelcal.results.findings import Change
 from accelcal.units import MICRO
 
-__all__ = ["caveats"]
-
 _LIKE_THE_HEAD = 0.9
 """Part of an effect's squares that errors of the head positions must be able to take up."""
 

@@ -19,8 +19,6 @@ from accelcal.discovery.family import chance, without
 from accelcal.discovery.noise import FEWEST_REPLICATES, orthonormal
 from accelcal.discovery.space import Space
 
-__all__ = ["Estimated", "chances"]
-
 _ENDLESS = 10**6
 _LOGITS = np.linspace(-14.0, 14.0, 41)
 """Logits of the probabilities at which sizes are tried; the trapezoidal rule is exact enough."""

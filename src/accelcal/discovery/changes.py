@@ -23,8 +23,6 @@ from accelcal.record import TumbleRecord
 from accelcal.results.disagreement import RunChange
 from accelcal.results.quantity import Quantity
 
-__all__ = ["Uncertain", "changes", "wider"]
-
 _RANK = 1e-9
 """Singular value, over the largest one, below which readings do not tell a combination."""
 

@@ -21,8 +21,6 @@ from accelcal.discovery.space import Space, space_of, whitener_of
 from accelcal.geometry import head_positions
 from accelcal.record import TumbleRecord
 
-__all__ = ["Comparison", "compared"]
-
 _RHOS = 6
 """Values of the correlation of neighbours under which false alarms are judged."""
 

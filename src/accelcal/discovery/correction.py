@@ -27,8 +27,6 @@ from accelcal.results.discovery import Discovery
 from accelcal.results.findings import FoundEffect
 from accelcal.results.quantity import Quantity
 
-__all__ = ["Correction", "correction"]
-
 
 class Correction(NamedTuple):
     """A record without the effects, and what is uncertain in them.

@@ -14,8 +14,6 @@ from accelcal.effects.empirical import FACTORS, empirical
 from accelcal.geometry import head_positions
 from accelcal.numerics.grouping import grouped
 
-__all__ = ["empirical_explanation"]
-
 _NEEDED = 0.01
 
 

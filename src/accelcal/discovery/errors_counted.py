@@ -20,17 +20,6 @@ from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource
 from accelcal.results.table import TableCalibration
 
-__all__ = [
-    "coefficient_notes",
-    "counted",
-    "freedom",
-    "from_calibration",
-    "head_notes",
-    "notes",
-    "size_counted",
-    "sources",
-]
-
 _FROM_CALIBRATION = ("head", "launch", "launch_sf")
 _SHIFTED = {"launch": "K0", "launch_sf": "K1"}
 _LIKE = 0.1

@@ -13,8 +13,6 @@ from accelcal.discovery.family import NEW, SMALLEST, Family, agrees, chance, wit
 from accelcal.discovery.noise import orthonormal
 from accelcal.effects.conditions import Conditions
 
-__all__ = ["Explanation", "best_instances", "explanation"]
-
 _ROUNDS = 3
 
 CONTRADICTION = 0.3

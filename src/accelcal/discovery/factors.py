@@ -13,8 +13,6 @@ from accelcal.discovery.space import Space
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions
 from accelcal.geometry import head_positions
 
-__all__ = ["Block", "blocks"]
-
 
 class Block(NamedTuple):
     """What a factor may do to the readings, beyond what factors before it can do.

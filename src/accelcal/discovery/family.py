@@ -19,8 +19,6 @@ from accelcal.discovery.factors import Block
 from accelcal.discovery.noise import orthonormal
 from accelcal.discovery.space import Space
 
-__all__ = ["SMALLEST", "Family", "Judgement", "agrees", "chance", "family_of", "judge"]
-
 DRAWS = 4000
 SMALLEST = 1e-300
 """Smallest p-value told."""

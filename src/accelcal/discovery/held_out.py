@@ -12,8 +12,6 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.noise import cells, cycle
 from accelcal.numerics.grouping import grouped
 
-__all__ = ["held_out_rms"]
-
 
 def held_out_rms(
     comparison: Comparison, sets: Sequence[Sequence[Instance]], seed: int = 0

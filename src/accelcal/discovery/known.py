@@ -9,8 +9,6 @@ from accelcal.discovery.candidates import Instance, amplitude_columns
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Disturbance
 
-__all__ = ["contribution", "instance_of", "sizes_of"]
-
 
 def instance_of(known: Disturbance) -> Instance:
     """Take the size out of an effect.

@@ -20,18 +20,6 @@ from accelcal.geometry import head_positions
 from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
 
-__all__ = [
-    "ReadingNoise",
-    "acting",
-    "cells",
-    "covariance",
-    "cycle",
-    "dummies",
-    "orthonormal",
-    "reading_noise",
-]
-__all__ += ["refuse_too_many", "saturated", "worn"]
-
 FEWEST_REPLICATES = 8
 """Degrees of freedom of pure error below which nothing can be discovered."""
 

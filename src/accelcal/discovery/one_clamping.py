@@ -7,8 +7,6 @@ from accelcal.geometry import head_positions
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 
-__all__ = ["refuse_several_clampings"]
-
 
 def refuse_several_clampings(record: TumbleRecord) -> None:
     """Refuse a record of several clampings of the fixture.

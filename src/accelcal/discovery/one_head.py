@@ -15,8 +15,6 @@ from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 
-__all__ = ["head_difference", "is_same_file", "is_same_head", "is_turned_over"]
-
 _KEYS = ("head", "stand")
 """Lines above the readings that name what stood under them, the one that tells most first."""
 

@@ -21,8 +21,6 @@ from accelcal.discovery.solution import parameters_of
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Disturbance
 
-__all__ = ["OtherLaw", "other_laws"]
-
 
 class OtherLaw(NamedTuple):
     """Effects, one of which goes by another law than was named.

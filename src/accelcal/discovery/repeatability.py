@@ -11,8 +11,6 @@ from accelcal.gates.verdict import acceleration
 from accelcal.numerics.probability import f_survival
 from accelcal.results.calibration import Calibration
 
-__all__ = ["KnownNoise", "known_noise", "worse_than_known"]
-
 _WORSE = 3.0
 """Noise over that of the calibration from which it may hide a disagreement."""
 

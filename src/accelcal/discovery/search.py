@@ -9,8 +9,6 @@ from accelcal.discovery.explanation import Explanation, best_instances, explanat
 from accelcal.discovery.family import Family, Judgement, judge
 from accelcal.effects.conditions import Conditions
 
-__all__ = ["Findings", "search"]
-
 _BEAM = 12
 """Sets of effects from which larger sets are made."""
 

@@ -21,8 +21,6 @@ from accelcal.results.calibration import Calibration
 from accelcal.results.findings import FoundEffect
 from accelcal.results.quantity import Quantity
 
-__all__ = ["ERRORS", "SHAFT", "Simulated", "axis_of", "freed_angle", "simulated_readings"]
-
 SHAFT = {"o": "a_p", "p": "a_o"}
 """Axis along the shaft -> acceleration along the cross axis in the plane of rotation."""
 

@@ -17,8 +17,6 @@ from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.findings import Change
 from accelcal.results.quantity import Quantity
 
-__all__ = ["Solution", "changes", "parameters_of", "solution"]
-
 _STEP = 1e-4
 _DETERMINED = 1e-6
 _NO_TRACE = 1e-12

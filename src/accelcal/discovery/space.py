@@ -10,8 +10,6 @@ from accelcal.arrays import Array
 from accelcal.discovery.noise import orthonormal
 from accelcal.errors import InputError
 
-__all__ = ["Space", "space_of", "whitener_of"]
-
 
 class Space(NamedTuple):
     """The m dimensions of n readings that the base model leaves.

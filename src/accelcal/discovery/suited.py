@@ -13,8 +13,6 @@ from accelcal.errors import InputError
 from accelcal.record import TumbleRecord
 from accelcal.units import conversion_factor
 
-__all__ = ["suited"]
-
 _LARGEST = 1e6
 """Reading of a tumble test above which it is none [g]."""
 

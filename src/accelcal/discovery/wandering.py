@@ -19,8 +19,6 @@ from accelcal.discovery.family import without
 from accelcal.discovery.noise import dummies, orthonormal
 from accelcal.effects.conditions import Conditions
 
-__all__ = ["LIKELY", "POSSIBLE", "Wandering", "wandering"]
-
 LIKELY, POSSIBLE = 0.1, 0.001
 """Likelihood of a wandering bias, over that with an effect: from the first on the effect gets no
 name, from the second on its name is not sure."""

@@ -14,8 +14,6 @@ from accelcal.discovery.space import Space
 from accelcal.effects.conditions import Conditions
 from accelcal.results.findings import Share
 
-__all__ = ["pattern", "shares", "structure"]
-
 _HARMONICS = 8
 _PURE = 0.8
 """Part of a pattern's squares that one harmonic must have to be called the pattern."""

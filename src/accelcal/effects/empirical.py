@@ -13,8 +13,6 @@ from accelcal.effects.conditions import SAME_ANGLE, Conditions
 from accelcal.effects.effect import Effect, Parameter
 from accelcal.geometry import angular_distance
 
-__all__ = ["FACTORS", "effect_of", "empirical"]
-
 _ID = "empirical:"
 _AT = "at {:g} deg"
 

@@ -8,8 +8,6 @@ from accelcal.effects.effect import Disturbance
 from accelcal.effects.empirical import effect_of
 from accelcal.results.findings import FoundEffect
 
-__all__ = ["disturbances"]
-
 
 def disturbances(found: Iterable[FoundEffect]) -> tuple[Disturbance, ...]:
     """Give effects of the catalogue, or empirical ones, the sizes that were found.

@@ -8,8 +8,6 @@ from typing import Any
 from accelcal.results.calibration import Calibration
 from accelcal.results.mapping import FrozenMapping
 
-__all__ = ["left_in_use", "static_in_use"]
-
 _NOT_IN_USE = ("angle", "temperature", "readings")
 """What effects of the stand, the chamber and the voltmeter act on."""
 

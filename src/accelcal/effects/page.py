@@ -13,8 +13,6 @@ from pathlib import Path
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect, Parameter
 
-__all__ = ["described", "with_catalogue"]
-
 _PLACE = re.compile(r"(?<=<!-- catalogue -->\n).*?(?=<!-- end of the catalogue -->)", re.DOTALL)
 
 _ACTS_ON = {

@@ -9,8 +9,6 @@ from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Effect, Parameter
 from accelcal.errors import InputError
 
-__all__ = ["EFFECTS"]
-
 
 def _outlier(c: Conditions, error: float, reading: float) -> Array:
     return np.where(c.number == _chosen(c, reading, c.number.size), error, 0.0)

@@ -8,8 +8,6 @@ from accelcal.arrays import Array
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Effect, Parameter
 
-__all__ = ["EFFECTS"]
-
 _FINER = "positions 22.5 or 30 deg apart instead of 45 deg"
 _OTHER_MOUNTING = "the other cross axis in the rotation plane"
 

@@ -10,8 +10,6 @@ from accelcal.effects.effect import Effect, Parameter
 from accelcal.errors import InputError
 from accelcal.geometry import angular_distance, head_positions
 
-__all__ = ["EFFECTS"]
-
 
 def _position_error(c: Conditions, error: float, at: float) -> Array:
     here = angular_distance(c.angle, at) < SAME_ANGLE

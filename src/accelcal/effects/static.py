@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from accelcal.effects.effect import Disturbance, Effect
     from accelcal.results.quantity import Quantity
 
-__all__ = ["LookAlike", "Samples", "StaticEffects", "how_taken_up", "static_effects"]
-
 _UNKNOWN = (
     *("angle", "approach", "time", "run_time", "draws"),
     *("per_radian", "per_degree", "per_degree_falling"),

@@ -9,8 +9,6 @@ from accelcal.effects.conditions import LEVEL_CHANGE, Conditions
 from accelcal.effects.effect import Effect, Parameter
 from accelcal.units import HOUR
 
-__all__ = ["EFFECTS"]
-
 _MORE_LEVELS = "two or more temperatures on either side of T0"
 
 

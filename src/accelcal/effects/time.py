@@ -14,9 +14,6 @@ from accelcal.effects.effect import Effect, Parameter
 from accelcal.errors import InputError
 from accelcal.units import DAY, HOUR
 
-__all__ = ["EFFECTS"]
-
-
 _SHOWN_BY = 4
 """Readings on either side that a step within a run takes; with fewer, it is an outlier."""
 

@@ -15,8 +15,6 @@ from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration, known_temperatures, nearest_table
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 
-__all__ = ["Coefficients", "coefficients_of"]
-
 _AXES = {"o": ("delta_O", "delta_ip"), "p": ("delta_P", "delta_io")}
 
 

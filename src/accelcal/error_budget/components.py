@@ -14,8 +14,6 @@ from accelcal.model import acceleration_error, bias_bound
 from accelcal.results.error_budget import ErrorComponent
 from accelcal.results.quantity import Quantity
 
-__all__ = ["AT_T0", "SLOPES", "random_components", "sensitivity", "systematic_components"]
-
 AT_T0 = {
     "k0": "bias at T0",
     "K1": "scale factor at T0",

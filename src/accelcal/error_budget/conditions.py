@@ -14,8 +14,6 @@ from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.geometry import Acceleration
 
-__all__ = ["Conditions", "conditions"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Conditions:

@@ -13,8 +13,6 @@ from accelcal.error_budget.components import SLOPES, sensitivity
 from accelcal.error_budget.conditions import Conditions
 from accelcal.results.error_budget import ErrorComponent
 
-__all__ = ["correlated_symbols", "covariance"]
-
 _SIDES = ("above", "below")
 
 

@@ -13,8 +13,6 @@ from accelcal.estimate.uncertainty import combined
 from accelcal.results.calibration import Calibration
 from accelcal.results.error_budget import ErrorComponent
 
-__all__ = ["effect_components"]
-
 _CROSS = {"delta_O": ("pendulous", "delta_ip"), "delta_P": ("output", "delta_io")}
 """Misalignment -> the acceleration across that it acts by, and the cross-coupling with that."""
 

@@ -14,8 +14,6 @@ from accelcal.error_budget.conditions import Conditions
 from accelcal.error_budget.random_part import FEW_LAUNCHES, NOT_IDENTIFIED, RandomPart
 from accelcal.results.calibration import Calibration
 
-__all__ = ["weaknesses"]
-
 _CALIBRATED_WITHIN = 1.001  # a tumble test reaches 1 local g
 _RANDOM_NAMES = {
     "launch": "bias from launch to launch (k0L)",

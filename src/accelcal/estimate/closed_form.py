@@ -16,8 +16,6 @@ from accelcal.geometry import turn_angles
 from accelcal.model import COEFFICIENTS
 from accelcal.printed import documented_bias, estimator_matrix
 
-__all__ = ["closed_form_map", "closed_form_meaning"]
-
 
 def closed_form_map(table: PreparedTable, method: str, delta0: float = 0.0) -> Array:
     """Matrix of a closed form on the readings of a table.

@@ -8,8 +8,6 @@ import numpy as np
 
 from accelcal.arrays import Array, Places
 
-__all__ = ["LEAST_STRENGTH", "LackOfFit", "SeenErrors"]
-
 # Where the size of the head error is estimated, contrasts are left out in which it acts with less
 # than this share of its action on the contrast that shows it best: they tell of the noise only.
 LEAST_STRENGTH = 0.05

@@ -22,8 +22,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from accelcal.record import TumbleRecord
 
-__all__ = ["DeclaredScatter", "declared_scatter"]
-
 Array = NDArray[np.float64]
 
 _FEWEST = 3.0

@@ -21,8 +21,6 @@ from accelcal.estimate.uncertainty import Component
 from accelcal.model import SCALE_FACTOR
 from accelcal.numerics.grouping import grouped, products_of_groups, sums_of_groups
 
-__all__ = ["Errors", "ErrorsOfReadings"]
-
 _SHIFTED = {"launch": "K0", "launch_sf": "K1"}
 
 

@@ -10,8 +10,6 @@ from accelcal.numerics.sorting import median
 from accelcal.results.mapping import finite_or_none
 from accelcal.results.quantity import ErrorSource
 
-__all__ = ["error_sources"]
-
 
 def error_sources(
     tables: Sequence[PreparedTable], estimate: JointEstimate, unit: str | None

@@ -11,8 +11,6 @@ from accelcal.arrays import Array
 from accelcal.errors import DesignError
 from accelcal.model import COEFFICIENTS
 
-__all__ = ["Estimability", "check_names", "estimability", "signed"]
-
 # The order in which coefficients are kept where not all can be had: what a user needs first.
 _PRIORITY = ("K1", "K0", "M", "K2", "M_ip", "K3")
 

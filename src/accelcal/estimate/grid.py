@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from accelcal.arrays import Array, Places
 
-__all__ = ["Grid"]
-
 # Three looks, each finer and nearer to the lowest point, evaluate half as much as two (16 and 1).
 _STRIDES = (64, 8, 1)
 

@@ -22,8 +22,6 @@ from accelcal.estimate.position_means import PositionMeans
 from accelcal.estimate.tables import PreparedTable
 from accelcal.numerics.sorting import distinct
 
-__all__ = ["HeadError", "head_error", "lack_of_fit"]
-
 # Some contrasts between tables rest on small differences of their coefficients, such as noise and
 # rounding make. Those in which the head shows less than this share of its action are left out.
 _LEAST_SHOWN = 1e-4

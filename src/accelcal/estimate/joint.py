@@ -31,8 +31,6 @@ from accelcal.numerics.sorting import distinct
 if TYPE_CHECKING:
     from accelcal.results.head_calibration import HeadCalibration
 
-__all__ = ["JointEstimate", "estimate_stack"]
-
 _BIAS = COEFFICIENTS.index("K0")
 
 

@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array, Places
 
-__all__ = ["OTHERS_SHARE", "SAME_LEVEL", "RunShift", "reached_by", "run_shift", "same_levels"]
-
 SAME_LEVEL = 1.0
 """Temperatures that differ by less than this are one level [degC]."""
 

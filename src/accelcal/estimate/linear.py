@@ -13,8 +13,6 @@ from accelcal.errors import InputError
 from accelcal.estimate.tables import PreparedTable
 from accelcal.model import COEFFICIENTS
 
-__all__ = ["METHODS", "LinearEstimator", "linear_estimator"]
-
 METHODS = ("least-squares", "closed-form", "sign-corrected", "printed")
 """Names of the estimators; the first is the default."""
 

@@ -25,8 +25,6 @@ from numpy.typing import NDArray
 from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.contrasts import LEAST_STRENGTH
 
-__all__ = ["ManyPositions", "SeenAtMany"]
-
 # As in `head`, contrasts in which the head shows less than this share of the most rest on small
 # differences of coefficients, such as noise and rounding make. Here no contrast is worked out, so
 # none can be left out. Instead the noise is taken to be at least as large as the head error shows

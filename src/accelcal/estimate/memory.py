@@ -9,9 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-__all__ = ["Memory"]
-
-
 _LARGEST = 500_000
 """Numbers of the largest array that is kept, 4 MB: no block of tables needs more."""
 

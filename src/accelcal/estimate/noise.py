@@ -13,8 +13,6 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.numerics.grouping import sums_of_groups
 from accelcal.numerics.probability import f_exceeds
 
-__all__ = ["FEW", "ReadingNoise", "noise_of_stack"]
-
 FEW = 3
 """Degrees of freedom below which a scatter of its own says too little."""
 

@@ -10,8 +10,6 @@ from accelcal.arrays import Array, Places
 from accelcal.estimate.tables import PreparedTable
 from accelcal.numerics.grouping import group_after_group, sums_of_groups
 
-__all__ = ["PositionMeans"]
-
 
 class PositionMeans(NamedTuple):
     """Means of a table at the positions of all, in units of their own uncertainty; zero elsewhere.

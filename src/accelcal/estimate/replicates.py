@@ -19,8 +19,6 @@ from numpy.typing import NDArray
 from accelcal.arrays import Array, Places
 from accelcal.estimate.memory import Memory
 
-__all__ = ["Means", "Replicates"]
-
 _MEMORY = Memory()
 
 _GULP = 400

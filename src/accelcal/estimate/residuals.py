@@ -16,8 +16,6 @@ from accelcal.arrays import Array
 from accelcal.estimate.memory import Memory
 from accelcal.numerics.error_free import two_product, two_sum
 
-__all__ = ["CutDesign", "twice_precise_residual"]
-
 _MEMORY = Memory()
 
 # A solution in multiples of its size / 2^23 and a design in multiples of 2^-24 have a product of

@@ -33,8 +33,6 @@ from accelcal.model import COEFFICIENTS
 from accelcal.results.covariance import Covariance, rows_of
 from accelcal.results.fixture_angle import FixtureAngle
 
-__all__ = ["fixture_angles", "free_of_fixture_angle", "misalignment_stack"]
-
 _K1, _M = (COEFFICIENTS.index(name) for name in ("K1", "M"))
 
 _G = "g/g^2"

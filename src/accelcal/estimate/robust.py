@@ -25,8 +25,6 @@ from accelcal.arrays import Array, Places
 from accelcal.errors import DesignError
 from accelcal.numerics.grouping import grouped, sums_of_groups
 
-__all__ = ["pseudo_values"]
-
 _BEND = 1.345  # 95 % efficiency on normal errors (Huber 1981)
 _NORMAL_PAIRS = 1.0483  # of normal errors: sigma over the median |difference| of two of them
 _PARTNERS = 32  # pairs of each replicate; all pairs tell the scale hardly better

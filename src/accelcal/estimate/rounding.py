@@ -20,8 +20,6 @@ from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array
 
-__all__ = ["Rounding", "rounding"]
-
 _WHOLE = 1.0 / 12.0  # variance of a rounding error, in steps
 _NOISES = np.linspace(0.0, 1.5, 301)  # in steps; beyond, replicates share no rounding error
 

@@ -31,8 +31,6 @@ from accelcal.estimate.memory import Memory
 from accelcal.estimate.replicates import Means, Replicates
 from accelcal.estimate.residuals import CutDesign, twice_precise_residual
 
-__all__ = ["LeastSquares", "Solution"]
-
 _Step = Callable[[Array], tuple[Array, Array]]
 
 _MEMORY = Memory()

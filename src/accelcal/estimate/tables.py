@@ -18,8 +18,6 @@ from accelcal.model import COEFFICIENTS, design_matrix
 from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
 
-__all__ = ["PreparedTable", "angular_derivative", "is_usable", "prepare"]
-
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 Grouped = tuple[Array, Places, Places]

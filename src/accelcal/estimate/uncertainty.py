@@ -28,16 +28,6 @@ from accelcal.arrays import Array
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.quantity import Quantity
 
-__all__ = [
-    "Component",
-    "Interval",
-    "Intervals",
-    "combined",
-    "interval_stack",
-    "intervals",
-    "propagate",
-]
-
 _TERMS = 25  # of the polynomial for Student's factor
 _ENDLESS = 1e6  # from here on Student's factor is the normal one to 1e-6
 

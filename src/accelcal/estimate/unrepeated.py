@@ -16,8 +16,6 @@ from accelcal.estimate.contrasts import LackOfFit
 from accelcal.estimate.grid import Grid
 from accelcal.estimate.many_positions import ManyPositions
 
-__all__ = ["ToldApart", "told_apart"]
-
 # Share of the head's variance that is taken off the residuals when the noise is estimated from
 # them. With all of it (restricted maximum likelihood) the interval of K2 holds the truth in 92.6 %
 # on 12 positions where there is no head error, as too much is put down to it (choices of

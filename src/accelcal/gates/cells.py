@@ -16,8 +16,6 @@ from accelcal.numerics.grouping import (
     sums_of_groups,
 )
 
-__all__ = ["Cells"]
-
 
 class Cells(NamedTuple):
     """Readings brought together in cells, for sums over each.

@@ -9,8 +9,6 @@ from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
 from accelcal.numerics.decimal_steps import decimal_step
 
-__all__ = ["are_copies", "copied_strokes", "copy_said"]
-
 _NO_CHANCE = 1e-6  # of readings that agree to the last digit
 _IRRATIONAL = 2.0**0.5  # so many times a decimal number is none that another one makes up for
 

@@ -16,8 +16,6 @@ from accelcal.gates.trend import Trend, contracted, rank_and_inverse
 from accelcal.gates.verdict import GateStack, acceleration, angle, gate_stack
 from accelcal.numerics.probability import f_exceeds, f_survival
 
-__all__ = ["drift"]
-
 _WORDS = {  # what drifts -> its name, its mean over the run
     "bias": ("bias", "K0"),
     "scale_factor": ("scale factor", "K1"),

@@ -20,8 +20,6 @@ from accelcal.model import COEFFICIENTS, design_matrix
 from accelcal.numerics.grouping import Alike, few_at_a_time, products_of_groups
 from accelcal.numerics.sorting import distinct
 
-__all__ = ["OtherOrder", "order_of_positions", "order_of_strokes"]
-
 _MUCH_BETTER = 9.0  # another order must leave a ninth of the squared residuals, a third of the rms
 _NOTHING = 1e-24  # squared residuals below this share of the squared outputs are rounding errors
 

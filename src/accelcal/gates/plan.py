@@ -16,8 +16,6 @@ from accelcal.gates.spread import Spread, spread_of
 from accelcal.gates.trend import ReplicatePlan, Trend, directed, moments, trend_of
 from accelcal.numerics.grouping import grouped
 
-__all__ = ["TablePlan", "once_a_plan", "plan_of"]
-
 Found = TypeVar("Found")
 
 

@@ -24,8 +24,6 @@ from accelcal.model import COEFFICIENTS, SCALE_FACTOR
 from accelcal.numerics.probability import f_exceeds, f_survival
 from accelcal.numerics.sorting import median
 
-__all__ = ["RecordStack", "gates_of_records"]
-
 _IMPLAUSIBLE_HEAD = 1e-4  # rad, 20 arcsec
 _LARGEST_SPREAD = {"K1": 0.2, "K0": 0.1}  # relative, and [g]
 _SMALLEST = 1e-300

@@ -19,8 +19,6 @@ from accelcal.numerics.grouping import grouped
 from accelcal.numerics.probability import f_exceeds
 from accelcal.numerics.sorting import distinct
 
-__all__ = ["closure", "forward_against_back", "outlier"]
-
 _LEAST_FREE = 1e-6
 """Share of a reading that mean and trend leave free; below it, the residual says nothing of it."""
 

@@ -9,8 +9,6 @@ from accelcal.gates.copies import copied_strokes, copy_said
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack
 
-__all__ = ["resolution"]
-
 _HARMLESS = 1e-6  # g, well below the noise of any reading
 _HIDING = 0.5  # noise over step below which rounding is no longer random
 _NO_SCATTER = 1e-6  # noise over step that only rounding errors of the arithmetic make

@@ -17,8 +17,6 @@ from accelcal.geometry import head_positions
 from accelcal.model import COEFFICIENTS, SCALE_FACTOR
 from accelcal.numerics.grouping import Alike, few_at_a_time, grouped
 
-__all__ = ["proportions", "units", "wrong_sign"]
-
 _TELLING = 0.3  # readings below this share of the largest tell nothing about the unit
 _OTHER_SIZE = 1.3  # ratio of two strokes, or of two scale factors, above any temperature effect
 _NEAR_DECADE = 0.1  # log10 by which a ratio may miss a power of ten, as a bias shifts it

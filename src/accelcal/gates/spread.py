@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from accelcal.estimate.tables import PreparedTable
 from accelcal.numerics.sorting import median
 
-__all__ = ["Spread", "spread_of"]
-
 Array = NDArray[np.float64]
 
 

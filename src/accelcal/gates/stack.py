@@ -21,8 +21,6 @@ from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
 from accelcal.units import HOUR
 
-__all__ = ["TableStack", "of_one_plan"]
-
 
 @dataclass(frozen=True, eq=False)
 class TableStack:

@@ -11,8 +11,6 @@ from accelcal.arrays import Array, Places
 from accelcal.gates.cells import Cells
 from accelcal.numerics.grouping import few_at_a_time
 
-__all__ = ["SwapBlock", "Swaps", "best_swap", "swap_blocks"]
-
 _BLOCK = 256  # readings whose swaps with all others are judged at a time, to bound the memory
 _NUMBERS = 2**20  # numbers of such a block over all tables, for the same reason
 _ROUNDING = 1e-6

@@ -10,8 +10,6 @@ from accelcal.gates.sizes import proportions, units
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import SIGNIFICANT, GateStack
 
-__all__ = ["gates_of_stack"]
-
 
 def gates_of_stack(stack: TableStack, tables: int = 1) -> tuple[GateStack, ...]:
     """Check tables of one plan.

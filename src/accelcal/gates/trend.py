@@ -17,17 +17,6 @@ from accelcal.gates.cells import Cells
 from accelcal.numerics.grouping import grouped
 from accelcal.numerics.sorting import distinct
 
-__all__ = [
-    "ReplicateFit",
-    "ReplicatePlan",
-    "Trend",
-    "contracted",
-    "directed",
-    "moments",
-    "rank_and_inverse",
-    "trend_of",
-]
-
 _HIGHEST_POWER = 3  # of a drift, however many strokes there are
 
 

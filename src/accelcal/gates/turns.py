@@ -9,8 +9,6 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.geometry import accelerations
 from accelcal.model import COEFFICIENTS, design_matrix
 
-__all__ = ["LARGEST_RATIOS", "LARGEST_RESIDUAL", "fitting_turn", "fitting_turn_said"]
-
 LARGEST_RATIOS = {"K0": 0.2, "K2": 0.1, "K3": 0.1, "M": 0.1, "M_ip": 0.1}
 """Largest part of K1 that a coefficient of any accelerometer has [1 / g^(n - 1)]."""
 

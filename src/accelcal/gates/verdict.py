@@ -14,17 +14,6 @@ from accelcal.arrays import Ints, Mask, Places
 from accelcal.record import TumbleRecord
 from accelcal.results.quantity import Gate
 
-__all__ = [
-    "SIGNIFICANT",
-    "VERDICTS",
-    "GateStack",
-    "acceleration",
-    "angle",
-    "gate_stack",
-    "reading_name",
-    "times",
-]
-
 SIGNIFICANT = 0.01
 """False-alarm rate of a gate that is a statistical test."""
 

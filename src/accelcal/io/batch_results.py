@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["is_batch_result"]
-
 _FRAMES = (
     {"serial", "K1", "K1_standard_uncertainty"},
     {"serial", "term", "standard_uncertainty"},

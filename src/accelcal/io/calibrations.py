@@ -9,8 +9,6 @@ from accelcal.io.text import read_document
 from accelcal.results.calibration import Calibration
 from accelcal.results.documents import calibrations_from_json
 
-__all__ = ["CalibrationFile", "read_calibrations"]
-
 
 class CalibrationFile(NamedTuple):
     """A file of calibrations.

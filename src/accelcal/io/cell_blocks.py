@@ -17,15 +17,6 @@ from numpy.typing import NDArray
 from accelcal.arrays import Array, Ints
 from accelcal.io.text_cells import labels_of, numbers_of, split_cells
 
-__all__ = [
-    "CellBlock",
-    "Unreadable",
-    "cells_of_arrow",
-    "is_plain",
-    "parse_cells",
-    "read_engine",
-]
-
 _WHOLE = frozenset({"position", "stroke"})
 _PLAIN = b"0123456789.,+-eE\n"
 _LETTERS = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_/:()"

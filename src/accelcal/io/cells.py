@@ -16,8 +16,6 @@ from accelcal.io.layout import shown
 from accelcal.io.vocabulary import is_unit_of
 from accelcal.units import canonical_unit
 
-__all__ = ["MISSING", "Column", "complete_numbers", "labels", "numbers", "whole_numbers"]
-
 MISSING = frozenset(
     {"", "-", "--", "---", "?", "na", "n/a", "n.a.", "nan", "null", "none", "unknown", "missing"}
     | {"#n/a", "#nv", "k.a."}  # as Excel has it, in English and German; "keine Angabe"

@@ -13,8 +13,6 @@ from accelcal.io.layout import Layout, shown
 from accelcal.io.times import has_clock_times, has_times_of_day, one_date
 from accelcal.io.vocabulary import UNITS_OF, Heading, has_unit, is_unit_of
 
-__all__ = ["CONSTANTS", "Table", "choose_columns"]
-
 Engine = Callable[[Layout, Sequence[int], int], Columns]
 """Turns the rows of a table into columns."""
 

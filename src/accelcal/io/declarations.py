@@ -20,16 +20,6 @@ from accelcal.io.readings import MAXIMUM_TEMPERATURE
 from accelcal.io.vocabulary import KEYS, UNITS_OF, has_unit
 from accelcal.units import canonical_unit, is_output_unit, output_unit
 
-__all__ = [
-    "OVERRIDES",
-    "Declarations",
-    "declarations",
-    "declared_by_caller",
-    "declared_number",
-    "notes_of_unit",
-    "unit_and_serial",
-]
-
 APPARATUS = tuple(item.name for item in fields(Apparatus))
 OVERRIDES = (*APPARATUS, "reference_temperature", "positions", "unit", "serial")
 """What a caller may declare instead of the header."""

@@ -10,8 +10,6 @@ import numpy as np
 from accelcal.io.tables import TableForm
 from accelcal.record import TumbleRecord
 
-__all__ = ["describe", "summary"]
-
 _NO_TEXT = ("parquet", "workbook")
 """Encodings of which nobody wrote separators and decimal marks."""
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 
-__all__ = ["sha256_of"]
-
 _SMALL = 500_000
 """Bytes that take less long without OpenSSL than it takes to load."""
 

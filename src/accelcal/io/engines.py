@@ -18,15 +18,6 @@ from accelcal.io.exact_numbers import exact_numbers
 from accelcal.io.layout import Layout, split_line
 from accelcal.plural import counted
 
-__all__ = [
-    "NUMERIC",
-    "BulkEngineGivesUp",
-    "columns_by_pandas",
-    "columns_by_split",
-    "decimal_mark",
-    "pandas_options",
-]
-
 _NO_THOUSANDS = re.compile(r",(?!\d{3}(?!\d))")
 """Comma that other than three digits follow."""
 

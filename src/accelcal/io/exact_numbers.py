@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["exact_numbers"]
-
 
 def exact_numbers() -> dict[str, str]:
     r"""Options of `pandas.read_csv` by which each number becomes the float nearest to it.

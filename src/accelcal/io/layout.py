@@ -11,17 +11,6 @@ from accelcal.io.text import SourceText, refuse_document
 from accelcal.io.vocabulary import Heading, canonical_key, read_heading, split_unit
 from accelcal.plural import counted
 
-__all__ = [
-    "Declared",
-    "Layout",
-    "all_outputs",
-    "listed",
-    "read_layout",
-    "shown",
-    "split_line",
-    "were",
-]
-
 _SEPARATORS = ("\t", ";", ",", None)
 _CORE = {"temperature", "position", "angle", "stroke", "output"}
 _PREAMBLE_LINES = 200

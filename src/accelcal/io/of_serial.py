@@ -7,8 +7,6 @@ from typing import Protocol, TypeVar
 
 from accelcal.errors import InputError
 
-__all__ = ["one_of_serial", "records_of_serial"]
-
 
 class _OfUnit(Protocol):
     @property

@@ -33,8 +33,6 @@ from accelcal.io.vocabulary import KEYS, TIME_UNITS, UNITS_OF, Heading, canonica
 from accelcal.record import TumbleRecord
 from accelcal.units import output_unit
 
-__all__ = ["Content", "ordinary_head", "read_arrow", "read_ordinary"]
-
 LABELS = frozenset({"run", "serial", "mounting"})
 _ORDINARY = frozenset(
     {"temperature", "position", "angle", "stroke", "output", "time", "std", "count"}

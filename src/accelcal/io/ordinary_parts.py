@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from accelcal.arrays import Ints, Mask
 
-__all__ = ["Leading", "Parts", "Stretches", "leading_of", "met_before", "parts_of"]
-
 
 class Stretches(NamedTuple):
     """Rows in stretches that follow each other.

@@ -21,8 +21,6 @@ from accelcal.io.runs import LEVEL_GAP
 from accelcal.numerics.grouping import grouped
 from accelcal.numerics.sorting import distinct
 
-__all__ = ["PLANNED", "Plans", "read_plans", "without_gaps"]
-
 PLANNED = frozenset({"temperature", "stroke", "position", "angle", "run", "mounting"})
 """Columns that tell where a reading was taken, not what it was."""
 

@@ -22,8 +22,6 @@ from accelcal.io.ordinary_plans import PLANNED, Plans, read_plans, without_gaps
 from accelcal.io.readings import FEWEST_IN_TURN, MARKERS
 from accelcal.record import TumbleRecord
 
-__all__ = ["Group", "Plain", "Rules", "records_of"]
-
 
 class Rules(NamedTuple):
     """What must be the same for tables that are read together.

@@ -14,8 +14,6 @@ from typing import IO, Any
 from accelcal.errors import TableError, not_installed
 from accelcal.io.layout import shown
 
-__all__ = ["as_csv", "headings_of", "is_parquet", "read_all", "read_rows", "row_ranges"]
-
 
 def is_parquet(path: str) -> bool:
     """Tell whether a file is a Parquet file, by its name.

@@ -18,17 +18,6 @@ from accelcal.io.layout import all_outputs, listed
 from accelcal.io.times import DAY, in_seconds, times
 from accelcal.numerics.sorting import distinct
 
-__all__ = [
-    "FEWEST_IN_TURN",
-    "MARKERS",
-    "MAXIMUM_ANGLE",
-    "MAXIMUM_TEMPERATURE",
-    "Readings",
-    "notes_of_midnight",
-    "notes_of_turn",
-    "read_readings",
-]
-
 MAXIMUM_TEMPERATURE = 250.0
 """Above it a temperature is taken for a mistake, most often kelvin [degC]."""
 

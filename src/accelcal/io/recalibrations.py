@@ -14,8 +14,6 @@ from accelcal.results.documents import calibrations_from_json
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["read_entries"]
-
 
 def read_entries(paths: Sequence[str]) -> list[Entry]:
     """Read what some files say of units.

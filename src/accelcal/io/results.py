@@ -15,8 +15,6 @@ from accelcal.results.json_text import parse_json
 from accelcal.results.result import part_of, parts_of
 from accelcal.results.stand_discovery import StandDiscovery
 
-__all__ = ["ResultFile", "read_results"]
-
 _WRITERS = "accelcal fit or accelcal discover"
 
 

@@ -16,8 +16,6 @@ from accelcal.io.readings import Readings
 from accelcal.numerics.grouping import grouped
 from accelcal.numerics.sorting import distinct
 
-__all__ = ["LEVEL_GAP", "Runs", "runs_of"]
-
 LEVEL_GAP = 2.0
 """Gap between sorted temperatures that separates two levels, and the widest level [degC]."""
 

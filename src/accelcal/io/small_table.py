@@ -12,8 +12,6 @@ from accelcal.io.layout import Declared, Layout, listed, shown, split_line
 from accelcal.io.text import Source, read_text, refuse_document
 from accelcal.io.vocabulary import Heading, canonical_key, split_unit
 
-__all__ = ["SmallTable", "places_of", "read_small_table", "uniform"]
-
 Recognise = Callable[[str], Heading]
 """Meaning of a heading; a role None for a column that is not used."""
 

@@ -14,21 +14,6 @@ from accelcal.errors import DocumentError, InputError, TableError
 from accelcal.io.batch_results import is_batch_result
 from accelcal.io.digest import sha256_of
 
-__all__ = [
-    "PARQUET",
-    "WORKBOOKS",
-    "WORKBOOK_SUFFIXES",
-    "Source",
-    "SourceText",
-    "file_and_sheet",
-    "named_bytes",
-    "read_document",
-    "read_text",
-    "read_texts",
-    "refuse_document",
-    "refuse_foreign",
-]
-
 Source = str | os.PathLike[str] | IO[bytes] | IO[str]
 """A path, ``"-"`` for standard input, or an open file."""
 

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.numerics.error_free import two_product
 
-__all__ = ["TextCells", "labels_of", "numbers_of", "split_cells"]
-
 _MINUS, _ZERO, _COMMA, _END = b"-0,\n"
 _POINT = (ord(".") - _ZERO) % 256  # what a point is where a digit is expected
 

@@ -14,15 +14,6 @@ from accelcal.dates import date_of
 from accelcal.io.cells import MISSING, Column, numbers
 from accelcal.io.vocabulary import TIME_UNITS
 
-__all__ = [
-    "DAY",
-    "has_clock_times",
-    "has_times_of_day",
-    "in_seconds",
-    "one_date",
-    "times",
-]
-
 DAY = np.timedelta64(1, "D")
 """A day, to add clock times to."""
 

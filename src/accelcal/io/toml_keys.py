@@ -9,8 +9,6 @@ from typing import Any, TypeVar
 from accelcal.errors import InputError, TableError
 from accelcal.io.text import SourceText
 
-__all__ = ["check_keys", "is_of_kind", "read_toml"]
-
 Found = TypeVar("Found")
 
 

@@ -6,8 +6,6 @@ from accelcal.io.cells import MISSING
 from accelcal.io.layout import Layout, split_line
 from accelcal.io.vocabulary import Heading, is_unit_of, read_heading
 
-__all__ = ["with_units_below"]
-
 _NO_UNIT = MISSING | {"1"}
 _WORDED = (None, "date", "time")  # columns below which any words may stand, such as hh:mm:ss
 

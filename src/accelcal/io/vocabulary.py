@@ -9,20 +9,6 @@ from typing import NamedTuple
 
 from accelcal.units import is_output_unit
 
-__all__ = [
-    "COLUMNS",
-    "KEYS",
-    "LONGEST",
-    "TIME_UNITS",
-    "UNITS_OF",
-    "Heading",
-    "canonical_key",
-    "has_unit",
-    "is_unit_of",
-    "read_heading",
-    "split_unit",
-]
-
 COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "temperature": ("temperature", "temp", "temperatur"),

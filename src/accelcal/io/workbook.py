@@ -13,8 +13,6 @@ from accelcal.io.text import SourceText, file_and_sheet, named_bytes
 if TYPE_CHECKING:
     from python_calamine import CalamineWorkbook
 
-__all__ = ["read_sheets"]
-
 _EXACT = 2.0**53
 """Up to here a float holds every whole number."""
 

@@ -6,8 +6,6 @@ import numpy as np
 
 from accelcal.arrays import Array
 
-__all__ = ["covariance_root"]
-
 
 def covariance_root(covariance: Array, sizes: Array | None = None) -> Array:
     """Find a matrix R with R R' = covariance.

@@ -6,8 +6,6 @@ import numpy as np
 
 from accelcal.arrays import Array, Mask
 
-__all__ = ["decimal_step", "decimal_steps"]
-
 _GLANCE = 3
 """Values that are looked at first: mostly they rule out a step that is too large."""
 

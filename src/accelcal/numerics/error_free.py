@@ -10,8 +10,6 @@ from __future__ import annotations
 
 from accelcal.arrays import Array
 
-__all__ = ["two_product", "two_sum"]
-
 _HALF_OF_THE_BITS = 2.0**27 + 1.0
 
 

@@ -11,16 +11,6 @@ from numpy.typing import NDArray
 from accelcal.arrays import Array, Places
 from accelcal.numerics.sorting import distinct
 
-__all__ = [
-    "Alike",
-    "few_at_a_time",
-    "group_after_group",
-    "grouped",
-    "groups_alike",
-    "products_of_groups",
-    "sums_of_groups",
-]
-
 _CACHED = 2**17
 """Numbers of the groups that are worked on at a time, 1 MB, so that the cache holds them."""
 

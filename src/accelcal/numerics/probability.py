@@ -17,17 +17,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from accelcal.errors import InputError
 
-__all__ = [
-    "LEVEL",
-    "NORMAL_FACTOR",
-    "dof_of_student_quantile",
-    "f_exceeds",
-    "f_quantile",
-    "f_survival",
-    "student_quantile",
-    "student_survival",
-]
-
 Array = NDArray[Any]
 Number = Any  # a float, or an array of them: what both can do is written once
 

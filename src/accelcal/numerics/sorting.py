@@ -11,8 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["distinct", "median"]
-
 
 def distinct(values: NDArray[Any]) -> NDArray[Any]:
     """Sort the values and keep one of each.

@@ -6,23 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-__all__ = [
-    "Block",
-    "Bullets",
-    "Chapter",
-    "Facts",
-    "Figure",
-    "Gallery",
-    "Highlight",
-    "Note",
-    "Page",
-    "Paragraph",
-    "Section",
-    "Table",
-    "Tone",
-    "narrowed",
-]
-
 Tone = Literal["plain", "good", "warn", "bad"]
 
 

@@ -16,9 +16,6 @@ from accelcal.results.calibration import Calibration
 from accelcal.results.levels import nearest_level
 from accelcal.results.quantity import Document
 
-__all__ = ["calibration_chapter"]
-
-
 _HIGHLIGHTED = ("K1", "k0", "delta")
 _UNITS = {"1": ""}
 

@@ -20,9 +20,6 @@ from accelcal.report.numbers import significant
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Document
 
-__all__ = ["coefficients", "effects", "fixture_angles", "place", "temperature"]
-
-
 _HEADINGS = ("coefficient", "symbol", "value", "U (95 %)", "unit", "u", "U/u", "mostly from")
 
 

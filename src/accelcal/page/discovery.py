@@ -32,8 +32,6 @@ from accelcal.results.discovery import Discovery
 from accelcal.results.findings import FoundEffect
 from accelcal.units import MICRO
 
-__all__ = ["discovery_chapter"]
-
 _SIZE = (3.8, 2.9)
 
 

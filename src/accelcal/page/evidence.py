@@ -27,9 +27,6 @@ from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Document
 from accelcal.units import MICRO
 
-__all__ = ["budget", "checks", "open_questions", "provenance", "residuals", "verdict"]
-
-
 _OUTCOMES: dict[str, Tone] = {"PASS": "good", "FAIL": "bad", "undecided": "warn"}
 _CHECKS: dict[str, Tone] = {"pass": "good", "WARN": "warn"}
 _SHOWN = {"warn": "WARN", "pass": "pass"}

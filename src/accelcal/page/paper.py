@@ -10,8 +10,6 @@ from tempfile import TemporaryDirectory
 
 from accelcal.errors import InputError
 
-__all__ = ["browser", "pdf"]
-
 _NAMES = (
     *("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome"),
     "microsoft-edge",

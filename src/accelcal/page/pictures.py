@@ -12,8 +12,6 @@ from typing import Any
 from accelcal.errors import not_installed
 from accelcal.page.blocks import Figure
 
-__all__ = ["pictures"]
-
 _SCREEN_FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
 _STATIC: dict[str, None] = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 _FONT = re.compile(r"'DejaVu Sans'(?:, [^;\"]+?)?(?=[;\"])")

@@ -14,8 +14,6 @@ from accelcal.page.blocks import Page
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-__all__ = ["html", "markdown"]
-
 _SPECIAL = re.compile(r"([\\`*_\[\]<>|])")
 _BLANK_LINES = re.compile(r"\n{3,}")
 

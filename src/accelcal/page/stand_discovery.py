@@ -12,8 +12,6 @@ from accelcal.report.scale import sized
 from accelcal.report.stand_discovery import gain_rows, head_rows
 from accelcal.results.stand_discovery import StandDiscovery, StandEffect
 
-__all__ = ["stand_chapter"]
-
 _WHOSE = {
     "stand": "of the stand, with one value in all units",
     "unit": "of single units, not of the stand",

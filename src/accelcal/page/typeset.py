@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["typeset"]
-
 _SUBSCRIPTS = str.maketrans("0123456789ipo", "₀₁₂₃₄₅₆₇₈₉ᵢₚₒ")
 _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _GREEK = {"lam": "λ", "beta": "β", "gam": "γ", "delta": "δ"}

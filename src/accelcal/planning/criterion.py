@@ -27,8 +27,6 @@ from accelcal.geometry import accelerations
 from accelcal.model import COEFFICIENTS, design_matrix
 from accelcal.simulation import NoiseComponents
 
-__all__ = ["CRITERIA", "Angles", "Criterion", "covariances", "criterion_of", "losses", "seen_from"]
-
 CRITERIA = ("D", "A", *COEFFICIENTS)
 """What a choice of angles may be best for."""
 

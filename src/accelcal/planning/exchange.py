@@ -18,8 +18,6 @@ from accelcal.arrays import Array, Ints, Mask
 from accelcal.geometry import angular_distance
 from accelcal.planning.criterion import Angles, Criterion, covariances, losses
 
-__all__ = ["Budget", "exchange", "polish"]
-
 _GAIN = 1e-9
 _PASSES = 60
 _CHUNKS = 40

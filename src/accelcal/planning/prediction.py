@@ -25,8 +25,6 @@ from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
 from accelcal.simulation import NOISE_FREE, NoiseComponents, TumblePlan, simulate
 
-__all__ = ["AT_T0", "SLOPES", "figures", "forecasts", "lost_coefficients"]
-
 SLOPES = {
     "lam1": ("k0", "above", "g/degC"),
     "lam2": ("k0", "below", "g/degC"),

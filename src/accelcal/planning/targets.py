@@ -13,8 +13,6 @@ from accelcal.model import COEFFICIENTS, ERROR_TERMS
 from accelcal.planning.prediction import AT_T0, SLOPES
 from accelcal.results.designs import Forecast, TestDesign
 
-__all__ = ["NAMES", "checked_targets", "refuse_impossible", "target_value"]
-
 NAMES = (*COEFFICIENTS, *ERROR_TERMS.values(), *AT_T0, *SLOPES, "delta0")
 """Everything of which an uncertainty can be asked for."""
 

@@ -14,8 +14,6 @@ from accelcal.discovery.prospects.audit import designed, smallest_detectable, un
 from accelcal.results.designs import Visibility
 from accelcal.simulation import NOISE_FREE, NoiseComponents, TumblePlan, simulate
 
-__all__ = ["visibility"]
-
 
 def visibility(
     plan: TumblePlan, noise: NoiseComponents, accelerometer: Accelerometer, *, declared: bool = True

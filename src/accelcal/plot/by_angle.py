@@ -10,8 +10,6 @@ import numpy as np
 from accelcal.arrays import Array, Ints
 from accelcal.numerics.probability import LEVEL, student_quantile
 
-__all__ = ["Readings", "mean_and_half_width"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Readings:

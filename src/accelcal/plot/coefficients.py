@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from accelcal.results.quantity import Quantity
     from accelcal.results.table import TableCalibration
 
-__all__ = ["budget", "coefficients", "run_changes"]
-
 _SHOWN = (  # name, symbol, coefficient of (1) whose budget it has
     ("scale factor", "K1", "K1"),
     ("bias", "k0", "K0"),

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from accelcal.results.discovery import Discovery
     from accelcal.results.findings import Change, Share
 
-__all__ = ["changes", "gap", "where"]
-
 _LONGEST_NAME = 16
 
 

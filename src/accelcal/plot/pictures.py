@@ -6,8 +6,6 @@ from typing import Any, NoReturn
 
 from accelcal.errors import InputError
 
-__all__ = ["Pictures"]
-
 
 class Pictures:
     """Pictures of a result, a method each."""

@@ -21,14 +21,6 @@ if TYPE_CHECKING:
     from accelcal.results.calibration import Calibration
     from accelcal.results.table import TableCalibration
 
-__all__ = [
-    "draw_by_angle",
-    "residual_map",
-    "residuals",
-    "simulation_residuals",
-    "tumble",
-]
-
 _MARKERS = (">", "<")
 _APART = 2.5  # deg between the means of forward and back strokes
 _MOST_NAMED = 12  # angles or runs that have each its own label

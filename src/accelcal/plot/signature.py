@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from accelcal.record import TumbleRecord
     from accelcal.results.discovery import Discovery
 
-__all__ = ["signature"]
-
 _ONE_OF = 0.9
 """Part of an action's squares that must follow a quantity for it to be drawn along that."""
 

@@ -18,8 +18,6 @@ from accelcal.results.quantity import Document
 if TYPE_CHECKING:
     from accelcal.results.stand_budget import StandBudget
 
-__all__ = ["StandBudgetPlot"]
-
 
 _DRAWN = ("K1", "k0", "k2", "k3", "delta", "delta_ip")
 _SLOPES = ("lam1", "lam2", "beta1", "beta2", "gam1", "gam2")

@@ -19,8 +19,6 @@ from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["temperature"]
-
 _MOST_ARROWS = 12
 _PARTS = ("at_T0", "above", "below")
 

@@ -15,8 +15,6 @@ from accelcal.recalibrations.entries import Entry, listed, year
 from accelcal.reference import USUAL_TEMPERATURE
 from accelcal.units import conversion_factor
 
-__all__ = ["FEWEST", "Comparable", "comparable"]
-
 FEWEST = 3
 """Calibrations that a drift with an interval needs."""
 

@@ -19,8 +19,6 @@ from accelcal.units import YEAR
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Entry", "entries_of", "listed", "year"]
-
 _NEEDED = (
     *("serial", "mounting", "date"),
     *("k0", "k0_standard_uncertainty", "K1", "K1_standard_uncertainty"),

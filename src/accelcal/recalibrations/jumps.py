@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from accelcal.recalibrations.regression import fit_line
 
-__all__ = ["FEWEST", "SMALLEST_CHANCE", "Search", "line_with_steps", "search_jumps"]
-
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 

@@ -21,8 +21,6 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.numerics.probability import LEVEL, student_quantile
 
-__all__ = ["Fit", "fit_line", "scatter_beyond"]
-
 _ROUNDS = 4
 _GRID = 41
 _TOLD_APART = 1e-7  # of a likelihood, whose rounding is smaller

@@ -20,17 +20,6 @@ from accelcal.report.scale import sized
 from accelcal.results.quantity import Document, Quantity
 from accelcal.units import MICRO
 
-__all__ = [
-    "calibration_text",
-    "error_rows",
-    "fixture_angle_rows",
-    "in_microradians",
-    "reversed_mountings",
-    "scale_factor_elsewhere",
-    "sizes_of",
-]
-
-
 _STANDARD_GRAVITY = 9.80665  # m/s^2, 3rd CGPM 1901
 
 

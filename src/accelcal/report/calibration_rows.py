@@ -12,18 +12,6 @@ from typing import NamedTuple
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.quantity import Document
 
-__all__ = [
-    "CoefficientRow",
-    "alarms",
-    "coefficient_rows",
-    "residual_grid",
-    "strong_correlations",
-    "table_title",
-    "temperature_rows",
-    "without_uncertainty",
-]
-
-
 _SHOWN = (  # name, symbol, coefficient of (1), factor, unit; the scale factor keeps its own unit
     ("scale factor", "K1", "K1", 1.0, None),
     ("bias", "k0", "K0", 1e3, "mg"),

@@ -10,8 +10,6 @@ from accelcal.report.numbers import SMALL_UNITS, in_small_unit, significant
 from accelcal.results.designs import DesignComparison, Forecast, TestDesign, Visibility
 from accelcal.units import MICRO
 
-__all__ = ["comparison_text", "scaled", "stand_line"]
-
 _SLOPES = ("lam1", "lam2", "beta1", "beta2", "gam1", "gam2")
 _OTHERS = ("k0 at T0", "K1 at T0", "delta at T0", "delta0")
 _LETTERS = {

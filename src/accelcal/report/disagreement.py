@@ -11,8 +11,6 @@ from accelcal.results.disagreement import Disagreement
 from accelcal.results.quantity import Quantity
 from accelcal.units import MICRO
 
-__all__ = ["disagreement_text"]
-
 _ALPHA = 0.01
 
 

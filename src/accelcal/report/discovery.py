@@ -16,8 +16,6 @@ from accelcal.results.findings import Change, Detectable, FoundEffect
 if TYPE_CHECKING:
     from accelcal.effects.effect import Effect
 
-__all__ = ["alias_names", "change_row", "discovery_text", "entry_of", "outcome", "told"]
-
 
 def discovery_text(found: Discovery) -> str:
     """Tell a discovery.

@@ -9,9 +9,6 @@ from accelcal.report.numbers import significant
 from accelcal.results.quantity import Document
 from accelcal.units import MICRO
 
-__all__ = ["TOGETHER", "budget_text", "joint_variance", "place"]
-
-
 TOGETHER = "these together, with their correlations"
 """What stands for the coefficients that are correlated with one another."""
 

@@ -9,8 +9,6 @@ from accelcal.report.numbers import in_small_unit, significant
 from accelcal.results.findings import Share
 from accelcal.results.quantity import ErrorSource
 
-__all__ = ["chance", "factor_cells", "factor_rows", "noise_line", "p_value", "probability"]
-
 _SHOWN_P = 0.05
 _NAMES = {"launch_sf": "launch scale factor"}
 

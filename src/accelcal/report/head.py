@@ -10,8 +10,6 @@ from accelcal.results.head_calibration import HeadCalibration
 from accelcal.results.quantity import Quantity
 from accelcal.units import MICRO
 
-__all__ = ["head_text"]
-
 _TOLD = 0.5
 """Share of the declared variance below which a harmonic counts as not told."""
 

@@ -12,8 +12,6 @@ from accelcal.results.quantity import Quantity
 from accelcal.results.unit_history import History, Trend
 from accelcal.units import MICRO
 
-__all__ = ["history_text"]
-
 _SHOWN = 40
 
 

@@ -7,8 +7,6 @@ from html import escape
 
 from accelcal.escapes import visible
 
-__all__ = ["heading", "items", "preformatted", "safe", "table"]
-
 
 def safe(text: str) -> str:
     r"""Write any text so that a browser shows it as it is.

@@ -7,18 +7,6 @@ from textwrap import wrap
 
 from accelcal.escapes import visible
 
-__all__ = [
-    "WIDTH",
-    "aligned",
-    "hanging",
-    "notes",
-    "sections",
-    "sentence",
-    "unit_of",
-    "visible_lines",
-    "wrapped",
-]
-
 WIDTH = 100
 """Characters of the longest line."""
 

@@ -14,8 +14,6 @@ from accelcal.report.calibration_rows import (
 from accelcal.report.html import heading, items, safe, table
 from accelcal.report.notebook_results import verdict_html
 
-__all__ = ["calibration_html", "table_html"]
-
 _HEADINGS = ("", "", "value", "U (95 %)", "unit", "u", "U/u", "mostly from")
 _LAW_HEADINGS = _HEADINGS[:5]
 

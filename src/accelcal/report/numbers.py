@@ -6,8 +6,6 @@ import math
 
 from accelcal.units import MICRO
 
-__all__ = ["SMALL_UNITS", "in_small_unit", "matching_digits", "significant"]
-
 _MOST_DECIMALS = 10
 _LAST_DIGIT = 1e-12  # below this share of the value an uncertainty is rounding error
 

@@ -9,8 +9,6 @@ from accelcal.report.designs import scaled, stand_line
 from accelcal.report.lines import aligned, visible_lines
 from accelcal.results.optimal_design import OptimalDesign
 
-__all__ = ["optimal_text"]
-
 _SAME = 1.005
 _TWO_CYCLES = 4
 _PER_LINE = 10

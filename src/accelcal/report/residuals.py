@@ -9,8 +9,6 @@ from accelcal.report.calibration_rows import residual_grid
 from accelcal.report.lines import aligned
 from accelcal.results.quantity import Document
 
-__all__ = ["residual_lines"]
-
 Residual = float | None
 
 _UNITS = ((1e-6, "ug"), (1e-3, "mg"), (1.0, "g"))

@@ -10,8 +10,6 @@ import numpy as np
 from accelcal.report.numbers import matching_digits
 from accelcal.results.quantity import Quantity
 
-__all__ = ["Scale", "plain", "readable", "sized", "told", "written"]
-
 _PREFIXES = ((1e6, "µ", 2e-3), (1e3, "m", 2.0))
 _SMALL = 0.1
 _DOWN = {"": ("m", "µ", "n"), "m": ("µ", "n", "p"), "u": ("n", "p", "f"), "k": ("", "m", "µ")}

@@ -12,8 +12,6 @@ from accelcal.results.stability import Estimate, Stability
 from accelcal.stability.noise_terms import TERMS
 from accelcal.units import HOUR
 
-__all__ = ["stability_text"]
-
 _NAMES = {
     "sigma_L": "bias, launch to launch",
     "k0L": "  bound t_P sigma_L",

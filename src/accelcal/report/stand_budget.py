@@ -11,9 +11,6 @@ from accelcal.report.numbers import in_small_unit, significant
 from accelcal.results.quantity import Document
 from accelcal.units import MICRO
 
-__all__ = ["shares", "shown_unit", "stand_budget_text"]
-
-
 _NAMED = 3  # components of a coefficient that are named; beside Monte Carlo one less
 _MANY = 9999.0  # degrees of freedom that are shown as infinite
 _WHOLE = 0.01  # an error is wholly taken up where its residuals are less than this part of it

@@ -13,8 +13,6 @@ from accelcal.results.findings import Change
 from accelcal.results.stand_discovery import StandDiscovery, StandEffect
 from accelcal.units import MICRO
 
-__all__ = ["gain_rows", "head_rows", "stand_text"]
-
 _WORTH_TELLING = 0.005
 """Part by which an uncertainty shrinks that is told as a gain."""
 

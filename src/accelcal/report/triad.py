@@ -9,8 +9,6 @@ from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.quantity import Quantity
 from accelcal.results.triad import TriadCalibration
 
-__all__ = ["triad_text"]
-
 _FRAMES = {
     "block": "axes of the block, by the attitudes as given",
     "x": "axis x along the sensitive axis of channel x, that of y in the plane xy",

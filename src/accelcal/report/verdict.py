@@ -9,9 +9,6 @@ from accelcal.report.lines import aligned, hanging, visible_lines
 from accelcal.report.numbers import matching_digits
 from accelcal.results.quantity import Document
 
-__all__ = ["limit_row", "remark", "verdict_text"]
-
-
 _HEADING = ("", "", "value", "+- U", "limit", "")
 
 

@@ -20,8 +20,6 @@ from accelcal.results.mapping import FrozenMapping
 if TYPE_CHECKING:
     from accelcal.results.verdict import Verdict
 
-__all__ = ["any_object", "effect", "provenance", "verdict"]
-
 _PROVENANCE: dict[str, Kind[Any]] = {
     "sha256": text_or_none,
     "metadata": mapping_of(text),

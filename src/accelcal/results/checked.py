@@ -9,24 +9,6 @@ from typing import Any, TypeVar
 
 from accelcal.results.damage import DamageError
 
-__all__ = [
-    "checked",
-    "finite",
-    "flag",
-    "freedom_or_none",
-    "list_of",
-    "mapping_of",
-    "number",
-    "number_or_none",
-    "one_of",
-    "or_none",
-    "schema_of",
-    "size_or_none",
-    "text",
-    "text_or_none",
-    "whole",
-]
-
 Part = TypeVar("Part")
 Kind = Callable[[Any], Part]
 

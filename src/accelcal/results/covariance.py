@@ -11,8 +11,6 @@ from accelcal.results.damage import DamageError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Covariance", "Rows", "covariance", "covariance_document", "rows_of"]
-
 Rows = tuple[tuple[float, ...], ...]
 Covariance = tuple[tuple[str, ...], Rows]
 

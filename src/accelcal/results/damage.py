@@ -7,8 +7,6 @@ from typing import Any, TypeVar
 
 from accelcal.errors import DocumentError
 
-__all__ = ["DamageError", "read_as"]
-
 Part = TypeVar("Part")
 
 

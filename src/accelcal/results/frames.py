@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["frame_of"]
-
 _SUFFIXES = {"_degC": "degC", "_rad": "rad", "_deg": "deg", "_m_s2": "m/s^2", "_s": "s", "_g": "g"}
 _OF_A_QUANTITY = ("value", "standard_uncertainty", "expanded_uncertainty", "lower", "upper", "line")
 

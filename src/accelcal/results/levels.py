@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-__all__ = ["nearest_level"]
-
 
 def nearest_level(levels: Sequence[float | None], temperature: float | None) -> int:
     """Find the level that is nearest to a temperature.

@@ -6,8 +6,6 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, TypeVar
 
-__all__ = ["FrozenMapping", "document_of", "finite_or_none", "frozen"]
-
 Value = TypeVar("Value", covariant=True)
 
 

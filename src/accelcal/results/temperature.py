@@ -11,8 +11,6 @@ from accelcal.results.covariance import Covariance, covariance, covariance_docum
 from accelcal.results.mapping import document_of
 from accelcal.results.quantity import Document, Quantity, StoredPart
 
-__all__ = ["TemperatureLaw", "TemperatureModel"]
-
 
 @dataclass(frozen=True, slots=True)
 class TemperatureLaw(StoredPart):

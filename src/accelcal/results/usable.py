@@ -6,8 +6,6 @@ from accelcal.errors import InputError
 from accelcal.results.calibration import Calibration
 from accelcal.results.table import TableCalibration, known_temperatures
 
-__all__ = ["refuse_misprinted", "refuse_undetermined_laws", "tables_of_run"]
-
 
 def refuse_misprinted(calibration: Calibration) -> None:
     """Refuse a calibration by the printed equations, which mix up the coefficients.

@@ -6,8 +6,6 @@ from accelcal.model import bias_bound
 from accelcal.numerics.probability import student_quantile
 from accelcal.results.stability import BiasBound, Estimate
 
-__all__ = ["coverage_factor", "random_bias"]
-
 FACTOR = 3.0
 """t_P of the paper, where no probability is asked for."""
 

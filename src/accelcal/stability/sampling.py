@@ -11,8 +11,6 @@ from accelcal.arrays import Array
 from accelcal.plural import counted
 from accelcal.stability.record import Launch
 
-__all__ = ["EvenSeries", "even_series"]
-
 JITTER = 0.1
 """Part of the interval by which a sample may be off its time."""
 

@@ -13,8 +13,6 @@ from accelcal.arrays import Array
 from accelcal.numerics.probability import LEVEL
 from accelcal.results.stability import Estimate
 
-__all__ = ["LagCorrelation", "deviation", "lag1_correlation"]
-
 FEWEST_LAUNCHES = 5
 """Launches from which on a correlation between neighbours can be significant."""
 

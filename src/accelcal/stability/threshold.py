@@ -13,8 +13,6 @@ from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.stability import Estimate
 from accelcal.stability.record import Launch
 
-__all__ = ["hysteresis", "threshold"]
-
 RESPONSE = 0.5
 """Part of a step that the output must follow (IEEE 528: threshold)."""
 

@@ -22,8 +22,6 @@ from accelcal.record import TumbleRecord
 from accelcal.results.stand_budget import BudgetedCoefficient
 from accelcal.stand_uncertainty.readings import Readings
 
-__all__ = ["Estimator", "estimator_of"]
-
 _LEAST_RISE = 5.0
 """Levels closer to T0 than this tell no slope [degC]."""
 

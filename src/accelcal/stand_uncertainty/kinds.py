@@ -12,8 +12,6 @@ from accelcal.arrays import Array
 from accelcal.stand_uncertainty.readings import Readings, StandError
 from accelcal.units import DAY
 
-__all__ = ["KINDS", "Kind"]
-
 
 @dataclass(frozen=True, slots=True)
 class Kind:

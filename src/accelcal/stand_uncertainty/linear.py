@@ -13,8 +13,6 @@ from accelcal.stand_uncertainty.kinds import KINDS
 from accelcal.stand_uncertainty.readings import Readings
 from accelcal.stand_uncertainty.stand import StandComponent
 
-__all__ = ["Propagated", "channel_slopes", "effective_dof", "jacobian", "propagated"]
-
 _STEP = 1e-4
 """Step of the central difference of a channel; its rounding error is 1e-12 of the slope."""
 

@@ -17,8 +17,6 @@ from accelcal.stand_uncertainty.kinds import KINDS
 from accelcal.stand_uncertainty.readings import Readings
 from accelcal.stand_uncertainty.stand import StandComponent
 
-__all__ = ["FEWEST", "MOST", "Linear", "monte_carlo", "numerical_tolerance"]
-
 FEWEST = 1000
 MOST = 1_000_000
 """Trials: the fewest that tell a 95 % interval, and the most that are made."""

@@ -10,8 +10,6 @@ from accelcal.results.quantity import Quantity
 from accelcal.results.table import nearest_table
 from accelcal.results.temperature import TemperatureLaw
 
-__all__ = ["accelerometer_of"]
-
 
 def accelerometer_of(calibration: Calibration) -> Accelerometer:
     """Take the coefficients of a calibration as those of the accelerometer.

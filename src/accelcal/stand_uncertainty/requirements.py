@@ -23,8 +23,6 @@ from accelcal.results.stand_requirements import (
 from accelcal.specification import UNITS
 from accelcal.stand_uncertainty.linear import effective_dof
 
-__all__ = ["requirements"]
-
 _FARTHEST = 100.0
 """Times the present size to which a linear budget is extrapolated."""
 _COUNTS = 0.01

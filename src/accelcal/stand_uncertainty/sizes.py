@@ -8,8 +8,6 @@ from types import MappingProxyType
 from accelcal.errors import InputError
 from accelcal.specification import UNITS
 
-__all__ = ["BASE_UNITS", "LARGEST", "SIZES", "size_of_unit"]
-
 _ANGLES = UNITS["angle"]
 
 SIZES: Mapping[str, Mapping[str, float]] = MappingProxyType(

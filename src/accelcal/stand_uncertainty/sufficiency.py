@@ -13,8 +13,6 @@ from accelcal.results.stand_requirements import Sufficiency
 from accelcal.specification import PLACES, QUANTITIES, Limit, Specification
 from accelcal.stand_uncertainty.linear import effective_dof
 
-__all__ = ["sufficiency"]
-
 _SYMBOLS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "bias_temperature_sensitivity": ("lam1", "lam2"),

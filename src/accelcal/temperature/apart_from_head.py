@@ -13,8 +13,6 @@ import numpy as np
 from accelcal.arrays import Array, Places
 from accelcal.numerics.grouping import sums_of_groups
 
-__all__ = ["HeadErrors"]
-
 
 class HeadErrors(NamedTuple):
     """What independent errors of J positions do to n readings of each of R records.

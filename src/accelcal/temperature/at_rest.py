@@ -9,8 +9,6 @@ import numpy as np
 
 from accelcal.arrays import Array
 
-__all__ = ["AtRest"]
-
 
 class AtRest(NamedTuple):
     """Readings of R records at the mean temperatures of their runs.

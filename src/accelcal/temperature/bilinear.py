@@ -20,21 +20,6 @@ from accelcal.results.covariance import rows_of
 from accelcal.results.quantity import Quantity
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 
-__all__ = [
-    "LAWS",
-    "LEAST_RISE",
-    "LawStack",
-    "bilinear_design",
-    "interval_of",
-    "law_units",
-    "local_slopes",
-    "measured_sides",
-    "misfit",
-    "named_model",
-    "relative_slopes",
-    "tell_a_law",
-]
-
 LAWS = ("k0", "K1", "delta")
 """Quantities that follow laws, in the order of their parameters."""
 

@@ -11,8 +11,6 @@ from accelcal.estimate.uncertainty import Component, propagate
 from accelcal.numerics.probability import f_survival
 from accelcal.temperature.bilinear import misfit
 
-__all__ = ["chance_of_misfit", "contrasts_of"]
-
 
 def contrasts_of(design: Array) -> Array:
     """Combinations of values that a law leaves at zero.

@@ -17,11 +17,6 @@ from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.bilinear import LAWS, LEAST_RISE
 from accelcal.temperature.from_tables import LawsOfRecords, tables_of_one_mounting
 
-__all__ = [
-    "Slopes",
-    "stacked_temperature_component",
-]
-
 _K0, _K1, _M = (COEFFICIENTS.index(name) for name in ("K0", "K1", "M"))
 
 

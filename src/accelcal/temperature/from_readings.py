@@ -18,8 +18,6 @@ from accelcal.temperature.product_errors import Errors, ProductFit, Solution, pr
 from accelcal.temperature.product_fit import estimator, scale_factor_is_told, solved
 from accelcal.temperature.recorded import RecordedTemperatures
 
-__all__ = ["laws_from_readings"]
-
 _UNFELT = 0.5
 """Most of a recorded scatter is the sensor's where surely less than this share of it is felt."""
 

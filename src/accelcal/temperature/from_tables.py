@@ -41,8 +41,6 @@ from accelcal.temperature.levels import (
 )
 from accelcal.temperature.weaknesses import NO_LEVEL_NEAR_T0, law_sentences
 
-__all__ = ["LawsOfRecords", "laws_of_records", "tables_of_one_mounting"]
-
 _SIGNIFICANT = 0.001  # chance below which levels off their law are told
 _ROUNDING = 1e-9  # g, relative or rad: below it a misfit is of no interest
 _PARTS = [f"{law} {part}" for law in ("k0", "K1", "delta") for part in ("at_T0", "above", "below")]

@@ -6,8 +6,6 @@ import numpy as np
 
 from accelcal.arrays import Array
 
-__all__ = ["law_maps"]
-
 _ALMOST_NOTHING = 1e-12  # added to a diagonal of ones, so that the matrix stays definite
 
 

@@ -20,13 +20,6 @@ from accelcal.results.quantity import Quantity
 from accelcal.temperature.bilinear import interval_of
 from accelcal.temperature.chance_of_misfit import chance_of_misfit
 
-__all__ = [
-    "Branches",
-    "Hysteresis",
-    "branches_of",
-    "mean_hysteresis",
-]
-
 _OPEN = 1.0 / np.sqrt(3.0)
 """Standard uncertainty, in half widths, of a level where the loop may be closed or as wide as it is
 elsewhere: anything between both branches is as likely."""

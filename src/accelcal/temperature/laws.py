@@ -25,8 +25,6 @@ from accelcal.temperature.levels import level_stack
 from accelcal.temperature.recorded import RecordedTemperatures
 from accelcal.temperature.run_temperatures import stacked_temperature_uncertainty
 
-__all__ = ["RecordLaws", "StackLaws", "laws_of_stack", "with_misalignment"]
-
 
 class RecordLaws(NamedTuple):
     """Temperature laws; None where there is one level only.

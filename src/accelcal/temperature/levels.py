@@ -20,8 +20,6 @@ from accelcal.model import COEFFICIENTS, ERROR_TERMS
 from accelcal.temperature.bilinear import LEAST_RISE
 from accelcal.temperature.recorded import RecordedTemperatures
 
-__all__ = ["LevelStack", "Levels", "alike", "joint_covariance", "level_stack", "levels_of"]
-
 _K0, _K1, _M = (COEFFICIENTS.index(name) for name in ("K0", "K1", "M"))
 _WITHOUT_LAW = ("K2", "K3", "M_ip")
 

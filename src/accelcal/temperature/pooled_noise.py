@@ -16,8 +16,6 @@ from accelcal.arrays import Mask
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.numerics.probability import f_survival
 
-__all__ = ["pooled_noise"]
-
 _SIGNIFICANT = 0.01
 _OF_ALL = "replicates of all tables"
 

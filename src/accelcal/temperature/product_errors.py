@@ -26,18 +26,6 @@ from accelcal.temperature.product_model import Point, Readings
 from accelcal.temperature.recorded import RecordedTemperatures
 from accelcal.temperature.run_temperatures import stacked_temperature_uncertainty
 
-__all__ = [
-    "PRIOR",
-    "Errors",
-    "ProductFit",
-    "Solution",
-    "errors_at",
-    "felt_beside_noise",
-    "product_fit",
-    "to_the_mean",
-    "unfelt_share",
-]
-
 _COMMON = ("K2", "K3", "M_ip")  # their quotients by K1 do not depend on temperature
 
 PRIOR = 0.5

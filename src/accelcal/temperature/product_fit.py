@@ -26,8 +26,6 @@ from accelcal.errors import DesignError
 from accelcal.temperature.product_errors import PRIOR, Errors, ProductFit, Solution, errors_at
 from accelcal.temperature.product_model import times
 
-__all__ = ["estimator", "scale_factor_is_told", "solved"]
-
 _MOST_STEPS = 30
 _SURE = 3.0  # standard uncertainties by which a scale factor must differ from zero
 _CONVERGED = 1e-6  # of the noise of a reading

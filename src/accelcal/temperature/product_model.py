@@ -10,8 +10,6 @@ import numpy as np
 from accelcal.arrays import Array, Places
 from accelcal.temperature.bilinear import bilinear_design, local_slopes
 
-__all__ = ["Point", "Readings", "times"]
-
 
 class Readings(NamedTuple):
     """All n readings of one mounting in each of R records of one plan; laws of p parameters.

@@ -9,8 +9,6 @@ import numpy as np
 
 from accelcal.arrays import Array
 
-__all__ = ["RecordedTemperatures"]
-
 
 class RecordedTemperatures(NamedTuple):
     """Temperatures of R records of one plan.

@@ -9,8 +9,6 @@ from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array
 
-__all__ = ["stacked_temperature_uncertainty"]
-
 
 def stacked_temperature_uncertainty(
     temperatures: Sequence[Array], declared: float | None, share: ArrayLike = 1.0

@@ -11,8 +11,6 @@ from accelcal.sentences import Sentence
 from accelcal.temperature.bilinear import LEAST_RISE
 from accelcal.temperature.hysteresis import Hysteresis
 
-__all__ = ["NO_LEVEL_NEAR_T0", "law_sentences"]
-
 NO_LEVEL_NEAR_T0 = (
     "one level on each side of T0 and none at it: the laws are not determined; measure at T0, or"
     " give T0 at a measured level"

@@ -13,8 +13,6 @@ from accelcal.triad.record import TriadRecord
 from accelcal.triad.solution import Solution
 from accelcal.triad.unknown import from_unknown_attitudes
 
-__all__ = ["gates_of"]
-
 _WORST_CONDITION = 10.0
 """Attitudes spread evenly over the sphere have 3 to 4."""
 

@@ -8,8 +8,6 @@ from accelcal.arrays import Array
 from accelcal.errors import DesignError
 from accelcal.triad.solution import Solution, refuse_rank
 
-__all__ = ["from_known_attitudes"]
-
 _FEWEST = 4
 
 

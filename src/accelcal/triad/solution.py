@@ -10,8 +10,6 @@ from accelcal.arrays import Array
 from accelcal.errors import DesignError
 from accelcal.triad.record import AXES
 
-__all__ = ["NAMES", "Solution", "refuse_rank"]
-
 NAMES = (*(f"b_{i}" for i in AXES), *(f"S_{i}{j}" for i in AXES for j in AXES))
 """Bias of each channel, and its sensitivity to the acceleration along each axis of the block."""
 

@@ -22,8 +22,6 @@ from accelcal.arrays import Array
 from accelcal.errors import DesignError
 from accelcal.triad.solution import NAMES, Solution, refuse_rank
 
-__all__ = ["FRAMES", "from_unknown_attitudes"]
-
 FRAMES = {"x": "S is lower triangular", "z": "S is upper triangular"}
 
 _STEPS = 100

@@ -25,8 +25,6 @@ from accelcal.specification import (
     Specification,
 )
 
-__all__ = ["ANOTHER_TEST", "Conformity", "Found", "Measured", "Place", "conformity", "in_unit"]
-
 Place = int | str | None
 """Where a quantity is found: a table by its index, a term of the laws by its name, or nowhere."""
 

@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 from accelcal.effects.effect import Effect
 
-__all__ = ["Fault"]
-
 
 class Fault(NamedTuple):
     """A fault of the readings.

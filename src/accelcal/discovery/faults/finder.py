@@ -31,8 +31,6 @@ from accelcal.numerics.decimal_steps import decimal_step
 from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
 
-__all__ = ["Fault", "faults"]
-
 _SMALLEST = 1e-300
 _OF_NORMAL = 1.4826  # standard deviation over the median size of a normal deviation
 

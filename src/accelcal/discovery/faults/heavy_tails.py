@@ -9,8 +9,6 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.numerics.probability import student_survival
 
-__all__ = ["chance_of"]
-
 _TAILS = (4.0, 5.0, 6.0, 8.0, 11.0, 16.0, 30.0, math.inf)
 """Degrees of freedom of Student's distributions that the noise may have."""
 

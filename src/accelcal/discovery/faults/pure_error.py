@@ -16,8 +16,6 @@ from accelcal.discovery.noise import cycle, dummies, orthonormal, saturated
 from accelcal.effects.conditions import Conditions
 from accelcal.geometry import head_positions
 
-__all__ = ["TELLING", "PureError", "moving", "pooled", "pure_error", "smooth"]
-
 TELLING = 0.05
 """Share of its own error that a reading must leave for its replicates to judge it."""
 

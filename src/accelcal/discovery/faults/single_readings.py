@@ -14,8 +14,6 @@ from accelcal.effects.conditions import LEVEL_CHANGE, Conditions
 from accelcal.gates.verdict import acceleration, reading_name
 from accelcal.record import TumbleRecord
 
-__all__ = ["nominal_scale", "single_readings"]
-
 _SMALLEST = 1e-300
 
 

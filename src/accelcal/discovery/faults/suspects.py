@@ -25,8 +25,6 @@ from accelcal.effects.conditions import Conditions
 from accelcal.numerics.grouping import grouped
 from accelcal.numerics.probability import f_survival, student_survival
 
-__all__ = ["Suspect", "Views", "suspects", "views_of"]
-
 _TRIES = 7.0
 """Factor on the chance of an outlier for what the tails of few readings do not tell, measured."""
 

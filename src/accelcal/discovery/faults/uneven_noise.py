@@ -15,8 +15,6 @@ from accelcal.numerics.grouping import grouped
 from accelcal.numerics.probability import student_survival
 from accelcal.numerics.sorting import distinct, median
 
-__all__ = ["Vibration", "chance_of_vibration", "vibration", "vibration_over_noise"]
-
 _FEWEST_CELLS = 8
 _STEPS = 30
 

@@ -11,8 +11,6 @@ from accelcal.arrays import Array
 from accelcal.numerics.decimal_steps import decimal_step
 from accelcal.numerics.sorting import distinct
 
-__all__ = ["VisibleStep", "visible_step"]
-
 _VISIBLE = 1.5
 """A step shows where it is so many times the noise that is left without it."""
 

@@ -18,8 +18,6 @@ from accelcal.numerics.probability import f_survival, student_survival
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 
-__all__ = ["turned_tables", "wrong_orders"]
-
 _SMALLEST = 1e-300
 
 _LAGGING, _LARGEST_LAG = 1.5, 3e-4

@@ -12,8 +12,6 @@ from accelcal.arrays import Array
 from accelcal.discovery.candidates import Candidates
 from accelcal.discovery.noise import orthonormal
 
-__all__ = ["Aliases", "aliases"]
-
 EXACT = 0.999
 """Principal cosine above which two effects are one and the same for a test."""
 

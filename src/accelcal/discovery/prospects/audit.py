@@ -27,8 +27,6 @@ from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
 from accelcal.results.findings import Detectable, Undetectable
 
-__all__ = ["absorbed_by", "designed", "smallest_detectable", "undetectable"]
-
 POWER = 0.9
 
 _CARRIED = 0.05

@@ -19,8 +19,6 @@ from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle
 from accelcal.simulation import NOISE_FREE, TumblePlan, simulate
 
-__all__ = ["Block", "blank", "joined", "menu"]
-
 STROKES = 2
 """Strokes in a run of a block: one forward, one back."""
 

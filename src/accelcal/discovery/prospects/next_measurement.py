@@ -20,8 +20,6 @@ from accelcal.discovery.prospects.further_readings import Block
 from accelcal.discovery.prospects.outlook import Outlook
 from accelcal.effects.conditions import Conditions
 
-__all__ = ["Proposal", "proposals"]
-
 Instances = Sequence[Instance]
 
 ENOUGH = 6.0

@@ -23,8 +23,6 @@ from accelcal.geometry import head_positions
 from accelcal.record import TumbleRecord
 from accelcal.units import HOUR
 
-__all__ = ["Left", "Outlook", "outlooks"]
-
 
 class Outlook(NamedTuple):
     """A record with a block of readings that are foreseen.

@@ -30,9 +30,6 @@ from accelcal.numerics.covariance_root import covariance_root
 from accelcal.results.findings import Change
 from accelcal.results.head_calibration import posterior
 
-__all__ = ["Knowledge", "beside_the_others", "coefficients", "known", "shared_columns"]
-__all__ += ["without_head"]
-
 _LEAST = 1e-7
 """Information below it, over that of each alone, is rounding."""
 

@@ -19,8 +19,6 @@ from accelcal.errors import InputError
 from accelcal.geometry import head_positions
 from accelcal.record import TumbleRecord
 
-__all__ = ["Unit", "amplitudes", "check_one_plan", "mean_unit", "on_one_stand"]
-
 
 class Unit(NamedTuple):
     """One of several units on a stand.

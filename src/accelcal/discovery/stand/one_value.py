@@ -12,8 +12,6 @@ from accelcal.discovery.candidates import Instance, column_of
 from accelcal.discovery.stand.mean_unit import Unit, amplitudes
 from accelcal.numerics.probability import f_survival
 
-__all__ = ["OneValue", "one_value"]
-
 Verdict = Literal["stand", "unit", "undecided"]
 
 FEWEST = 3

@@ -15,8 +15,6 @@ from accelcal.discovery.stand.joint_fit import beside_the_others, known, shared_
 from accelcal.discovery.stand.mean_unit import Unit
 from accelcal.effects.effect import Effect
 
-__all__ = ["Looker", "OwnLook"]
-
 FEWEST = 3
 """Units of which the others tell what the stand does."""
 
