@@ -172,6 +172,20 @@ def test_a_long_budget_is_cut_and_says_so(calibration):
     assert "more; <code>.to_frame()</code> has all" in html
 
 
+def test_a_budget_tells_the_interval_and_leaves_out_what_is_nothing(calibration):
+    found = budget(calibration, [0.0, 1.0])
+    cells = [
+        [cell.text for cell in row]
+        for row in ElementTree.fromstring(f"<div>{found._repr_html_()}</div>").iter("tr")
+    ]
+    assert cells[0][-3:] == ["bound of (4)", "u", "U (95 %)"]
+    totals = [row for row in cells if row[3] == "total"]
+    told = [f"{1e6 * half:.1f}" for half in found.expanded_uncertainty]
+    assert [row[-1] for row in totals] == told
+    assert all(set(row[4:7]) != {"0"} for row in cells)
+    assert "cancel in part" in found._repr_html_()
+
+
 def test_the_verdict_is_a_table(calibration):
     verdict = judge(calibration, read_specification("examples/al15.toml"))
     html = replace(calibration, verdict=verdict)._repr_html_()

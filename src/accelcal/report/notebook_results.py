@@ -157,6 +157,10 @@ def stability_html(result: Stability) -> str:
     return "".join([*parts, items(map(safe, [*told, *result.warnings]))])
 
 
+_OF_BUDGET = ("value", "bound", "standard_uncertainty", "expanded_uncertainty")
+_CORRELATED = "errors of the coefficients are correlated and cancel in part, which the total counts"
+
+
 def budget_html(budget: ErrorBudget) -> str:
     """Write an error budget as an HTML table.
 
@@ -178,13 +182,15 @@ def budget_html(budget: ErrorBudget) -> str:
             "" if row["temperature_degC"] is None else f"{row['temperature_degC']:g} °C",
             f"{row['time_s']:g} s",
             row["component"],
-            *(_micro(row[f"{key}_g"]) for key in ("value", "bound", "standard_uncertainty")),
+            *(_micro(row[f"{key}_g"]) for key in _OF_BUDGET),
         )
         for row in budget.rows()
+        if any(row[f"{key}_g"] for key in _OF_BUDGET)
     ]
-    headings = ("a_i", "temperature", "time", "component", "error", "±", "u")
+    headings = ("a_i", "temperature", "time", "component", "error", "bound of (4)", "u", "U (95 %)")
     parts.append(table("errors [µg]", headings, rows[:_MOST_ROWS]))
-    return "".join([*parts, _cut(rows), items(map(safe, budget.warnings))])
+    said = [_CORRELATED] if budget.correlated else []
+    return "".join([*parts, _cut(rows), items(map(safe, [*said, *budget.warnings]))])
 
 
 def verdict_html(document: Mapping[str, Any]) -> str:
