@@ -111,6 +111,15 @@ def test_completion_of_commands_and_options():
     assert "--method" in found.stdout
 
 
+@pytest.mark.parametrize("words", ["fit ex", "fit table.csv -o ex", "apply cal.json ex"])
+def test_the_shell_completes_names_of_files(words):
+    line = f"accelcal {words}"
+    found = accelcal_process(
+        _ACCELCAL_COMPLETE="bash_complete", COMP_WORDS=line, COMP_CWORD=str(line.count(" "))
+    )
+    assert found.stdout.split() == ["file,ex"]
+
+
 def test_the_page_tells_how_to_complete():
     page = (ROOT / "docs" / "commands.md").read_text("utf-8")
     assert "_ACCELCAL_COMPLETE=bash_source accelcal" in page

@@ -317,6 +317,7 @@ def test_every_command_file_is_a_command():
     shared = {
         "__init__",
         "deliver",
+        "files",
         "fit_arguments",
         "forms",
         "main",

@@ -10,7 +10,8 @@ from typing import IO, TYPE_CHECKING, Any, cast
 
 import click
 
-from accelcal.cli.deliver import refuse_to_overwrite, remark, standard_output
+from accelcal.cli.deliver import remark, standard_output
+from accelcal.cli.files import CSV, Command, FileToRead
 from accelcal.cli.options import (
     data_argument,
     effects_option,
@@ -27,10 +28,10 @@ if TYPE_CHECKING:
 __all__ = ["apply"]
 
 
-@click.command()
-@click.argument("calibration", metavar="CAL.json")
+@click.command(cls=Command)
+@click.argument("calibration", type=FileToRead(), metavar="CAL.json")
 @data_argument()
-@output_option("the accelerations as CSV", metavar="OUT.csv")
+@output_option("the accelerations as CSV", metavar="OUT.csv", file=CSV)
 @click.option(
     "--temperature", type=number, metavar="DEG", help="Temperature of all samples [degC]."
 )
@@ -100,7 +101,6 @@ def apply(
     from accelcal.io.compensated import AccelerationStream, StreamOptions
     from accelcal.io.samples import open_samples
 
-    refuse_to_overwrite([calibration, data], path)
     file = read_calibrations(calibration)
     with open_samples(data) as samples:
         serial = serial or samples.headings.declared.get("serial")

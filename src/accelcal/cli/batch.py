@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from accelcal.cli.deliver import remark
+from accelcal.cli.files import Command
 from accelcal.cli.fit_arguments import fit_arguments, models_in, specification_in
 from accelcal.cli.options import calibration_options, effects_option, output_option
 from accelcal.errors import InputError
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["batch"]
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True)
 @output_option("the rows of all tables", metavar="RESULTS.(csv|csv.gz|parquet)", required=True)
 @click.option(

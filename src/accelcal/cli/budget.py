@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from accelcal.cli.files import JSON, Command, FileToRead, FileToWrite
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     durations,
@@ -29,9 +30,9 @@ if TYPE_CHECKING:
 __all__ = ["budget"]
 
 
-@click.command()
-@click.argument("calibration", metavar="CAL.json", required=False)
-@output_option("the budget as JSON", metavar="BUDGET.json")
+@click.command(cls=Command)
+@click.argument("calibration", type=FileToRead(), metavar="CAL.json", required=False)
+@output_option("the budget as JSON", metavar="BUDGET.json", file=JSON)
 @click.option(
     "--acceleration",
     type=numbers,
@@ -55,7 +56,12 @@ __all__ = ["budget"]
     metavar="T,...",
     help="Times since the start of the launch, such as 600, 10min or 12h [s].",
 )
-@click.option("--stability", metavar="STABILITY.json", help="Result of accelcal stability.")
+@click.option(
+    "--stability",
+    type=FileToRead(),
+    metavar="STABILITY.json",
+    help="Result of accelcal stability.",
+)
 @click.option("--launch", type=number, metavar="G", help="Launch to launch, k0L [g].")
 @click.option("--drift-rate", type=number, metavar="G_PER_H", help="Drift gamma_D [g/h].")
 @click.option("--fluctuation", type=number, metavar="G", help="Fluctuation k0F [g].")
@@ -84,7 +90,13 @@ __all__ = ["budget"]
 @stand_options
 @serial_option
 @mounting_option
-@click.option("--plot", "picture", metavar="FILE", help="Draw the budget (png or svg).")
+@click.option(
+    "--plot",
+    "picture",
+    type=FileToWrite(),
+    metavar="FILE",
+    help="Draw the budget (png or svg).",
+)
 @format_option("text", "json", "csv")
 def budget(
     calibration: str | None,
@@ -120,7 +132,7 @@ def budget(
     of_stand = asked_for_stand(click.get_current_context())
     chosen = read_calibrations(calibration).choose(serial, mounting) if calibration else None
     if of_stand:
-        found: ErrorBudget | StandBudget = budget_of_stand(chosen, path, options)
+        found: ErrorBudget | StandBudget = budget_of_stand(chosen, options)
     else:
         assert chosen is not None
         found = _budget(chosen, _random(chosen, options), options)

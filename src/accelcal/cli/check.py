@@ -5,12 +5,13 @@ from __future__ import annotations
 import click
 
 from accelcal.cli.deliver import deliver
+from accelcal.cli.files import Command
 from accelcal.cli.options import data_argument, format_option
 
 __all__ = ["check"]
 
 
-@click.command()
+@click.command(cls=Command)
 @data_argument()
 @format_option("text", "json")
 def check(data: str, form: str) -> None:

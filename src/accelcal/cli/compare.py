@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import click
 
 from accelcal.cli.deliver import deliver, refuse_stdin_twice
-from accelcal.cli.options import apparatus_options, effects_option, format_option
+from accelcal.cli.files import Command, FileToRead
+from accelcal.cli.options import apparatus_options, data_argument, effects_option, format_option
 
 if TYPE_CHECKING:
     from accelcal.results.disagreement import Disagreement
@@ -15,9 +16,9 @@ if TYPE_CHECKING:
 __all__ = ["compare"]
 
 
-@click.command()
-@click.argument("calibration", metavar="CAL.json")
-@click.argument("data", metavar="DATA")
+@click.command(cls=Command)
+@click.argument("calibration", type=FileToRead(), metavar="CAL.json")
+@data_argument()
 @click.option(
     "--serial", metavar="TEXT", help="Compare this unit only, where a file holds several."
 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import sys
 from collections.abc import Callable, Sequence
@@ -19,7 +18,6 @@ __all__ = [
     "deliver_picture",
     "refuse_report",
     "refuse_stdin_twice",
-    "refuse_to_overwrite",
     "remark",
     "standard_output",
 ]
@@ -107,42 +105,19 @@ def standard_output() -> TextIO:
     return sys.stdout
 
 
-def refuse_to_overwrite(sources: Sequence[str], path: str | None) -> None:
-    """Refuse a file to write that is one of those to read.
-
-    Parameters
-    ----------
-    sources : sequence of str
-        Files that are read.
-    path : str or None
-        File that would be written.
-
-    Raises
-    ------
-    InputError
-        If they are the same file.
-    """
-    for source in sources:
-        if path not in (None, "-") and os.path.realpath(source) == os.path.realpath(str(path)):
-            raise InputError(f"-o {path} is a file to be read; name another file with -o")
-
-
-def refuse_report(sources: Sequence[str], path: str | None) -> None:
+def refuse_report(path: str | None) -> None:
     """Refuse a report before the work is done that it would tell of.
 
     Parameters
     ----------
-    sources : sequence of str
-        Files that are read.
     path : str or None
         File of the report.
 
     Raises
     ------
     InputError
-        If it is one of those read, or the end of its name tells no form.
+        If the end of its name tells no form.
     """
-    refuse_to_overwrite(sources, path)
     if path is not None:
         from accelcal.page.write import form_of
 

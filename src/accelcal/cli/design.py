@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from accelcal.cli.deliver import deliver, deliver_picture
+from accelcal.cli.files import JSON, Command, FileToWrite
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     apparatus_options,
@@ -45,8 +46,8 @@ def target(text: str) -> tuple[str, float]:
         raise click.BadParameter(f"{error}.") from None
 
 
-@click.command()
-@output_option("the document (JSON)", metavar="DESIGN.json")
+@click.command(cls=Command)
+@output_option("the document (JSON)", metavar="DESIGN.json", file=JSON)
 @click.option(
     "--positions",
     type=whole_numbers,
@@ -119,11 +120,20 @@ def target(text: str) -> tuple[str, float]:
 @click.option(
     "--seed", type=click.IntRange(0), default=0, metavar="N", help="Seed of --optimal [0]."
 )
-@click.option("--sheet", metavar="PLAN.csv", help="Write the sheet of the test for the laboratory.")
+@click.option(
+    "--sheet",
+    type=FileToWrite("CSV", ".csv"),
+    metavar="PLAN.csv",
+    help="Write the sheet of the test for the laboratory.",
+)
 @click.option("--no-effects", is_flag=True, help="Leave the effects of the catalogue out.")
 @effects_option
 @click.option(
-    "--plot", "picture", metavar="FILE", help="Draw uncertainty by hours (png, svg or pdf)."
+    "--plot",
+    "picture",
+    type=FileToWrite(),
+    metavar="FILE",
+    help="Draw uncertainty by hours (png, svg or pdf).",
 )
 @format_option("text", "json", "csv")
 def design(

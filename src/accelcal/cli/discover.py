@@ -12,8 +12,8 @@ from accelcal.cli.deliver import (
     deliver,
     refuse_report,
     refuse_stdin_twice,
-    refuse_to_overwrite,
 )
+from accelcal.cli.files import JSON, Command
 from accelcal.cli.options import (
     apparatus_options,
     data_argument,
@@ -34,9 +34,9 @@ if TYPE_CHECKING:
 __all__ = ["discover"]
 
 
-@click.command()
+@click.command(cls=Command)
 @data_argument(many=True)
-@output_option("the discovery, with the extended model, as JSON", metavar="MODEL.json")
+@output_option("the discovery, with the extended model, as JSON", metavar="MODEL.json", file=JSON)
 @effects_option
 @click.option(
     "--alpha",
@@ -94,8 +94,7 @@ def discover(
       accelcal discover table.csv --effects mine.toml
     """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
     refuse_stdin_twice(data)
-    refuse_to_overwrite(data, path)
-    refuse_report(data, page)
+    refuse_report(page)
     from accelcal.discovery.discover import discover as search
     from accelcal.io.of_serial import records_of_serial
     from accelcal.io.tables import read_tables

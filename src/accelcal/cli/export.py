@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import click
 
-from accelcal.cli.deliver import deliver, refuse_to_overwrite
+from accelcal.cli.deliver import deliver
+from accelcal.cli.files import Command, FileToRead
 from accelcal.cli.options import mounting_option, output_option, serial_option
 
 __all__ = ["export"]
 
 
-@click.command()
-@click.argument("calibration", metavar="CAL.json")
+@click.command(cls=Command)
+@click.argument("calibration", type=FileToRead(), metavar="CAL.json")
 @output_option("the export", metavar="FILE.(h|yaml|csv)")
 @click.option(
     "--format",
@@ -44,7 +45,6 @@ def export(
     from accelcal.export.write import export_text, form_of
     from accelcal.io.calibrations import read_calibrations
 
-    refuse_to_overwrite([calibration], path)
     form = form or form_of(path or "standard output")
     file = read_calibrations(calibration)
     chosen = file.choose(serial, mounting)

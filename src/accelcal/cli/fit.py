@@ -12,9 +12,9 @@ from accelcal.cli.deliver import (
     deliver,
     refuse_report,
     refuse_stdin_twice,
-    refuse_to_overwrite,
     remark,
 )
+from accelcal.cli.files import JSON, Command
 from accelcal.cli.fit_arguments import fit_arguments, models_in, specification_in
 from accelcal.cli.options import (
     calibration_options,
@@ -35,9 +35,9 @@ if TYPE_CHECKING:
 __all__ = ["fit"]
 
 
-@click.command()
+@click.command(cls=Command)
 @data_argument(many=True)
-@output_option("the calibration as JSON", metavar="CAL.json")
+@output_option("the calibration as JSON", metavar="CAL.json", file=JSON)
 @calibration_options
 @click.option("--serial", metavar="TEXT", help="Serial number of the accelerometer.")
 @effects_option
@@ -67,8 +67,7 @@ def fit(
       accelcal fit table.csv --spec examples/al15.toml
     """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
     refuse_stdin_twice(data)
-    refuse_to_overwrite(data, path)
-    refuse_report(data, page)
+    refuse_report(page)
     from accelcal.calibrate.fit import fit as calibrate
     from accelcal.io.tables import read_tables
 

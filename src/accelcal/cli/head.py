@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from accelcal.cli.deliver import deliver, refuse_stdin_twice, refuse_to_overwrite
+from accelcal.cli.deliver import deliver, refuse_stdin_twice
+from accelcal.cli.files import JSON, Command
 from accelcal.cli.options import (
     data_argument,
     fixture_angle_option,
@@ -22,9 +23,9 @@ if TYPE_CHECKING:
 __all__ = ["head"]
 
 
-@click.command()
+@click.command(cls=Command)
 @data_argument(many=True)
-@output_option("the calibration of the head as JSON", metavar="HEAD.json")
+@output_option("the calibration of the head as JSON", metavar="HEAD.json", file=JSON)
 @click.option(
     "--head-uncertainty",
     type=number,
@@ -54,7 +55,6 @@ def head(
       accelcal fit other.csv --head head.json
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
     refuse_stdin_twice(data)
-    refuse_to_overwrite(data, path)
     from accelcal.estimate.self_calibration import calibrate_head
     from accelcal.io.tables import read_tables
 

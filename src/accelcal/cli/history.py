@@ -6,16 +6,17 @@ from collections.abc import Sequence
 
 import click
 
-from accelcal.cli.deliver import deliver_picture, refuse_to_overwrite
+from accelcal.cli.deliver import deliver_picture
+from accelcal.cli.files import JSON, Command, FileToRead, FileToWrite
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import format_option, mounting_option, number, output_option
 
 __all__ = ["history"]
 
 
-@click.command()
-@click.argument("results", metavar="RESULTS...", nargs=-1, required=True)
-@output_option("the history as JSON", metavar="HISTORY.json")
+@click.command(cls=Command)
+@click.argument("results", type=FileToRead(), metavar="RESULTS...", nargs=-1, required=True)
+@output_option("the history as JSON", metavar="HISTORY.json", file=JSON)
 @click.option("--serial", metavar="TEXT", help="Unit to follow; not needed where there is one.")
 @mounting_option
 @click.option(
@@ -32,7 +33,13 @@ __all__ = ["history"]
     metavar="P",
     help="Chance of a false alarm below which a jump is believed.",
 )
-@click.option("--plot", "picture", metavar="FILE", help="Draw the history (png, svg or pdf).")
+@click.option(
+    "--plot",
+    "picture",
+    type=FileToWrite(),
+    metavar="FILE",
+    help="Draw the history (png, svg or pdf).",
+)
 @format_option("text", "json", "csv")
 def history(
     results: Sequence[str],
@@ -55,8 +62,6 @@ def history(
       accelcal history results.csv --serial AL-15
       accelcal history 2019.json 2021.json 2023.json --plot history.png
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
-    for written in (path, picture):
-        refuse_to_overwrite(results, written)
     from accelcal.io.recalibrations import read_entries
     from accelcal.recalibrations.history import history_of
 

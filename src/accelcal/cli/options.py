@@ -10,6 +10,7 @@ from typing import Any, TypeVar, cast
 
 import click
 
+from accelcal.cli.files import FileToRead, FileToWrite
 from accelcal.errors import InputError
 from accelcal.units import HOUR
 
@@ -109,16 +110,26 @@ def data_argument(*, many: bool = False) -> Callable[[Function], Function]:
     same way.
     """
     if many:
-        return click.argument("data", metavar="DATA...", nargs=-1, required=True)
-    return click.argument("data", metavar="DATA")
+        return click.argument("data", type=FileToRead(), metavar="DATA...", nargs=-1, required=True)
+    return click.argument("data", type=FileToRead(), metavar="DATA")
 
 
 def output_option(
-    what: str, *, metavar: str = "FILE", required: bool = False
+    what: str,
+    *,
+    metavar: str = "FILE",
+    required: bool = False,
+    file: FileToWrite | None = None,
 ) -> Callable[[Function], Function]:
     """Option ``-o``: the file that receives `what`; the parameter is called ``path``."""
     return click.option(
-        "-o", "--output", "path", metavar=metavar, required=required, help=f"Write {what} here."
+        "-o",
+        "--output",
+        "path",
+        type=file or FileToWrite(),
+        metavar=metavar,
+        required=required,
+        help=f"Write {what} here.",
     )
 
 
@@ -144,6 +155,7 @@ def specification_option(function: Function) -> Function:
     """Option ``--spec``."""
     return click.option(
         "--spec",
+        type=FileToRead(),
         metavar="SPEC.toml",
         help="Judge against this data sheet; the exit code is 1 where a limit fails.",
     )(function)
@@ -152,7 +164,11 @@ def specification_option(function: Function) -> Function:
 def report_option(function: Function) -> Function:
     """Option ``--report``; the parameter is called ``page``."""
     return click.option(
-        "--report", "page", metavar="FILE.(html|md|pdf)", help="Write a report here as well."
+        "--report",
+        "page",
+        type=FileToWrite(),
+        metavar="FILE.(html|md|pdf)",
+        help="Write a report here as well.",
     )(function)
 
 
@@ -203,6 +219,7 @@ def effects_option(function: Function) -> Function:
     @click.option(
         "--effects",
         "effect_files",
+        type=FileToRead(),
         multiple=True,
         metavar="FILE.toml",
         help="Effects of your own, beside those of the catalogue; may be given several times.",
@@ -290,11 +307,13 @@ _CALIBRATION: tuple[Callable[[Any], Any], ...] = (
     ),
     click.option(
         "--model",
+        type=FileToRead(),
         metavar="MODEL.json",
         help="Take out the effects of this discovery; their sizes are fitted anew.",
     ),
     click.option(
         "--head",
+        type=FileToRead(),
         metavar="HEAD.json|CERT.csv",
         help="Correct for the errors of the head: of accelcal head, or of a certificate.",
     ),

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from accelcal.cli.deliver import deliver, refuse_to_overwrite
+from accelcal.cli.deliver import deliver
+from accelcal.cli.files import Command, FileToRead, FileToWrite
 from accelcal.cli.options import effects_option, output_option, specification_option
 from accelcal.errors import InputError
 
@@ -18,23 +19,29 @@ if TYPE_CHECKING:
 __all__ = ["report"]
 
 
-@click.command()
-@click.argument("result", metavar="RESULT.json")
+@click.command(cls=Command)
+@click.argument("result", type=FileToRead(), metavar="RESULT.json")
 @output_option("the report", metavar="FILE.(html|md|pdf)")
 @specification_option
 @click.option(
     "--data",
+    type=FileToRead(),
     multiple=True,
     metavar="DATA",
     help="Table of the readings of a discovery, to draw the signatures over; may be repeated.",
 )
 @click.option("--serial", metavar="TEXT", help="Report this serial number only.")
 @click.option(
-    "--dcc", "certificate", metavar="FILE.xml", help="Write a digital calibration certificate here."
+    "--dcc",
+    "certificate",
+    type=FileToWrite("XML", ".xml"),
+    metavar="FILE.xml",
+    help="Write a digital calibration certificate here.",
 )
 @click.option(
     "--dcc-data",
     "laboratory",
+    type=FileToRead(),
     metavar="LAB.toml",
     help="Laboratory, customer and persons of the certificate; without it they are not stated.",
 )
@@ -65,8 +72,6 @@ def report(
         raise InputError("nothing to write; name a page with -o, or a certificate with --dcc")
     if laboratory is not None and certificate is None:
         raise InputError("--dcc-data tells of a certificate; name its file with --dcc")
-    for written in (path, certificate):
-        refuse_to_overwrite([result, *data], written)
     from accelcal.io.results import read_results
 
     found = read_results(result)

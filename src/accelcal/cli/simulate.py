@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from accelcal.cli.deliver import deliver
+from accelcal.cli.files import CSV, Command, FileToRead
 from accelcal.cli.options import (
     effects_option,
     fixture_angle,
@@ -33,8 +34,8 @@ def settings(text: str) -> Settings:
     return [setting(item) for item in text.split(",")]
 
 
-@click.command()
-@output_option("the table", metavar="DATA.csv")
+@click.command(cls=Command)
+@output_option("the table", metavar="DATA.csv", file=CSV)
 @click.option(
     "--effect",
     "effects",
@@ -103,6 +104,7 @@ def settings(text: str) -> Settings:
 )
 @click.option(
     "--model",
+    type=FileToRead(),
     metavar="MODEL.json",
     help="Simulate the accelerometer, noise and effects of this discovery.",
 )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from accelcal.cli.deliver import refuse_stdin_twice
+from accelcal.cli.files import JSON, Command, FileToRead, FileToWrite
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     data_argument,
@@ -35,10 +36,15 @@ def probability(text: str) -> float | None:
     return value
 
 
-@click.command()
+@click.command(cls=Command)
 @data_argument(many=True)
-@output_option("the analysis as JSON", metavar="STABILITY.json")
-@click.option("--calibration", metavar="CAL.json", help="Calibration that gives the scale factor.")
+@output_option("the analysis as JSON", metavar="STABILITY.json", file=JSON)
+@click.option(
+    "--calibration",
+    type=FileToRead(),
+    metavar="CAL.json",
+    help="Calibration that gives the scale factor.",
+)
 @click.option("--scale-factor", type=number, metavar="K1", help="Scale factor [output unit per g].")
 @click.option("--unit", metavar="UNIT", help="Unit of the output.")
 @click.option(
@@ -70,7 +76,11 @@ def probability(text: str) -> float | None:
     "--launch-gap", type=duration, metavar="S", help="A longer pause begins a new launch [s]."
 )
 @click.option(
-    "--plot", "picture", metavar="FILE", help="Draw the bias and the Allan deviation (png, svg)."
+    "--plot",
+    "picture",
+    type=FileToWrite(),
+    metavar="FILE",
+    help="Draw the bias and the Allan deviation (png, svg).",
 )
 @format_option("text", "json", "csv")
 def stability(

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 from click.core import ParameterSource
 
-from accelcal.cli.deliver import refuse_stdin_twice, refuse_to_overwrite
+from accelcal.cli.deliver import refuse_stdin_twice
+from accelcal.cli.files import FileToRead
 from accelcal.cli.options import fixture_angle, number, numbers, words
 from accelcal.errors import InputError
 
@@ -50,11 +51,15 @@ def _target(text: str) -> tuple[str, str]:
 _OPTIONS = (
     click.option(
         "--stand",
+        type=FileToRead(),
         metavar="STAND.toml",
         help="Budget of this stand instead: the uncertainty of each coefficient by its errors.",
     ),
     click.option(
-        "--test", metavar="DATA.csv", help="With --stand: the test as it was made in this table."
+        "--test",
+        type=FileToRead(),
+        metavar="DATA.csv",
+        help="With --stand: the test as it was made in this table.",
     ),
     click.option(
         "--positions",
@@ -110,6 +115,7 @@ _OPTIONS = (
     ),
     click.option(
         "--spec",
+        type=FileToRead(),
         metavar="SPEC.toml",
         help="With --stand: does it suffice for the limits of this data sheet?",
     ),
@@ -161,17 +167,13 @@ def asked_for_stand(context: click.Context) -> bool:
     return asked
 
 
-def budget_of_stand(
-    calibration: Calibration | None, path: str | None, options: Mapping[str, Any]
-) -> StandBudget:
+def budget_of_stand(calibration: Calibration | None, options: Mapping[str, Any]) -> StandBudget:
     """Make the budget of a stand as the options ask for it.
 
     Parameters
     ----------
     calibration : Calibration or None
         The accelerometer; None for the AL-15.
-    path : str or None
-        File that will be written.
     options : mapping
         Values of `stand_options`.
 
@@ -189,7 +191,6 @@ def budget_of_stand(
 
     sources = [options[name] for name in ("stand", "test", "spec") if options[name] is not None]
     refuse_stdin_twice(sources)
-    refuse_to_overwrite(sources, path)
     accelerometer = AL15 if calibration is None else accelerometer_of(calibration)
     stand = read_stand(options["stand"])
     specification = read_specification(options["spec"]) if options["spec"] else None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from accelcal.cli.deliver import refuse_to_overwrite
+from accelcal.cli.files import JSON, Command
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     data_argument,
@@ -16,9 +16,9 @@ from accelcal.cli.options import (
 __all__ = ["triad"]
 
 
-@click.command()
+@click.command(cls=Command)
 @data_argument()
-@output_option("the calibration as JSON", metavar="TRIAD.json")
+@output_option("the calibration as JSON", metavar="TRIAD.json", file=JSON)
 @click.option(
     "--frame",
     type=click.Choice(["x", "z"]),
@@ -51,7 +51,6 @@ def triad(
       accelcal triad examples/triad.csv
       accelcal triad attitudes.csv --g 9.8106 -o triad.json
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
-    refuse_to_overwrite([data], path)
     from accelcal.io.triad import read_triad
     from accelcal.triad.calibrate import calibrate_triad
 

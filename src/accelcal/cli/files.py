@@ -1,0 +1,106 @@
+"""The files that a command reads and writes: none is written that is read, and none twice."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import PurePath
+from typing import Any, cast
+
+import click
+from click.shell_completion import CompletionItem
+
+from accelcal.errors import InputError
+
+__all__ = ["CSV", "JSON", "Command", "FileToRead", "FileToWrite"]
+
+_FORMS = (
+    *(".csv", ".tsv", ".gz", ".parquet", ".xls", ".xlsx", ".ods"),
+    *(".json", ".yaml", ".toml", ".xml", ".html", ".md", ".pdf"),
+)
+"""Ends of names by which other programs take a file for what it is."""
+
+
+class _FileName(click.types.StringParamType):
+    """The name of a file as it is written; whoever opens the file words what is wrong with it."""
+
+    def shell_complete(
+        self,
+        ctx: click.Context,  # noqa: ARG002
+        param: click.Parameter,  # noqa: ARG002
+        incomplete: str,
+    ) -> list[CompletionItem]:
+        """Leave it to the shell, which completes names of files."""
+        return [CompletionItem(incomplete, type="file")]
+
+
+class FileToRead(_FileName):
+    """Type of an argument or option: a file that the command reads."""
+
+
+class FileToWrite(_FileName):
+    """Type of an option: a file that the command writes.
+
+    Parameters
+    ----------
+    form : str, optional
+        What is in the file, whatever its name, such as ``"JSON"``; where the name decides, None.
+    *ends : str
+        Ends of names that promise this form. Those that promise another one are refused.
+    """
+
+    def __init__(self, form: str | None = None, *ends: str) -> None:
+        self.form, self.ends = form, ends
+
+    def check(self, option: str, path: str) -> None:
+        """Refuse a name that promises another form than the file will have."""
+        end = PurePath(path).suffix.lower()
+        if self.form and end in _FORMS and end not in self.ends:
+            promised = " or ".join(self.ends)
+            raise InputError(f"{option} {path} would hold {self.form}; end its name in {promised}")
+
+
+CSV = FileToWrite("CSV", ".csv", ".gz")
+JSON = FileToWrite("JSON", ".json")
+
+
+class Command(click.Command):
+    """A command that refuses, before any work, to write over what it reads or has written."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Look at the names of the files, and run the command."""
+        written = list(self._files(ctx, FileToWrite))
+        if written:
+            read = [_place(path) for _, path in self._files(ctx, FileToRead)]
+            _refuse_to_overwrite(read, [(param.opts[0], path) for param, path in written])
+        for param, path in written:
+            cast("FileToWrite", param.type).check(param.opts[0], path)
+        return super().invoke(ctx)
+
+    def _files(self, ctx: click.Context, kind: type) -> Iterator[tuple[click.Parameter, str]]:
+        """Parameters and their files, without standard input and output."""
+        for param in self.params:
+            given = ctx.params.get(param.name or "")
+            if isinstance(param.type, kind) and given is not None:
+                paths = [given] if isinstance(given, str) else given
+                yield from ((param, path) for path in paths if path != "-")
+
+
+def _refuse_to_overwrite(read: Sequence[str], written: Sequence[tuple[str, str]]) -> None:
+    places: dict[str, str] = {}
+    for option, path in written:
+        place = os.path.realpath(path)
+        if place in read:
+            raise InputError(
+                f"{option} {path} is a file to be read; name another file with {option}"
+            )
+        if place in places:
+            raise InputError(f"{option} {path} is that of {places[place]}; name another file")
+        places[place] = option
+
+
+def _place(path: str) -> str:
+    """Where the file of a table is; that of a sheet is its workbook."""
+    from accelcal.io.text import file_and_sheet
+
+    return os.path.realpath(file_and_sheet(path)[0])
