@@ -108,6 +108,15 @@ def test_pages_import_what_they_use(page):
         assert first is None or line in code[: first.start()], line
 
 
+def test_every_public_name_is_in_the_reference():
+    pages = "".join(page.read_text("utf-8") for page in (ROOT / "docs" / "reference").glob("*.md"))
+    listed = dict(re.findall(r"automodule:: (\S+)\n   :members:(.*)", pages))
+    missing = {name for name, home in accelcal._HOME.items() if home not in listed}
+    chosen = {name: listed.get(home, "").split(",") for name, home in accelcal._HOME.items()}
+    missing |= {n for n, of in chosen.items() if of != [""] and n not in map(str.strip, of)}
+    assert missing == set()
+
+
 def test_the_functions_behind_the_commands_are_public():
     (table,) = re.findall(r"^\| command .*?(?=\n\n)", REFERENCE, re.DOTALL | re.MULTILINE)
     rows = [line.strip("| ").split(" | ") for line in table.splitlines()[2:]]
