@@ -23,7 +23,7 @@ from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import ReadingNoise, noise_of_stack
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.model import COEFFICIENTS
-from accelcal.numerics.probability import f_survival, student_quantile
+from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, f_survival, student_quantile
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord, naming, refuse_twice
 from accelcal.reference import fixture_angle
@@ -251,7 +251,7 @@ def _quantities(
     unit: _Unit, inverse: Array, errors: Array, covariance: Array
 ) -> dict[str, Quantity]:
     through = inverse @ unit.head
-    factor = student_quantile(0.95, unit.dof)
+    factor = student_quantile(LEVEL, unit.dof)
     values = inverse @ (unit.z - unit.head @ errors)
     variance = np.sum(inverse**2, axis=1) + np.einsum("ij,jk,ik->i", through, covariance, through)
     return {
@@ -275,9 +275,7 @@ def _harmonics(
         u = math.sqrt(max(variance, 0.0))
         yield HeadHarmonic(
             name=name,
-            amplitude=Quantity(
-                float(weight @ errors), u, "rad", student_quantile(0.95, math.inf) * u
-            ),
+            amplitude=Quantity(float(weight @ errors), u, "rad", NORMAL_FACTOR * u),
             told=min(1.0, max(0.0, 1.0 - variance / (declared**2 * float(weight @ weight)))),
             absorbed_by=_ABSORBED.get(name, ""),
         )

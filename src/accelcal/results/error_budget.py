@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from accelcal.equality import EqualByContents
 from accelcal.escapes import visible
+from accelcal.numerics.probability import LEVEL
 from accelcal.results.result import JsonResult, TabularResult
 
 if TYPE_CHECKING:
@@ -139,7 +140,7 @@ class ErrorBudget(EqualByContents, JsonResult, TabularResult):
             "serial": self.serial,
             "source": self.source,
             "acceleration_unit": "g_local",
-            "interval_level": 0.95,
+            "interval_level": LEVEL,
             "points": [self._point(i) for i in range(self.a_i.size)],
             "warnings": list(self.warnings),
         }

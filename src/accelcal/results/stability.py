@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 from accelcal.escapes import visible
+from accelcal.numerics.probability import LEVEL
 from accelcal.plural import counted
 from accelcal.results.mapping import document_of
 from accelcal.results.quantity import Gate, Part
@@ -254,7 +255,7 @@ class Stability(JsonResult, TabularResult):
         return {
             "schema": SCHEMA,
             **{name: getattr(self, name) for name in plain.split()},
-            "interval_level": 0.95,
+            "interval_level": LEVEL,
             "components": document_of(self.components),
             "bias_bound": document_of(self.bounds),
             "launches": document_of(self.launches),

@@ -12,6 +12,7 @@ from accelcal.arguments.options import check_choice
 from accelcal.arrays import Array, Mask
 from accelcal.equality import EqualByContents
 from accelcal.escapes import visible
+from accelcal.numerics.probability import LEVEL
 from accelcal.results.mapping import document_of, finite_or_none
 from accelcal.results.result import JsonResult, TabularResult
 from accelcal.results.stand_requirements import Requirements, Sufficiency
@@ -263,7 +264,7 @@ class StandBudget(EqualByContents, JsonResult, TabularResult):
             "stand": self.stand,
             "source": self.source,
             "test": self.test,
-            "interval_level": 0.95,
+            "interval_level": LEVEL,
             "coefficients": [self._coefficient(i) for i in range(len(self.coefficients))],
             "components": [self._component(part) for part in self.components],
             "covariance": self.covariance.tolist(),

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from accelcal.escapes import visible
+from accelcal.numerics.probability import LEVEL
 from accelcal.results.mapping import document_of
 from accelcal.results.quantity import Quantity
 from accelcal.results.result import JsonResult, TabularResult
@@ -197,7 +198,7 @@ class History(JsonResult, TabularResult):
             "serial": self.serial,
             "mounting": self.mounting,
             "temperature_degC": self.temperature_degC,
-            "interval_level": 0.95,
+            "interval_level": LEVEL,
             "alpha": self.alpha,
             "trends": [trend.to_document() for trend in self.trends],
             "notes": list(self.notes),

@@ -14,7 +14,7 @@ from accelcal.discovery.stand.mean_unit import Unit, amplitudes
 from accelcal.discovery.stand.one_value import OneValue, one_value
 from accelcal.effects.found import disturbances
 from accelcal.geometry import head_positions
-from accelcal.numerics.probability import LEVEL, student_quantile
+from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.numerics.sorting import distinct
 from accelcal.results.discovery import Discovery
 from accelcal.results.quantity import Quantity
@@ -139,9 +139,8 @@ def head_of(
     told = known(units, shared, head, size)
     angles = distinct(head_positions(units[0].comparison.record.angle))
     errors = np.sqrt(np.diagonal(told.covariance))
-    factor = student_quantile(LEVEL, float("inf"))
     return tuple(
-        HeadPosition(angle, Quantity(value, u, "rad", factor * u))
+        HeadPosition(angle, Quantity(value, u, "rad", NORMAL_FACTOR * u))
         for angle, value, u in zip(
             angles.tolist(), told.value[first:].tolist(), errors[first:].tolist(), strict=True
         )
