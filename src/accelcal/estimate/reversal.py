@@ -190,20 +190,43 @@ def free_of_fixture_angle(
     effective, jacobian = _effective(estimate)
     change: Array = effective @ correction.T
     by_all: Array = correction @ jacobian
-    size = jacobian.shape[-1]
-    whole = np.zeros((*change.shape[:-1], size, size)) + np.eye(size)
+    chosen = np.flatnonzero(correction.any(axis=1)).tolist()
+    at = np.array([_place(estimate, i, "M") for i in chosen])
     coefficients = [values.copy() for values in estimate.coefficients]
-    for i in np.flatnonzero(correction.any(axis=1)).tolist():
+    through = np.zeros((*change.shape[:-1], len(chosen), jacobian.shape[-1]))
+    for row, i in enumerate(chosen):
         scale_factor = coefficients[i][..., _K1]
         coefficients[i][..., _M] += scale_factor * change[..., i]
-        own = whole[..., _place(estimate, i, "M"), :]
-        own += scale_factor[..., None] * by_all[..., i, :]
-        own[..., _place(estimate, i, "K1")] += change[..., i]
+        through[..., row, :] = scale_factor[..., None] * by_all[..., i, :]
+        through[..., row, _place(estimate, i, "K1")] += change[..., i]
+
+    def corrected(components: Mapping[str, Component]) -> dict[str, Component]:
+        return {name: _corrected(part, at, through) for name, part in components.items()}
+
     return estimate._replace(
         coefficients=tuple(coefficients),
-        components=propagate(estimate.components, whole),
-        alike=propagate(estimate.alike, whole),
+        components=corrected(estimate.components),
+        alike=corrected(estimate.alike),
     )
+
+
+def _corrected(part: Component, at: Places, through: Array) -> Component:
+    """Component of coefficients of which those at some places have `through` times all added.
+
+    The others stay, and few columns of `through`, shape (..., m, P), are not zero: this takes a
+    small share of the time that a matrix of all coefficients would.
+    """
+    used = np.flatnonzero(through.any(axis=tuple(range(through.ndim - 1))))
+    few, back = through[..., used], np.swapaxes(through[..., used], -1, -2)
+    more = few @ part.covariance[..., used, :]
+    covariance = part.covariance.copy()
+    covariance[..., at, :] += more
+    covariance[..., at] += np.swapaxes(more, -1, -2)
+    covariance[..., at[:, None], at] += more[..., used] @ back
+    dof = part.dof.copy()
+    fewest = np.where(few != 0.0, dof[..., None, used], np.inf).min(axis=-1)
+    dof[..., at] = np.minimum(dof[..., at], fewest)
+    return Component(covariance, dof)
 
 
 def _reversals(tables: Sequence[PreparedTable], estimate: JointEstimate) -> Iterator[_Reversal]:
