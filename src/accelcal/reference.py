@@ -60,14 +60,14 @@ def declared_fixture_angle(record: TumbleRecord) -> str:
     return record.metadata.get("delta0", "0")
 
 
-def has_reference_temperature(record: TumbleRecord, given: float | None = None) -> bool:
+def has_reference_temperature(record: TumbleRecord, given: float | None) -> bool:
     """Tell whether T0 is given, or declared by the record.
 
     Parameters
     ----------
     record : TumbleRecord
         The record.
-    given : float, optional
+    given : float or None
         T0 [degC].
 
     Returns
@@ -78,14 +78,14 @@ def has_reference_temperature(record: TumbleRecord, given: float | None = None) 
     return given is not None or record.reference_temperature is not None
 
 
-def reference_temperature_of(record: TumbleRecord, given: float | None = None) -> float | None:
+def reference_temperature_of(record: TumbleRecord, given: float | None) -> float | None:
     """Take T0 as given, else as the record declares it, else the level nearest to 20 degC.
 
     Parameters
     ----------
     record : TumbleRecord
         The record.
-    given : float, optional
+    given : float or None
         T0 [degC].
 
     Returns

@@ -113,9 +113,9 @@ def work_through(
     function: Callable[[Block], Result],
     keeper: Keeper[Result],
     *,
-    jobs: int | None = 1,
+    jobs: int | None,
     dask: str | None = None,
-    tell: Progress | None = None,
+    tell: Progress | None,
 ) -> None:
     """Work through the blocks of some files until all of them are kept.
 
@@ -131,7 +131,7 @@ def work_through(
         Who has the finished ones.
     jobs, dask
         As of `accelcal.batch`.
-    tell : callable, optional
+    tell : callable or None
         As `progress` of `accelcal.batch`.
 
     Notes

@@ -39,7 +39,7 @@ _TOLD = {"g": "ug", "1": "ppm", "rad": "urad", "g/g^2": "ug/g^2", "g/g^3": "ug/g
 
 
 def caveats(
-    comparison: Comparison, found: Sequence[Explanation], walks: Sequence[Wandering] = ()
+    comparison: Comparison, found: Sequence[Explanation], walks: Sequence[Wandering]
 ) -> Iterator[str]:
     """Tell what a reader must know.
 
@@ -49,7 +49,7 @@ def caveats(
         Record and model.
     found : sequence of Explanation
         Explanations that pass, best first.
-    walks : sequence of Wandering, optional
+    walks : sequence of Wandering
         What could stand in place of the best ones, or of the nearest ones where none passes.
 
     Yields

@@ -53,9 +53,9 @@ def correction(
     record: TumbleRecord,
     model: Discovery,
     reference_temperature: float,
-    delta0: float = 0.0,
+    delta0: float,
     *,
-    gaps: bool = True,
+    gaps: bool,
 ) -> Correction:
     """Take the effects of a discovery out of the readings of a record.
 
@@ -67,9 +67,9 @@ def correction(
         The discovery.
     reference_temperature : float
         T0 [degC].
-    delta0 : float, default 0
+    delta0 : float
         Fixture angle [rad].
-    gaps : bool, default True
+    gaps : bool
         Tell the gap in this record before and after each effect, which takes half of the time;
         without, those of the discovery stand.
 

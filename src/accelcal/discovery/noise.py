@@ -139,7 +139,7 @@ def refuse_too_many(record: TumbleRecord) -> None:
 
 
 def reading_noise(
-    c: Conditions, residual: Array, all_that_repeats: Array, step: float = 0.0
+    c: Conditions, residual: Array, all_that_repeats: Array, step: float
 ) -> ReadingNoise:
     """Estimate the noise of the readings from their replicates.
 
@@ -151,7 +151,7 @@ def reading_noise(
         Reading minus some model that is the same for replicates [g].
     all_that_repeats : ndarray, shape (n, k)
         From `saturated`.
-    step : float, default 0
+    step : float
         Step of the readings [g].
 
     Returns

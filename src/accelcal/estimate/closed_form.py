@@ -17,7 +17,7 @@ from accelcal.model import COEFFICIENTS
 from accelcal.printed import documented_bias, estimator_matrix
 
 
-def closed_form_map(table: PreparedTable, method: str, delta0: float = 0.0) -> Array:
+def closed_form_map(table: PreparedTable, method: str, delta0: float) -> Array:
     """Matrix of a closed form on the readings of a table.
 
     Parameters
@@ -26,7 +26,7 @@ def closed_form_map(table: PreparedTable, method: str, delta0: float = 0.0) -> A
         A table of the 8-position test in the mounting o+ or p+.
     method : str
         One of `accelcal.printed.CLOSED_FORMS`.
-    delta0 : float, default 0
+    delta0 : float
         Fixture angle [rad]; only the printed form has a place for it.
 
     Returns

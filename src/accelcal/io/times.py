@@ -144,14 +144,14 @@ def _is_moment(text: str) -> bool:
     return not is_bare and date_of(text) is not None
 
 
-def one_date(column: Column, *, timed: bool = False) -> str | None:
+def one_date(column: Column, *, timed: bool) -> str | None:
     """Text that stands in all cells of a column of dates.
 
     Parameters
     ----------
     column : Column
         The column.
-    timed : bool, default False
+    timed : bool
         Look at the days only, as its cells have times of day.
 
     Returns

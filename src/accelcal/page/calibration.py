@@ -20,15 +20,15 @@ _HIGHLIGHTED = ("K1", "k0", "delta")
 _UNITS = {"1": ""}
 
 
-def calibration_chapter(calibration: Calibration, name: str = "") -> Chapter:
+def calibration_chapter(calibration: Calibration, name: str) -> Chapter:
     """Make the report of a calibration.
 
     Parameters
     ----------
     calibration : Calibration
         The calibration.
-    name : str, optional
-        Prefix of the names of its pictures, if it is not alone on its page.
+    name : str
+        Prefix of the names of its pictures, empty where it is alone on its page.
 
     Returns
     -------

@@ -35,19 +35,17 @@ from accelcal.units import MICRO
 _SIZE = (3.8, 2.9)
 
 
-def discovery_chapter(
-    found: Discovery, record: TumbleRecord | None = None, name: str = ""
-) -> Chapter:
+def discovery_chapter(found: Discovery, record: TumbleRecord | None, name: str) -> Chapter:
     """Make the report of a discovery.
 
     Parameters
     ----------
     found : Discovery
         The discovery.
-    record : TumbleRecord, optional
+    record : TumbleRecord or None
         Its readings; without them the signatures over the residuals are not drawn.
-    name : str, optional
-        Prefix of the names of its pictures, if it is not alone on its page.
+    name : str
+        Prefix of the names of its pictures, empty where it is alone on its page.
 
     Returns
     -------

@@ -20,15 +20,15 @@ _WHOSE = {
 _SIZE = (3.8, 2.9)
 
 
-def stand_chapter(found: StandDiscovery, name: str = "") -> Chapter:
+def stand_chapter(found: StandDiscovery, name: str) -> Chapter:
     """Make the report of a stand.
 
     Parameters
     ----------
     found : StandDiscovery
         What was discovered.
-    name : str, optional
-        Prefix of the names of its pictures, if it is not alone on its page.
+    name : str
+        Prefix of the names of its pictures, empty where it is alone on its page.
 
     Returns
     -------

@@ -85,7 +85,7 @@ def _shown_others(found: DesignComparison) -> Sequence[str]:
     return _OTHERS if repeated else _OTHERS[-1:]
 
 
-def stand_line(stand: Mapping[str, float], *, declared: bool = True) -> str:
+def stand_line(stand: Mapping[str, float], *, declared: bool) -> str:
     """Write the errors of a stand in one line."""
     parts = [
         f"{name} {scaled(size, _UNITS.get(name, 'degC'))}" for name, size in stand.items() if size

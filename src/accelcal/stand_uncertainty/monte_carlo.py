@@ -49,8 +49,8 @@ def monte_carlo(
     estimator: Estimator,
     linear: Linear,
     *,
-    trials: int | None = None,
-    seed: int | None = None,
+    trials: int | None,
+    seed: int | None,
 ) -> MonteCarlo:
     """Propagate the distributions of all components, reading by reading.
 
@@ -64,9 +64,9 @@ def monte_carlo(
         The estimator.
     linear : Linear
         The linear budget to be validated.
-    trials : int, optional
+    trials : int or None
         Number of trials; without it as many as make the result stable, `MOST` at most.
-    seed : int, optional
+    seed : int or None
         Seed of the random numbers; without it one is made up.
 
     Returns

@@ -45,7 +45,7 @@ class _Distance(NamedTuple):
         return float(self.value @ self.value)
 
 
-def from_unknown_attitudes(output: Array, frame: str = "x", *, aligned: bool = False) -> Solution:
+def from_unknown_attitudes(output: Array, frame: str, *, aligned: bool = False) -> Solution:
     """Calibrate a triad whose attitudes are not known.
 
     Parameters
