@@ -13,6 +13,7 @@ from accelcal.discovery.calibration_errors import is_corrected
 from accelcal.discovery.noise import FEWEST_REPLICATES, ReadingNoise
 from accelcal.discovery.one_head import is_same_file
 from accelcal.discovery.simulated import Simulated
+from accelcal.estimate.error_components import SHIFTED
 from accelcal.estimate.launch import OTHERS_SHARE
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.record import TumbleRecord
@@ -21,7 +22,6 @@ from accelcal.results.quantity import ErrorSource
 from accelcal.results.table import TableCalibration
 
 _FROM_CALIBRATION = ("head", "launch", "launch_sf")
-_SHIFTED = {"launch": "K0", "launch_sf": "K1"}
 _LIKE = 0.1
 """Relative change of a scale factor that no accelerometer has; readings [g] that show one."""
 
@@ -80,7 +80,7 @@ def _with_noise(source: ErrorSource, calibration: Calibration) -> ErrorSource:
 
     Without it, that of few runs is zero too often (see `accelcal.estimate.launch`).
     """
-    coefficient = _SHIFTED.get(source.name)
+    coefficient = SHIFTED.get(source.name)
     if coefficient is None or source.dof is None:
         return source
     taken_off = [OTHERS_SHARE * _noise_of(table, coefficient) ** 2 for table in calibration.tables]

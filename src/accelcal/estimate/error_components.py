@@ -21,7 +21,8 @@ from accelcal.estimate.uncertainty import Component
 from accelcal.model import SCALE_FACTOR
 from accelcal.numerics.grouping import grouped, products_of_groups, sums_of_groups
 
-_SHIFTED = {"launch": "K0", "launch_sf": "K1"}
+SHIFTED = {"launch": "K0", "launch_sf": "K1"}
+"""The coefficient that each shift from run to run changes."""
 
 
 class ErrorsOfReadings(NamedTuple):
@@ -106,7 +107,7 @@ class Errors(NamedTuple):
     def shifts(self, known: Mapping[str, RunShift]) -> dict[str, Component]:
         """Errors by the shifts from run to run, where they are known."""
         return {
-            name: self._shift(_SHIFTED[name], shift)
+            name: self._shift(SHIFTED[name], shift)
             for name, shift in known.items()
             if shift.source != "none"
         }

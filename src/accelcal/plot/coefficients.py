@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from accelcal.plot.style import SMALL, blank, canvas, canvases, entitled, palette, styled
+from accelcal.report.calibration_rows import SHOWN_COEFFICIENTS
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.report.scale import readable
 from accelcal.results.table import nearest_table
@@ -21,14 +22,7 @@ if TYPE_CHECKING:
     from accelcal.results.quantity import Quantity
     from accelcal.results.table import TableCalibration
 
-_SHOWN = (  # name, symbol, coefficient of (1) whose budget it has
-    ("scale factor", "K1", "K1"),
-    ("bias", "k0", "K0"),
-    ("second order", "k2", "K2"),
-    ("third order", "k3", "K3"),
-    ("misalignment", "delta", "M"),
-    ("cross-coupling", "delta_ip", "M_ip"),
-)
+_SHOWN = [row[:3] for row in SHOWN_COEFFICIENTS]  # name, symbol, coefficient whose budget it has
 _SYMBOLS = {"K1": "$K_1$", "k0": "$k_0$", "k2": "$k_2$", "k3": "$k_3$"}
 _SYMBOLS |= {"delta": r"$\delta$", "delta_ip": r"$\delta_{ip}$"}
 _MOST_NAMED = 8

@@ -12,7 +12,8 @@ from typing import NamedTuple
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.quantity import Document
 
-_SHOWN = (  # name, symbol, coefficient of (1), factor, unit; the scale factor keeps its own unit
+# Name, symbol, coefficient of (1), factor and unit; the scale factor keeps its own unit.
+SHOWN_COEFFICIENTS = (
     ("scale factor", "K1", "K1", 1.0, None),
     ("bias", "k0", "K0", 1e3, "mg"),
     ("second order", "k2", "K2", 1e6, "ug/g^2"),
@@ -120,7 +121,7 @@ def coefficient_rows(table: Document) -> list[CoefficientRow]:
     list of CoefficientRow
         Scale factor first, then the error model.
     """
-    return [_row(table, *shown) for shown in _SHOWN]
+    return [_row(table, *shown) for shown in SHOWN_COEFFICIENTS]
 
 
 def _row(

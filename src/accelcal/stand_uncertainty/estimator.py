@@ -251,7 +251,7 @@ def estimator_of(
         tables.append(_table(readings, mask, estimator.names, sum(len(t.names) for t in tables)))
         places.append(np.flatnonzero(mask))
         maps.append(estimator.map)
-        designs.append(table.design[:, estimator_columns(estimator.names)])
+        designs.append(table.design[:, [list(POWERS).index(name) for name in estimator.names]])
     return Estimator(
         map=_assembled(maps, places, len(record)),
         fitted=_assembled([design.T for design in designs], places, len(record)).T,
@@ -259,11 +259,6 @@ def estimator_of(
         unit=readings.unit or "output unit",
         gravity=gravity,
     )
-
-
-def estimator_columns(names: Sequence[str]) -> list[int]:
-    """Columns of the design matrix that some coefficients have."""
-    return [list(POWERS).index(name) for name in names]
 
 
 def _table(readings: Readings, mask: Mask, names: tuple[str, ...], start: int) -> _Table:
