@@ -73,6 +73,17 @@ def test_a_function_that_takes_any_parameter_is_taken():
     assert accelcal.simulate(effects=[lean.of(1e-4)], seed=1).output.size == 162
 
 
+def test_a_size_that_was_checked_stays():
+    given = {"width": 1e-4}
+    disturbance = accelcal.Disturbance(own(), given)
+    given["width"] = -1.0
+    assert disturbance.values == {"width": 1e-4}
+    with pytest.raises(TypeError, match="does not support item assignment"):
+        disturbance.values["width"] = -1.0
+    assert {disturbance, own().of(1e-4)} == {disturbance}
+    assert pickle.loads(pickle.dumps(disturbance)) == disturbance
+
+
 # -- registering -----------------------------------------------------------------------------------
 
 

@@ -18,6 +18,7 @@ from accelcal.arguments.options import check_flag, check_function, check_written
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
 from accelcal.escapes import visible
+from accelcal.results.mapping import FrozenMapping
 
 __all__ = ["ActsOn", "Disturbance", "Effect", "Parameter"]
 
@@ -365,6 +366,9 @@ class Disturbance:
 
     effect: Effect
     values: Mapping[str, float]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "values", FrozenMapping(self.values))
 
     def __str__(self) -> str:
         """As ``--effect`` takes it: ``ID=VALUE,NAME=VALUE``."""
