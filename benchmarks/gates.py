@@ -71,8 +71,7 @@ REGIMES = (
 class Unlike:
     """Clean tables whose readings declare a `std`, drawn anew for each, and their noise.
 
-    Those with a star declare another noise than they have, or by few samples, whose ratios are not
-    quite right: no gate promises anything of them.
+    Those with a star declare another noise than they have: no gate promises anything of them.
     """
 
     name: str
@@ -88,11 +87,11 @@ UNLIKE = (
     Unlike("std of 2 to 20 ug", 2.0, 20.0),
     Unlike("* std of 2 to 8 ug, noise of 6 ug", 2.0, 8.0, lambda std: 6.0 + 0.0 * std),
     Unlike("* std of 1 to 6 ug, 6 ug of noise beside", 1.0, 6.0, lambda std: np.hypot(std, 6.0)),
-    Unlike("* 6 ug in all, std of 2 samples", 6.0, 6.0, samples=2),
+    Unlike("6 ug in all, std of 2 samples", 6.0, 6.0, samples=2),
     Unlike("6 ug in all, std of 5 samples", 6.0, 6.0, samples=5),
-    Unlike("* std of 4 to 8 ug, of 2 samples", 4.0, 8.0, samples=2),
+    Unlike("std of 4 to 8 ug, of 2 samples", 4.0, 8.0, samples=2),
     Unlike("std of 4 to 8 ug, of 5 samples", 4.0, 8.0, samples=5),
-    Unlike("* std of 2 to 20 ug, of 10 samples", 2.0, 20.0, samples=10),
+    Unlike("std of 2 to 20 ug, of 10 samples", 2.0, 20.0, samples=10),
     Unlike("std of 2 to 20 ug, of 100 samples", 2.0, 20.0, samples=100),
 )
 
