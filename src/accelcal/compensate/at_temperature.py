@@ -6,7 +6,6 @@ import math
 import warnings
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_flag
@@ -18,8 +17,6 @@ from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 
 __all__ = ["coefficients_at"]
-
-Array = NDArray[np.float64]
 
 
 def coefficients_at(

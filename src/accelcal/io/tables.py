@@ -369,13 +369,9 @@ def _clash(readings: Readings, first: int, second: int, source: str) -> TableErr
     if readings.position[first]:
         where = f"position {readings.position[first]}"
     problem = (
-        (
-            f"{where}, stroke {readings.stroke[first]} at {readings.temperature[second]:g} degC has"
-            f" output {readings.output[second]!r}, but {readings.output[first]!r}"
-            f" in line {readings.line[first]}"
-        )
-        .replace("np.float64(", "")
-        .replace(")", "")
+        f"{where}, stroke {readings.stroke[first]} at {readings.temperature[second]:g} degC has"
+        f" output {float(readings.output[second])!r}, but {float(readings.output[first])!r}"
+        f" in line {readings.line[first]}"
     )
     remedy = "delete one, or tell the runs apart by a column run"
     if readings.run is not None:
