@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Ints, Mask
 from accelcal.dates import date_of
 from accelcal.errors import TableError, located
 from accelcal.io.cells import MISSING, Column
@@ -70,6 +71,9 @@ class TableForm(NamedTuple):
     compressed: bool
     columns: Mapping[str, str]
     set_aside: tuple[str, ...]
+
+
+Survey = tuple[TableForm, tuple[TumbleRecord, ...]]
 
 
 def read_tables(
@@ -143,9 +147,7 @@ def read_table(source: Source, *, overrides: Mapping[str, object] | None = None)
     return records[0]
 
 
-def survey(
-    source: Source, *, overrides: Mapping[str, object] | None = None
-) -> tuple[TableForm, tuple[TumbleRecord, ...]]:
+def survey(source: Source, *, overrides: Mapping[str, object] | None = None) -> Survey:
     """Read a table and tell how it was written.
 
     Parameters
@@ -174,9 +176,7 @@ def survey(
     return found[0][0], tuple(record for _, records in found for record in records)
 
 
-def _require_units_of_one_form(
-    found: Sequence[tuple[TableForm, tuple[TumbleRecord, ...]]],
-) -> None:
+def _require_units_of_one_form(found: Sequence[Survey]) -> None:
     """Refuse sheets that are no accelerometers, each of its own, written in one way."""
     seen: dict[str | None, str] = {None: ""}
     for form, records in found:
@@ -193,9 +193,7 @@ def _require_units_of_one_form(
             seen[record.serial] = record.source
 
 
-def survey_text(
-    text: SourceText, overrides: Mapping[str, object]
-) -> tuple[TableForm, tuple[TumbleRecord, ...]]:
+def survey_text(text: SourceText, overrides: Mapping[str, object]) -> Survey:
     """Read the text of a table and tell how it was written.
 
     Parameters
@@ -226,7 +224,7 @@ def survey_text(
 
 def _read_by(
     engine: Engine, text: SourceText, layout: Layout, overrides: Mapping[str, object]
-) -> tuple[TableForm, tuple[TumbleRecord, ...]]:
+) -> Survey:
     table = choose_columns(layout, engine)
     given = overrides.get("unit")
     unit = output_unit(str(given)) if given else _unit(layout, table)
@@ -341,11 +339,11 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
     return located(lambda: TumbleRecord(**values), source=common["source"])
 
 
-def _left_out(lines: NDArray[np.int64], what: str) -> str:
+def _left_out(lines: Ints, what: str) -> str:
     return f"{were(lines, what)} left out ({listed(lines)})"
 
 
-def _without_repeats(readings: Readings, run: NDArray[np.int64], source: str) -> NDArray[np.bool_]:
+def _without_repeats(readings: Readings, run: Ints, source: str) -> Mask:
     """Mask of the readings without those that repeat one with the same output."""
     place = np.where(readings.position > 0, readings.position, readings.angle)
     kind = readings.position > 0
@@ -386,9 +384,7 @@ def _require_change(readings: Readings, source: str) -> None:
         raise TableError(problem, remedy, source=source, line=int(readings.line[0]))
 
 
-def _seconds(
-    time: NDArray[Any] | None, date: str | None
-) -> tuple[NDArray[np.float64] | None, dict[str, str]]:
+def _seconds(time: NDArray[Any] | None, date: str | None) -> tuple[Array | None, dict[str, str]]:
     """Times in seconds, and the start where the table gives dates."""
     if time is None or time.dtype.kind == "f":
         return time, {}
