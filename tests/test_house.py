@@ -210,6 +210,17 @@ def test_public_names_resolve(name):
     assert name in home.__all__
 
 
+def test_names_are_listed_where_they_are_public_or_in_the_reference():
+    pages = "".join(page.read_text("utf-8") for page in (ROOT / "docs").rglob("*.md"))
+    shown = {*re.findall(r"automodule:: ([\w.]+)", pages), *accelcal._HOME.values()}
+    paths = {path for path in MODULES if path.stem != "__init__"}
+    dotted = {
+        path: ".".join(path.relative_to(SOURCE.parent).with_suffix("").parts) for path in paths
+    }
+    listing = {dotted[path] for path in paths if "\n__all__ = " in path.read_text("utf-8")}
+    assert listing == shown - {"accelcal"}
+
+
 def public_functions():
     """Public functions, and the methods of public classes, by their names."""
     for name in accelcal._HOME:

@@ -25,8 +25,6 @@ from accelcal.errors import AccelcalWarning
 if TYPE_CHECKING:
     from accelcal.io.samples import SampleReader
 
-__all__ = ["apply"]
-
 
 @click.command(cls=Command)
 @click.argument("calibration", type=FileToRead(), metavar="CAL.json")

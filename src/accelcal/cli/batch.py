@@ -20,8 +20,6 @@ from accelcal.plural import counted
 if TYPE_CHECKING:
     from accelcal.archive.batch import BatchCounts
 
-__all__ = ["batch"]
-
 
 @click.command(cls=Command)
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True)

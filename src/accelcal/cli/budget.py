@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from accelcal.results.error_budget import ErrorBudget
     from accelcal.results.stand_budget import StandBudget
 
-__all__ = ["budget"]
-
 
 @click.command(cls=Command)
 @click.argument("calibration", type=FileToRead(), metavar="CAL.json", required=False)

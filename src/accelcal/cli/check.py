@@ -8,8 +8,6 @@ from accelcal.cli.deliver import deliver
 from accelcal.cli.files import Command
 from accelcal.cli.options import data_argument, format_option
 
-__all__ = ["check"]
-
 
 @click.command(cls=Command)
 @data_argument()

@@ -13,8 +13,6 @@ from accelcal.cli.options import apparatus_options, data_argument, effects_optio
 if TYPE_CHECKING:
     from accelcal.results.disagreement import Disagreement
 
-__all__ = ["compare"]
-
 
 @click.command(cls=Command)
 @click.argument("calibration", type=FileToRead(), metavar="CAL.json")

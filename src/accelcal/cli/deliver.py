@@ -13,16 +13,6 @@ from accelcal.cli.wording import by_options
 from accelcal.errors import InputError
 from accelcal.escapes import ESCAPED, visible
 
-__all__ = [
-    "deliver",
-    "deliver_picture",
-    "refuse_report",
-    "refuse_stdin_twice",
-    "remark",
-    "standard_output",
-]
-
-
 _WORDS = re.compile(r"\b(PASS|FAIL|WARNING|JUMP|undecided|not tested)\b")
 _COLOURS = {"PASS": "green", "FAIL": "red", "JUMP": "red"}
 

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from accelcal.planning.pace import Pace
     from accelcal.simulation import NoiseComponents
 
-__all__ = ["design"]
-
 
 def whole_numbers(text: str) -> tuple[int, ...]:
     """Type of an option: whole numbers above zero separated by commas, as in ``6,8,12``."""

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from accelcal.record import TumbleRecord
     from accelcal.results.stand_discovery import StandDiscovery
 
-__all__ = ["discover"]
-
 
 @click.command(cls=Command)
 @data_argument(many=True)

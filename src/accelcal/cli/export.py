@@ -8,8 +8,6 @@ from accelcal.cli.deliver import deliver
 from accelcal.cli.files import Command, FileToRead
 from accelcal.cli.options import mounting_option, output_option, serial_option
 
-__all__ = ["export"]
-
 
 @click.command(cls=Command)
 @click.argument("calibration", type=FileToRead(), metavar="CAL.json")

@@ -12,8 +12,6 @@ from click.shell_completion import CompletionItem
 
 from accelcal.errors import InputError
 
-__all__ = ["CSV", "JSON", "Command", "FileToRead", "FileToWrite"]
-
 _FORMS = (
     *(".csv", ".tsv", ".gz", ".parquet", ".xls", ".xlsx", ".ods"),
     *(".json", ".yaml", ".toml", ".xml", ".html", ".md", ".pdf"),

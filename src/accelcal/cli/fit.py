@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from accelcal.results.discovery import Discovery
     from accelcal.specification import Specification
 
-__all__ = ["fit"]
-
 
 @click.command(cls=Command)
 @data_argument(many=True)

@@ -20,8 +20,6 @@ from accelcal.cli.options import (
 if TYPE_CHECKING:
     from accelcal.results.head_calibration import HeadCalibration
 
-__all__ = ["head"]
-
 
 @click.command(cls=Command)
 @data_argument(many=True)

@@ -11,8 +11,6 @@ from accelcal.cli.files import JSON, Command, FileToRead, FileToWrite
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import format_option, mounting_option, number, output_option
 
-__all__ = ["history"]
-
 
 @click.command(cls=Command)
 @click.argument("results", type=FileToRead(), metavar="RESULTS...", nargs=-1, required=True)

@@ -14,29 +14,6 @@ from accelcal.cli.files import FileToRead, FileToWrite
 from accelcal.errors import InputError
 from accelcal.units import HOUR
 
-__all__ = [
-    "apparatus_options",
-    "calibration_options",
-    "data_argument",
-    "duration",
-    "durations",
-    "effects_option",
-    "fixture_angle",
-    "fixture_angle_option",
-    "format_option",
-    "local_gravity_option",
-    "mounting_option",
-    "number",
-    "numbers",
-    "output_option",
-    "reference_temperature_option",
-    "report_option",
-    "serial_option",
-    "setting",
-    "specification_option",
-    "words",
-]
-
 SECONDS = {"s": 1.0, "min": 60.0, "h": HOUR}
 """Units of a duration."""
 

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from accelcal.io.results import ResultFile
     from accelcal.record import TumbleRecord
 
-__all__ = ["report"]
-
 
 @click.command(cls=Command)
 @click.argument("result", type=FileToRead(), metavar="RESULT.json")

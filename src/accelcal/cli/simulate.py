@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from accelcal.effects.effect import Effect
     from accelcal.record import TumbleRecord
 
-__all__ = ["simulate"]
-
 Settings = list[tuple[str, float]]
 
 

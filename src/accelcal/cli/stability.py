@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from accelcal.results.stability import Stability
     from accelcal.stability.record import StabilityRecord
 
-__all__ = ["stability"]
-
 
 def probability(text: str) -> float | None:
     """Type of an option: a probability, or 3 for the fixed factor of the paper."""

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from accelcal.results.calibration import Calibration
     from accelcal.results.stand_budget import StandBudget
 
-__all__ = ["asked_for_stand", "budget_of_stand", "stand_options"]
-
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 _PLAN = ("positions", "angles", "strokes", "temperatures", "mountings", "delta0")

@@ -13,8 +13,6 @@ from accelcal.cli.options import (
     output_option,
 )
 
-__all__ = ["triad"]
-
 
 @click.command(cls=Command)
 @data_argument()

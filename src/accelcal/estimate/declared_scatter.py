@@ -18,11 +18,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from accelcal.arrays import Array
 from accelcal.record import TumbleRecord
-
-Array = NDArray[np.float64]
 
 _FEWEST = 3.0
 """Degrees of freedom that a variance counts for at least: it has no mean with two or fewer."""

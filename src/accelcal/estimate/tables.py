@@ -7,8 +7,8 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Mask, Places
 from accelcal.errors import InputError
 from accelcal.estimate.declared_scatter import declared_scatter
 from accelcal.estimate.estimability import Estimability, estimability
@@ -18,8 +18,6 @@ from accelcal.model import COEFFICIENTS, design_matrix
 from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
 
-Array = NDArray[np.float64]
-Places = NDArray[np.intp]
 Grouped = tuple[Array, Places, Places]
 
 
@@ -175,7 +173,7 @@ def _from_angles(
     return _FromAngles(design, angular, head, at_head, found, solver)
 
 
-def is_usable(output: Array) -> NDArray[np.bool_]:
+def is_usable(output: Array) -> Mask:
     """Tell readings that can be those of an accelerometer.
 
     Parameters

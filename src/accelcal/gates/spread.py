@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.estimate.tables import PreparedTable
 from accelcal.numerics.sorting import median
-
-Array = NDArray[np.float64]
 
 
 class Spread(NamedTuple):

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.numerics.grouping import grouped
 from accelcal.recalibrations.entries import Entry, listed, year
@@ -168,7 +168,7 @@ def _is_near(entry: Entry, level: float) -> bool:
     return abs((entry.temperature or 0.0) - level) <= _ONE_LEVEL
 
 
-def _said_of_level(held: NDArray[np.float64], others: str) -> Iterator[str]:
+def _said_of_level(held: Array, others: str) -> Iterator[str]:
     if others:
         yield (
             f"compared at {held.mean():.4g} degC; runs at {others} degC are left out"

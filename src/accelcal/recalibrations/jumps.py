@@ -7,12 +7,9 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from accelcal.arrays import Array, Places
 from accelcal.recalibrations.regression import fit_line
-
-Array = NDArray[np.float64]
-Places = NDArray[np.intp]
 
 FEWEST = 5
 """Calibrations that a jump needs: three for line and step, and two to see the scatter."""
@@ -205,7 +202,7 @@ def _scatters_to_try(values: Array, uncertainty: Array, scatter: float) -> Array
     return np.concatenate([[0.0], np.geomspace(low, max(high, 10.0 * low), _SCATTERS)])
 
 
-def _largest_ratio(measures: Sequence[_Measure], values: Array) -> tuple[Array, NDArray[np.intp]]:
+def _largest_ratio(measures: Sequence[_Measure], values: Array) -> tuple[Array, Places]:
     """Largest F over the steps, and its step, for each row of values, which are off the line.
 
     Each row has its own tau, of the largest restricted likelihood.

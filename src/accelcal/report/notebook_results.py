@@ -25,19 +25,6 @@ if TYPE_CHECKING:
     from accelcal.results.stand_discovery import StandDiscovery
     from accelcal.results.unit_history import History
 
-__all__ = [
-    "budget_html",
-    "disagreement_html",
-    "discovery_html",
-    "effect_html",
-    "gate_html",
-    "history_html",
-    "record_html",
-    "stability_html",
-    "stand_html",
-    "verdict_html",
-]
-
 _MOST_ROWS = 60
 _INTERVAL = ("value", "U (95 %)", "unit")
 

@@ -25,8 +25,7 @@ from accelcal.results.mapping import FrozenMapping, document_of
 from accelcal.results.quantity import Document, Gate, Quantity, Residuals
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from accelcal.arrays import Array
 
 __all__ = ["TableCalibration", "known_temperatures", "nearest_table"]
 
@@ -93,14 +92,14 @@ class TableCalibration:
         freeze(self, "budget", FrozenMapping(parts))
 
     @property
-    def covariance(self) -> NDArray[np.float64]:
+    def covariance(self) -> Array:
         """Covariance of the coefficients `covariance_names`, shape (p, p)."""
         import numpy as np
 
         return np.array(self.covariance_matrix, dtype=np.float64)
 
     @property
-    def correlation(self) -> NDArray[np.float64]:
+    def correlation(self) -> Array:
         """Correlation of the coefficients `covariance_names`, shape (p, p)."""
         import numpy as np
 

@@ -20,8 +20,6 @@ from accelcal.results.discovery import Discovery
 from accelcal.results.quantity import Quantity
 from accelcal.results.stand_discovery import HeadPosition, StandEffect
 
-__all__ = ["Own", "common_effects", "head_of", "instances_in", "own_effects"]
-
 
 class Own(NamedTuple):
     """Effects that one unit has alone.
