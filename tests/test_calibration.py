@@ -7,6 +7,7 @@ import json
 import math
 import pickle
 import random
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ import pytest
 
 import accelcal
 from accelcal import Calibration, DesignError, DocumentError, InputError
+from accelcal.model import coefficient_unit
 from accelcal.results.calibration import SCHEMA
 from accelcal.results.discovery import Discovery
 from accelcal.results.documents import calibrations_from_json, calibrations_to_json
@@ -296,15 +298,16 @@ class Parts:
     def several(self, make, least=0):
         return tuple(make() for _ in range(least + self.rng.randrange(3)))
 
-    def quantity(self):
+    def quantity(self, unit=None):
         value, (standard, *others) = (
             self.maybe(self.number),
             [self.maybe(make) for make in (self.size, self.size, self.freedom)],
         )
-        return Quantity(value, standard, self.text(), *others)
+        return Quantity(value, standard, unit or self.text(), *others)
 
     def coefficients(self):
-        return {name: Quantity(-1.5, self.maybe(self.size), self.text()) for name in COEFFICIENTS}
+        units = {name: coefficient_unit(name, self.output_unit) for name in COEFFICIENTS}
+        return {name: Quantity(-1.5, self.maybe(self.size), unit) for name, unit in units.items()}
 
     def gate(self):
         return Gate(self.text(), self.text(), self.text())
@@ -313,12 +316,15 @@ class Parts:
         size, text = self.size, self.text
         return ErrorSource(text(), self.maybe(size), text(), self.maybe(self.freedom), text())
 
-    def law(self):
-        return TemperatureLaw(*(self.maybe(self.quantity) for _ in range(3)))
+    def law(self, at_T0, slope):
+        units = (at_T0, slope, slope)
+        return TemperatureLaw(*(self.maybe(partial(self.quantity, unit)) for unit in units))
 
     def laws(self):
-        hysteresis = self.maybe(self.quantity)
-        return TemperatureModel(self.law(), self.law(), self.law(), hysteresis, (self.text(),))
+        hysteresis = self.maybe(partial(self.quantity, "g"))
+        scale_factor = coefficient_unit("K1", self.output_unit)
+        units = (("g", "g/degC"), (scale_factor, "1/degC"), ("rad", "rad/degC"))
+        return TemperatureModel(*(self.law(*pair) for pair in units), hysteresis, (self.text(),))
 
     def judgement(self):
         texts, outcome = [self.text() for _ in range(3)], self.rng.choice(OUTCOMES)
@@ -359,7 +365,7 @@ class Parts:
             dof=self.rng.randrange(9),
             residual_rms=self.number(),
             coefficients=self.coefficients(),
-            error_model={name: self.quantity() for name in ERRORS},
+            error_model={name: self.quantity(unit) for name, unit in ERRORS.items()},
             covariance_names=tuple(COEFFICIENTS)[:p],
             covariance_matrix=tuple(
                 tuple(spread if i == j else -spread / 2.0 for i in range(p)) for j in range(p)
@@ -372,9 +378,10 @@ class Parts:
         )
 
     def calibration(self):
+        self.output_unit = self.maybe(self.text)
         return Calibration(
             method=self.text(),
-            output_unit=self.maybe(self.text),
+            output_unit=self.output_unit,
             tables=self.several(self.table, least=1),
             serial=self.maybe(self.text),
             g_local_m_s2=self.maybe(self.number),

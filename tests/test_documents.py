@@ -353,3 +353,34 @@ def fate(result, text):
         whole = said.endswith(f"; give a file as {result._WRITER} writes it") and "\n" not in said
         return "told" if whole else said
     return "read" if result.from_json(found.to_json()) == found else "changed"
+
+
+@pytest.mark.parametrize(
+    ("way", "unit", "right"),
+    [
+        (("tables", 0, "coefficients", "K1"), "uA/g", "mA/g"),
+        (("tables", 2, "coefficients", "K2"), "mA/g", "mA/g^2"),
+        (("tables", 1, "error_model", "k0"), "mg", "g"),
+        (("temperature_model", "k0", "at_T0"), "mg", "g"),
+        (("temperature_model", "k0", "below"), "ug/degC", "g/degC"),
+        (("temperature_model", "K1", "at_T0"), "V/g", "mA/g"),
+        (("temperature_model", "K1", "above"), "ppm/degC", "1/degC"),
+        (("temperature_model", "delta", "at_T0"), "mrad", "rad"),
+    ],
+)
+def test_a_value_in_another_unit_is_refused(way, unit, right):
+    document = json.loads(calibration())
+    functools.reduce(lambda part, key: part[key], way, document)["unit"] = unit
+    key = "".join(f"[{k}]" if isinstance(k, int) else f".{k}" for k in way)[1:]
+    said = f"key {key}.unit: '{unit}' in place of '{right}'; give a file as accelcal fit writes it"
+    with pytest.raises(DocumentError) as caught:
+        Calibration.from_json(json.dumps(document))
+    assert str(caught.value) == said
+
+
+def test_the_unit_of_a_value_that_is_not_there_does_not_matter():
+    document = json.loads(calibration())
+    law = document["temperature_model"]["delta"]
+    law["below"] = None
+    law["above"] |= {"value": None, "unit": "?"}
+    assert Calibration.from_json(json.dumps(document)).temperature_model.delta.below is None

@@ -284,6 +284,7 @@ class Calibration(StoredResult, TabularResult):
         )
         if (found.temperature_model or found.second_axis_model) and found.T0_degC is None:
             raise DamageError("None in place of the temperature that the laws refer to", "T0_degC")
+        parts.check_units(found)
         return found
 
     def of_mounting(self, mounting: str) -> Calibration:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from accelcal.results.checked import (
@@ -15,9 +15,13 @@ from accelcal.results.checked import (
     text,
     text_or_none,
 )
+from accelcal.results.damage import DamageError
 from accelcal.results.mapping import FrozenMapping
 
 if TYPE_CHECKING:
+    from accelcal.results.calibration import Calibration
+    from accelcal.results.quantity import Quantity
+    from accelcal.results.temperature import TemperatureModel
     from accelcal.results.verdict import Verdict
 
 _PROVENANCE: dict[str, Kind[Any]] = {
@@ -64,3 +68,45 @@ def verdict(document: Any) -> Verdict:
     from accelcal.results.verdict import Verdict  # here, as most calibrations have none
 
     return Verdict.from_document(document)
+
+
+def check_units(found: Calibration) -> None:
+    """Refuse values in other units than those of the schema: nothing converts them."""
+    for unit, quantity, way in _with_units(found):
+        if quantity is not None and quantity.value is not None and quantity.unit != unit:
+            raise DamageError(f"{quantity.unit!r} in place of {unit!r}", *way, "unit")
+
+
+def _with_units(
+    found: Calibration,
+) -> Iterator[tuple[str, Quantity | None, tuple[str | int, ...]]]:
+    """Quantities with the unit that each must have, and the way to them."""
+    from accelcal.model import ERROR_UNITS, coefficient_unit  # here, as numpy comes with it
+
+    for i, table in enumerate(found.tables):
+        for name, quantity in table.coefficients.items():
+            unit = coefficient_unit(name, found.output_unit)
+            yield unit, quantity, ("tables", i, "coefficients", name)
+        for name, quantity in table.error_model.items():
+            yield ERROR_UNITS[name], quantity, ("tables", i, "error_model", name)
+    scale_factor = coefficient_unit("K1", found.output_unit)
+    for name in ("temperature_model", "second_axis_model"):
+        if (model := getattr(found, name)) is not None:
+            laws = _of_laws(model, scale_factor)
+            yield from ((unit, part, (name, *way)) for unit, part, way in laws)
+
+
+def _of_laws(
+    model: TemperatureModel, scale_factor: str
+) -> Iterator[tuple[str, Quantity | None, tuple[str, ...]]]:
+    units = {
+        "k0": ("g", "g/degC"),
+        "K1": (scale_factor, "1/degC"),
+        "delta": ("rad", "rad/degC"),
+    }
+    for symbol, (at_T0, slope) in units.items():
+        law = getattr(model, symbol)
+        yield at_T0, law.at_T0, (symbol, "at_T0")
+        yield slope, law.above, (symbol, "above")
+        yield slope, law.below, (symbol, "below")
+    yield "g", model.hysteresis, ("hysteresis",)
