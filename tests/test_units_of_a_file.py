@@ -127,3 +127,30 @@ def test_a_unit_that_is_not_named_is_said():
     assert "the record names no unit: its readings are taken as mA" in said
     said = accelcal.compare(accelcal.fit(replace(first, unit=None)), second).notes
     assert "the calibration names no unit: it is taken as that of the readings, mA" in said
+
+
+# -- --unit against the unit of the file -----------------------------------------------------------
+
+STAND = "x,0,1.3,0.01,0\nx,90,0,1.3,0.02\nx,180,0,-0.01,1.3\ny,0,0.01,1.3,0\ny,90,0,0.03,1.3\n"
+ASKED = "the table has outputs in 'mA'; they are taken as uA, as asked"
+OTHER_FILES = {
+    "stability": "time,output\n" + "".join(f"{t},{1.3 + 1e-6 * (t % 7):.6f}\n" for t in range(60)),
+    "triad": "shaft,angle,x,y,z\n" + STAND,
+    "apply of_A1.json": "temperature,output\n20,1.0\n",
+}
+
+
+@pytest.mark.parametrize("command", OTHER_FILES)
+@pytest.mark.parametrize("place", ["header", "heading"])
+def test_a_unit_against_that_of_the_file_is_said(run, folder, command, place):
+    assert run("fit", "A1.csv", "-o", "of_A1.json")[0] == 0
+    text = OTHER_FILES[command]
+    if place == "header":
+        text = "# unit: mA\n" + text
+    else:
+        text = text.replace("output", "output [mA]", 1).replace("x,y,z", "x_mA,y_mA,z_mA", 1)
+    (folder / "file.csv").write_text(text)
+    for unit, times in (("uA", 1), ("mA", 0)):
+        code, out, err = run(*command.split(), "file.csv", "--unit", unit)
+        assert code == 0
+        assert " ".join((out + err).split()).count(ASKED) == times

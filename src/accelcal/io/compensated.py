@@ -14,9 +14,10 @@ from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.measured import MeasuredAcceleration
 from accelcal.errors import InputError, TableError
 from accelcal.escapes import ESCAPED
+from accelcal.io.declarations import notes_of_unit
 from accelcal.io.sample_headings import in_metres
 from accelcal.io.samples import SampleBlock, SampleReader
-from accelcal.units import conversion_factor
+from accelcal.units import canonical_unit, conversion_factor
 from accelcal.version import __version__
 
 __all__ = ["AccelerationStream", "StreamOptions"]
@@ -107,7 +108,10 @@ class AccelerationStream:
 
     def _output_factor(self) -> float:
         given, wanted = self._options.output_unit, self._found.output_unit
-        given = given or self._samples.headings.units.get("output")
+        own = self._samples.headings.units.get("output")
+        if given and own:
+            self.notes += notes_of_unit(canonical_unit(given), [own], {"unit": given})
+        given = given or own
         if given is None or wanted is None:
             missing, other = ("stream", wanted) if given is None else ("calibration", given)
             if other is not None:

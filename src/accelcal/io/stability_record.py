@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError, TableError, located
 from accelcal.io.cells import Column, labels, numbers
-from accelcal.io.declarations import unit_and_serial
+from accelcal.io.declarations import notes_of_unit, unit_and_serial
 from accelcal.io.engines import BulkEngineGivesUp, Columns, columns_by_pandas, columns_by_split
 from accelcal.io.layout import Layout, all_outputs, listed, read_layout, shown, were
 from accelcal.io.small_table import places_of
@@ -131,9 +131,12 @@ def read_stability(
     columns = {name: column.take(kept) for name, column in columns.items()}
     _require_size(output[kept], columns["output"])
     _require_change(output[kept], columns["output"])
+    unit = _unit(layout, columns["output"], given.get("unit"))
+    written = (own for own, _ in _written_units(layout, columns["output"]))
+    notes += notes_of_unit(str(unit), written, given)
     return StabilityRecord(
         launches=tuple(_launches(columns, output[kept])),
-        unit=_unit(layout, columns["output"], given.get("unit")),
+        unit=unit,
         serial=given.get("serial") or _serial(layout, columns.get("serial")),
         source=layout.source,
         notes=tuple(notes),
@@ -261,14 +264,19 @@ def _require_change(output: Array, column: Column) -> None:
 def _unit(layout: Layout, output: Column, given: str | None) -> str | None:
     if given:
         return output_unit(given)
-    header = layout.declared.get("unit")
-    written = [(header.value, header.line)] if header and header.value else []
-    written += [(output.unit, layout.headings_line)] if output.unit else []
+    written = _written_units(layout, output)
     found = [located(output_unit, u, source=layout.source, line=line) for u, line in written]
     if len(set(found)) > 1:
         problem = f"unit {found[0]} in the header, but {found[1]} in the column headings"
         raise layout.refuse(problem, "declare one unit")
     return found[0] if found else None
+
+
+def _written_units(layout: Layout, output: Column) -> list[tuple[str, int]]:
+    """Units as header line and heading write them, with their lines."""
+    header = layout.declared.get("unit")
+    written = [(header.value, header.line)] if header and header.value else []
+    return written + ([(output.unit, layout.headings_line)] if output.unit else [])
 
 
 def _serial(layout: Layout, column: Column | None) -> str | None:

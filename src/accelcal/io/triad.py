@@ -10,7 +10,7 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.errors import InputError, TableError, located
 from accelcal.io.cells import Column, complete_numbers
-from accelcal.io.declarations import declared_number, unit_and_serial
+from accelcal.io.declarations import declared_number, notes_of_unit, unit_and_serial
 from accelcal.io.small_table import SmallTable, read_small_table, uniform
 from accelcal.io.text import Source
 from accelcal.io.vocabulary import Heading, has_unit, split_unit
@@ -66,17 +66,18 @@ def read_triad(
     table = read_small_table(source, _heading, tuple(AXES), _REMEDY)
     given, named = unit_and_serial(overrides), table.declared.get("serial")
     channels = [table.columns[axis] for axis in AXES]
+    unit = _unit(table, channels, given.get("unit"))
     output = np.column_stack([complete_numbers(column) for column in channels])
     return located(
         lambda: TriadRecord(
             output=output,
             up=_up(table),
             line=channels[0].lines,
-            unit=_unit(table, channels, given.get("unit")),
+            unit=unit,
             local_gravity=_gravity(table) if local_gravity is None else local_gravity,
             serial=given.get("serial") or (named.value or None if named else None),
             source=table.source,
-            notes=table.notes,
+            notes=(*table.notes, *notes_of_unit(str(unit), _written(table, channels), given)),
         ),
         source=table.source,
     )
@@ -129,6 +130,13 @@ def _turned(shaft: Column, angle: Column) -> Array:
 def _unit(table: SmallTable, channels: list[Column], given: str | None) -> str | None:
     written = given or uniform(channels, table.declared.get("unit"))
     return output_unit(written) if written else None
+
+
+def _written(table: SmallTable, channels: list[Column]) -> list[str]:
+    """Units as header line and headings write them."""
+    header = table.declared.get("unit")
+    found = [header.value if header else "", *(column.unit for column in channels)]
+    return [unit for unit in found if unit]
 
 
 def _gravity(table: SmallTable) -> float | None:
