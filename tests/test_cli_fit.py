@@ -329,6 +329,14 @@ def test_folder_is_no_table(run, folder):
     assert "is a folder" in one_line(err)
 
 
+@pytest.mark.parametrize(("asked", "told"), [("K0,K1,K2", False), ("K0,K1,M", True)])
+def test_the_misalignment_is_spoken_of_where_it_is_estimated(run, asked, told):
+    code, out, _ = run("eight.csv", "--coefficients", asked)
+    assert code == 0
+    for said in ("M is the effective misalignment", "turns the signs of M"):
+        assert (said in " ".join(out.split())) is told
+
+
 def test_strict_names_file_coefficient_and_remedy(run):
     code, out, err = run("four.csv", "--strict")
     assert (code, out) == (2, "")

@@ -186,6 +186,8 @@ def _of_method(fitted: Fitted) -> Iterator[Sentence]:
 
 
 def _of_misalignment(fitted: Fitted) -> Iterator[Sentence]:
+    if not any("M" in table.estimability.kept for table in fitted.tables):
+        return
     mountings, delta0 = _mountings(fitted.tables), fitted.delta0
     given = "taken as 0" if delta0 == 0.0 else f"taken as {delta0:g} rad"
     effective = f"M is the effective misalignment: it contains the fixture angle delta0, {given};"
