@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array
 from accelcal.estimate.uncertainty import Intervals, combined
@@ -20,10 +21,10 @@ class Part(NamedTuple):
 
 
 def propagated(
-    covariance: tuple[tuple[float, ...], ...], freedom: tuple[float, ...], rows: list[Array]
+    covariance: ArrayLike, freedom: Sequence[float], rows: Sequence[Array | float]
 ) -> Part:
     """J C J', J given by its columns; each coefficient counts by its own variance in the dof."""
-    jacobian, matrix = np.stack(rows, axis=-1), np.array(covariance)
+    jacobian, matrix = np.stack(rows, axis=-1), np.asarray(covariance, dtype=np.float64)
     variance = np.maximum(np.einsum("...i,...i->...", jacobian @ matrix, jacobian), 0.0)
     if all(map(math.isinf, freedom)):
         return Part(variance, math.inf)

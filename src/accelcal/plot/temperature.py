@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import inf
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Array
+from accelcal.compensate.propagation import interval_of_parts, propagated
 from accelcal.effects.conditions import LEVEL_CHANGE
 from accelcal.plot.style import canvases, entitled, palette, styled
 from accelcal.report.scale import readable
@@ -203,10 +205,12 @@ def _half_width(
                     block[i, j] = whole[place[one], place[other]]
     units = np.array([1.0 / scale, 1.0, 1.0])
     block = block * np.outer(units, units)
-    factors = [q.coverage_factor for p in _PARTS if (q := getattr(law, p)) is not None]
-    factor = max((f for f in factors if f is not None), default=0.0)
-    variance = np.einsum("in,ij,jn->n", columns, block, columns)
-    return np.asarray(factor * np.sqrt(variance.clip(min=0.0)))
+    parts: list[Quantity | None] = [getattr(law, part) for part in _PARTS]
+    if all(part is None or part.coverage_factor is None for part in parts):
+        return np.zeros(columns.shape[1])
+    freedom = [inf if part is None else part.dof or inf for part in parts]
+    told = interval_of_parts([propagated(block, freedom, list(columns))])
+    return np.asarray(told.expanded)
 
 
 def _arrows(ax: Axes, points: _Points, factor: float) -> None:
