@@ -331,6 +331,20 @@ def test_all_strokes_of_the_other_sign():
     assert_said(warned, PROPORTIONS, r"K1 = -1\.35\d* is not positive: the sign of the output")
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_readings_that_do_not_follow_the_angle(sign):
+    rng = random.Random(1)
+
+    def noise(readings, _):
+        return [[run, j, k, sign * rng.gauss(0.0, 1e-3)] for run, j, k, _ in readings]
+
+    warned = warnings_of(fitted(noise))
+    said = (
+        r"K1 = .* is smaller than what it leaves of the readings, rms 0\.00\d+: they do not follow"
+    )
+    assert_said(warned, PROPORTIONS, said)
+
+
 def test_nothing_is_claimed_of_a_mirror_of_all_strokes():
     """It turns the signs of M and M_ip only: no residual can tell it."""
     straight, mirror = fitted(), fitted(mirrored(*ALL))

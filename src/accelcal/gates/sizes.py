@@ -46,7 +46,8 @@ def proportions(stack: TableStack) -> GateStack:
     columns = [COEFFICIENTS.index(name) for name in LARGEST_RATIOS]
     ratio = stack.coefficients[:, columns] / over[:, None]
     residual = stack.output - stack.table.design @ stack.coefficients.T
-    rms = np.sqrt((residual**2).mean(axis=0)) / over
+    left = np.sqrt((residual**2).mean(axis=0))
+    rms = left / over
     large = (np.abs(ratio) / list(LARGEST_RATIOS.values()) > 1.0).any(axis=1)
     bad = turned | large | (rms / LARGEST_RESIDUAL > 1.0)
 
@@ -54,6 +55,8 @@ def proportions(stack: TableStack) -> GateStack:
         if not bad[index]:
             return "all coefficients in proportion to K1"
         positions = fitting_turn(stack.table, stack.output[:, index], stack.delta0)
+        if positions is None and left[index] > abs(scale_factor[index]):
+            return _no_answer(float(scale_factor[index]), float(left[index]))
         if turned[index] and positions is None:
             return wrong_sign(float(scale_factor[index]))
         ratios = dict(zip(LARGEST_RATIOS, ratio[index].tolist(), strict=True))
@@ -65,6 +68,14 @@ def proportions(stack: TableStack) -> GateStack:
         return ", ".join(found)
 
     return gate_stack("proportions", bad, said)
+
+
+def _no_answer(scale_factor: float, rms: float) -> str:
+    """Say that the readings, of which such an rms is left, are none of an accelerometer."""
+    return (
+        f"K1 = {scale_factor:.3g} is smaller than what it leaves of the readings, rms {rms:.3g}:"
+        " they do not follow the angle; look for the channel and its contacts"
+    )
 
 
 def _out_of_proportion(ratios: dict[str, float]) -> list[str]:
