@@ -179,6 +179,18 @@ def test_scatter_widens_the_interval():
     assert loud.drift.expanded_uncertainty > 5.0 * quiet.drift.expanded_uncertainty
 
 
+@pytest.mark.parametrize("value", [3.3e-3, 1.35, 1e6])
+def test_rounding_is_no_jump(value):
+    """Equal values are off their line by rounding alone; a step in them is a jump all the same."""
+    random = np.random.default_rng(5)
+    for count in range(5, 25):
+        time = np.sort(random.uniform(50.0, 60.0, count))
+        sigma = np.full(count, 1e-5 * value)
+        assert search_jumps(time, np.full(count, value), sigma, 0.01).places == ()
+    stepped = value * (1.0 + 1e-4 * (np.arange(24) >= 12))
+    assert search_jumps(time, stepped, sigma, 0.01).places == (12,)
+
+
 def test_a_jump_is_named_with_its_dates():
     bias, gain = accelcal.history(frame(12, jump=100.0)).trends
     (jump,) = bias.jumps

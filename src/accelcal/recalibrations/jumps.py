@@ -25,6 +25,10 @@ third of itself, and as the draws are the same each time, so would be the rate o
 _AT_A_TIME = 100_000
 """Values drawn at a time, which the caches of a processor hold."""
 
+_ROUNDING = 1e-12
+"""Sum of squares about the line, over the variances, below which it is rounding: the values are a
+millionth of their standard deviations off the line."""
+
 _MOST = 5
 _SCATTERS = 15
 
@@ -65,7 +69,7 @@ class _Measure(NamedTuple):
         squares = (left**2).sum(axis=1, keepdims=True)
         behind = np.cumsum((left * self.roots)[:, ::-1], axis=1)[:, ::-1]
         taken = (behind[:, self.places] / self.norms) ** 2
-        return np.asarray(taken / np.maximum(squares - taken, 1e-300))
+        return np.asarray(taken / np.maximum(squares - taken, _ROUNDING))
 
 
 class Search(NamedTuple):
