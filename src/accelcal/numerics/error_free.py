@@ -28,6 +28,7 @@ def two_sum(a: Array, b: Array) -> tuple[Array, Array]:
 
     Examples
     --------
+    >>> import numpy as np
     >>> [part.tolist() for part in two_sum(np.array([1.0]), np.array([2.0**-60]))]
     [[1.0], [8.673617379884035e-19]]
     """
@@ -51,6 +52,7 @@ def two_product(a: Array, b: Array) -> tuple[Array, Array]:
 
     Examples
     --------
+    >>> import numpy as np
     >>> [part.tolist() for part in two_product(np.array([0.1]), np.array([10.0]))]
     [[1.0], [5.551115123125783e-17]]
     """
