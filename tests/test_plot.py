@@ -266,6 +266,17 @@ def test_law_and_band_are_those_of_the_calibration(loop):
     assert np.abs(near[:, 1]).max() == pytest.approx(1e6 * law.at_T0.expanded_uncertainty, rel=1e-3)
 
 
+@pytest.mark.parametrize("name", ["k0", "K1", "delta"])
+def test_bands_are_the_intervals_of_the_coefficients_between_the_levels(loop, name):
+    panel = loop.plot.temperature()[3 + ("k0", "K1", "delta").index(name)]
+    scale = loop.temperature_model.K1.at_T0.value if name == "K1" else 1.0
+    band = panel.collections[0].get_paths()[0].vertices
+    for temperature in np.unique(band[:, 0])[[5, 20, 40, 55]]:
+        half = np.abs(band[band[:, 0] == temperature, 1]).max()
+        told = accelcal.coefficients_at(loop, temperature)[name].expanded_uncertainty
+        assert half == pytest.approx(1e6 * told / scale, rel=1e-9)
+
+
 def test_arrows_show_a_loop_where_a_level_is_met_again(loop, several):
     assert len(loop.plot.temperature()[3].texts) == 6
     assert len(several.plot.temperature()[3].texts) == 0

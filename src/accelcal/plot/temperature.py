@@ -183,6 +183,8 @@ def _law(calibration: Calibration, name: str, at: Array) -> tuple[Array, Array] 
     if name == "K1":
         values[0] = 0.0  # drawn as a change, over K1N
     middle = np.asarray(values) @ columns
+    if name == "K1":
+        columns[0] += middle  # the relative error of K1N is one of the whole scale factor
     half = _half_width(model, law, name, columns, scale)
     unknown = [getattr(law, part) is None for part in _PARTS]
     hidden = (unknown[1] & (rise > 0.0)) | (unknown[2] & (rise < 0.0))
