@@ -93,6 +93,17 @@ def test_one_level_is_good_there_only():
         accelcal.coefficients_at(calibration, 35.0)
 
 
+@pytest.mark.parametrize("mounting", ["o+", "p+"])
+@pytest.mark.parametrize(("fitted", "lost"), [(("K0", "K1"), "delta"), (("K1", "M"), "k0")])
+def test_what_was_not_determined_has_no_value(mounting, fitted, lost):
+    plan = accelcal.TumblePlan(temperatures=(20.0,), mountings=(mounting,))
+    calibration = accelcal.fit(accelcal.simulate(plan=plan, seed=1), coefficients=fitted)
+    with pytest.warns(accelcal.AccelcalWarning, match="not determined"):
+        found = accelcal.coefficients_at(calibration, 20.0)
+    assert [name for name in NAMES if found[name].value is None] == [lost]
+    assert found[lost].standard_uncertainty is None
+
+
 def test_unit_of_a_table_without_one():
     record = replace(accelcal.simulate(seed=1), unit=None)
     calibration = accelcal.fit(record)

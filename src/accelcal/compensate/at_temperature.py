@@ -36,7 +36,8 @@ def coefficients_at(
     Returns
     -------
     dict of str to Quantity
-        ``"k0"`` [g], ``"K1"`` [output unit / g] and ``"delta"`` [rad], of the mounting of the laws.
+        ``"k0"`` [g], ``"K1"`` [output unit / g] and ``"delta"`` [rad], of the mounting of the laws;
+        without a value where the calibration does not determine it.
 
     Raises
     ------
@@ -80,6 +81,8 @@ def coefficients_at(
 
 def _at(found: Compensation, name: str, rise: float, unit: str) -> Quantity:
     """One of them, from its law and the covariance of what the law is made of."""
+    if {"delta": found.cross.delta_symbol}.get(name, name) in found.undetermined:
+        return Quantity(None, None, unit)
     law = {"k0": found.k0, "K1": found.K1, "delta": found.cross.delta}[name]
     change = float(law.change(np.asarray(rise)))
     value = law.at_T0 * (1.0 + change) if name == "K1" else law.at_T0 + change
