@@ -104,6 +104,21 @@ def test_what_was_not_determined_has_no_value(mounting, fitted, lost):
     assert found[lost].standard_uncertainty is None
 
 
+def test_an_uncertainty_that_is_unknown_spoils_only_what_depends_on_it(calibration):
+    """Without the slopes' uncertainties k0 has that of its law at T0, and none elsewhere."""
+    model = calibration.temperature_model
+    above = replace(model.k0.above, standard_uncertainty=None, expanded_uncertainty=None, dof=None)
+    laws = replace(model, k0=replace(model.k0, above=above), covariance_names=())
+    holed = replace(calibration, temperature_model=replace(laws, covariance_matrix=()))
+    told = model.k0.at_T0.standard_uncertainty
+    at_T0 = accelcal.coefficients_at(holed, calibration.T0_degC)["k0"]
+    assert at_T0.standard_uncertainty == pytest.approx(told, rel=1e-9)
+    assert accelcal.coefficients_at(holed, 35.0)["k0"].standard_uncertainty is None
+    assert accelcal.coefficients_at(holed, 35.0)["K1"].standard_uncertainty is not None
+    measured = accelcal.apply(holed, [1.35, 1.36], temperature=[calibration.T0_degC, 35.0])
+    assert np.isnan(measured.standard_uncertainty).tolist() == [False, True]
+
+
 def test_unit_of_a_table_without_one():
     record = replace(accelcal.simulate(seed=1), unit=None)
     calibration = accelcal.fit(record)

@@ -23,9 +23,18 @@ class Part(NamedTuple):
 def propagated(
     covariance: ArrayLike, freedom: Sequence[float], rows: Sequence[Array | float]
 ) -> Part:
-    """J C J', J given by its columns; each coefficient counts by its own variance in the dof."""
-    jacobian, matrix = np.stack(rows, axis=-1), np.asarray(covariance, dtype=np.float64)
+    """J C J', J given by its columns; each coefficient counts by its own variance in the dof.
+
+    NaN in C is NaN in what depends on it, and nowhere else.
+    """
+    jacobian, told = np.stack(rows, axis=-1), np.asarray(covariance, dtype=np.float64)
+    unknown = np.isnan(told)
+    matrix = np.where(unknown, 0.0, told)
     variance = np.maximum(np.einsum("...i,...i->...", jacobian @ matrix, jacobian), 0.0)
+    if unknown.any():
+        used = (jacobian != 0.0).astype(float)
+        missing = np.einsum("...i,...i->...", used @ unknown, used)
+        variance = np.where(missing > 0.0, np.nan, variance)
     if all(map(math.isinf, freedom)):
         return Part(variance, math.inf)
     alone, squares = np.diagonal(matrix), jacobian**2
