@@ -97,6 +97,8 @@ def test_no_file_is_written_twice(run, command, said):
         ("stability record.txt -o x.CSV", "x.CSV would hold JSON; end its name in .json"),
         ("simulate -o x.parquet", "x.parquet would hold CSV; end its name in .csv or .gz"),
         ("simulate -o x.xlsx", "x.xlsx would hold CSV; end its name in .csv or .gz"),
+        ("fit table.txt -o x.xlsm", "x.xlsm would hold JSON; end its name in .json"),
+        ("fit x.xlsx#1 -o x.xlsx#1", "x.xlsx#1 would hold JSON; end its name in .json"),
         (
             "apply cal.json table.txt -o x.json",
             "x.json would hold CSV; end its name in .csv or .gz",
@@ -105,6 +107,10 @@ def test_no_file_is_written_twice(run, command, said):
 )
 def test_no_file_has_a_name_that_promises_another_form(run, command, said):
     assert run(command) == (2, "", f"error: -o {said}\n")
+
+
+def test_devices_take_several_outputs(run):
+    assert run("design --positions 8 --strokes 2 -o /dev/null --sheet /dev/null")[0] == 0
 
 
 def test_a_name_without_a_known_end_is_taken(folder, capsys):

@@ -13,10 +13,10 @@ from click.shell_completion import CompletionItem
 from accelcal.errors import InputError
 
 _FORMS = (
-    *(".csv", ".tsv", ".gz", ".parquet", ".xls", ".xlsx", ".ods"),
+    *(".csv", ".tsv", ".gz", ".parquet"),
     *(".json", ".yaml", ".toml", ".xml", ".html", ".md", ".pdf"),
 )
-"""Ends of names by which other programs take a file for what it is."""
+"""Ends of names by which other programs take a file for what it is, besides those of workbooks."""
 
 
 class _FileName(click.types.StringParamType):
@@ -52,8 +52,10 @@ class FileToWrite(_FileName):
 
     def check(self, option: str, path: str) -> None:
         """Refuse a name that promises another form than the file will have."""
-        end = PurePath(path).suffix.lower()
-        if self.form and end in _FORMS and end not in self.ends:
+        from accelcal.io.text import WORKBOOK_SUFFIXES, file_and_sheet
+
+        end = PurePath(file_and_sheet(path)[0]).suffix.lower()
+        if self.form and end in (*_FORMS, *WORKBOOK_SUFFIXES) and end not in self.ends:
             promised = " or ".join(self.ends)
             raise InputError(f"{option} {path} would hold {self.form}; end its name in {promised}")
 
@@ -88,6 +90,8 @@ def _refuse_to_overwrite(read: Sequence[str], written: Sequence[tuple[str, str]]
     places: dict[str, str] = {}
     for option, path in written:
         place = os.path.realpath(path)
+        if os.path.exists(place) and not os.path.isfile(place):  # noqa: PTH110, PTH113
+            continue  # a device or a pipe holds nothing to be lost
         if place in read:
             raise InputError(
                 f"{option} {path} is a file to be read; name another file with {option}"
