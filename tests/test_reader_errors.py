@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import io
 import re
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,15 @@ TURN = "J runs from 1 to 9 in a turn of 8 positions"
 UNITS = ", ".join(OUTPUT_UNITS)
 FOREIGN = "export the table as CSV text and give that file"
 
+
+def sheet_of(cells):
+    """Of a workbook as much as is looked at before it is opened."""
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w") as archive:
+        archive.writestr("xl/worksheets/sheet1.xml", cells)
+    return file.getvalue()
+
+
 ERRORS = {
     # the file
     "empty": ("", f"the file is empty; {NAMES}"),
@@ -36,6 +46,11 @@ ERRORS = {
         b"PK\x03\x04" + b"\0" * 9,
         "no workbook that can be read (Cannot detect file format); save it again, or export the"
         " table as CSV text",
+    ),
+    "far cell": (
+        sheet_of('<c r="A1"/><c r="AD1048576"><v>1</v></c>'),
+        "a sheet of 1048576 rows and 30 columns is too large; delete the cells far from the table,"
+        " and save it again",
     ),
     "MATLAB": (
         b"MATLAB 5.0 MAT-file, written by N. N.",

@@ -211,6 +211,64 @@ def test_cells_of_several_kinds(tmp_path):
     assert "1 missing reading was left out (line 7)" in found.notes
 
 
+@pytest.mark.parametrize("column", [0, 1, 3])
+def test_a_duration_is_no_number(column, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = book_of("a.xlsx", {"Test": ROWS})
+    book = openpyxl.load_workbook(path)
+    for cell in [*book["Test"].columns][column][10:]:
+        cell.number_format = "[h]:mm:ss"
+    book.save(path)
+    with pytest.raises(TableError, match=r"^a\.xlsx:11: \w+ '\d+:\d\d:\S+' is not a number; write"):
+        accelcal.read_table(path)
+
+
+@pytest.mark.parametrize("heading", ["time", "time [h]"])
+def test_durations_of_a_day_are_clock_times(heading, tmp_path):
+    rows = [["# unit: mA"], ["# T0: 20"], ["# temperature: 20"]]
+    rows += [["position", "stroke", "output", heading]]
+    passed = [dt.timedelta(hours=3.25 * n, seconds=n) for n in range(8)]
+    rows += [[n + 1, 1, 2.0**-n, passed[n]] for n in range(8)]
+    found = accelcal.read_table(book_of(tmp_path / "a.xlsx", {"Test": rows}))
+    assert found.time.tolist() == [one.total_seconds() for one in passed]
+
+
+@pytest.mark.parametrize("columns", ["BC", "A"])
+def test_a_row_of_units_has_headings_merged_over_it(columns, tmp_path):
+    degrees = None if "A" in columns else "degC"
+    rows = [["temperature", "position", "stroke", "output"], [degrees, None, None, "mA"]]
+    rows += [[20, n, 1, 2.0**-n] for n in range(1, 9)]
+    path = book_of(tmp_path / "a.xlsx", {"Test": rows})
+    book = openpyxl.load_workbook(path)
+    for letter in columns:
+        book["Test"].merge_cells(f"{letter}1:{letter}2")
+    book.save(path)
+    found = accelcal.read_table(path)
+    assert (len(found), found.unit) == (8, "mA")
+
+
+@pytest.mark.parametrize("far", [["XFD1048576"], ["A1048576", "XFD1"], ["AD1048576"]])
+def test_cells_too_far_from_the_table_are_refused(far, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = book_of("a.xlsx", {"Test": ROWS})
+    book = openpyxl.load_workbook(path)
+    for cell in far:
+        book["Test"][cell] = "x"
+    book.save(path)
+    columns = 30 if far[0].startswith("AD") else 16384
+    told = f"a.xlsx: a sheet of 1048576 rows and {columns} columns is too large; delete the cells"
+    with pytest.raises(TableError, match=f"^{told} far from the table"):
+        accelcal.read_table(path)
+
+
+def test_a_far_cell_without_a_value_does_no_harm(text, tmp_path):
+    path = book_of(tmp_path / "a.xlsx", {"Test": ROWS})
+    book = openpyxl.load_workbook(path)
+    book["Test"]["XFD1048576"].number_format = "0.00"
+    book.save(path)
+    assert same_readings(accelcal.read_table(path), text)
+
+
 @pytest.mark.parametrize("cut", [4, 100, -1, 1000])
 def test_what_is_no_workbook_is_refused(cut, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -56,7 +56,8 @@ def _is_unit(heading: Heading, cell: str) -> bool:
 
 def _may_be_unit(heading: Heading, cell: str) -> bool:
     worded = heading.role in _WORDED and not any(map(str.isdigit, cell))
-    return worded or cell.casefold() in _NO_UNIT or _is_unit(heading, cell)
+    is_merged = cell == heading.text  # one cell over both rows
+    return is_merged or worded or cell.casefold() in _NO_UNIT or _is_unit(heading, cell)
 
 
 def _with_unit(heading: Heading, cell: str) -> Heading:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import re
+import zipfile
+import zlib
 from collections.abc import Iterator, Sequence
 from datetime import date, datetime, timedelta
+from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 from accelcal.errors import TableError, not_installed
@@ -15,6 +19,15 @@ if TYPE_CHECKING:
 
 _EXACT = 2.0**53
 """Up to here a float holds every whole number."""
+
+_MOST_CELLS = 30_000_000
+"""Cells of a sheet, with the empty ones, for which there is memory."""
+
+_MOST_COLUMNS = 16_384
+"""Columns of an Excel sheet."""
+
+_COLUMN_BEHIND_Z = re.compile(rb"""\br=["']([A-Z]{2,3})\d+["'][^>]*(?<!/)>""")
+"""Beginning of a cell with a value; up to column Z a sheet of all rows is not too large."""
 
 
 def read_sheets(data: bytes, name: str) -> tuple[SourceText, ...]:
@@ -44,6 +57,7 @@ def read_sheets(data: bytes, name: str) -> tuple[SourceText, ...]:
         from python_calamine import CalamineError, CalamineWorkbook, PasswordError
     except ImportError:
         raise not_installed(f"{name}: a workbook", "python-calamine", "excel") from None
+    _refuse_far_cells(data, name)
     try:
         return _tables(CalamineWorkbook.from_filelike(named_bytes(data, name)), name)
     except PasswordError:
@@ -53,6 +67,43 @@ def read_sheets(data: bytes, name: str) -> tuple[SourceText, ...]:
         problem = f"no workbook that can be read ({error})"
         remedy = "save it again, or export the table as CSV text"
         raise TableError(problem, remedy, source=name) from None
+
+
+def _refuse_far_cells(data: bytes, name: str) -> None:
+    """Refuse an Excel sheet whose cells span more than memory holds: calamine would abort."""
+    for sheet in _sheets_of_excel(data):
+        rows = _last_row(sheet)
+        if rows <= _MOST_CELLS // _MOST_COLUMNS:
+            continue
+        columns = max(map(_column, set(_COLUMN_BEHIND_Z.findall(sheet))), default=0)
+        if rows * columns > _MOST_CELLS:
+            problem = f"a sheet of {rows} rows and {columns} columns is too large"
+            remedy = "delete the cells far from the table, and save it again"
+            raise TableError(problem, remedy, source=name)
+
+
+def _sheets_of_excel(data: bytes) -> Iterator[bytes]:
+    try:
+        with zipfile.ZipFile(BytesIO(data)) as archive:
+            for part in archive.namelist():
+                if re.fullmatch(r"xl/worksheets/[^/]+\.xml", part):
+                    yield archive.read(part)
+    except (zipfile.BadZipFile, zlib.error, OSError, RuntimeError):
+        return  # calamine says what is wrong with it
+
+
+def _last_row(sheet: bytes) -> int:
+    """Row of the last cell with a value; cells stand in the order of their rows."""
+    start = sheet.rfind(b' r="', 0, max(sheet.rfind(b"</c>"), 0))
+    cell = re.match(rb' r="[A-Z]+(\d+)', sheet[max(start, 0) : start + 20])
+    return int(cell[1]) if cell else 0
+
+
+def _column(letters: bytes) -> int:
+    number = 0
+    for letter in letters:
+        number = 26 * number + letter - 64
+    return number
 
 
 def _tables(book: CalamineWorkbook, name: str) -> tuple[SourceText, ...]:
@@ -127,7 +178,8 @@ def _cell(value: Any) -> str:
     if isinstance(value, float):
         return str(int(value)) if value.is_integer() and abs(value) < _EXACT else repr(value)
     if isinstance(value, timedelta):
-        return repr(value.total_seconds())
+        hours, rest = divmod(value, timedelta(hours=1))
+        return f"{hours}:{str(rest)[2:]}"  # as it is shown, which no column of numbers takes
     if isinstance(value, datetime | date):
         return str(value)
     text = " ".join(str(value).split())
