@@ -188,7 +188,11 @@ def test_a_merged_cell_is_the_value_of_each_of_its_rows(tmp_path):
     book["Test"].merge_cells("A3:A20")
     book["Test"].merge_cells("A21:A38")
     book.save(path)
-    assert accelcal.read_table(path).temperature.tolist() == [20.0] * 18 + [60.5] * 18
+    found = accelcal.read_table(path)
+    assert found.temperature.tolist() == [20.0] * 18 + [60.5] * 18
+    assert (
+        "cells merged over several rows count in each of them, from lines 3, 21 on" in found.notes
+    )
 
 
 def test_cells_of_several_kinds(tmp_path):

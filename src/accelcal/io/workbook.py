@@ -11,7 +11,7 @@ from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 from accelcal.errors import TableError, not_installed
-from accelcal.io.layout import read_layout, shown
+from accelcal.io.layout import listed, read_layout, shown
 from accelcal.io.text import SourceText, file_and_sheet, named_bytes
 
 if TYPE_CHECKING:
@@ -110,13 +110,13 @@ def _tables(book: CalamineWorkbook, name: str) -> tuple[SourceText, ...]:
     file, wanted = file_and_sheet(name)
     if wanted is not None:
         if wanted not in book.sheet_names:
-            remedy = f"name one of {_listed(book.sheet_names)}"
+            remedy = f"name one of {_quoted(book.sheet_names)}"
             raise TableError(f"no sheet {shown(wanted)}", remedy, source=file)
-        return (_source_text(name, _text(book, wanted)),)
-    texts = {sheet: _text(book, sheet) for sheet in _visible(book)}
-    filled = {sheet: text for sheet, text in texts.items() if text.strip()}
+        return (_sheet(book, wanted, name),)
+    sheets = {sheet: _sheet(book, sheet, name) for sheet in _visible(book)}
+    filled = {sheet: read for sheet, read in sheets.items() if read.text.strip()}
     if len(filled) < 2:
-        return (_source_text(name, "".join(filled.values())),)
+        return (*filled.values(),) or (SourceText(name, "", "workbook"),)
     return tuple(_with_headings(filled, name))
 
 
@@ -129,48 +129,49 @@ def _visible(book: CalamineWorkbook) -> Iterator[str]:
             yield sheet.name
 
 
-def _with_headings(texts: dict[str, str], name: str) -> Iterator[SourceText]:
+def _with_headings(sheets: dict[str, SourceText], name: str) -> Iterator[SourceText]:
     """The sheets with the headings of a table."""
-    tables = [sheet for sheet, text in texts.items() if _has_headings(text, name)]
-    others = _listed([sheet for sheet in texts if sheet not in tables])
+    tables = [sheet for sheet, read in sheets.items() if _has_headings(read)]
+    others = _quoted([sheet for sheet in sheets if sheet not in tables])
     if not tables:
-        remedy = f"name one, as {name}#{next(iter(texts))}"
+        remedy = f"name one, as {name}#{next(iter(sheets))}"
         raise TableError(f"no table in the sheets {others}", remedy, source=name)
     for sheet in tables:
         place = name if len(tables) == 1 else f"{name}#{sheet}"
         note = f"sheet {shown(sheet)} is read; there is no table in {others}"
-        yield _source_text(place, texts[sheet], *([note] if others else []))
+        notes = (*([note] if others else []), *sheets[sheet].notes)
+        yield sheets[sheet]._replace(name=place, notes=notes)
 
 
-def _has_headings(text: str, name: str) -> bool:
+def _has_headings(sheet: SourceText) -> bool:
     try:
-        read_layout(_source_text(name, text))
+        read_layout(sheet)
     except TableError:
         return False
     return True
 
 
-def _source_text(name: str, text: str, *notes: str) -> SourceText:
-    return SourceText(name, text, "workbook", notes=notes)
-
-
-def _listed(sheets: Sequence[str]) -> str:
+def _quoted(sheets: Sequence[str]) -> str:
     return ", ".join(map(shown, sheets))
 
 
 # -- cells -----------------------------------------------------------------------------------------
 
 
-def _text(book: CalamineWorkbook, name: str) -> str:
-    """Cells of a sheet, each row in the line of its number."""
-    sheet = book.get_sheet_by_name(name)
-    rows = sheet.to_python(skip_empty_area=False)
-    for (top, left), (bottom, right) in sheet.merged_cell_ranges or ():
+def _sheet(book: CalamineWorkbook, sheet: str, name: str) -> SourceText:
+    """Text of a sheet, each row in the line of its number."""
+    read = book.get_sheet_by_name(sheet)
+    rows = read.to_python(skip_empty_area=False)
+    merged = []
+    for (top, left), (bottom, right) in read.merged_cell_ranges or ():
         if left == right:  # a value for several rows, as of a temperature beside its readings
+            merged.append(top + 1)
             for row in rows[top + 1 : bottom + 1]:
                 row[left] = rows[top][left]
-    first = 0 if sheet.start is None else sheet.start[1]
-    return "".join("\t".join(map(_cell, row[first:])) + "\n" for row in rows)
+    first = 0 if read.start is None else read.start[1]
+    text = "".join("\t".join(map(_cell, row[first:])) + "\n" for row in rows)
+    note = f"cells merged over several rows count in each of them, from {listed(sorted(merged))} on"
+    return SourceText(name, text, "workbook", notes=(note,) if merged else ())
 
 
 def _cell(value: Any) -> str:
