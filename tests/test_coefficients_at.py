@@ -91,6 +91,10 @@ def test_one_level_is_good_there_only():
     assert found["K1"].value == calibration.tables[0].coefficients["K1"].value
     with pytest.raises(accelcal.InputError, match="20 degC only"):
         accelcal.coefficients_at(calibration, 35.0)
+    with pytest.warns(accelcal.AccelcalWarning, match="20 degC only"):
+        far = accelcal.coefficients_at(calibration, 35.0, extrapolate=True)
+    assert far["K1"].value == found["K1"].value
+    assert [far[name].standard_uncertainty for name in NAMES] == [None] * 3  # no slope is known
 
 
 @pytest.mark.parametrize("mounting", ["o+", "p+"])

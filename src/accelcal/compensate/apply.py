@@ -18,6 +18,7 @@ from accelcal.compensate.measured import MeasuredAcceleration
 from accelcal.compensate.propagation import Part, interval_of_parts, linear_sum, propagated
 from accelcal.effects.static import Samples
 from accelcal.errors import AccelcalWarning, InputError
+from accelcal.plural import counted
 from accelcal.results.calibration import Calibration
 
 __all__ = ["apply", "compensate"]
@@ -113,8 +114,8 @@ def apply(
         problem = found.outside_temperatures(float(example[outside].flat[0]))
         if not extrapolate:
             raise InputError(f"{problem}; calibrate there, or accept it by extrapolate=True")
-        count = int(outside.sum())
-        warnings.warn(f"{problem}, as {count} samples are", AccelcalWarning, stacklevel=2)
+        where = counted(int(outside.sum()), "sample")
+        warnings.warn(f"{problem}, in {where}", AccelcalWarning, stacklevel=2)
     return measured.by_index_of(output, temperature, a_p, a_o)
 
 

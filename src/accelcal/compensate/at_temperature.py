@@ -37,7 +37,8 @@ def coefficients_at(
     -------
     dict of str to Quantity
         ``"k0"`` [g], ``"K1"`` [output unit / g] and ``"delta"`` [rad], of the mounting of the laws;
-        without a value where the calibration does not determine it.
+        without a value where the calibration does not determine it, and without an uncertainty
+        outside the only level of one without laws.
 
     Raises
     ------
@@ -76,7 +77,10 @@ def coefficients_at(
         warnings.warn(problem, AccelcalWarning, stacklevel=2)
     rise = 0.0 if found.T0 is None else temperature - found.T0
     units = {"k0": "g", "K1": calibration.tables[0].coefficients["K1"].unit, "delta": "rad"}
-    return {name: _at(found, name, rise, unit) for name, unit in units.items()}
+    values = {name: _at(found, name, rise, unit) for name, unit in units.items()}
+    if calibration.temperature_model is None and not found.within_temperatures(temperature):
+        return {name: Quantity(known.value, None, known.unit) for name, known in values.items()}
+    return values
 
 
 def _at(found: Compensation, name: str, rise: float, unit: str) -> Quantity:
