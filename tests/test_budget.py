@@ -556,7 +556,7 @@ def test_stability_file(saved, tmp_path, capsys):
         (["--time", "h"], "h"),
         (["--launch", "-1"], "bound of a random error is -1.0; it is 0 or more"),
         (["--factor", "0"], "above zero"),
-        (["--plot", "budget.gif"], "name a file that ends in .png, .svg, .pdf"),
+        (["--plot", "budget.gif"], "budget.gif: the name ends in none of .png, .svg, .pdf"),
         (["--serial", "other"], "serial other is asked for"),
     ],
 )

@@ -109,6 +109,23 @@ def test_no_file_has_a_name_that_promises_another_form(run, command, said):
     assert run(command) == (2, "", f"error: -o {said}\n")
 
 
+@pytest.mark.parametrize(
+    ("command", "ends"),
+    [
+        ("fit nothing.csv --report x.docx", ".html, .md, .pdf"),
+        ("discover nothing.csv --report -", ".html, .md, .pdf"),
+        ("stability nothing.csv --plot x.gif", ".png, .svg, .pdf"),
+        ("history nothing.csv --plot x", ".png, .svg, .pdf"),
+        ("budget nothing.json --plot png", ".png, .svg, .pdf"),
+        ("design --optimal D --plot x.jpeg", ".png, .svg, .pdf"),
+    ],
+)
+def test_a_name_that_tells_no_form_is_refused_before_the_work(run, command, ends):
+    name = command.split()[-1]
+    said = f"error: {name}: the name ends in none of {ends}; choose one\n"
+    assert run(command) == (2, "", said)
+
+
 def test_devices_take_several_outputs(run):
     assert run("design --positions 8 --strokes 2 -o /dev/null --sheet /dev/null")[0] == 0
 

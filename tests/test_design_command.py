@@ -124,7 +124,10 @@ def test_optimal(capsys, tmp_path):
             ["design", "--positions", "6", "--no-effects", "--sheet", "x.csv"],
             "--sheet is for one test",
         ),
-        ([*QUICK, "--plot", "x.gif"], "name a file that ends in .png, .svg, .pdf"),
+        (
+            [*QUICK, "--plot", "x.gif"],
+            "x.gif: the name ends in none of .png, .svg, .pdf",
+        ),
     ],
 )
 def test_bad_input_is_one_line(capsys, arguments, told, tmp_path, monkeypatch):

@@ -373,14 +373,14 @@ def test_results_report_themselves(calibration, discovery, record, tmp_path):
     ("arguments", "said"),
     [
         (["report", "cal.json"], "nothing to write"),
-        (["report", "cal.json", "-o", "x.doc"], "ends in .html, .md, .pdf"),
+        (["report", "cal.json", "-o", "x.doc"], "ends in none of .html, .md, .pdf"),
         (["report", "cal.json", "-o", "cal.json"], "is a file to be read"),
         (["report", "nosuch.json", "-o", "x.html"], "no such file"),
         (["report", "cal.json", "-o", "x.html", "--serial", "Z"], "no serial 'Z'"),
         (["report", "cal.json", "-o", "x.html", "--data", "cal.json"], "leave --data out"),
         (["report", "model.json", "-o", "x.html", "--spec", "x"], "leave --spec out"),
         (["report", "cal.json", "--dcc-data", "x", "-o", "x.html"], "name its file with --dcc"),
-        (["fit", "table.csv", "--report", "x.doc"], "ends in .html, .md, .pdf"),
+        (["fit", "table.csv", "--report", "x.doc"], "ends in none of .html, .md, .pdf"),
     ],
 )
 def test_what_cannot_be_done_is_one_line(folder, arguments, said, monkeypatch, capsys):

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import IO
 
 from accelcal.errors import InputError
+from accelcal.escapes import ESCAPED
 
 
 def write_atomically(path: str | os.PathLike[str], data: bytes) -> None:
@@ -44,6 +45,34 @@ def write_atomically(path: str | os.PathLike[str], data: bytes) -> None:
     """
     with open_atomically(path) as file:
         file.write(data)
+
+
+def write_text(path: str | os.PathLike[str], text: str) -> None:
+    r"""Write a text as UTF-8, as `write_atomically` does.
+
+    Parameters
+    ----------
+    path : str or path-like
+        File to write.
+    text : str
+        The text; a line feed is added at its end where there is none. A foreign byte of a file
+        name becomes its escape.
+
+    Raises
+    ------
+    InputError
+        As by `write_atomically`.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     write_text(f"{folder}/a.csv", "M\udcfcller,1")
+    ...     Path(folder, "a.csv").read_bytes()
+    b'M\\xfcller,1\n'
+    """
+    whole = text if text.endswith("\n") else text + "\n"
+    write_atomically(path, whole.encode("utf-8", errors=ESCAPED))
 
 
 @contextmanager

@@ -14,10 +14,11 @@ import numpy as np
 from accelcal.archive.arrow import arrow_bytes, parquet_frame
 from accelcal.archive.cells import Cells, Columns
 from accelcal.archive.columns import ERRORS, FrameColumn
-from accelcal.errors import InputError, not_installed
+from accelcal.arguments.endings import ending_of
+from accelcal.errors import not_installed
 from accelcal.escapes import ESCAPED
 
-FORMS = (".csv.gz", ".csv", ".parquet")
+FORMS = (".csv", ".csv.gz", ".parquet")
 """Ends of the names of results."""
 
 
@@ -44,10 +45,7 @@ def form_of(path: str) -> str:
     >>> form_of("results.csv.gz")
     '.csv.gz'
     """
-    for form in FORMS:
-        if path.lower().endswith(form):
-            return form
-    raise InputError(f"{path}: the name ends in none of .csv, .csv.gz, .parquet; choose one")
+    return ending_of(path, FORMS)
 
 
 def results(path: str) -> dict[str, str]:

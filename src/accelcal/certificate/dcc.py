@@ -5,11 +5,10 @@ from __future__ import annotations
 from os import PathLike
 
 from accelcal.arguments.kinds import expect, path_text
-from accelcal.atomic import write_atomically
+from accelcal.atomic import write_text
 from accelcal.certificate.administrative import administrative_data
 from accelcal.certificate.results import measurement_results
 from accelcal.certificate.xml import dcc, written
-from accelcal.escapes import ESCAPED
 from accelcal.io.laboratory import Laboratory, read_laboratory
 from accelcal.results.calibration import Calibration
 
@@ -87,6 +86,4 @@ def write_certificate(
         If that file cannot be read.
     """
     known = None if laboratory is None else read_laboratory(path_text(laboratory))
-    text = certificate(calibration, known)
-    text = text if text.endswith("\n") else text + "\n"
-    write_atomically(path_text(path), text.encode("utf-8", errors=ESCAPED))
+    write_text(path_text(path), certificate(calibration, known))

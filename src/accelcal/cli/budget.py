@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from accelcal.cli.files import JSON, Command, FileToRead, FileToWrite
+from accelcal.cli.files import JSON, PICTURE, Command, FileToRead
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     durations,
@@ -91,7 +91,7 @@ if TYPE_CHECKING:
 @click.option(
     "--plot",
     "picture",
-    type=FileToWrite(),
+    type=PICTURE,
     metavar="FILE",
     help="Draw the budget (png or svg).",
 )

@@ -11,7 +11,7 @@ import click
 
 from accelcal.cli.wording import by_options
 from accelcal.errors import InputError
-from accelcal.escapes import ESCAPED, visible
+from accelcal.escapes import visible
 
 _WORDS = re.compile(r"\b(PASS|FAIL|WARNING|JUMP|undecided|not tested)\b")
 _COLOURS = {"PASS": "green", "FAIL": "red", "JUMP": "red"}
@@ -35,13 +35,13 @@ def deliver(text: str, path: str | None = None, *, words: bool = False) -> None:
     InputError
         If the file or standard output cannot be written.
     """
-    text = text if text.endswith("\n") else text + "\n"
     if path is None or path == "-":
+        text = text if text.endswith("\n") else text + "\n"
         _print(_coloured(by_options(text)) if words else text)
         return
-    from accelcal.atomic import write_atomically
+    from accelcal.atomic import write_text
 
-    write_atomically(path, text.encode("utf-8", errors=ESCAPED))
+    write_text(path, text)
 
 
 def deliver_picture(draw: Callable[[], Any], path: str) -> None:
@@ -93,25 +93,6 @@ def standard_output() -> TextIO:
     if sys.stdout is None:
         raise InputError("standard output is closed; open it, or name a file with -o")
     return sys.stdout
-
-
-def refuse_report(path: str | None) -> None:
-    """Refuse a report before the work is done that it would tell of.
-
-    Parameters
-    ----------
-    path : str or None
-        File of the report.
-
-    Raises
-    ------
-    InputError
-        If the end of its name tells no form.
-    """
-    if path is not None:
-        from accelcal.page.write import form_of
-
-        form_of(path)
 
 
 def refuse_stdin_twice(sources: Sequence[str]) -> None:

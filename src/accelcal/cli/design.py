@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from accelcal.cli.deliver import deliver, deliver_picture
-from accelcal.cli.files import JSON, Command, FileToWrite
+from accelcal.cli.files import JSON, PICTURE, Command, FileToWrite
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     apparatus_options,
@@ -129,7 +129,7 @@ def target(text: str) -> tuple[str, float]:
 @click.option(
     "--plot",
     "picture",
-    type=FileToWrite(),
+    type=PICTURE,
     metavar="FILE",
     help="Draw uncertainty by hours (png, svg or pdf).",
 )
@@ -150,10 +150,6 @@ def design(
       accelcal design --positions 8 --strokes 6 --mountings o+ --mountings o+,o-
       accelcal design --optimal D --hours 12 --sheet plan.csv
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
-    if picture is not None:
-        from accelcal.plot.style import form_of
-
-        form_of(picture)  # refuses another ending before the work is done
     given = _arguments(options)
     found = _optimum(options, given) if options["optimal"] else _comparison(given)
     if sheet is not None:

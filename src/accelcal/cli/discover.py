@@ -10,7 +10,6 @@ import click
 
 from accelcal.cli.deliver import (
     deliver,
-    refuse_report,
     refuse_stdin_twice,
 )
 from accelcal.cli.files import JSON, Command
@@ -92,7 +91,6 @@ def discover(
       accelcal discover table.csv --effects mine.toml
     """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
     refuse_stdin_twice(data)
-    refuse_report(page)
     from accelcal.discovery.discover import discover as search
     from accelcal.io.of_serial import records_of_serial
     from accelcal.io.tables import read_tables

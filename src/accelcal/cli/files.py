@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
+from importlib import import_module
 from pathlib import PurePath
 from typing import Any, cast
 
@@ -60,8 +61,28 @@ class FileToWrite(_FileName):
             raise InputError(f"{option} {path} would hold {self.form}; end its name in {promised}")
 
 
+class FileOfManyForms(FileToWrite):
+    """Type of an option: a file whose name decides the form.
+
+    Parameters
+    ----------
+    room : str
+        Module that writes it. Its `form_of` refuses other names.
+    """
+
+    def __init__(self, room: str) -> None:
+        super().__init__()
+        self._room = room
+
+    def check(self, option: str, path: str) -> None:  # noqa: ARG002
+        """Refuse a name that tells no form."""
+        import_module(self._room).form_of(path)
+
+
 CSV = FileToWrite("CSV", ".csv", ".gz")
 JSON = FileToWrite("JSON", ".json")
+PICTURE = FileOfManyForms("accelcal.plot.style")
+REPORT = FileOfManyForms("accelcal.page.write")
 
 
 class Command(click.Command):
@@ -71,27 +92,27 @@ class Command(click.Command):
         """Look at the names of the files, and run the command."""
         written = list(self._files(ctx, FileToWrite))
         if written:
-            read = [_place(path) for _, path in self._files(ctx, FileToRead)]
+            read = [_place(path) for _, path in self._files(ctx, FileToRead) if path != "-"]
             _refuse_to_overwrite(read, [(param.opts[0], path) for param, path in written])
         for param, path in written:
             cast("FileToWrite", param.type).check(param.opts[0], path)
         return super().invoke(ctx)
 
     def _files(self, ctx: click.Context, kind: type) -> Iterator[tuple[click.Parameter, str]]:
-        """Parameters and their files, without standard input and output."""
+        """Parameters and their files."""
         for param in self.params:
             given = ctx.params.get(param.name or "")
             if isinstance(param.type, kind) and given is not None:
                 paths = [given] if isinstance(given, str) else given
-                yield from ((param, path) for path in paths if path != "-")
+                yield from ((param, path) for path in paths)
 
 
 def _refuse_to_overwrite(read: Sequence[str], written: Sequence[tuple[str, str]]) -> None:
     places: dict[str, str] = {}
     for option, path in written:
         place = os.path.realpath(path)
-        if os.path.exists(place) and not os.path.isfile(place):  # noqa: PTH110, PTH113
-            continue  # a device or a pipe holds nothing to be lost
+        if path == "-" or (os.path.exists(place) and not os.path.isfile(place)):  # noqa: PTH110, PTH113
+            continue  # standard output, a device or a pipe holds nothing to be lost
         if place in read:
             raise InputError(
                 f"{option} {path} is a file to be read; name another file with {option}"

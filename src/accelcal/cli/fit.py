@@ -10,7 +10,6 @@ import click
 
 from accelcal.cli.deliver import (
     deliver,
-    refuse_report,
     refuse_stdin_twice,
     remark,
 )
@@ -65,7 +64,6 @@ def fit(
       accelcal fit table.csv --spec examples/al15.toml
     """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
     refuse_stdin_twice(data)
-    refuse_report(page)
     from accelcal.calibrate.fit import fit as calibrate
     from accelcal.io.tables import read_tables
 

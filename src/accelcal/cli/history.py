@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import click
 
 from accelcal.cli.deliver import deliver_picture
-from accelcal.cli.files import JSON, Command, FileToRead, FileToWrite
+from accelcal.cli.files import JSON, PICTURE, Command, FileToRead
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import format_option, mounting_option, number, output_option
 
@@ -34,7 +34,7 @@ from accelcal.cli.options import format_option, mounting_option, number, output_
 @click.option(
     "--plot",
     "picture",
-    type=FileToWrite(),
+    type=PICTURE,
     metavar="FILE",
     help="Draw the history (png, svg or pdf).",
 )

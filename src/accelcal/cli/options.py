@@ -10,7 +10,7 @@ from typing import Any, TypeVar, cast
 
 import click
 
-from accelcal.cli.files import FileToRead, FileToWrite
+from accelcal.cli.files import REPORT, FileToRead, FileToWrite
 from accelcal.errors import InputError
 from accelcal.units import HOUR
 
@@ -143,7 +143,7 @@ def report_option(function: Function) -> Function:
     return click.option(
         "--report",
         "page",
-        type=FileToWrite(),
+        type=REPORT,
         metavar="FILE.(html|md|pdf)",
         help="Write a report here as well.",
     )(function)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from accelcal.cli.deliver import refuse_stdin_twice
-from accelcal.cli.files import JSON, Command, FileToRead, FileToWrite
+from accelcal.cli.files import JSON, PICTURE, Command, FileToRead
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     data_argument,
@@ -76,7 +76,7 @@ def probability(text: str) -> float | None:
 @click.option(
     "--plot",
     "picture",
-    type=FileToWrite(),
+    type=PICTURE,
     metavar="FILE",
     help="Draw the bias and the Allan deviation (png, svg).",
 )

@@ -6,12 +6,11 @@ import hashlib
 import os
 import warnings
 
-from accelcal.arguments.kinds import path_text
+from accelcal.arguments.endings import ending_of
 from accelcal.arguments.options import check_choice
-from accelcal.atomic import write_atomically
+from accelcal.atomic import write_text
 from accelcal.compensate.choice import compensation
-from accelcal.errors import AccelcalWarning, InputError
-from accelcal.escapes import ESCAPED
+from accelcal.errors import AccelcalWarning
 from accelcal.export.c_header import to_c_header
 from accelcal.export.content import export_content
 from accelcal.export.plain_text import to_csv, to_yaml
@@ -22,7 +21,7 @@ __all__ = ["FORMS", "export_text", "form_of", "write_export"]
 FORMS = ("c", "yaml", "csv")
 """What an export may be written as."""
 
-_FORM_OF_SUFFIX = {".h": "c", ".hpp": "c", ".yaml": "yaml", ".yml": "yaml", ".csv": "csv"}
+_FORM_OF_ENDING = {".h": "c", ".hpp": "c", ".yaml": "yaml", ".yml": "yaml", ".csv": "csv"}
 
 
 def write_export(
@@ -64,10 +63,9 @@ def write_export(
     >>> with TemporaryDirectory() as folder:
     ...     write_export(calibration, f"{folder}/al15.h")
     """
-    form = form_of(path_text(path)) if form is None else form
+    form = form_of(path) if form is None else form
     sha256 = hashlib.sha256(calibration.to_json().encode()).hexdigest()
-    text = export_text(calibration, form, sha256, run)
-    write_atomically(path, text.encode("utf-8", errors=ESCAPED))
+    write_text(path, export_text(calibration, form, sha256, run))
 
 
 def export_text(
@@ -106,13 +104,13 @@ def export_text(
     return to_yaml(content) if form == "yaml" else to_csv(content)
 
 
-def form_of(path: str) -> str:
+def form_of(path: str | os.PathLike[str]) -> str:
     """Tell the form of an export by the name of its file.
 
     Parameters
     ----------
-    path : str
-        The name.
+    path : path
+        The file.
 
     Returns
     -------
@@ -124,7 +122,4 @@ def form_of(path: str) -> str:
     InputError
         If the name ends otherwise.
     """
-    suffix = "." + path.lower().rpartition(".")[2]
-    if suffix not in _FORM_OF_SUFFIX:
-        raise InputError(f"no format for {path}; name the file .h, .yaml or .csv, or give form='c'")
-    return _FORM_OF_SUFFIX[suffix]
+    return _FORM_OF_ENDING[ending_of(path, _FORM_OF_ENDING, "choose one, or give form='c'")]

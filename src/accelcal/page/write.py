@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 
-from accelcal.arguments.kinds import each_of, kind_of, path_text, several
+from accelcal.arguments.endings import ending_of
+from accelcal.arguments.kinds import each_of, kind_of, several
 from accelcal.atomic import write_atomically
 from accelcal.errors import InputError
 from accelcal.page.blocks import Chapter, Page
@@ -88,11 +89,7 @@ def form_of(path: str | PathLike[str]) -> str:
     InputError
         If it is none of them.
     """
-    name = path_text(path, f"name a file that ends in .{', .'.join(FORMS)}")
-    form = name.rpartition(".")[2].casefold()
-    if form not in FORMS:
-        raise InputError(f"report {name!r}; name a file that ends in .{', .'.join(FORMS)}")
-    return form
+    return ending_of(path, [f".{form}" for form in FORMS]).removeprefix(".")
 
 
 def report_page(results: Sequence[Result], records: Sequence[TumbleRecord | None] = ()) -> Page:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
 
+from accelcal.arguments.endings import ending_of
 from accelcal.arguments.kinds import kind_of
 from accelcal.arguments.options import check_choice, check_flag
 from accelcal.errors import InputError, not_installed
@@ -290,7 +291,7 @@ def picture(axes: Any, form: str) -> bytes:
     InputError
         If the form is another.
     """
-    form = form_of(f".{form}")
+    check_choice(FORMS, form=form)
     figure = np.ravel(np.asarray(axes, dtype=object))[0].figure
     data = BytesIO()
     with _matplotlib().rc_context({"svg.hashsalt": "accelcal"}):
@@ -321,10 +322,7 @@ def form_of(path: str) -> str:
     >>> form_of("budget.SVG")
     'svg'
     """
-    form = path.rpartition(".")[2].casefold()
-    if form not in FORMS:
-        raise InputError(f"picture {form!r}; name a file that ends in .{', .'.join(FORMS)}")
-    return form
+    return ending_of(path, [f".{form}" for form in FORMS]).removeprefix(".")
 
 
 def _figure(size: tuple[float, float]) -> Figure:
