@@ -1,5 +1,6 @@
 """The pages keep their word: outputs are those of the commands, links lead somewhere."""
 
+import json
 import re
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -154,3 +155,56 @@ def test_the_picture_of_the_readme_can_be_made(tmp_path, monkeypatch):
     monkeypatch.setenv("MPLBACKEND", "Agg")
     module(ROOT / "docs" / "gap_picture.py").write(tmp_path / "gap.png")
     assert (tmp_path / "gap.png").read_bytes().startswith(b"\x89PNG")
+
+
+def run_notebook(name):
+    """Run the cells of a notebook; return their code and the names that they leave."""
+    pytest.importorskip("matplotlib").use("agg")
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    path = ROOT / "examples" / "notebooks" / f"{name}.ipynb"
+    cells = json.loads(path.read_text("utf-8"))["cells"]
+    code = "\n".join("".join(c["source"]) for c in cells if c["cell_type"] == "code")
+    left = {}
+    exec(compile(code, path.name, "exec"), left)
+    pyplot.close("all")
+    return code, left
+
+
+def test_notebook_of_the_hidden_effect_keeps_its_word():
+    _, left = run_notebook("hidden_effect")
+    assert [e.id for e in left["found"].effects] == ["hysteresis"]
+    warned = [[g.name for g in t.gates if g.verdict == "warn"] for t in left["calibration"].tables]
+    assert warned == 3 * [["forward against back"]]
+    compare = accelcal.compare
+    assert compare(left["calibration"], left["second"]).p_value < 1e-9
+    assert compare(left["better"], left["second"]).p_value > 0.05
+    without, having = (left[n].tables[0].error_model["k3"] for n in ("calibration", "better"))
+    assert abs(without.value - 87e-6) > without.expanded_uncertainty
+    assert abs(having.value - 87e-6) < having.expanded_uncertainty
+
+
+def test_notebook_of_the_real_accelerometer_keeps_its_word():
+    _, left = run_notebook("real")
+    one, other = (left[n].tables[0].coefficients for n in ("calibration", "other"))
+    assert one["K1"].value == pytest.approx(other["K1"].value, rel=1e-12)
+    lower = one["K0"].value - other["K0"].value
+    assert (round(lower), round(1e3 * lower / one["K1"].value)) == (6, 3)
+
+
+def test_tour_has_what_it_announces():
+    code, left = run_notebook("tour")
+    assert "calibration.plot." in code
+    assert "accelcal.judge(" in code
+    assert left["measured"].inside.all()
+
+
+def test_notebook_of_the_paper_keeps_its_word():
+    _, left = run_notebook("paper")
+    assert abs(left["k0"].value - 3.324e-3) < left["k0"].expanded_uncertainty
+    assert abs(left["beta"].value - 520e-6) < left["beta"].expanded_uncertainty
+
+
+def test_notebook_of_the_archive_loses_no_file():
+    _, left = run_notebook("archive")
+    assert left["frames"].tables["serial"].nunique() + len(left["frames"].errors) == 200
+    assert "U107" in set(left["warned"]["serial"])
