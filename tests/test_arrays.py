@@ -1,5 +1,6 @@
 """Records from arrays: equal to those of the file, by the same rules."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -167,3 +168,36 @@ def test_large_arrays_are_read_in_bulk():
 def test_fit_tells_how_to_make_a_record(thing):
     with pytest.raises(accelcal.InputError, match=r"accelcal\.read_table.*accelcal\.read_arrays"):
         accelcal.fit(thing)
+
+
+# -- declarations of a frame -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("plan", [{}, {"positions": 12, "delta0": 1e-3, "timed": True}])
+def test_a_frame_declares_what_its_record_did(plan):
+    record = accelcal.simulate(plan=accelcal.TumblePlan(**plan), seed=1)
+    frame = record.to_frame()
+    assert accelcal.read_arrays(frame) == record
+    assert accelcal.read_arrays(frame.drop(columns="angle")) == record
+    assert json.loads(json.dumps(frame.attrs)) == frame.attrs  # as a file of Parquet keeps it
+    second = accelcal.read_arrays(frame[frame["run"] == "2"])
+    assert second.apparatus == record.apparatus
+    assert len(second.tables()) == 1
+
+
+def test_columns_and_caller_win_over_what_a_frame_declares():
+    record = accelcal.simulate(seed=1)
+    frame = record.to_frame().assign(serial="B")
+    given = {"launch_uncertainty": 1e-4, "reference_temperature": 0.0, "serial": None}
+    found = accelcal.read_arrays(frame, overrides=given)
+    assert found.serial == "B"
+    assert found.reference_temperature == 0.0
+    assert found.apparatus == replace(record.apparatus, launch_uncertainty=1e-4)
+
+
+def test_two_units_in_a_frame_are_refused_whatever_it_declares():
+    one = accelcal.simulate(seed=1).to_frame()
+    both = pd.concat([one.assign(serial="A"), one.assign(serial="B")])
+    assert both.attrs["declared"]["serial"] == "AL-15"
+    with pytest.raises(accelcal.TableError, match="A, B"):
+        accelcal.read_arrays(both)

@@ -223,6 +223,14 @@ def test_a_record_is_a_frame(results):
     assert (again.mounting == record.mounting).all()
 
 
+def test_a_part_of_a_record_counts_its_own_runs(results):
+    record = results["TumbleRecord"]
+    part = record.select(record.run == record.run_labels.index("2"))
+    assert repr(part).endswith("54 readings, 1 run, 8 positions>")
+    assert [repr(table) for table in record.tables()][1] == repr(part)
+    assert len(record.tables()) == 3
+
+
 def test_plot_of_pandas_is_told_the_pictures(results):
     assert not hasattr(results["Calibration"].plot, "__dict__")
     with pytest.raises(accelcal.InputError, match=r"^\.plot\(\) is no picture; choose .*residuals"):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from numbers import Real
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -237,10 +237,9 @@ class TumbleRecord(EqualByContents):
 
     def __repr__(self) -> str:
         name = f"serial {self.serial!r}" if self.serial else repr(self.source)
-        return (
-            f"<TumbleRecord {name}: {len(self)} readings, {counted(len(self.run_labels), 'run')},"
-            f" {distinct(head_positions(self.angle)).size} positions>"
-        )
+        runs, stops = distinct(self.run).size, distinct(head_positions(self.angle)).size
+        size = f"{len(self)} readings, {counted(runs, 'run')}, {stops} positions"
+        return f"<TumbleRecord {name}: {size}>"
 
     def _repr_html_(self) -> str:
         from accelcal.report.notebook_results import record_html
@@ -253,8 +252,8 @@ class TumbleRecord(EqualByContents):
         Returns
         -------
         pandas.DataFrame
-            Columns are the arrays that there are, the run by its label;
-            ``frame.attrs["units"]`` maps columns to units, where they are known.
+            The arrays, the run by its label. ``frame.attrs`` has the units of columns, by their
+            names, and what is declared of the test, as ``"units"`` and ``"declared"``.
         """
         import pandas as pd
 
@@ -263,6 +262,9 @@ class TumbleRecord(EqualByContents):
         units = {"output": self.unit, "std": self.unit, "angle": "deg", "clamping": "deg"}
         units |= {"time": "s", "temperature": "degC"}
         frame.attrs["units"] = {name: units[name] for name in columns if units.get(name)}
+        named = ("serial", "date", "reference_temperature", "positions")
+        declared = {name: getattr(self, name) for name in named} | asdict(self.apparatus)
+        frame.attrs["declared"] = declared | {"metadata": dict(self.metadata)}
         return frame
 
     def select(self, mask: Mask) -> TumbleRecord:
@@ -282,6 +284,13 @@ class TumbleRecord(EqualByContents):
         ------
         InputError
             If the mask is something else, or keeps none.
+
+        Examples
+        --------
+        >>> import accelcal
+        >>> record = accelcal.simulate(seed=1)
+        >>> record.select(record.run == record.run_labels.index("2"))
+        <TumbleRecord serial 'AL-15': 54 readings, 1 run, 8 positions>
         """
         if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (len(self),):
             rule = f"an array of {len(self)} truth values, one for each reading"
@@ -289,9 +298,9 @@ class TumbleRecord(EqualByContents):
         kept: dict[str, Any] = {name: array[mask] for name, array in self._arrays().items()}
         return replace(self, **kept)
 
-    def tables(self) -> Iterator[TumbleRecord]:
-        """Iterate over the tables: one for each run and mounting, in order."""
-        return map(self.select, self.table_masks())
+    def tables(self) -> tuple[TumbleRecord, ...]:
+        """Tables of the record: one for each run and mounting, in order."""
+        return tuple(map(self.select, self.table_masks()))
 
     def table_masks(self) -> Iterator[Mask]:
         """Iterate over the readings of each table, in the order of `tables`."""
@@ -313,11 +322,11 @@ class TumbleRecord(EqualByContents):
         dict
             Keys sha256, metadata, declared, notes and options.
         """
-        declared = {item.name: getattr(self.apparatus, item.name) for item in fields(Apparatus)}
+        declared = asdict(self.apparatus).items()
         return {
             "sha256": self.sha256,
             "metadata": dict(self.metadata),
-            "declared": {name: value for name, value in declared.items() if value is not None},
+            "declared": {name: value for name, value in declared if value is not None},
             "notes": list(self.notes),
             "options": dict(options),
         }

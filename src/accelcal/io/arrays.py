@@ -5,13 +5,16 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.apparatus import Apparatus
 from accelcal.arguments.numbers import refuse_other_order
 from accelcal.errors import InputError
+from accelcal.io.declarations import declared_by_caller
 from accelcal.io.tables import read_table
 from accelcal.io.vocabulary import split_unit
 from accelcal.record import TumbleRecord
@@ -34,8 +37,9 @@ def read_arrays(
     columns : mapping of str to array_like of shape (n,), or pandas.DataFrame
         Columns by the headings that a table may have, such as ``"position"``, ``"stroke"``,
         ``"output"`` or ``"Y [mA]"``. A single value stands for all readings. Levels of an index
-        that have names are columns too, and a mapping of columns to units in
-        ``frame.attrs["units"]`` counts as units in the headings.
+        that have names are columns too. A mapping of columns to units in ``frame.attrs["units"]``
+        counts as units in the headings, and ``frame.attrs["declared"]``, as of
+        `TumbleRecord.to_frame`, declares what neither columns nor `overrides` do.
     overrides : mapping of str to object, optional
         Declarations, as for `read_table`.
 
@@ -74,7 +78,21 @@ def read_arrays(
     writer.writerows(zip(*(_cells(array) for _, array in arrays), strict=True))
     source = io.StringIO(text.getvalue())
     source.name = _NAME  # where a file has its name, for messages
-    return read_table(source, overrides=overrides)
+    declared = getattr(columns, "attrs", {}).get("declared", {})
+    turn = {name: value for name, value in declared.items() if name == "positions"}
+    record = read_table(source, overrides=turn | dict(declared_by_caller(overrides)))
+    return _declared(record, declared) if declared else record
+
+
+def _declared(record: TumbleRecord, declared: Mapping[str, Any]) -> TumbleRecord:
+    """Take what the attributes of a frame declare, where neither columns nor caller do."""
+    own = record.apparatus
+    names = [item.name for item in fields(Apparatus) if getattr(own, item.name) is None]
+    more = [n for n in ("serial", "date", "reference_temperature") if getattr(record, n) is None]
+    given: dict[str, Any] = {name: declared.get(name) for name in more}
+    given["apparatus"] = replace(own, **{name: declared.get(name) for name in names})
+    metadata = {**declared.get("metadata", {}), **record.metadata}
+    return replace(record, **given, metadata=metadata)
 
 
 def _arrays(columns: Mapping[str, Any] | pd.DataFrame) -> list[tuple[str, NDArray[Any]]]:
