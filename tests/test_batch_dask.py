@@ -2,6 +2,7 @@
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -75,11 +76,20 @@ def test_a_killed_worker_changes_nothing(archive, tmp_path):
         ).read_bytes()
 
 
+def test_a_local_cluster_leaves_the_port_of_the_dashboard_to_others(archive):
+    with socket.socket() as other:
+        with suppress(OSError):  # somebody has it
+            other.bind(("", 8787))
+            other.listen()
+        found = accelcal.batch(archive / "t000.csv", dask="local", jobs=1)
+    assert not found.errors.size
+
+
 def test_a_running_cluster(archive):
     from distributed import LocalCluster
 
     options = {"n_workers": 1, "threads_per_worker": 1, "processes": True}
-    with LocalCluster(dashboard_address=None, **options) as cluster:
+    with LocalCluster(dashboard_address=":0", **options) as cluster:
         found = accelcal.batch(archive, dask=cluster.scheduler_address)
     pd.testing.assert_frame_equal(found.tables, accelcal.batch(archive).tables)
 

@@ -38,6 +38,8 @@ _UNCOLLECTED = 20_000  # objects that a worker makes between collections: few ar
 _PATIENCE = 0.05  # seconds until a worker that goes on is told again
 _TIMES = 200  # and so often, until it is ended at once
 
+_UNSEEN = "127.0.0.1:0"  # without a dashboard Dask would take its port, 8787, on all interfaces
+
 _KILLED = (
     "a worker was killed, most often for want of memory; what is finished is kept, go on with"
     " resume=True and fewer jobs"
@@ -317,7 +319,11 @@ def _cluster(address: str, jobs: int) -> Iterator[tuple[Executor, int]]:
     own: Any = nullcontext()
     if address == "local":
         own = LocalCluster(  # type: ignore[no-untyped-call]
-            n_workers=jobs, threads_per_worker=1, processes=True, dashboard_address=None
+            n_workers=jobs,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            scheduler_kwargs={"dashboard_address": _UNSEEN},
         )
     with own as cluster, _client(Client, cluster or address) as client:
         count = max(sum(client.nthreads().values()), 1)
