@@ -30,6 +30,7 @@ PLANS = (
     accelcal.TumblePlan(temperatures=(20.0,), mountings=("o+", "p+"), strokes=2),
     accelcal.TumblePlan(mountings=("o+", "o-"), strokes=2),
     accelcal.TumblePlan(mountings=("o+", "p+"), strokes=2),
+    accelcal.TumblePlan(temperatures=(0.0, 60.0, -40.0), mountings=("o+", "p+"), strokes=2),
 )
 UNITS = {"acceleration": "ug", "angle": "urad", "ratio": "ppm", "output": "mA"}
 SIZES = {"bias": 3300.0, "scale_factor": 1.36, "misalignment": 1150.0, "third_order": 10.0}

@@ -313,6 +313,45 @@ def test_both_mountings_are_judged():
     assert len(judge(calibration, sheet).judgements) == 2
 
 
+@pytest.mark.parametrize(("at_T0", "slope"), [(3e-3, 0.0), (1e-3, 3e-6)])
+def test_the_misalignment_of_the_second_axis_is_judged_by_its_law(at_T0, slope):
+    p = [table(level, run=str(level), mounting="p+", u=1e-6) for level in (0.0, 80.0, -40.0)]
+    o = [replace(each, mounting="o+") for each in p]
+    main = paper(1e-6).temperature_model
+    parts = (at_T0, "rad"), (slope, "rad/degC"), (slope, "rad/degC")
+    second = replace(main, delta=TemperatureLaw(*(quantity(x, 1e-9, unit) for x, unit in parts)))
+    calibration = replace(paper(1e-6), tables=(*o, *p), second_axis_model=second)
+    limits = (
+        Limit("misalignment", "mrad", maximum=2.0),
+        Limit("misalignment_temperature_sensitivity", "urad/degC", maximum=2.0),
+        Limit("bias", "mg", maximum=5.0),
+    )
+    verdict = judge(calibration, Specification("x", limits))
+    assert verdict.outcome == "fail"
+    failed = {(j.symbol, j.where) for j in verdict.judgements if j.outcome == "fail"}
+    gam = {("gam1", "p+, above T0"), ("gam2", "p+, below T0")}
+    assert failed == (gam if slope else {("delta", "p+, at T0 = 20 degC")})
+    assert "misalignment, o+, at T0 = 20 degC" in str(verdict)
+    assert "misalignment temperature sensitivity, p+" in str(verdict)
+
+
+def test_a_second_axis_that_was_not_met_at_t0_is_not_tested():
+    tables = (table(20.0, u=1e-6), table(70.0, run="2", mounting="p+", u=1e-6))
+    calibration = Calibration("least-squares", "mA", tables, T0_degC=20.0)
+    limits = (Limit("misalignment", "mrad", maximum=2.0), Limit("bias", "mg", maximum=5.0))
+    found = judge(calibration, Specification("x", limits)).judgements
+    expected = [("delta", "pass"), ("delta", "not tested"), ("k0", "pass")]
+    assert [(j.symbol, j.outcome) for j in found] == expected
+    without = replace(paper(1e-6), tables=tables)  # a law of one axis, and none of the other
+    (law, other, _) = judge(without, Specification("x", limits)).judgements
+    assert (law.outcome, other.outcome, other.where) == (
+        "pass",
+        "not tested",
+        "p+, at T0 = 20 degC",
+    )
+    assert other.remark == "the test has no law of this axis"
+
+
 def test_what_absorbs_another_coefficient_says_so():
     absorbing = table(20.0, u=1e-6, stands_for={"K0": "K0 + 0.5 K2"})
     calibration = Calibration("least-squares", "mA", (absorbing,), T0_degC=20.0)

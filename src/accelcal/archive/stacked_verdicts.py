@@ -15,7 +15,7 @@ from accelcal.calibrate.stack import CalibrationStack
 from accelcal.estimate.reversal import misalignment_stack
 from accelcal.results.verdict import OUTCOMES
 from accelcal.specification import Specification
-from accelcal.verdict.conformity import Found, Measured, conformity
+from accelcal.verdict.conformity import SECOND_AXIS, Found, Measured, conformity
 
 
 class StackVerdicts(NamedTuple):
@@ -90,8 +90,9 @@ def _measured(stack: CalibrationStack, tables: Columns) -> Measured:
 
 
 def _of_law(stack: CalibrationStack, term: str) -> Found:
-    laws = stack.laws.main
+    is_second = term.startswith(SECOND_AXIS)
+    laws = stack.laws.second_axis if is_second else stack.laws.main
     if laws is None:
         return Found(*np.full((2, len(stack)), np.nan))
-    place = laws.names.index(term)
+    place = laws.names.index(term.removeprefix(SECOND_AXIS))
     return Found(laws.value[:, place], laws.expanded[:, place])

@@ -68,7 +68,9 @@ def limit_row(limit: Document) -> tuple[str, ...]:
 def _name(limit: Document) -> str:
     """Name of the limit and where it was tested; of a slope, the symbol tells the side of T0."""
     name, where = limit["limit"].replace("_", " "), limit["where"]
-    return name if not where or name.endswith("sensitivity") else f"{name}, {where}"
+    if name.endswith("sensitivity"):
+        where = where.rpartition(", ")[0]
+    return f"{name}, {where}" if where else name
 
 
 def _found(limit: Document) -> tuple[str, str]:

@@ -322,12 +322,21 @@ class Calibration(StoredResult, TabularResult):
         have = [table.mounting for table in self.tables]
         return max(have, key=have.count)
 
+    @property
+    def second_mounting(self) -> str | None:
+        """Mounting that most tables of the other axis along the shaft are in; None without any.
+
+        `second_axis_model` is made from these.
+        """
+        main = self.main_mounting[0]
+        others = [table.mounting for table in self.tables if table.mounting[0] != main]
+        return max(others, key=others.count) if others else None
+
     def _models(self) -> dict[str, TemperatureModel | None]:
         """Temperature laws by the mounting that they are made from."""
-        have, main = [table.mounting for table in self.tables], self.main_mounting
-        others = [mounting for mounting in have if mounting[0] != main[0]]
-        second = {max(others, key=others.count): self.second_axis_model} if others else {}
-        return {main: self.temperature_model, **second}
+        second = self.second_mounting
+        found = {} if second is None else {second: self.second_axis_model}
+        return {self.main_mounting: self.temperature_model, **found}
 
     def misalignment(self, table: TableCalibration) -> Quantity:
         """Misalignment at the level of a table, free of the fixture angle where that is known.

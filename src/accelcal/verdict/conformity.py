@@ -42,6 +42,11 @@ ANOTHER_TEST = MappingProxyType(
 _LAWS = MappingProxyType(
     {"k0": "k0", "lam": "k0", "K1": "K1", "beta": "K1"} | {"delta": "delta", "gam": "delta"}
 )
+_OF_AN_AXIS = frozenset({"delta", "gam", "delta_ip"})  # the cross axis in the plane has its own
+
+SECOND_AXIS = "second axis "
+"""Before a term of the laws: of the other axis along the shaft, which has a misalignment too."""
+
 _FAIL, _UNDECIDED, _NOT_TESTED, _PASS = map(
     OUTCOMES.index, ("fail", "undecided", "not tested", "pass")
 )
@@ -159,8 +164,9 @@ def _places(limit: Limit, measured: Measured) -> Iterator[tuple[str, Place, Mask
     elif symbol == "h_T":
         yield symbol, "hysteresis", everywhere
     elif per == "degC":
-        yield f"{symbol}1", f"{_LAWS[symbol]} above", everywhere
-        yield f"{symbol}2", f"{_LAWS[symbol]} below", everywhere
+        for law in _laws(symbol, measured.mountings):
+            yield f"{symbol}1", f"{law} above", everywhere
+            yield f"{symbol}2", f"{law} below", everywhere
     elif limit.at == PLACES[0]:
         yield from _at_reference(symbol, measured)
     else:
@@ -172,14 +178,22 @@ def _at_reference(symbol: str, measured: Measured) -> Iterator[tuple[str, Place,
     at = np.abs(measured.temperatures - measured.reference[:, None]) <= SAME_LEVEL
     of_law = np.zeros(measured.reference.shape, dtype=np.bool_)
     if symbol in _LAWS:
-        term = f"{_LAWS[symbol]} at_T0"
-        known = ~np.isnan(measured.quantity(symbol, term).value)
+        known = ~np.isnan(measured.quantity(symbol, f"{_LAWS[symbol]} at_T0").value)
         of_law = known & (_mountings_at(at, measured.mountings) < 2)
-        yield symbol, term, of_law
+        for law in _laws(symbol, measured.mountings):
+            yield symbol, f"{law} at_T0", of_law
     at |= at.shape[1] == 1
     for table in range(at.shape[1]):
         yield symbol, table, at[:, table] & ~of_law
-    yield symbol, None, ~at.any(axis=1) & ~of_law
+    own = np.array([m[0] if symbol in _OF_AN_AXIS else "" for m in measured.mountings])
+    met = np.all([at[:, own == axis].any(axis=1) for axis in set(own)], axis=0)
+    yield symbol, None, ~met & ~of_law
+
+
+def _laws(symbol: str, mountings: Sequence[str]) -> list[str]:
+    """Law of a symbol, and that of the second axis where it is another quantity there."""
+    has_two = symbol in _OF_AN_AXIS and len({mounting[0] for mounting in mountings}) > 1
+    return [_LAWS[symbol], SECOND_AXIS + _LAWS[symbol]] if has_two else [_LAWS[symbol]]
 
 
 def _mountings_at(at: Mask, mountings: Sequence[str]) -> Ints:

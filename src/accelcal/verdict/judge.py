@@ -21,6 +21,7 @@ from accelcal.results.verdict import OUTCOMES, Judgement, Verdict
 from accelcal.specification import RULES, Limit, Specification
 from accelcal.verdict.conformity import (
     ANOTHER_TEST,
+    SECOND_AXIS,
     Conformity,
     Found,
     Measured,
@@ -113,10 +114,13 @@ def _numbers(values: list[float | None]) -> Array:
 def _quantity(calibration: Calibration, symbol: str, place: Place) -> Quantity | None:
     if isinstance(place, int):
         return _in_table(calibration, symbol, calibration.tables[place])
-    model = calibration.temperature_model
-    if place is None or model is None:
+    if place is None:
         return None
-    law, _, part = place.partition(" ")
+    is_second, term = place.startswith(SECOND_AXIS), place.removeprefix(SECOND_AXIS)
+    model = calibration.second_axis_model if is_second else calibration.temperature_model
+    if model is None:
+        return None
+    law, _, part = term.partition(" ")
     found: Quantity | None = getattr(getattr(model, law), part) if part else getattr(model, law)
     return found
 
@@ -175,7 +179,19 @@ def _where(found: Conformity, calibration: Calibration) -> str:
         return _tested_range(calibration)
     if found.place is None:
         return "" if found.symbol in ANOTHER_TEST else "at T0"
-    side = found.place.partition(" ")[2]
+    return ", ".join(filter(None, [_whose(found, calibration), _side(found.place, calibration)]))
+
+
+def _whose(found: Conformity, calibration: Calibration) -> str:
+    """Mounting of a law, where both axes along the shaft have one of this quantity."""
+    second = calibration.second_mounting
+    if second is None or not str(found.place).removeprefix(SECOND_AXIS).startswith("delta "):
+        return ""
+    return second if str(found.place).startswith(SECOND_AXIS) else calibration.main_mounting
+
+
+def _side(place: str, calibration: Calibration) -> str:
+    side = place.removeprefix(SECOND_AXIS).partition(" ")[2]
     return f"at T0 = {calibration.T0_degC:g} degC" if side == "at_T0" else side and f"{side} T0"
 
 
@@ -204,7 +220,12 @@ def _why_missing(place: int | str) -> str:
         return "this record does not determine it"
     if place == "hysteresis":
         return "no level was reached both by heating and by cooling"
-    return f"the test has no slope {place.partition(' ')[2]} T0"
+    side = place.rpartition(" ")[2]
+    return (
+        "the test has no law of this axis"
+        if side == "at_T0"
+        else f"the test has no slope {side} T0"
+    )
 
 
 def _of_another_test(symbol: str, calibration: Calibration) -> str:
