@@ -110,84 +110,15 @@ def output_option(
     )
 
 
-def reference_temperature_option(function: Function) -> Function:
-    """Option ``--t0``; the parameter is called ``reference_temperature``."""
-    return click.option(
-        "--t0",
-        "reference_temperature",
-        type=number,
-        metavar="DEG",
-        help="Reference temperature T0 [degC].",
-    )(function)
+def together(*options: Callable[[Function], Function]) -> Callable[[Function], Function]:
+    """Several options as one decorator, in the order of the help."""
 
+    def decorated(function: Function) -> Function:
+        for option in reversed(options):
+            function = option(function)
+        return function
 
-def local_gravity_option(function: Function) -> Function:
-    """Option ``--g``; the parameter is called ``local_gravity``."""
-    return click.option(
-        "--g", "local_gravity", type=number, metavar="M_S2", help="Local gravity [m/s^2]."
-    )(function)
-
-
-def specification_option(function: Function) -> Function:
-    """Option ``--spec``."""
-    return click.option(
-        "--spec",
-        type=FileToRead(),
-        metavar="SPEC.toml",
-        help="Judge against this data sheet; the exit code is 1 where a limit fails.",
-    )(function)
-
-
-def report_option(function: Function) -> Function:
-    """Option ``--report``; the parameter is called ``page``."""
-    return click.option(
-        "--report",
-        "page",
-        type=REPORT,
-        metavar="FILE.(html|md|pdf)",
-        help="Write a report here as well.",
-    )(function)
-
-
-def fixture_angle_option(function: Function) -> Function:
-    """Option ``--delta0``."""
-    return click.option(
-        "--delta0",
-        type=fixture_angle,
-        metavar="RAD",
-        help="Fixture angle between head zero and input axis, taken as given [rad].",
-    )(function)
-
-
-def apparatus_options(function: Function) -> Function:
-    """Options that declare the uncertainties of head and launch, as header lines of a table do."""
-    declared = (
-        (
-            "--head-uncertainty",
-            "G",
-            "Standard uncertainty of one head position [g, or rad: at 90 deg they are the same].",
-        ),
-        (
-            "--launch-uncertainty",
-            "G",
-            "Standard uncertainty of the bias from run to run [g].",
-        ),
-        (
-            "--launch-sf-uncertainty",
-            "REL",
-            "Relative standard uncertainty of the scale factor from run to run.",
-        ),
-    )
-    for name, metavar, told in reversed(declared):
-        function = click.option(name, type=number, metavar=metavar, help=told)(function)
-    return function
-
-
-def calibration_options(function: Function) -> Function:
-    """Options of a calibration: how it is fitted, what is declared, what it is judged against."""
-    for option in reversed(_CALIBRATION):
-        function = option(function)
-    return function
+    return decorated
 
 
 def effects_option(function: Function) -> Function:
@@ -214,22 +145,6 @@ def effects_option(function: Function) -> Function:
     return cast("Function", command)
 
 
-def serial_option(function: Function) -> Function:
-    """Option ``--serial``: one calibration of several."""
-    return click.option(
-        "--serial", metavar="TEXT", help="Serial number, where CAL.json holds several."
-    )(function)
-
-
-def mounting_option(function: Function) -> Function:
-    """Option ``--mounting``: the tables of one mounting of a calibration."""
-    return click.option(
-        "--mounting",
-        type=click.Choice(["o+", "o-", "p+", "p-"]),
-        help="Use the tables of this mounting only.",
-    )(function)
-
-
 def format_option(*forms: str) -> Callable[[Function], Function]:
     """Option ``--format``: form of the result on standard output; the first form is the default."""
     return click.option(
@@ -242,7 +157,73 @@ def format_option(*forms: str) -> Callable[[Function], Function]:
     )
 
 
-_CALIBRATION: tuple[Callable[[Any], Any], ...] = (
+reference_temperature_option = click.option(
+    "--t0",
+    "reference_temperature",
+    type=number,
+    metavar="DEG",
+    help="Reference temperature T0 [degC].",
+)
+
+local_gravity_option = click.option(
+    "--g", "local_gravity", type=number, metavar="M_S2", help="Local gravity [m/s^2]."
+)
+
+fixture_angle_option = click.option(
+    "--delta0",
+    type=fixture_angle,
+    metavar="RAD",
+    help="Fixture angle between head zero and input axis, taken as given [rad].",
+)
+
+specification_option = click.option(
+    "--spec",
+    type=FileToRead(),
+    metavar="SPEC.toml",
+    help="Judge against this data sheet; the exit code is 1 where a limit fails.",
+)
+
+report_option = click.option(
+    "--report",
+    "page",
+    type=REPORT,
+    metavar="FILE.(html|md|pdf)",
+    help="Write a report here as well.",
+)
+
+serial_option = click.option(
+    "--serial", metavar="TEXT", help="Serial number, where CAL.json holds several."
+)
+
+mounting_option = click.option(
+    "--mounting",
+    type=click.Choice(["o+", "o-", "p+", "p-"]),
+    help="Use the tables of this mounting only.",
+)
+
+apparatus_options = together(
+    click.option(
+        "--head-uncertainty",
+        type=number,
+        metavar="G",
+        help="Standard uncertainty of one head position [g, or rad: at 90 deg they are the same].",
+    ),
+    click.option(
+        "--launch-uncertainty",
+        type=number,
+        metavar="G",
+        help="Standard uncertainty of the bias from run to run [g].",
+    ),
+    click.option(
+        "--launch-sf-uncertainty",
+        type=number,
+        metavar="REL",
+        help="Relative standard uncertainty of the scale factor from run to run.",
+    ),
+)
+"""What is declared of head and launch, as by the header lines of a table."""
+
+calibration_options = together(
     click.option(
         "--method",
         type=click.Choice(["least-squares", "closed-form", "sign-corrected", "printed"]),
@@ -296,3 +277,4 @@ _CALIBRATION: tuple[Callable[[Any], Any], ...] = (
     ),
     specification_option,
 )
+"""How a calibration is fitted, what is declared, what it is judged against."""

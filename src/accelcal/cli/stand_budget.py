@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, TypeVar
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
 
 from accelcal.cli.deliver import refuse_stdin_twice
 from accelcal.cli.files import FileToRead
-from accelcal.cli.options import fixture_angle, number, numbers, words
+from accelcal.cli.options import fixture_angle, number, numbers, together, words
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from accelcal.record import TumbleRecord
     from accelcal.results.calibration import Calibration
     from accelcal.results.stand_budget import StandBudget
-
-Function = TypeVar("Function", bound=Callable[..., Any])
 
 _PLAN = ("positions", "angles", "strokes", "temperatures", "mountings", "delta0")
 _OWN = {"test", *_PLAN, "monte_carlo", "seed", "targets", "spec"}
@@ -46,7 +44,7 @@ def _target(text: str) -> tuple[str, str]:
     return symbol.strip(), size.strip()
 
 
-_OPTIONS = (
+stand_options = together(
     click.option(
         "--stand",
         type=FileToRead(),
@@ -118,13 +116,7 @@ _OPTIONS = (
         help="With --stand: does it suffice for the limits of this data sheet?",
     ),
 )
-
-
-def stand_options(function: Function) -> Function:
-    """Options of a budget of the stand."""
-    for option in reversed(_OPTIONS):
-        function = option(function)
-    return function
+"""Of a budget of the stand."""
 
 
 def asked_for_stand(context: click.Context) -> bool:
