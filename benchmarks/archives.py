@@ -133,9 +133,9 @@ def read_and_fit(folder: Path) -> None:
 
 
 def without_pyarrow(function: Callable[[], object]) -> None:
-    """Read by numpy; workers are forked and inherit it."""
+    """Read by pandas; workers are forked and inherit it."""
     engine = ordinary.read_engine
-    ordinary.read_engine = lambda _: "numpy"
+    ordinary.read_engine = lambda _: "pandas"
     try:
         function()
     finally:

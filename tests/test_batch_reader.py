@@ -16,7 +16,7 @@ from accelcal.io import ordinary
 from accelcal.io.ordinary import Content, read_ordinary
 from accelcal.io.tables import read_tables
 
-ENGINES = ("pyarrow", "numpy")
+ENGINES = ("pyarrow", "pandas")
 
 HEADER = """\
 # serial: AL-15

@@ -1,4 +1,4 @@
-"""Plain cells of many tables at once: by pyarrow where it is installed, else by numpy.
+"""Plain cells of many tables at once: by pyarrow where it is installed, else by pandas.
 
 Only text that both read as the general reader does gets this far: numbers without quotes, blanks
 or decimal commas.
@@ -6,6 +6,7 @@ or decimal commas.
 
 from __future__ import annotations
 
+import io
 import re
 from collections.abc import Collection, Sequence
 from functools import lru_cache
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Ints
-from accelcal.io.text_cells import labels_of, numbers_of, split_cells
+from accelcal.io.engines import pandas_options
 
 _WHOLE = frozenset({"position", "stroke"})
 _PLAIN = b"0123456789.,+-eE\n"
@@ -66,7 +67,9 @@ def read_engine(engine: str | None = None) -> str:
     try:
         import pyarrow.csv  # noqa: F401
     except ImportError:
-        return "numpy"
+        import pandas  # noqa: F401
+
+        return "pandas"
     return "pyarrow"
 
 
@@ -84,7 +87,7 @@ def parse_cells(
     labels : collection of str
         Roles whose cells are text.
     engine : str
-        ``"pyarrow"`` or ``"numpy"``.
+        ``"pyarrow"`` or ``"pandas"``.
 
     Returns
     -------
@@ -98,13 +101,13 @@ def parse_cells(
 
     Examples
     --------
-    >>> block = parse_cells(b"a,1.5\nb,2\n", ["run", "output"], {"run"}, "numpy")
+    >>> block = parse_cells(b"a,1.5\nb,2\n", ["run", "output"], {"run"}, "pandas")
     >>> block.numbers["output"].tolist(), block.codes["run"].tolist(), block.labels["run"]
     ([1.5, 2.0], [0, 1], ['a', 'b'])
     """
     if not _has_plain_characters(body, roles, labels):
         raise Unreadable
-    parse = _by_pyarrow if engine == "pyarrow" else _by_numpy
+    parse = _by_pyarrow if engine == "pyarrow" else _by_pandas
     return parse(body, roles, labels)
 
 
@@ -237,14 +240,27 @@ def _numbers_of_text(cells: Any) -> Array:
     return _values_of_arrow(cells.cast(pa.string()).cast(pa.float64()))
 
 
-def _by_numpy(body: bytes, roles: Sequence[str], labels: Collection[str]) -> CellBlock:
-    found = CellBlock({}, {}, {})
+def _by_pandas(body: bytes, roles: Sequence[str], labels: Collection[str]) -> CellBlock:
+    import pandas as pd
+
+    row = b"," * (len(roles) - 1) + b"\n"
+    if body.translate(None, _LABEL) != row * body.count(b"\n"):
+        raise Unreadable
+    places = range(len(roles))
+    numeric = [i for i in places if roles[i] not in labels]
     try:
-        for role, cells in zip(roles, split_cells(body, len(roles)), strict=True):
-            if role in labels:
-                found.codes[role], found.labels[role] = labels_of(cells)
-            else:
-                found.numbers[role] = numbers_of(cells)
+        frame = pd.read_csv(
+            io.BytesIO(body), **pandas_options(",", len(roles), places, numeric, ".")
+        )
     except ValueError as error:
         raise Unreadable from error
+    if frame[numeric].isna().to_numpy().any():
+        raise Unreadable
+    found = CellBlock({}, {}, {})
+    for place, role in enumerate(roles):
+        if role in labels:
+            found.codes[role], names = pd.factorize(frame[place])
+            found.labels[role] = names.tolist()
+        else:
+            found.numbers[role] = frame[place].to_numpy()
     return found

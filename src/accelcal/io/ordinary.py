@@ -81,7 +81,7 @@ def read_ordinary(
     overrides : mapping of str to object
         Declarations that win over the header lines, as of `read_tables`.
     engine : str, optional
-        ``"pyarrow"`` or ``"numpy"``; by default pyarrow where it is installed.
+        ``"pyarrow"`` or ``"pandas"``; by default pyarrow where it is installed.
 
     Returns
     -------
