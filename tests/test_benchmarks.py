@@ -41,6 +41,14 @@ def test_apply_coverage():
     assert len(re.findall(r"^\| all declared.*(?:\| [\d.]+ \([\d.]+\) ){4}\|$", printed, re.M)) == 1
 
 
+def test_damaged_files():
+    printed = run("damaged_files.py", "--smoke", "--jobs", "1")
+    *_, refused, told, harmless, wrong, fault = printed.split("**all**")[1].replace("|", "").split()
+    assert int(refused) > 0 < int(told)
+    assert int(harmless) > 0
+    assert (wrong, fault) == ("0", "0")
+
+
 def test_static_effects():
     printed = run("static_effects.py", "--smoke", "--jobs", "1")
     row = re.search(
