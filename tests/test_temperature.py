@@ -164,6 +164,28 @@ def test_noise_of_the_temperature_sensor_is_left_alone():
     assert heat == pytest.approx(0.3 / 54**0.5 * K1N * BETA[0], rel=0.3)
 
 
+def test_a_mistyped_temperature_is_said():
+    data = record(THREE, noise=5e-6, **DECLARED)
+    temperature = data.temperature.copy()
+    temperature[np.flatnonzero(data.run == 1)[[7, 30]]] = [8.0, 20.0]  # among those of 80 degC
+    found = accelcal.fit(dataclasses.replace(data, temperature=temperature))
+    said = [s for s in found.warnings if "mistyped" in s]
+    assert said == [
+        f"run {data.run_labels[1]}: 2 temperatures of 54 far from the others, such as 8 degC,"
+        " and the readings do not follow: the mean, which counts for the run, is in doubt; mend"
+        " what is mistyped"
+    ]
+
+
+@pytest.mark.parametrize(
+    "moved", [lambda r: r, lambda r: settling(r, 1.5), lambda r: settling(r, 30.0)]
+)
+@pytest.mark.parametrize("sensor", [0.0, 0.5])
+def test_a_chamber_that_moves_and_a_noisy_sensor_mistype_nothing(moved, sensor):
+    found = accelcal.fit(moved(record(THREE, noise=5e-6, sensor=sensor, **DECLARED)))
+    assert not any("mistyped" in s for s in found.warnings)
+
+
 @pytest.mark.parametrize(
     ("scatter", "sensor", "said"), [(0.3, 0.3, 1), (0.3, 0.0, 0), (0.0, 0.3, 0), (0.0, 0.0, 0)]
 )

@@ -16,7 +16,7 @@ import numpy as np
 from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
-from accelcal.plural import plural
+from accelcal.plural import counted, plural
 from accelcal.temperature.at_rest import AtRest
 from accelcal.temperature.from_tables import (
     LawsOfRecords,
@@ -44,6 +44,9 @@ _SURE = 3.0
 
 _MUCH = 0.5
 """Span of a run's temperatures that is told [degC]: the AL-15 changes by 130 ppm in half of it."""
+
+_ALONE = 10.0
+"""Median deviations from the median beyond which a temperature is none of its run."""
 
 _AT_A_TIME = 20_000
 """Readings: with some dozens of unknowns each, they take a few MB."""
@@ -89,7 +92,7 @@ def brought_to_rest(
     moving = _Moving(tables, estimate, temperatures, span)
     at_rest = at_rest._replace(outputs=tuple(y.copy() for y in outputs))
     changed, unknown = np.zeros(span.shape, dtype=np.bool_), np.nan_to_num(span)
-    felt = np.ones(span.shape)
+    felt, ignored = np.ones(span.shape), np.zeros(span.shape, dtype=np.bool_)
     for chosen, rows, fit, laws in _fits(moving):
         state, these = solved(fit, laws), np.ix_(rows, np.array(chosen))
         unknown[these] = 0.0
@@ -97,6 +100,7 @@ def brought_to_rest(
         changed[these] = follows
         partly = (state.felt > _SURE * state.doubt) & ~_in_full(state) & (span[these] > 0.0)
         felt[these] = np.where(partly, state.felt, 1.0)
+        ignored[these] = (state.felt + 2.0 * state.doubt < _FOLLOWS) & ~partly
         at_rest.unfelt[these] = np.where(follows, unfelt_share(state), 1.0)
         follow = np.repeat(follows, [len(tables[i].record) for i in chosen], axis=1)
         change = np.where(follow, _change(fit, state), 0.0)
@@ -107,6 +111,7 @@ def brought_to_rest(
         (
             *_what_was_done(moving, record, changed[record]),
             *_felt_in_part(tables, felt[record]),
+            *_mistyped(moving, record, ignored[record] & (span[record] > _MUCH)),
             *_left_moving(tables, unknown[record]),
         )
         for record in range(len(span))
@@ -180,6 +185,21 @@ def _felt_in_part(tables: Sequence[PreparedTable], felt: Array) -> tuple[str, ..
         " noisier than the others, which the tables take for noise of all alike; U of K3 may be"
         " too small, those of K0 and M are too large; mend the sensor or the chamber",
     )
+
+
+def _mistyped(moving: _Moving, record: int, ignored: Mask) -> Iterator[str]:
+    """Say which temperatures are far from the others of their run, and were surely not felt."""
+    for place in np.flatnonzero(ignored).tolist():
+        own = moving.temperatures.readings[place][record]
+        away = np.abs(own - np.median(own))
+        odd = away > max(_MUCH, _ALONE * float(np.median(away)))
+        if odd.any():
+            yield (
+                f"{_runs([moving.tables[place]])}: {counted(int(odd.sum()), 'temperature')} of"
+                f" {own.size} far from the others, such as {own[away.argmax()]:g} degC, and the"
+                " readings do not follow: the mean, which counts for the run, is in doubt; mend"
+                " what is mistyped"
+            )
 
 
 def _left_moving(tables: Sequence[PreparedTable], unknown: Array) -> tuple[str, ...]:
