@@ -424,3 +424,41 @@ def test_serial_cannot_move_the_cursor_or_run():
 def test_repr():
     calibration = fitted(header="# serial: AL-15")
     assert repr(calibration) == "<Calibration serial AL-15: least-squares, 1 table>"
+
+
+def by_mounting(*mountings):
+    plan = accelcal.TumblePlan(temperatures=(0.0, 60.0, -40.0), mountings=mountings, strokes=2)
+    return accelcal.fit(accelcal.simulate(seed=1, plan=plan))
+
+
+def test_laws_say_of_which_mounting_they_are_and_those_of_the_second_axis_are_told():
+    found = by_mounting("o+", "p+")
+    told = [
+        matching_digits(q.value, q.expanded_uncertainty, 1e6)
+        for q in misalignments_at_reference(found)
+    ]
+    for shown in (str(found), found._repr_html_()):
+        for mounting, (value, half_width) in zip(("o+", "p+"), told, strict=True):
+            laws = shown.split(f"emperature laws of mounting {mounting}", 1)[1]
+            assert laws.index(value) < laws.index(half_width)
+    assert "mounting" not in str(by_mounting("o+")).split("Temperature laws")[1]
+
+
+def misalignments_at_reference(found):
+    return found.temperature_model.delta.at_T0, found.second_axis_model.delta.at_T0
+
+
+def test_rows_hold_the_laws_of_both_axes_by_mounting():
+    found = by_mounting("o+", "p+")
+    rows = [row for row in found.rows() if row["coefficient"] == "delta at_T0"]
+    expected = list(
+        zip(("o+", "p+"), [q.value for q in misalignments_at_reference(found)], strict=True)
+    )
+    assert [(row["mounting"], row["value"]) for row in rows] == expected
+
+
+def test_what_both_sides_tell_is_told_with_its_temperature_in_text_and_notebook():
+    found = by_mounting("o+", "o-")
+    for shown in (str(found), found._repr_html_()):
+        for name in ("misalignment", "cross-coupling"):
+            assert all(f"{name} at {level} degC" in shown for level in (0, 60, -40))

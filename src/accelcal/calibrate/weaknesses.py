@@ -13,6 +13,7 @@ from accelcal.estimate.launch import RunShift
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
 from accelcal.record import TumbleRecord
+from accelcal.results.table import mountings_of_laws
 from accelcal.sentences import Sentence, first_of, of_each
 from accelcal.temperature.error_component import Slopes
 
@@ -194,8 +195,8 @@ def _of_misalignment(fitted: Fitted) -> Iterator[Sentence]:
     if len({mounting[0] for mounting in mountings}) < len(mountings):
         yield Sentence(
             True,
-            f"{effective} where both sides met a level, delta and delta0 are told apart below, and"
-            " the laws have delta alone",
+            f"{effective} where both sides met a level, delta and delta0 are told apart, and the"
+            " laws have delta alone",
         )
     else:
         yield Sentence(True, f"{effective} the reversed mounting would separate them")
@@ -311,10 +312,10 @@ def _of_laws(fitted: Fitted) -> Iterator[Sentence]:
     yield Sentence(
         has_laws & fitted.is_chosen, "T0 was not given: it is the level nearest to 20 degC"
     )
+    main, second = mountings_of_laws([table.mounting for table in fitted.tables])
     if len(_mountings(fitted.tables)) > 1:
-        yield Sentence(
-            has_laws, "the temperature laws are those of one mounting, the one with most runs"
-        )
+        apart = f"; those of {second}, the other axis, stand apart" if second else ""
+        yield Sentence(has_laws, f"the temperature laws are those of mounting {main}{apart}")
 
 
 def _of_temperature(fitted: Fitted) -> Iterator[Sentence]:

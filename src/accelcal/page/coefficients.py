@@ -15,7 +15,7 @@ from accelcal.report.calibration import (
     scale_factor_elsewhere,
     sizes_of,
 )
-from accelcal.report.calibration_rows import coefficient_rows, strong_correlations, temperature_rows
+from accelcal.report.calibration_rows import coefficient_rows, strong_correlations, temperature_laws
 from accelcal.report.numbers import significant
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Document
@@ -121,16 +121,12 @@ def temperature(calibration: Calibration, document: Document, name: str) -> Sect
     if not model:
         return None
     headings = ("quantity", "symbol", "value", "U (95 %)", "unit")
-    caption = f"Bilinear laws about T0 = {document['T0_degC']:g} degC"
-    rows = [(row[0].strip(), *row[1:]) for row in temperature_rows(document)]
-    laws = Table(typeset(caption), headings, _set(_sided(rows)), frozenset({2, 3}))
-    blocks: list[Block] = [Gallery([*_temperature_pictures(calibration, name), laws])]
-    second = document.get("second_axis_model")
-    if second:
-        of_second = temperature_rows({**document, "temperature_model": second})
-        others = [(row[0].strip(), *row[1:]) for row in of_second]
-        caption = "The same of the other axis along the shaft, from its tables"
-        blocks.append(Table(caption, headings, _set(_sided(others)), frozenset({2, 3})))
+    told = []
+    for whose, found in temperature_laws(document):
+        caption = f"Bilinear laws{whose} about T0 = {document['T0_degC']:g} degC"
+        rows = [(row[0].strip(), *row[1:]) for row in found]
+        told.append(Table(typeset(caption), headings, _set(_sided(rows)), frozenset({2, 3})))
+    blocks: list[Block] = [Gallery([*_temperature_pictures(calibration, name), told[0]]), *told[1:]]
     if model["warnings"]:
         blocks.append(Bullets([typeset(sentence) for sentence in model["warnings"]]))
     return Section("Temperature", blocks)

@@ -10,7 +10,7 @@ from accelcal.report.calibration_rows import (
     alarms,
     coefficient_rows,
     strong_correlations,
-    temperature_rows,
+    temperature_laws,
     without_uncertainty,
 )
 from accelcal.report.lines import aligned, hanging, sections, unit_of
@@ -127,13 +127,11 @@ def _correlations(table: Document) -> Iterator[str]:
 
 
 def _temperature(document: Document) -> Iterator[str]:
-    model = document["temperature_model"]
-    if not model:
-        return
-    yield f"Temperature laws, bilinear about T0 = {document['T0_degC']:g} degC"
     heading = ("", "", "value", "U (95 %)", "unit")
-    yield from aligned([heading, *temperature_rows(document)], right={2, 3}, indent="  ")
-    yield from _items("note", model["warnings"])
+    for whose, rows in temperature_laws(document):
+        yield f"Temperature laws{whose}, bilinear about T0 = {document['T0_degC']:g} degC"
+        yield from aligned([heading, *rows], right={2, 3}, indent="  ")
+    yield from _items("note", (document["temperature_model"] or {}).get("warnings", ()))
 
 
 def _fixture_angles(angles: Sequence[Document]) -> Iterator[str]:
@@ -153,13 +151,15 @@ def reversed_mountings(found: Document) -> str:
 def fixture_angle_rows(found: Document) -> list[tuple[str, str, str, str, str]]:
     """Make the lines of a fixture angle: name, symbol, value, half width of the interval, unit."""
     rows = [("fixture angle", "delta0", *in_microradians(found))]
-    for level in found["misalignment"]:
-        t = level["temperature_degC"]
-        where = "" if t is None else f" at {t:.4g} degC"
+    levels = [level["temperature_degC"] for level in found["misalignment"]]
+    places = ["" if t is None else f" at {t:.4g} degC" for t in levels]
+    for where, level in zip(places, found["misalignment"], strict=True):
         rows.append((f"misalignment{where}", "delta", *in_microradians(level)))
     symbol = "delta_ip" if found["axis"] == "o" else "delta_io"
-    coupling = (in_microradians(quantity)[:2] for quantity in found.get("cross_coupling", ()))
-    return [*rows, *(("cross-coupling", symbol, *shown, "ug/g^2") for shown in coupling)]
+    for where, quantity in zip(places, found.get("cross_coupling", ()), strict=False):
+        size = in_microradians(quantity)[:2]
+        rows.append((f"cross-coupling{where}", symbol, *size, "ug/g^2"))
+    return rows
 
 
 def in_microradians(quantity: Document) -> tuple[str, str, str]:

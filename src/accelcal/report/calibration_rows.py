@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.quantity import Document
+from accelcal.results.table import mountings_of_laws
 
 # Name, symbol, coefficient of (1), factor and unit; the scale factor keeps its own unit.
 SHOWN_COEFFICIENTS = (
@@ -160,20 +161,46 @@ _LAWS = (  # name, symbol, law, part, factor, unit; the scale factor keeps its o
 )
 
 
-def temperature_rows(document: Document) -> list[tuple[str, str, str, str, str]]:
-    """Make the lines of the temperature laws.
+def temperature_laws(document: Document) -> list[tuple[str, list[tuple[str, str, str, str, str]]]]:
+    """Make the lines of the temperature laws of each axis along the shaft that has some.
 
     Parameters
     ----------
     document : mapping
-        Document of a calibration with a ``"temperature_model"``.
+        Document of a calibration.
+
+    Returns
+    -------
+    list of tuple
+        Which laws these are, by mounting where the tables have several; and the lines, of name,
+        symbol, value, half width of the 95 % interval and unit.
+    """
+    mountings = [table["mounting"] for table in document["tables"]]
+    several = len(set(mountings)) > 1
+    laws = ("temperature_model", "second_axis_model")
+    found = zip(mountings_of_laws(mountings), map(document.get, laws), strict=True)
+    return [
+        (f" of mounting {mounting}" if several else "", temperature_rows(document, model))
+        for mounting, model in found
+        if model
+    ]
+
+
+def temperature_rows(document: Document, model: Document) -> list[tuple[str, str, str, str, str]]:
+    """Make the lines of the temperature laws of one axis.
+
+    Parameters
+    ----------
+    document : mapping
+        Document of a calibration.
+    model : mapping
+        Its ``"temperature_model"``, or that of its second axis.
 
     Returns
     -------
     list of tuple of str
         Name, symbol, value, half width of the 95 % interval, unit.
     """
-    model = document["temperature_model"]
     own = document["tables"][0]["coefficients"]["K1"]["unit"] if document["tables"] else ""
     rows = [
         _law_row(name, symbol, model[law][part], factor, unit or own)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from accelcal.report.calibration import fixture_angle_rows, reversed_mountings
 from accelcal.report.calibration_rows import (
     alarms,
     coefficient_rows,
-    temperature_rows,
+    temperature_laws,
     without_uncertainty,
 )
 from accelcal.report.html import heading, items, safe, table
@@ -35,11 +36,14 @@ def calibration_html(document: Mapping[str, Any]) -> str:
     parts = [heading(f"Calibration of {name}", document["method"])]
     parts.append(items(map(_bold_warning, [*without_uncertainty(document), *alarms(document)])))
     parts += [table_html(found) for found in document["tables"]]
-    model = document["temperature_model"]
-    if model:
-        caption = f"temperature laws, T0 = {document['T0_degC']:g} °C"
-        parts.append(table(caption, _LAW_HEADINGS, temperature_rows(document)))
-    told = [w for part in (*document["tables"], model or {}) for w in part.get("warnings", ())]
+    for whose, rows in temperature_laws(document):
+        caption = f"temperature laws{whose}, T0 = {document['T0_degC']:g} °C"
+        parts.append(table(caption, _LAW_HEADINGS, rows))
+    for found in document.get("fixture_angle", ()):
+        caption = f"fixture angle apart from the misalignment, {reversed_mountings(found)}"
+        parts.append(table(caption, _LAW_HEADINGS, fixture_angle_rows(found)))
+    model = document["temperature_model"] or {}
+    told = [w for part in (*document["tables"], model) for w in part.get("warnings", ())]
     parts.append(items(map(safe, [*told, *document["warnings"]])))
     if verdict := document.get("verdict"):
         parts.append(verdict_html(verdict))

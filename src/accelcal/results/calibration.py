@@ -28,7 +28,7 @@ from accelcal.results.fixture_angle import FixtureAngle
 from accelcal.results.mapping import FrozenMapping, document_of
 from accelcal.results.quantity import Document, ErrorSource, Gate, Quantity
 from accelcal.results.result import StoredResult, TabularResult
-from accelcal.results.table import TableCalibration
+from accelcal.results.table import TableCalibration, mountings_of_laws
 from accelcal.results.temperature import TemperatureModel
 
 if TYPE_CHECKING:
@@ -319,18 +319,12 @@ class Calibration(StoredResult, TabularResult):
     @property
     def main_mounting(self) -> str:
         """Mounting that most tables are in: `temperature_model` is made from these."""
-        have = [table.mounting for table in self.tables]
-        return max(have, key=have.count)
+        return mountings_of_laws([table.mounting for table in self.tables])[0]
 
     @property
     def second_mounting(self) -> str | None:
-        """Mounting that most tables of the other axis along the shaft are in; None without any.
-
-        `second_axis_model` is made from these.
-        """
-        main = self.main_mounting[0]
-        others = [table.mounting for table in self.tables if table.mounting[0] != main]
-        return max(others, key=others.count) if others else None
+        """Mounting that `second_axis_model` is made from; None where one axis was measured."""
+        return mountings_of_laws([table.mounting for table in self.tables])[1]
 
     def _models(self) -> dict[str, TemperatureModel | None]:
         """Temperature laws by the mounting that they are made from."""
@@ -369,24 +363,26 @@ class Calibration(StoredResult, TabularResult):
         -------
         list of dict
             Keys serial, run, mounting, temperature_degC, coefficient, value,
-            standard_uncertainty, unit, expanded_uncertainty, dof, stands_for. The laws are named
-            as in ``"k0 above"`` and belong to no run.
+            standard_uncertainty, unit, expanded_uncertainty, dof, stands_for. The laws, of the
+            second axis as well, are named as in ``"k0 above"`` and belong to no run.
         """
         of_tables = [
             self._row(name, quantity, table)
             for table in self.tables
             for name, quantity in {**table.coefficients, **table.error_model}.items()
         ]
-        laws = self.temperature_model.quantities() if self.temperature_model else ()
-        return of_tables + [self._row(name, quantity) for name, quantity in laws]
+        return of_tables + [
+            self._row(name, quantity, mounting)
+            for mounting, laws in self._models().items()
+            for name, quantity in (laws.quantities() if laws else ())
+        ]
 
-    def _row(
-        self, name: str, quantity: Quantity, table: TableCalibration | None = None
-    ) -> dict[str, Any]:
+    def _row(self, name: str, quantity: Quantity, where: TableCalibration | str) -> dict[str, Any]:
+        table = None if isinstance(where, str) else where
         return {
             "serial": self.serial,
             "run": table.run if table else None,
-            "mounting": table.mounting if table else None,
+            "mounting": table.mounting if table else where,
             "temperature_degC": table.temperature_degC if table else self.T0_degC,
             "coefficient": name,
             **quantity.to_document(),

@@ -27,7 +27,7 @@ from accelcal.results.quantity import Document, Gate, Quantity, Residuals
 if TYPE_CHECKING:
     from accelcal.arrays import Array
 
-__all__ = ["TableCalibration", "known_temperatures", "nearest_table"]
+__all__ = ["TableCalibration", "known_temperatures", "mountings_of_laws", "nearest_table"]
 
 _SMALLEST = 1e-20
 """Scale factors below it are none [output unit / g]."""
@@ -236,3 +236,28 @@ def known_temperatures(tables: Sequence[TableCalibration]) -> list[float]:
 def _complete(found: Mapping[str, Quantity], names: Sequence[str]) -> dict[str, Quantity]:
     """All quantities in their order; one that is left out was not determined."""
     return {name: found.get(name, Quantity(None, None, "")) for name in names}
+
+
+def mountings_of_laws(mountings: Sequence[str]) -> tuple[str, str | None]:
+    """Tell the mountings that the temperature laws of a calibration are made from.
+
+    Parameters
+    ----------
+    mountings : sequence of str
+        Mounting of each table.
+
+    Returns
+    -------
+    main : str
+        The one of most tables, the first of several.
+    second : str or None
+        The same of the other axis along the shaft; None where no table has it.
+
+    Examples
+    --------
+    >>> mountings_of_laws(["o+", "o-", "o-", "p+"]), mountings_of_laws(["p+"])
+    (('o-', 'p+'), ('p+', None))
+    """
+    main = max(mountings, key=mountings.count)
+    others = [mounting for mounting in mountings if mounting[0] != main[0]]
+    return main, max(others, key=others.count) if others else None
