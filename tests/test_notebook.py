@@ -1,8 +1,11 @@
 """Results in a notebook: well-formed, escaped tables, and one short line as repr."""
 
 import copy
+import json
+import operator
 import pickle
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass, replace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -191,6 +194,62 @@ def test_the_verdict_is_a_table(calibration):
     html = replace(calibration, verdict=verdict)._repr_html_()
     assert "<pre>" not in html
     assert "<b>Verdict against" in html
+
+
+# -- frozen ----------------------------------------------------------------------------------------
+
+
+def held_by(part):
+    if is_dataclass(part):
+        return {item.name: getattr(part, item.name) for item in fields(part)}
+    if isinstance(part, Mapping):
+        return part
+    return dict(enumerate(part)) if isinstance(part, tuple) else {}
+
+
+def writable(part, path=""):
+    """Tell what of a result could be changed in place."""
+    if type(part) in (dict, list, set) or (isinstance(part, np.ndarray) and part.flags.writeable):
+        yield path
+    for name, item in held_by(part).items():
+        yield from writable(item, f"{path}.{name}")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_a_result_holds_is_read_only(results, name):
+    mine = {".metadata"}  # of a record: texts that nobody calculates with
+    assert set(writable(results[name])) - mine == set()
+
+
+def test_numbers_of_a_result_are_not_scaled_in_place():
+    a_i = np.linspace(-1, 1, 3)
+    found = budget(accelcal.fit(accelcal.simulate(seed=1)), a_i, temperature=20.0)
+    with pytest.raises(ValueError, match="read-only"):
+        found.systematic *= 1e6
+    a_i *= 2.0  # what was given stays the caller's
+    assert found == pickle.loads(pickle.dumps(found))
+
+
+def test_a_mapping_of_a_result_is_a_dictionary_that_stays():
+    table = accelcal.fit(accelcal.simulate(seed=1)).tables[0]
+    mapping = table.coefficients
+    changes = [
+        lambda: mapping.update(K0=1),
+        lambda: mapping.__setitem__("K0", 1),
+        lambda: mapping.pop("K0"),
+        lambda: mapping.setdefault("x", 1),
+        lambda: operator.ior(mapping, {"x": 1}),
+        lambda: mapping.__delitem__("K0"),
+        mapping.clear,
+        mapping.popitem,
+    ]
+    for change in changes:
+        with pytest.raises(TypeError, match=r"stays as it is; change a copy"):
+            change()
+    assert set(mapping) == {"K0", "K1", "K2", "K3", "M", "M_ip"}
+    assert copy.deepcopy(mapping) == pickle.loads(pickle.dumps(mapping)) == dict(mapping)
+    assert json.loads(json.dumps(table.budget)) == table.budget
+    assert pd.DataFrame(table.budget).loc["head", "K1"] == table.budget["K1"]["head"]
 
 
 # -- frames ----------------------------------------------------------------------------------------

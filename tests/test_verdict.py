@@ -621,3 +621,12 @@ def test_several_calibrations_have_a_verdict_each(capsys):
 def test_undecided_tells_the_probability():
     sheet = Specification("x", (Limit("bias", "mg", maximum=5.0),))
     assert "probability of 50.0 %" in str(judge(bias(5.0, 0.1), sheet))
+
+
+def test_limits_of_a_data_sheet_become_a_tuple_and_are_limits():
+    limit = accelcal.Limit("bias", "mg", maximum=5.0)
+    of_list = accelcal.Specification("x", [limit])
+    assert of_list == accelcal.Specification("x", (limit,)) == accelcal.Specification("x", limit)
+    assert hash(of_list)
+    with pytest.raises(accelcal.InputError, match=r"float in place of a limit; make one by"):
+        accelcal.Specification("x", [5.0])

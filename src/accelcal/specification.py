@@ -9,6 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from accelcal.arguments.kinds import each_of
 from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError
 from accelcal.units import canonical_unit, conversion_factor, is_output_unit
@@ -330,5 +331,6 @@ class Specification:
     def __post_init__(self) -> None:
         if self.rule not in RULES:
             raise InputError(f"rule {self.rule!r} is unknown; there are {', '.join(RULES)}")
+        object.__setattr__(self, "limits", each_of(self.limits, Limit))
         if not self.limits:
             raise InputError("no limits; give a table such as [limits.bias]")

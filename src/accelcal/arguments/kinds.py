@@ -53,6 +53,7 @@ _KINDS = {
         "a laboratory",
         "make one by accelcal.io.laboratory.Laboratory(...), or read one from a TOML file",
     ),
+    "Limit": ("a limit", "make one by accelcal.Limit('bias', 'mg', maximum=5)"),
     "Pace": ("a pace", "make one by accelcal.Pace(reading=60)"),
     "Parameter": ("a parameter", "make one by accelcal.Parameter('sine', 'rad', 'meaning')"),
     "RandomBound": (
@@ -73,7 +74,8 @@ _KINDS = {
     ),
     "StabilityRecord": (
         "a stability record",
-        "make one by accelcal.read_stability('record.csv')",
+        "make one by accelcal.read_stability('record.csv'), or by"
+        " accelcal.StabilityRecord(launches)",
     ),
     "Stand": ("a stand", "make one by accelcal.read_stand('stand.toml')"),
     "StandConditions": (

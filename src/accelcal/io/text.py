@@ -276,7 +276,10 @@ def _read(source: Source, what: str) -> tuple[str, bytes | str]:
         name = os.fspath(source)
         return name, _read_path(file_and_sheet(name)[0], what)
     if not hasattr(source, "read"):
-        frames = " (a DataFrame of a tumble test goes to accelcal.read_arrays)"
+        frames = (
+            " (a DataFrame of a tumble test goes to accelcal.read_arrays, columns of a launch to"
+            " accelcal.Launch, outputs of a triad to accelcal.TriadRecord)"
+        )
         raise InputError(
             f"{kind_of(source)} in place of a {what}; give its path, or an open file"
             f"{frames if hasattr(source, 'columns') else ''}"

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from accelcal.plural import counted
+from accelcal.results.mapping import freeze
 from accelcal.results.result import JsonResult, TabularResult
 
 __all__ = ["SCHEMA", "DesignComparison", "Forecast", "TestDesign", "Visibility"]
@@ -48,6 +49,9 @@ class Forecast:
     floor: float
     budget: Mapping[str, float]
     stands_for: str | None = None
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
     @property
     def mostly_from(self) -> str:
@@ -199,6 +203,9 @@ class DesignComparison(JsonResult, TabularResult):
     pace: Mapping[str, float]
     targets: Mapping[str, float]
     software: str
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
     def front(self, name: str) -> tuple[int, ...]:
         """Tests that no other one beats in both hours and uncertainty of a coefficient.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from accelcal.equality import EqualByContents
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
+from accelcal.results.mapping import freeze
 from accelcal.results.result import JsonResult, TabularResult
 
 if TYPE_CHECKING:
@@ -49,6 +50,9 @@ class ErrorComponent(EqualByContents):
     standard_uncertainty: Array
     dof: Array
     origin: str
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,6 +116,9 @@ class ErrorBudget(EqualByContents, JsonResult, TabularResult):
     warnings: tuple[str, ...] = ()
     serial: str | None = None
     source: str = "<table>"
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
     def __str__(self) -> str:
         from accelcal.report.error_budget import budget_text

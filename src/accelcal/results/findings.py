@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from accelcal.results.mapping import freeze
 from accelcal.results.quantity import Quantity, StoredPart
 
 __all__ = [
@@ -91,6 +92,9 @@ class FoundEffect(StoredPart):
     indistinguishable: tuple[str, ...]
     to_tell_apart: str
 
+    def __post_init__(self) -> None:
+        freeze(self)
+
 
 @dataclass(frozen=True, slots=True)
 class Fault(StoredPart):
@@ -115,6 +119,9 @@ class Fault(StoredPart):
     parameters: Mapping[str, Quantity]
     p_value: float
     readings: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,7 +28,7 @@ from accelcal.results.checked import (
 )
 from accelcal.results.covariance import Rows, rows_of
 from accelcal.results.findings import Change
-from accelcal.results.mapping import document_of
+from accelcal.results.mapping import document_of, freeze
 from accelcal.results.quantity import Gate, Quantity, StoredPart
 from accelcal.results.result import StoredResult, TabularResult
 
@@ -118,6 +118,9 @@ class UnitOnHead(StoredPart):
     information: Rows
     pull: tuple[float, ...]
     coefficients: Mapping[str, Change]
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from typing import Any, TypeVar
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any, NoReturn, TypeVar
 
-Value = TypeVar("Value", covariant=True)
+Value = TypeVar("Value")
 
 
-class FrozenMapping(Mapping[str, Value]):
-    """A read-only copy of a mapping; unlike `types.MappingProxyType` it can be pickled and copied.
+class FrozenMapping(dict[str, Value]):
+    """A dictionary that stays as it is; pandas and json take it for what it is.
 
-    Parameters
-    ----------
-    items : mapping
-        Names and values.
+    Unlike `types.MappingProxyType` it can be pickled, copied and hashed.
+
+    Raises
+    ------
+    TypeError
+        If it is to be changed.
 
     Examples
     --------
@@ -25,39 +28,45 @@ class FrozenMapping(Mapping[str, Value]):
     True
     """
 
-    __slots__ = ("_items",)
+    __slots__ = ()
 
-    def __init__(self, items: Mapping[str, Value]) -> None:
-        self._items = dict(items)
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise TypeError("this mapping stays as it is; change a copy, dict(mapping)")
 
-    def __getitem__(self, name: str) -> Value:
-        return self._items[name]
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    clear = pop = popitem = setdefault = update = _refuse
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._items)
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash(frozenset(self.items()))
 
-    def __len__(self) -> int:
-        return len(self._items)
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (dict(self),)
 
-    def __hash__(self) -> int:
-        return hash(frozenset(self._items.items()))
 
-    def __repr__(self) -> str:
-        return repr(self._items)
+def freeze(result: Any) -> None:
+    """Make what a frozen dataclass holds read-only, when it is born.
+
+    Parameters
+    ----------
+    result : dataclass
+        Its fields become what `frozen` makes of them.
+    """
+    for item in fields(result):
+        object.__setattr__(result, item.name, frozen(getattr(result, item.name)))
 
 
 def frozen(part: Any) -> Any:
-    """Freeze a part of a JSON document.
+    """Freeze a part of a result, or of a JSON document.
 
     Parameters
     ----------
     part : object
-        Mappings, lists, texts, numbers, None, nested in any way.
+        Mappings, lists, arrays and anything else, nested in any way.
 
     Returns
     -------
     object
-        The same of `FrozenMapping` and tuples, which can be compared and hashed.
+        The same of `FrozenMapping`, tuples and views of arrays that cannot be written to.
 
     Examples
     --------
@@ -66,6 +75,9 @@ def frozen(part: Any) -> Any:
     """
     if isinstance(part, Mapping):
         return FrozenMapping({name: frozen(item) for name, item in part.items()})
+    if hasattr(part, "setflags"):
+        part = part.view()
+        part.setflags(write=False)
     return tuple(map(frozen, part)) if isinstance(part, list | tuple) else part
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from accelcal.results.designs import DesignComparison, TestDesign
+from accelcal.results.mapping import freeze
 from accelcal.results.result import JsonResult, TabularResult
 
 __all__ = ["SCHEMA", "OptimalDesign"]
@@ -44,6 +45,9 @@ class OptimalDesign(JsonResult, TabularResult):
     losses: Mapping[str, float]
     spacing: float
     seed: int
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
     @property
     def designs(self) -> tuple[TestDesign, ...]:

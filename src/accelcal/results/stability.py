@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
 from accelcal.plural import counted
-from accelcal.results.mapping import document_of
+from accelcal.results.mapping import document_of, freeze
 from accelcal.results.quantity import Gate, Part
 from accelcal.results.result import JsonResult, TabularResult
 
@@ -210,11 +211,11 @@ class Stability(JsonResult, TabularResult):
     (1e-05, 'g')
     """
 
-    components: dict[str, Estimate]
+    components: Mapping[str, Estimate]
     bounds: tuple[BiasBound, ...]
     launches: tuple[LaunchTrend, ...]
     allan: AllanDeviation
-    noise_terms: dict[str, Estimate]
+    noise_terms: Mapping[str, Estimate]
     gates: tuple[Gate, ...]
     warnings: tuple[str, ...]
     unit: str
@@ -225,6 +226,9 @@ class Stability(JsonResult, TabularResult):
     serial: str | None = None
     source: str = "<record>"
     software: str = ""
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
     def __str__(self) -> str:
         from accelcal.report.stability import stability_text
@@ -268,7 +272,7 @@ class Stability(JsonResult, TabularResult):
     def rows(self) -> list[dict[str, Any]]:
         """List components, noise terms and bounds, a flat dictionary each."""
         named: list[tuple[str, float | None, Estimate]] = [
-            (name, None, e) for name, e in (self.components | self.noise_terms).items()
+            (name, None, e) for name, e in {**self.components, **self.noise_terms}.items()
         ]
         for bound in self.bounds:
             named += [("k0D", bound.time_s, bound.drift), ("k0", bound.time_s, bound.bound)]

@@ -13,7 +13,7 @@ from accelcal.arrays import Array, Mask
 from accelcal.equality import EqualByContents
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
-from accelcal.results.mapping import document_of, finite_or_none
+from accelcal.results.mapping import document_of, finite_or_none, freeze
 from accelcal.results.result import JsonResult, TabularResult
 from accelcal.results.stand_requirements import Requirements, Sufficiency
 
@@ -99,6 +99,9 @@ class StandShare(EqualByContents):
     residual: float
     origin: str
 
+    def __post_init__(self) -> None:
+        freeze(self)
+
     @property
     def sensitivities(self) -> Array:
         """Change of each coefficient per unit of the component; root sum square of its errors."""
@@ -141,6 +144,9 @@ class MonteCarlo(EqualByContents):
     numerical: Array
     tolerance: Array
     agrees: Mask
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -200,6 +206,9 @@ class StandBudget(EqualByContents, JsonResult, TabularResult):
     warnings: tuple[str, ...] = ()
     requirements: Requirements | None = None
     data_sheet: tuple[Sufficiency, ...] = ()
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
     def __str__(self) -> str:
         from accelcal.report.stand_budget import stand_budget_text

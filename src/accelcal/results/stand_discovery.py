@@ -11,7 +11,7 @@ from accelcal.escapes import visible
 from accelcal.results.checked import Kind, checked, list_of, mapping_of, number, one_of, text
 from accelcal.results.discovery import SCHEMA, Discovery
 from accelcal.results.findings import Change
-from accelcal.results.mapping import document_of
+from accelcal.results.mapping import document_of, freeze
 from accelcal.results.quantity import Document, Quantity, StoredPart
 from accelcal.results.result import StoredResult, part_of
 
@@ -63,6 +63,9 @@ class StandEffect(StoredPart):
     sizes: Mapping[str, Quantity]
     found_in: tuple[str, ...]
     indistinguishable: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +127,9 @@ class StandDiscovery(StoredResult):
     common: Discovery
     notes: tuple[str, ...] = ()
     alpha: float = 0.01
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
     def __str__(self) -> str:
         from accelcal.report.stand_discovery import stand_text

@@ -24,7 +24,7 @@ from accelcal.results.checked import (
     whole,
 )
 from accelcal.results.covariance import Covariance, covariance, covariance_document
-from accelcal.results.mapping import document_of
+from accelcal.results.mapping import document_of, freeze
 from accelcal.results.quantity import Gate, Quantity
 from accelcal.results.result import StoredResult, TabularResult
 
@@ -93,10 +93,10 @@ class TriadCalibration(StoredResult, TabularResult):
     _WRITER: ClassVar[str] = "accelcal triad"
 
     frame: str
-    parameters: dict[str, Quantity]
-    scale_factors: dict[str, Quantity]
-    misalignments: dict[str, Quantity]
-    axis_angles: dict[str, Quantity]
+    parameters: Mapping[str, Quantity]
+    scale_factors: Mapping[str, Quantity]
+    misalignments: Mapping[str, Quantity]
+    axis_angles: Mapping[str, Quantity]
     covariance: Covariance
     attitudes: int
     dof: int
@@ -108,6 +108,9 @@ class TriadCalibration(StoredResult, TabularResult):
     source: str = "<table>"
     notes: tuple[str, ...] = ()
     software: str = ""
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
     @property
     def bias(self) -> Array:
@@ -154,7 +157,7 @@ class TriadCalibration(StoredResult, TabularResult):
 
     def rows(self) -> list[dict[str, Any]]:
         """List all quantities, a flat dictionary each."""
-        named = self.parameters | self.scale_factors | self.misalignments
+        named = {**self.parameters, **self.scale_factors, **self.misalignments}
         named |= {f"angle_{pair}": q for pair, q in self.axis_angles.items()}
         return [{"name": name, **quantity.to_document()} for name, quantity in named.items()]
 

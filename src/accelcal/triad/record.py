@@ -13,6 +13,7 @@ from accelcal.arguments.options import check_text, check_texts, check_written
 from accelcal.arrays import Array, Ints
 from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
+from accelcal.results.mapping import freeze
 
 __all__ = ["AXES", "TriadRecord", "up_of_turn"]
 
@@ -76,6 +77,7 @@ class TriadRecord(EqualByContents):
         for name in ("output", "up"):
             if name == "output" or self.up is not None:
                 object.__setattr__(self, name, _rows(getattr(self, name), name))
+        freeze(self)
         if self.up is None:
             return
         if self.up.shape != self.output.shape:
@@ -101,7 +103,6 @@ def _rows(values: ArrayLike, name: str) -> Array:
         raise InputError(f"{name} has shape {rows.shape}; give a row of three for each attitude")
     if not (np.isfinite(rows) & (np.abs(rows) < _LARGEST)).all():
         raise InputError(f"{name} holds a value that is not finite or too large; leave it out")
-    rows.setflags(write=False)
     return rows
 
 
