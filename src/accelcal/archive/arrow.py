@@ -136,7 +136,7 @@ def _array(cells: Cells, kind: str) -> Any:
     return _plain(stored, numbers.size, _type(kind), known)
 
 
-def _plain(values: NDArray[Any], size: int, kind: Any, known: Mask | None = None) -> Any:
+def _plain(values: NDArray[Any], size: int, kind: Any, known: Mask | None) -> Any:
     import pyarrow as pa
 
     stored = pa.py_buffer(np.ascontiguousarray(values))

@@ -54,7 +54,7 @@ class _Reversal(NamedTuple):
 
 
 def fixture_angles(
-    tables: Sequence[PreparedTable], estimate: JointEstimate, delta0: float = 0.0
+    tables: Sequence[PreparedTable], estimate: JointEstimate, delta0: float
 ) -> tuple[FixtureAngle, ...]:
     """Tell the fixture angle of each axis that was measured on both sides.
 
@@ -64,7 +64,7 @@ def fixture_angles(
         The tables of one record.
     estimate : JointEstimate
         Their coefficients, of one record alone.
-    delta0 : float, default 0
+    delta0 : float
         Fixture angle that the estimate took as given [rad].
 
     Returns

@@ -32,24 +32,26 @@ class Swaps(NamedTuple):
 
 
 class SwapBlock(NamedTuple):
-    """Strokes of equally many readings: some of them, all, and the least share of any pair.
+    """Strokes of equally many readings: one and the other of a pair, and the least share of any.
+
+    The one is among some of the readings of a stroke, the other among all of them.
 
     The share of a pair is that of the square of the difference of their errors which is left in the
     residuals, P_ii + P_jj - 2 P_ij, where P is the projector on the residuals.
     """
 
     stroke: Places  # shape (c,)
-    some: Places  # shape (c, s)
-    own: Places  # shape (c, k)
+    one: Places  # shape (c, s)
+    other: Places  # shape (c, k)
     least: Array  # shape (c,)
 
 
 class _Hope(NamedTuple):
-    """Some readings of a stroke and all of it, and the tables in which a swap may be so good."""
+    """One and the other of the pairs of a stroke, and the tables where a swap may be so good."""
 
     stroke: int
-    some: Places
-    own: Places
+    one: Places
+    other: Places
     tables: Places
 
 
@@ -69,21 +71,21 @@ def swap_blocks(basis: Array, strokes: Cells) -> list[SwapBlock]:
         Blocks of pairs of readings of one stroke.
     """
     found = []
-    for stroke, own in strokes.alike:
-        size = own.shape[1]
+    for stroke, other in strokes.alike:
+        size = other.shape[1]
         for start in range(0, size if size > 1 else 0, _BLOCK):
-            some = own[:, start : start + _BLOCK]
-            parts = few_at_a_time(own, some.shape[1])
-            least = [_least_shares(basis, some[few], own[few]) for few in parts]
-            found.append(SwapBlock(stroke, some, own, np.concatenate(least)))
+            one = other[:, start : start + _BLOCK]
+            parts = few_at_a_time(other, one.shape[1])
+            least = [_least_shares(basis, one[few], other[few]) for few in parts]
+            found.append(SwapBlock(stroke, one, other, np.concatenate(least)))
     return found
 
 
-def _least_shares(basis: Array, some: Places, own: Places) -> Array:
+def _least_shares(basis: Array, one: Places, other: Places) -> Array:
     """Least share of two different readings of each stroke, shape (c,)."""
-    same = some[:, :, None] == own[:, None]
-    share = np.where(same, np.inf, _shares(basis, some, own))
-    return np.asarray(np.maximum(share.reshape(len(own), -1).min(axis=1), 0.0))
+    same = one[:, :, None] == other[:, None]
+    share = np.where(same, np.inf, _shares(basis, one, other))
+    return np.asarray(np.maximum(share.reshape(len(other), -1).min(axis=1), 0.0))
 
 
 def best_swap(
@@ -116,37 +118,37 @@ def best_swap(
     squares = (residual**2).sum(axis=0)
     found = Swaps(np.full(squares.size, np.inf), np.zeros((squares.size, 2), dtype=np.intp))
     least = (1.0 - 1.0 / better - _ROUNDING) * squares
-    for _, some, own, tables in sorted(_hopes(residual, blocks, least), key=lambda hope: hope[0]):
-        share = _shares(basis, some, own)
+    for _, one, other, tables in sorted(_hopes(residual, blocks, least), key=lambda hope: hope[0]):
+        share = _shares(basis, one, other)
         for part in np.array_split(tables, 1 + tables.size * share.size // _NUMBERS):
             y, r = output.T[part], residual.T[part]
-            d = y[:, None, own] - y[:, some, None]
-            pull = r[:, some, None] - r[:, None, own]
+            d = y[:, None, other] - y[:, one, None]
+            pull = r[:, one, None] - r[:, None, other]
             change = (2.0 * d * pull + d**2 * share).reshape(part.size, share.size)
             at = change.argmin(axis=1)
             left = squares[part] + change[np.arange(part.size), at]
             ahead = left < found.squares[part]
             found.squares[part[ahead]] = left[ahead]
-            first, second = np.divmod(at[ahead], own.size)
-            found.pair[part[ahead]] = np.sort(np.column_stack([some[first], own[second]]), axis=1)
+            first, second = np.divmod(at[ahead], other.size)
+            found.pair[part[ahead]] = np.sort(np.column_stack([one[first], other[second]]), axis=1)
     return found
 
 
 def _hopes(residual: Array, blocks: Sequence[SwapBlock], least: Array) -> Iterator[_Hope]:
     """Find where a swap may take so much off the squares; that is in few strokes of a table."""
-    for stroke, some, own, share in blocks:
-        for few in few_at_a_time(own, least.size):
-            span = np.ptp(residual.take(own[few], axis=0), axis=1) ** 2
+    for stroke, one, other, share in blocks:
+        for few in few_at_a_time(other, least.size):
+            span = np.ptp(residual.take(other[few], axis=0), axis=1) ** 2
             enough = span >= least * share[few, None]
             for at in np.flatnonzero(enough.any(axis=1)).tolist():
                 place = few.start + at
                 tables = np.flatnonzero(enough[at])
-                yield _Hope(int(stroke[place]), some[place], own[place], tables)
+                yield _Hope(int(stroke[place]), one[place], other[place], tables)
 
 
-def _shares(basis: Array, some: Places, own: Places) -> Array:
+def _shares(basis: Array, one: Places, other: Places) -> Array:
     """P_ii + P_jj - 2 P_ij of pairs of readings, shape (..., s, k)."""
-    rows, columns = basis[some], basis[own]
+    rows, columns = basis[one], basis[other]
     free_rows, free_columns = (1.0 - (each**2).sum(axis=-1) for each in (rows, columns))
     common = 2.0 * rows @ columns.swapaxes(-1, -2)
     return np.asarray(free_rows[..., :, None] + free_columns[..., None, :] + common)

@@ -32,7 +32,7 @@ def _day(place: str, value: Any) -> str:
     return found.date().isoformat() if found else ""
 
 
-def _check_line(place: str, value: Any, *, blank: bool = True) -> None:
+def _check_line(place: str, value: Any, *, blank: bool) -> None:
     if not isinstance(value, str) or not value.isprintable() or not (blank or value.strip()):
         raise InputError(f"{place} is {value!r:.40}; it is a text of one line")
 

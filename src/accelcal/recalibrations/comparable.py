@@ -72,20 +72,21 @@ def comparable(
         If there is no such unit, mounting or level, or too little is left.
     """
     notes: list[str] = []
-    own = _of_unit(entries, serial)
-    name = f"serial {own[0].serial}" if own[0].serial else "the unit"
-    own = _of_mounting(own, mounting, notes)
-    own = _dated(own, name, notes)
-    own, level = _at_level(own, temperature, notes)
-    own = _one_a_test(_whole(own, notes), notes)
-    if len({year(entry.date) for entry in own}) < FEWEST:
+    chosen = _of_unit(entries, serial)
+    name = f"serial {chosen[0].serial}" if chosen[0].serial else "the unit"
+    chosen = _of_mounting(chosen, mounting, notes)
+    chosen = _dated(chosen, name, notes)
+    chosen, level = _at_level(chosen, temperature, notes)
+    chosen = _one_a_test(_whole(chosen, notes), notes)
+    if len({year(entry.date) for entry in chosen}) < FEWEST:
+        left_out = f" ({'; '.join(notes)})" if notes else ""
         raise InputError(
-            f"{name} has {len({e.date for e in own})} dated calibration(s) to compare, and a drift"
-            f" needs {FEWEST}; add results{'' if not notes else ' (' + '; '.join(notes) + ')'}"
+            f"{name} has {len({entry.date for entry in chosen})} dated calibration(s) to compare,"
+            f" and a drift needs {FEWEST}; add results{left_out}"
         )
-    own.sort(key=lambda entry: (year(entry.date) or 0.0, entry.source))
-    years = tuple(year(entry.date) or 0.0 for entry in own)
-    return Comparable(tuple(own), years, level, tuple(notes))
+    chosen.sort(key=lambda entry: (year(entry.date) or 0.0, entry.source))
+    years = tuple(year(entry.date) or 0.0 for entry in chosen)
+    return Comparable(tuple(chosen), years, level, tuple(notes))
 
 
 def _of_unit(entries: Sequence[Entry], serial: str | None) -> list[Entry]:
@@ -94,22 +95,22 @@ def _of_unit(entries: Sequence[Entry], serial: str | None) -> list[Entry]:
         raise InputError("no calibration is given; give what accelcal batch or fit wrote")
     if serial is None and len(have) > 1:
         raise InputError(f"several units; choose one by its serial: {listed(have)}")
-    own = [entry for entry in entries if serial is None or _name(entry) == serial]
-    if not own:
+    chosen = [entry for entry in entries if serial is None or _name(entry) == serial]
+    if not chosen:
         as_number = serial is not None and serial.lstrip("0") in have
         remedy = "; read them by pandas.read_csv(..., dtype={'serial': str})" if as_number else ""
         raise InputError(f"no serial {serial!r} in the results; there is {listed(have)}{remedy}")
-    return own
+    return chosen
 
 
 def _name(entry: Entry) -> str:
     return entry.serial or "(none)"
 
 
-def _of_mounting(own: list[Entry], mounting: str | None, notes: list[str]) -> list[Entry]:
-    have = Counter(entry.mounting for entry in own)
+def _of_mounting(entries: list[Entry], mounting: str | None, notes: list[str]) -> list[Entry]:
+    have = Counter(entry.mounting for entry in entries)
     chosen = have.most_common(1)[0][0] if mounting is None else mounting
-    kept = [entry for entry in own if entry.mounting == chosen]
+    kept = [entry for entry in entries if entry.mounting == chosen]
     if not kept:
         raise InputError(f"no mounting {chosen!r} in the results; there is {', '.join(have)}")
     if len(have) > 1:
@@ -117,14 +118,14 @@ def _of_mounting(own: list[Entry], mounting: str | None, notes: list[str]) -> li
     return kept
 
 
-def _dated(own: list[Entry], name: str, notes: list[str]) -> list[Entry]:
-    kept = [entry for entry in own if year(entry.date) is not None]
-    lost = [entry for entry in own if year(entry.date) is None]
+def _dated(entries: list[Entry], name: str, notes: list[str]) -> list[Entry]:
+    kept = [entry for entry in entries if year(entry.date) is not None]
+    lost = [entry for entry in entries if year(entry.date) is None]
     if lost:
         first = lost[0].source if lost[0].date is None else f"{lost[0].date!r} of {lost[0].source}"
         notes.append(
-            f"{len(lost)} of {len(own)} tables have no date that can be read, first {first}; write"
-            " '# date: 2024-05-31' above the readings"
+            f"{len(lost)} of {len(entries)} tables have no date that can be read, first {first};"
+            " write '# date: 2024-05-31' above the readings"
         )
     if not kept:
         raise InputError(f"{name}: {notes[-1]}")
@@ -132,15 +133,15 @@ def _dated(own: list[Entry], name: str, notes: list[str]) -> list[Entry]:
 
 
 def _at_level(
-    own: list[Entry], temperature: float | None, notes: list[str]
+    entries: list[Entry], temperature: float | None, notes: list[str]
 ) -> tuple[list[Entry], float | None]:
     """Tables at one level, and the mean of their temperatures; None where none is known."""
-    known = [entry for entry in own if entry.temperature is not None]
+    known = [entry for entry in entries if entry.temperature is not None]
     if not known:
         if temperature is not None:
             raise InputError("no temperature in the results; leave out the temperature asked for")
         notes.append("temperatures are unknown; calibrations are compared as if at one")
-        return own, None
+        return entries, None
     asked = _usual_level(known) if temperature is None else temperature
     kept = [entry for entry in known if _is_near(entry, asked)]
     left = {round(entry.temperature or 0.0) for entry in known if not _is_near(entry, asked)}
@@ -182,20 +183,20 @@ def _said_of_level(held: Array, others: str) -> Iterator[str]:
         )
 
 
-def _whole(own: list[Entry], notes: list[str]) -> list[Entry]:
+def _whole(entries: list[Entry], notes: list[str]) -> list[Entry]:
     """Tables with values and uncertainties, in one output unit."""
-    kept = [entry for entry in own if entry.is_complete]
-    if len(kept) < len(own):
+    kept = [entry for entry in entries if entry.is_complete]
+    if len(kept) < len(entries):
         notes.append(
-            f"{len(own) - len(kept)} of {len(own)} tables have no uncertainty and are left out;"
-            " repeat strokes"
+            f"{len(entries) - len(kept)} of {len(entries)} tables have no uncertainty and are left"
+            " out; repeat strokes"
         )
     return _in_one_unit(kept, notes)
 
 
-def _in_one_unit(own: list[Entry], notes: list[str]) -> list[Entry]:
+def _in_one_unit(entries: list[Entry], notes: list[str]) -> list[Entry]:
     """Tables with their scale factors in the unit of most."""
-    units = Counter(entry.unit for entry in own)
+    units = Counter(entry.unit for entry in entries)
     common = max(units, key=lambda unit: units[unit], default="")
     factors = {unit: conversion_factor(unit, common) for unit in units}
     if None in factors.values():
@@ -203,7 +204,7 @@ def _in_one_unit(own: list[Entry], notes: list[str]) -> list[Entry]:
     if len(units) > 1:
         others = ", ".join(unit for unit in units if unit != common)
         notes.append(f"scale factors of outputs in {others} are converted to {common}/g")
-    return [_converted(entry, factors[entry.unit] or 1.0, common) for entry in own]
+    return [_converted(entry, factors[entry.unit] or 1.0, common) for entry in entries]
 
 
 def _converted(entry: Entry, factor: float, unit: str) -> Entry:
@@ -211,16 +212,16 @@ def _converted(entry: Entry, factor: float, unit: str) -> Entry:
     return replace(entry, scale_factor=tuple(scaled), unit=unit)
 
 
-def _one_a_test(own: list[Entry], notes: list[str]) -> list[Entry]:
+def _one_a_test(entries: list[Entry], notes: list[str]) -> list[Entry]:
     """Runs of one test at the level as one, whose uncertainty is not smaller for that.
 
     They share what scatters from one calibration to the next, so that they are no calibrations of
-    their own.
+    their entries.
     """
     tests: dict[tuple[str, str | None], list[Entry]] = {}
-    for entry in own:
+    for entry in entries:
         tests.setdefault((entry.source, entry.date), []).append(entry)
-    if len(tests) < len(own):
+    if len(tests) < len(entries):
         notes.append("runs of one test at the level are averaged")
     return [_mean(runs) for runs in tests.values()]
 

@@ -23,6 +23,9 @@ _NEEDED = (
     *("serial", "mounting", "date"),
     *("k0", "k0_standard_uncertainty", "K1", "K1_standard_uncertainty"),
 )
+_NAMED = 8
+"""Names in a sentence, before the rest are counted."""
+
 Numbers = tuple[float | None, ...]
 
 
@@ -187,15 +190,13 @@ def _text(cell: Any) -> str | None:
     return str(cell).strip() or None
 
 
-def listed(names: Sequence[str], most: int = 8) -> str:
+def listed(names: Sequence[str]) -> str:
     """Name some things in a sentence, and the rest as a number.
 
     Parameters
     ----------
     names : sequence of str
         The names.
-    most : int, default 8
-        How many are named.
 
     Returns
     -------
@@ -204,8 +205,8 @@ def listed(names: Sequence[str], most: int = 8) -> str:
 
     Examples
     --------
-    >>> listed(["a", "b", "c"], most=2)
-    'a, b and 1 more'
+    >>> listed(list("abcdefghijk"))
+    'a, b, c, d, e, f, g, h and 3 more'
     """
-    shown = ", ".join(names[:most])
-    return shown if len(names) <= most else f"{shown} and {len(names) - most} more"
+    shown = ", ".join(names[:_NAMED])
+    return shown if len(names) <= _NAMED else f"{shown} and {len(names) - _NAMED} more"

@@ -88,11 +88,11 @@ def history(
 
 def history_of(
     entries: Sequence[Entry],
-    serial: str | None = None,
+    serial: str | None,
     *,
-    mounting: str | None = None,
-    temperature: float | None = None,
-    alpha: float = 0.01,
+    mounting: str | None,
+    temperature: float | None,
+    alpha: float,
 ) -> History:
     """Follow a unit through the tables of its calibrations, see `history`.
 
