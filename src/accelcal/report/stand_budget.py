@@ -119,39 +119,40 @@ def _coefficients(document: Document) -> Iterator[str]:
     heading = ["", "unit", "u", "U", "dof"]
     heading += ["low", "high", "linear"] if trials is not None else []
     heading.append("U less 1st")
-    rows = [[*heading, "from"]]
-    for place, own in enumerate(document["coefficients"]):
-        if not own["where"] or "run" in own["where"].partition(" and ")[2] or _change(own):
-            rows.append(_row(document, place))
+    shown = [i for i, item in enumerate(document["coefficients"]) if _is_shown(item)]
+    rows = [[*heading, "from"], *(_row(document, place) for place in shown)]
     yield from aligned(rows, right=range(2, len(heading)), indent="  ")
-    left = len(document["coefficients"]) - len(rows) + 1
+    left = len(document["coefficients"]) - len(shown)
     if left:
         yield f"  (and {counted(left, 'coefficient')} of the other tables, in CSV and JSON)"
 
 
-def _change(own: Document) -> bool:
-    return str(own["symbol"]).endswith(" change")
+def _is_shown(coefficient: Document) -> bool:
+    """Whether it is of the table nearest to T0, of two runs, or a change."""
+    where, symbol = str(coefficient["where"] or ""), str(coefficient["symbol"])
+    return not where or "run" in where.partition(" and ")[2] or symbol.endswith(" change")
 
 
 def _row(document: Document, place: int) -> list[str]:
-    own = document["coefficients"][place]
-    unit, factor = shown_unit(own)
-    dof = "inf" if own["dof"] is None or own["dof"] > _MANY else f"{own['dof']:.0f}"
-    u, U = (significant(factor * own[f"{kind}_uncertainty"], 3) for kind in _BOTH)
-    named = _NAMED - (own["monte_carlo"] is not None)
+    coefficient = document["coefficients"][place]
+    unit, factor = shown_unit(coefficient)
+    freedom, trial = coefficient["dof"], coefficient["monte_carlo"]
+    dof = "inf" if freedom is None or freedom > _MANY else f"{freedom:.0f}"
+    u, U = (significant(factor * coefficient[f"{kind}_uncertainty"], 3) for kind in _BOTH)
+    named = _NAMED - (trial is not None)
     largest = [item for item in shares(document, place)[:named] if item[1] >= 0.005]
     told = ", ".join(f"{name} {100 * share:.0f}" for name, share in largest)
-    without = own["expanded_uncertainty"] * math.sqrt(max(1.0 - sum(s for _, s in largest[:1]), 0))
-    trial = own["monte_carlo"]
-    found: list[str] = [] if trial is None else _trial(own, trial, factor)
-    return [own["symbol"], unit, u, U, dof, *found, significant(factor * without, 3), told]
+    rest = max(1.0 - sum(share for _, share in largest[:1]), 0)
+    without = coefficient["expanded_uncertainty"] * math.sqrt(rest)
+    found: list[str] = [] if trial is None else _trial(coefficient, trial, factor)
+    return [coefficient["symbol"], unit, u, U, dof, *found, significant(factor * without, 3), told]
 
 
 _BOTH = ("standard", "expanded")
 
 
-def _trial(own: Document, trial: Document, factor: float) -> list[str]:
-    ends = [factor * (trial[end] - own["value"]) for end in ("low", "high")]
+def _trial(coefficient: Document, trial: Document, factor: float) -> list[str]:
+    ends = [factor * (trial[end] - coefficient["value"]) for end in ("low", "high")]
     shown = [f"{'-' if end < 0 else '+'}{significant(abs(end), 3)}" for end in ends]
     return [*shown, "yes" if trial["agrees"] else "NO"]
 
@@ -202,9 +203,9 @@ def _component(document: Document, part: Document) -> tuple[str, ...]:
 def _absorbed(document: Document, part: Document) -> str:
     """Coefficients that a component changes most, each with its change."""
     found = []
-    for own, change in zip(document["coefficients"], part["contributions"], strict=True):
-        if not own["where"] and own["symbol"] in _OF_ONE_TABLE:
-            found.append((shown_unit(own)[1] * change, own["symbol"]))
+    for coefficient, change in zip(document["coefficients"], part["contributions"], strict=True):
+        if not coefficient["where"] and coefficient["symbol"] in _OF_ONE_TABLE:
+            found.append((shown_unit(coefficient)[1] * change, coefficient["symbol"]))
     largest = max((abs(size) for size, _ in found), default=0.0)
     if largest < _NOTHING:
         return _elsewhere(document, part)
@@ -220,16 +221,16 @@ _NOTHING = 1e-6  # ug: below it a change is rounding error
 def _elsewhere(document: Document, part: Document) -> str:
     """Where a component acts, when it does on no coefficient of the table nearest to T0."""
     found = [
-        (abs(change) / own["standard_uncertainty"], own, change)
-        for own, change in zip(document["coefficients"], part["contributions"], strict=True)
-        if own["standard_uncertainty"] > 0.0 and not own["where"]
+        (abs(change) / coefficient["standard_uncertainty"], coefficient, change)
+        for coefficient, change in zip(document["coefficients"], part["contributions"], strict=True)
+        if coefficient["standard_uncertainty"] > 0.0 and not coefficient["where"]
     ]
     most = max((ratio for ratio, _, _ in found), default=0.0)
     named = []
-    for ratio, own, change in found:
+    for ratio, coefficient, change in found:
         if ratio > 0.5 * most:
-            unit, factor = shown_unit(own)
-            named.append(f"{own['symbol']} {abs(factor * change):.2g} {unit}")
+            unit, factor = shown_unit(coefficient)
+            named.append(f"{coefficient['symbol']} {abs(factor * change):.2g} {unit}")
     return ", ".join(named)
 
 
