@@ -494,5 +494,5 @@ def test_a_file_of_results_is_not_overwritten(results, capsys):
 
 def test_reprs():
     found = accelcal.history(frame(12, jump=100.0))
-    assert repr(found) == "<History serial A: 12 calibrations, 1 jumps>"
+    assert repr(found) == "<History serial A: 12 calibrations, 1 jump>"
     assert found.to_frame().shape[0] == 24

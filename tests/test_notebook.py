@@ -137,14 +137,30 @@ def test_a_result_without_html_of_its_own_shows_its_text(results):
 )
 def test_a_quantity_has_the_digits_of_its_uncertainty(quantity, text):
     assert str(quantity) == text
-    assert repr(quantity).startswith("Quantity(value=")
+    assert repr(quantity) == f"<Quantity {text}>"
 
 
 def test_parts_of_results_fit_into_a_line(results):
     parts = [*results["Calibration"].tables, *results["DesignComparison"].designs]
-    assert all(len(repr(part)) < 100 for part in parts)
-    assert repr(parts[0]) == "<TableCalibration run 1 at 20.00 degC, mounting o+: 54 readings>"
-    assert repr(parts[-1]).startswith("<TestDesign 8 x 2: 54 readings, 8.325 h")
+    parts = [*results["Discovery"].effects, *results["History"].trends, *parts]
+    parts = [results["Calibration"].tables[0].residuals, results["Stability"].allan, *parts]
+    parts += [read_specification("examples/al15.toml")]
+    parts += [accelcal.read_stand("examples/paper-stand.toml")]
+    parts = [accelcal.twin(accelcal.discover(accelcal.simulate(seed=1))), *parts]
+    assert [repr(part) for part in parts if len(repr(part)) >= 100] == []
+    assert len(repr(results["Calibration"].temperature_model.K1)) < 200
+    assert len(repr(results["Calibration"].tables[0].coefficients)) < 400
+    assert "<TableCalibration run 1 at 20.00 degC, mounting o+: 54 readings>" in map(repr, parts)
+    assert repr(parts[0]) == "<Twin of AL-15: no effect>"
+    assert repr(parts[3]) == "<FoundEffect backlash: half_width 50.20 +- 0.40 urad (95 %)>"
+    assert repr(parts[-1]) == "<Stand stand of the paper: 14 components>"
+
+
+def test_a_single_one_is_told_in_the_singular(results):
+    calibration = results["Calibration"]
+    assert repr(budget(calibration, 1.0, temperature=20.0)).endswith(": 1 point>")
+    sheet = accelcal.Specification("x", accelcal.Limit("bias", "mg", maximum=5.0))
+    assert repr(judge(calibration, sheet)) == "<Verdict x: pass, 1 limit>"
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -256,7 +272,7 @@ def test_a_mapping_of_a_result_is_a_dictionary_that_stays():
 
 
 FRAMES = ("Calibration", "Discovery", "Disagreement", "ErrorBudget", "Stability", "History")
-FRAMES += ("HeadCalibration", "TriadCalibration", "StandBudget", "DesignComparison")
+FRAMES += ("HeadCalibration", "TriadCalibration", "StandBudget", "DesignComparison", "Verdict")
 
 
 @pytest.mark.parametrize("name", FRAMES)

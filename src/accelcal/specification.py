@@ -12,6 +12,8 @@ import numpy as np
 from accelcal.arguments.kinds import each_of
 from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError
+from accelcal.escapes import visible
+from accelcal.plural import counted
 from accelcal.units import canonical_unit, conversion_factor, is_output_unit
 
 __all__ = [
@@ -334,3 +336,6 @@ class Specification:
         object.__setattr__(self, "limits", each_of(self.limits, Limit))
         if not self.limits:
             raise InputError("no limits; give a table such as [limits.bias]")
+
+    def __repr__(self) -> str:
+        return visible(f"<Specification {self.name}: {counted(len(self.limits), 'limit')}>")

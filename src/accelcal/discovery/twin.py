@@ -8,6 +8,7 @@ from accelcal.accelerometer import Accelerometer, BilinearLaw
 from accelcal.arguments.kinds import expect
 from accelcal.effects.effect import Disturbance
 from accelcal.effects.found import disturbances
+from accelcal.escapes import visible
 from accelcal.results.discovery import Discovery
 from accelcal.simulation import NoiseComponents
 
@@ -38,6 +39,10 @@ class Twin(NamedTuple):
     accelerometer: Accelerometer
     noise: NoiseComponents
     effects: tuple[Disturbance, ...]
+
+    def __repr__(self) -> str:
+        ids = ", ".join(disturbance.effect.id for disturbance in self.effects)
+        return visible(f"<Twin of {self.accelerometer.serial or 'a unit'}: {ids or 'no effect'}>")
 
 
 def twin(model: Discovery) -> Twin:

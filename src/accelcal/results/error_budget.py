@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from accelcal.equality import EqualByContents
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
+from accelcal.plural import counted
 from accelcal.results.mapping import freeze
 from accelcal.results.result import JsonResult, TabularResult
 
@@ -126,7 +127,8 @@ class ErrorBudget(EqualByContents, JsonResult, TabularResult):
         return budget_text(self.to_document())
 
     def __repr__(self) -> str:
-        return visible(f"<ErrorBudget {self.serial or self.source}: {self.a_i.size} points>")
+        points = counted(self.a_i.size, "point")
+        return visible(f"<ErrorBudget {self.serial or self.source}: {points}>")
 
     def _repr_html_(self) -> str:
         from accelcal.report.notebook_results import budget_html

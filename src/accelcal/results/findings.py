@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from accelcal.escapes import visible
 from accelcal.results.mapping import freeze
 from accelcal.results.quantity import Quantity, StoredPart
 
@@ -91,6 +92,10 @@ class FoundEffect(StoredPart):
     heldout_after: float | None
     indistinguishable: tuple[str, ...]
     to_tell_apart: str
+
+    def __repr__(self) -> str:
+        sizes = ", ".join(f"{name} {quantity}" for name, quantity in self.parameters.items())
+        return visible(f"<FoundEffect {self.id}: {sizes}>")
 
     def __post_init__(self) -> None:
         freeze(self)

@@ -9,7 +9,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _SUFFIXES = {"_degC": "degC", "_rad": "rad", "_deg": "deg", "_m_s2": "m/s^2", "_s": "s", "_g": "g"}
-_OF_A_QUANTITY = ("value", "standard_uncertainty", "expanded_uncertainty", "lower", "upper", "line")
+_LIMITS = ("lower", "upper", "minimum", "maximum")
+_OF_A_QUANTITY = ("value", "standard_uncertainty", "expanded_uncertainty", "line", *_LIMITS)
 
 
 def frame_of(rows: Sequence[Mapping[str, Any]], **units: str) -> pd.DataFrame:

@@ -9,6 +9,8 @@ from typing import Any, ClassVar, Self
 
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_written
+from accelcal.escapes import visible
+from accelcal.plural import counted
 from accelcal.results.checked import (
     Kind,
     checked,
@@ -125,6 +127,9 @@ class Quantity(StoredPart):
 
         return told(self)
 
+    def __repr__(self) -> str:
+        return visible(f"<Quantity {self}>")
+
     @property
     def coverage_factor(self) -> float | None:
         """Expanded over standard uncertainty."""
@@ -200,11 +205,21 @@ class Residuals(Part):
         Stroke.
     value : tuple of float
         Residual over K1 [g].
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> residuals = Residuals(angle_deg=(0.0, 180.0), stroke=(1, 1), value=(2e-6, -3e-6))
+    >>> pd.DataFrame(residuals.to_document()).shape
+    (2, 3)
     """
 
     angle_deg: tuple[float, ...] = ()
     stroke: tuple[int, ...] = ()
     value: tuple[float, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"<Residuals of {counted(len(self.value), 'reading')}>"
 
     @classmethod
     def from_document(cls, document: Document) -> Residuals:

@@ -155,6 +155,9 @@ class AllanDeviation(TabularResult):
     alpha: tuple[int, ...] = ()
     level: float = 0.95
 
+    def __repr__(self) -> str:
+        return f"<AllanDeviation at {counted(len(self.tau_s), 'averaging time')}>"
+
     def rows(self) -> list[dict[str, float]]:
         """List the averaging times, a flat dictionary each."""
         names = [item.name for item in fields(self) if item.name != "level"]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
+from accelcal.plural import counted
 from accelcal.results.mapping import document_of
 from accelcal.results.quantity import Quantity
 from accelcal.results.result import JsonResult, TabularResult
@@ -115,6 +116,9 @@ class Trend:
     reference: float
     reference_unit: str
 
+    def __repr__(self) -> str:
+        return f"<Trend of the {self.name}: {self.drift}, {counted(len(self.jumps), 'jump')}>"
+
     def to_document(self) -> dict[str, Any]:
         """Return the trend as it stands in the JSON document."""
         return {
@@ -174,9 +178,9 @@ class History(JsonResult, TabularResult):
         return history_text(self)
 
     def __repr__(self) -> str:
-        jumps = sum(len(trend.jumps) for trend in self.trends)
-        count = len(self.trends[0].points)
-        return visible(f"<History serial {self.serial}: {count} calibrations, {jumps} jumps>")
+        jumps = counted(sum(len(trend.jumps) for trend in self.trends), "jump")
+        count = counted(len(self.trends[0].points), "calibration")
+        return visible(f"<History serial {self.serial}: {count}, {jumps}>")
 
     def _repr_html_(self) -> str:
         from accelcal.report.notebook_results import history_html

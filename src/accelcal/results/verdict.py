@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from accelcal.escapes import visible
+from accelcal.plural import counted
 from accelcal.results.checked import Kind, checked, list_of, one_of, text
 from accelcal.results.mapping import document_of
 from accelcal.results.quantity import Document, StoredPart
+from accelcal.results.result import TabularResult
 
 __all__ = ["OUTCOMES", "Judgement", "Verdict"]
 
@@ -57,7 +59,7 @@ class Judgement(StoredPart):
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class Verdict(TabularResult):
     """What was found against a data sheet, limit by limit.
 
     Attributes
@@ -91,13 +93,17 @@ class Verdict:
         return min((j.outcome for j in self.judgements), key=OUTCOMES.index)
 
     def __repr__(self) -> str:
-        limits = f"{len(self.judgements)} limits"
+        limits = counted(len(self.judgements), "limit")
         return visible(f"<Verdict {self.specification}: {self.outcome}, {limits}>")
 
     def _repr_html_(self) -> str:
         from accelcal.report.notebook_results import verdict_html
 
         return verdict_html(self.to_document())
+
+    def rows(self) -> list[dict[str, Any]]:
+        """List the judgements, a flat dictionary each."""
+        return [judgement.to_document() for judgement in self.judgements]
 
     def __str__(self) -> str:
         from accelcal.report.verdict import verdict_text

@@ -10,6 +10,8 @@ from accelcal.arguments.kinds import each_of, expect, several
 from accelcal.arguments.numbers import check_whole
 from accelcal.arguments.options import check_choice, check_flag, check_written
 from accelcal.errors import InputError
+from accelcal.escapes import visible
+from accelcal.plural import counted
 from accelcal.stand_uncertainty.distribution import Distribution
 from accelcal.stand_uncertainty.kinds import KINDS
 from accelcal.stand_uncertainty.readings import CLASSES, StandConditions
@@ -154,6 +156,9 @@ class Stand:
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
             raise InputError(f"component {twice!r} is there twice; name each once")
+
+    def __repr__(self) -> str:
+        return visible(f"<Stand {self.name}: {counted(len(self.components), 'component')}>")
 
     def scaled(self, factors: Sequence[float]) -> Stand:
         """Make the components smaller or larger.
