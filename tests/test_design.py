@@ -315,7 +315,7 @@ def test_text_answers_with_one_table_a_kind():
     assert "K1 stands for K1 + K3" in text
     assert "8 x 6" in text
     assert "odd-quadratic" in text
-    undeclared = str(compared(positions=[8], strokes=[6], declared=False))
+    undeclared = str(compared(positions=[8], strokes=[6], declare=False))
     assert "Expanded uncertainty U (95 %)" in undeclared
 
 

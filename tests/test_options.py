@@ -1,6 +1,7 @@
 """Options of the public functions: each that is wrong is refused in a line that names it."""
 
 import dataclasses
+import inspect
 import io
 import json
 import re
@@ -105,11 +106,11 @@ FLAGS = {
     "TumblePlan": ("timed",),
     "apply": ("extrapolate", "same_launch"),
     "batch": ("robust", "strict"),
-    "design": ("declared", "effects"),
+    "design": ("declare", "effects"),
     "discover": ("empirical",),
     "estimate_tables": ("robust",),
     "fit": ("robust", "strict"),
-    "optimal_design": ("declared", "effects"),
+    "optimal_design": ("declare", "effects"),
     "simulate": ("declare",),
     "write_batch": ("robust", "strict", "resume"),
 }
@@ -436,3 +437,8 @@ def test_scalars_of_numpy_are_as_good_as_those_of_python():
 def test_mountings_of_a_frame_are_taken():
     sides = pd.Series(["o+", "p-"])
     assert accelcal.accelerations(90.0, mounting=sides).output.tolist() == [0.0, -1.0]
+
+
+def test_one_idea_has_one_name():
+    functions = (accelcal.simulate, accelcal.design, accelcal.optimal_design)
+    assert all("declare" in inspect.signature(function).parameters for function in functions)

@@ -171,7 +171,7 @@ def _arguments(options: dict[str, Any]) -> dict[str, Any]:
         "resolution": options["resolution"],
         "hours": options["hours"],
         "targets": _targets(options["targets"]),
-        "declared": not options["undeclared"],
+        "declare": not options["undeclared"],
         "effects": not options["no_effects"],
     }
     named = ("positions", "angles", "temperatures", "mountings")
@@ -241,7 +241,7 @@ def _write_sheet(found: Any, given: dict[str, Any], path: str) -> None:
             " positions and strokes, or --optimal"
         )
     chosen = found.best if hasattr(found, "best") else found.designs[0]
-    deliver(sheet(chosen, given["noise"] if given["declared"] else None), path)
+    deliver(sheet(chosen, given["noise"] if given["declare"] else None), path)
 
 
 def _draw(path: str, found: Any) -> None:

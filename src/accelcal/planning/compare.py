@@ -54,7 +54,7 @@ def design(
     pace: Pace = PACE,
     hours: float | None = None,
     targets: Mapping[str, float] | None = None,
-    declared: bool = True,
+    declare: bool = True,
     effects: bool = True,
     accelerometer: Accelerometer = AL15,
 ) -> DesignComparison:
@@ -85,7 +85,7 @@ def design(
         The most time [h]; longer tests are left out.
     targets : mapping of str to float, optional
         Standard uncertainties asked for, as ``{"K1": 5e-6}``.
-    declared : bool, default True
+    declare : bool, default True
         Whether the errors of the stand will be declared to the fit, or estimated by it.
     effects : bool, default True
         Whether to tell which effects of the catalogue a test would show.
@@ -112,7 +112,7 @@ def design(
     3.9
     """
     asked = checked_targets(targets)
-    check_flag(declared=declared, effects=effects)
+    check_flag(declare=declare, effects=effects)
     expect(noise, NoiseComponents)
     if hours is not None:
         check_number(hours=hours)
@@ -124,10 +124,10 @@ def design(
         for levels, sides, where in product(_choices(temperatures), _choices(mountings), stops)
     ]
     found = tuple(
-        design_of(plan, noise, pace, accelerometer, declared=declared, effects=effects)
+        design_of(plan, noise, pace, accelerometer, declared=declare, effects=effects)
         for plan in _fitting(choices, several(strokes), pace, hours)
     )
-    return compared(found, noise, resolution, pace, asked, declared=declared)
+    return compared(found, noise, resolution, pace, asked, declared=declare)
 
 
 def compared(

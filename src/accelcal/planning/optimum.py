@@ -104,7 +104,7 @@ def optimal_design(
     targets: Mapping[str, float] | None = None,
     spacing: float = SPACING,
     seed: int = 0,
-    declared: bool = True,
+    declare: bool = True,
     effects: bool = False,
     accelerometer: Accelerometer = AL15,
 ) -> OptimalDesign:
@@ -119,7 +119,7 @@ def optimal_design(
         Time of the whole test [h].
     strokes : int, default 2
         Strokes in a run. More time goes into readings at a stop, which cost no turn.
-    temperatures, mountings, noise, resolution, pace, declared, effects, accelerometer
+    temperatures, mountings, noise, resolution, pace, declare, effects, accelerometer
         As of `accelcal.design`, one choice each.
     targets : mapping of str to float, optional
         Standard uncertainties asked for; for A also what counts as one. By default those of 8
@@ -152,7 +152,7 @@ def optimal_design(
     True
     """
     asked = checked_targets(targets)
-    check_flag(declared=declared, effects=effects)
+    check_flag(declare=declare, effects=effects)
     check_number(hours=hours, spacing=spacing)
     check_whole(0, seed=seed)
     expect(noise, NoiseComponents)
@@ -170,10 +170,10 @@ def optimal_design(
     _check_time(question)
     plans = {"optimal": _best(question, seed), **dict(_rivals(question))}
     designs = tuple(
-        design_of(each, noise, pace, accelerometer, declared=declared, effects=effects)
+        design_of(each, noise, pace, accelerometer, declared=declare, effects=effects)
         for each in plans.values()
     )
-    comparison = compared(designs, noise, resolution, pace, asked, declared=declared)
+    comparison = compared(designs, noise, resolution, pace, asked, declared=declare)
     found = {name: question.loss(each) for name, each in plans.items()}
     return OptimalDesign(criterion, comparison, found, spacing, seed)
 
