@@ -13,7 +13,6 @@ from accelcal.simulation import NoiseComponents, TumblePlan, simulate
 
 U, S = 2e-5, 5e-6  # rad, of a head position; g, of a reading
 NOISE = NoiseComponents(reading=S, head=U, launch=0.0, launch_sf=0.0)
-ONE_LEVEL = TumblePlan(temperatures=(20.0,))
 TURNS = np.deg2rad(np.append(np.arange(8) * 45.0, 360.0))
 
 

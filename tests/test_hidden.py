@@ -21,38 +21,11 @@ from hidden.sensor import Law, Sensor
 from hidden.strangers import STRANGERS, is_outside
 from hidden.visibility import noncentrality
 
+from accelcal.effects.catalogue import catalogue
+
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 
-IDS = (
-    "scale-factor-asymmetry",
-    "fourth-order",
-    "odd-quadratic",
-    "cross-axis-cubic",
-    "cross-axis-quadratic",
-    "dead-zone",
-    "k2-temperature",
-    "k3-temperature",
-    "bias-temperature-quadratic",
-    "scale-factor-temperature-quadratic",
-    "break-shift",
-    "temperature-hysteresis",
-    "chamber-drift",
-    "bias-drift",
-    "scale-factor-drift",
-    "warm-up",
-    "bias-step",
-    "stroke-offset",
-    "hysteresis",
-    "foundation-tilt",
-    "backlash",
-    "fixture-offset",
-    "head-eccentricity",
-    "position-error",
-    "outlier",
-    "swapped-positions",
-    "quantization",
-    "vibration-noise",
-)
+IDS = tuple(entry.id for entry in catalogue())
 
 
 @cache
