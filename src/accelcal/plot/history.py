@@ -36,6 +36,7 @@ class HistoryPlot(Pictures):
 
     history: History
 
+    @styled
     def trends(self, axes: Any = None) -> Any:
         """Draw bias and scale factor by date, with their lines and jumps.
 
@@ -49,18 +50,13 @@ class HistoryPlot(Pictures):
         ndarray of Axes, shape (2,)
             Calibrations with 95 % intervals; thin bars add the scatter beyond what is stated.
         """
-        return _trends(self.history, axes)
-
-
-@styled
-def _trends(history: History, axes: Any) -> Any:
-    panels = canvases(axes, 2, 1, (7.6, 6.2))
-    for ax, trend in zip(panels, history.trends, strict=True):
-        _draw(ax, trend)
-    panels[-1].set_xlabel("date")
-    if axes is None:
-        panels[0].figure.suptitle(f"History of {history.serial or 'a unit'}")
-    return panels
+        panels = canvases(axes, 2, 1, (7.6, 6.2))
+        for ax, trend in zip(panels, self.history.trends, strict=True):
+            _draw(ax, trend)
+        panels[-1].set_xlabel("date")
+        if axes is None:
+            panels[0].figure.suptitle(f"History of {self.history.serial or 'a unit'}")
+        return panels
 
 
 def _draw(ax: Axes, trend: Trend) -> None:
