@@ -2,12 +2,12 @@
 
 What a page says of designs is computed: the directions of all effects in a test of 4, 8, 12 or 24
 positions, in a loop of temperatures, with times. Sphinx calls `write_pages` before it reads the
-sources; ``python docs/effect_pages.py`` does the same.
+sources; ``python docs/effect_pages.py`` does the same, and writes the list of effects.md again.
 """
 
 from __future__ import annotations
 
-import sys
+import re
 from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
@@ -24,18 +24,27 @@ from accelcal.discovery.noise import ReadingNoise, orthonormal
 from accelcal.discovery.prospects.aliases import Aliases, aliases
 from accelcal.discovery.prospects.audit import absorbed_by, designed
 from accelcal.effects.catalogue import catalogue
-from accelcal.effects.effect import Effect
-from accelcal.effects.page import described
+from accelcal.effects.effect import Effect, Parameter
 from accelcal.plot.style import palette, picture
 from accelcal.simulation import NOISE_FREE, TumblePlan, simulate
 
 FOLDER = Path(__file__).parent / "effects"
+LIST = Path(__file__).parent / "effects.md"
 POSITIONS = (4, 8, 12, 24)
 LEVELS = (20.0, 80.0, 20.0, -40.0)
 NOISE = ReadingNoise(sigma=5e-6, rho=0.0, dof=0, tails=np.inf)
 
 _UNSEEN = 0.02
 """Part of an effect that a test must leave to be drawn as a picture of it."""
+
+_PLACE = re.compile(r"(?<=<!-- catalogue -->\n).*?(?=<!-- end of the catalogue -->)", re.DOTALL)
+
+_ACTS_ON = {
+    "angle": "the true head angle [rad]",
+    "temperature": "the true temperature [degC]",
+    "output": "the indication Y / K1 [g]",
+    "readings": "the reading, after noise [g]",
+}
 
 Array = NDArray[np.float64]
 
@@ -58,6 +67,32 @@ def design(positions: int) -> Design:
         item.id: absorbed_by(item, comparison.model, comparison.parameters) for item in found.hidden
     }
     return Design(comparison, {each.id: each for each in aliases(found)}, absorbed)
+
+
+def with_catalogue(text: str) -> str:
+    """Put the list of effects into a page, between its marks."""
+    return _PLACE.sub(lambda _: "\n" + "\n\n".join(map(described, catalogue())) + "\n\n", text)
+
+
+def described(effect: Effect) -> str:
+    """Describe an effect in Markdown."""
+    return "\n".join(_entry(effect))
+
+
+def _entry(effect: Effect) -> Iterator[str]:
+    yield f"### `{effect.id}`: {effect.name}\n"
+    yield f"{effect.physics}\n"
+    yield f"- Term: `{effect.formula}`; acts on {_ACTS_ON[effect.acts_on]}."
+    if effect.static:
+        yield "- In use: `accelcal apply` takes it up, where the calibration has it."
+    yield f"- Looks like: {effect.signature}"
+    yield f"- Told apart by: {effect.to_tell_apart}."
+    yield from (f"- {_parameter(item)}" for item in effect.parameters)
+
+
+def _parameter(item: Parameter) -> str:
+    default = "" if item.default is None else f"; {item.default:g} where none is given"
+    return f"`{item.name}` [{item.unit}]: {item.meaning}{default}."
 
 
 def page(effect: Effect) -> str:
@@ -208,4 +243,5 @@ def write_pages(effects: Sequence[Effect] | None = None, folder: Path = FOLDER) 
 
 
 if __name__ == "__main__":
-    sys.exit(write_pages())
+    LIST.write_text(with_catalogue(LIST.read_text("utf-8")), "utf-8")
+    write_pages()

@@ -129,6 +129,12 @@ def test_the_functions_behind_the_commands_are_public():
 effect_pages = module(ROOT / "docs" / "effect_pages.py")
 
 
+def test_the_list_of_effects_is_that_of_the_catalogue():
+    told = (ROOT / "docs" / "effects.md").read_text("utf-8")
+    assert effect_pages.with_catalogue(told) == told, "run python docs/effect_pages.py"
+    assert told.count("\n### `") == len(accelcal.catalogue())
+
+
 def test_every_effect_has_a_page(tmp_path):
     some = [accelcal.effect(name) for name in ("scale-factor-asymmetry", "warm-up", "outlier")]
     effect_pages.write_pages(some, tmp_path)

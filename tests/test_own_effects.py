@@ -14,7 +14,6 @@ from accelcal.cli.main import main
 from accelcal.effects.catalogue import registered
 from accelcal.effects.conditions import conditions_of
 from accelcal.effects.formula import FUNCTIONS, SYMBOLS, Formula
-from accelcal.effects.page import with_catalogue
 from accelcal.errors import InputError, TableError
 from accelcal.simulation import NOISE_FREE
 
@@ -463,12 +462,6 @@ def test_a_fault_of_a_command_leaves_the_catalogue_alone(run, line, message):
 
 
 # -- the page --------------------------------------------------------------------------------------
-
-
-def test_the_page_is_that_of_the_catalogue():
-    told = with_catalogue(PAGE, accelcal.catalogue())
-    assert told == PAGE, "run python -m accelcal.effects.page docs/effects.md"
-    assert told.count("\n### `") == len(BUILT_IN)
 
 
 def blocks(language):
