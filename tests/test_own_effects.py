@@ -168,13 +168,20 @@ def test_a_term_without_a_value_for_each_reading_is_told(term, message):
         accelcal.simulate(effects=[own(term=term).of(1.0)], seed=1)
 
 
-def test_an_effect_that_is_not_registered_is_told_by_its_name():
+def test_an_effect_that_is_not_registered_is_told_by_its_name(tmp_path):
     """It may be searched all the same, and a file of a discovery may tell of it."""
     record = accelcal.simulate(effects=[own().of(5e-5)], seed=1)
     found = accelcal.discover(record, effects=[own()])
     again = accelcal.Discovery.from_json(found.to_json())
     for each in (found, again):
         assert "Lens hysteresis  [lens], chance of noise" in str(each)
+        told = " ".join(str(each).split())
+        assert "of your own that is not registered here. accelcal.register, or --effects" in told
+    found.report(tmp_path / "found.md")
+    assert "not registered here" in (tmp_path / "found.md").read_text("utf-8")
+    with registered(own()):
+        assert "The loop is a lens." in str(again)
+        assert "not registered" not in str(again)
 
 
 # -- formulas --------------------------------------------------------------------------------------

@@ -94,7 +94,8 @@ def discover(
     delta0 : float, optional
         Fixture angle; by default that of the record, else 0 [rad].
     effects : sequence of Effect, optional
-        Effects to look for, one or more; by default those of the catalogue.
+        Effects to look for, one or more; by default those of the catalogue. What uses the result
+        looks them up there: `accelcal.register` those of your own.
     empirical : bool, default False
         Add a term for the pattern of a disagreement that no effect explains, where it depends on
         the head position.

@@ -23,7 +23,7 @@ from accelcal.page.pictures import pictures
 from accelcal.page.typeset import typeset
 from accelcal.plural import counted
 from accelcal.record import TumbleRecord
-from accelcal.report.discovery import alias_names, change_row, entry_of, outcome
+from accelcal.report.discovery import NOT_REGISTERED, alias_names, change_row, entry_of, outcome
 from accelcal.report.findings import chance, factor_cells, noise_line, probability
 from accelcal.report.lines import sentence
 from accelcal.report.numbers import in_small_unit, significant
@@ -153,6 +153,8 @@ def _effect(found: Discovery, place: int, record: TumbleRecord | None, name: str
         blocks.append(
             Facts([("term", typeset(entry.formula)), ("signature", typeset(entry.signature))])
         )
+    else:
+        blocks.append(Paragraph(NOT_REGISTERED))
     caption = typeset(f"Its size ({chance(effect.p_value)})")
     size = Table(caption, ("parameter", "value (95 %)"), _parameters(effect))
     if record is None:

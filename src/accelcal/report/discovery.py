@@ -96,12 +96,20 @@ def _where(found: Discovery) -> Iterator[str]:
         yield from wrapped(f"pattern: {found.unexplained.structure}", "  ")
 
 
+NOT_REGISTERED = (
+    "An effect of your own that is not registered here. accelcal.register, or --effects with its"
+    " file, makes it known to reports, pictures, fit, compare and twin."
+)
+
+
 def _effect(found: Discovery, effect: FoundEffect) -> Iterator[str]:
     entry = entry_of(effect.id, effect.parameters)
     yield from wrapped(f"{effect.name.capitalize()}  [{effect.id}], {chance(effect.p_value)}")
     if entry is not None:
         yield from wrapped(f"{entry.physics} Term: {entry.formula}", "  ")
         yield from wrapped(entry.signature, "  ")
+    else:
+        yield from wrapped(NOT_REGISTERED, "  ")
     for name, quantity in effect.parameters.items():
         yield f"  {name} = {told(quantity)}"
     if len(found.effects) > 1:
