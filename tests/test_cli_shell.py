@@ -286,10 +286,10 @@ def test_a_full_standard_output_is_told(monkeypatch):
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="the full device is Linux's")
 @pytest.mark.parametrize("arguments", [["--help"], ["check", "examples/al15.csv"]], ids=" ".join)
 def test_a_full_device_is_one_line(arguments):
+    buffered = {key: value for key, value in os.environ.items() if key != "PYTHONUNBUFFERED"}
     with Path("/dev/full").open("wb") as full:
-        done = accelcal(
-            *arguments, cwd=ROOT, capture_output=False, stdout=full, stderr=subprocess.PIPE
-        )
+        streams = {"capture_output": False, "stdout": full, "stderr": subprocess.PIPE}
+        done = accelcal(*arguments, cwd=ROOT, env=buffered, **streams)
     assert done.returncode == 2
     assert re.fullmatch("error: .*No space left on device.*\n", done.stderr)
 

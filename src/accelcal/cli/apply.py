@@ -124,9 +124,8 @@ def _warn(texts: Iterable[str]) -> None:
 def _destination(path: str | None) -> Iterator[IO[bytes]]:
     """Standard output, or a file that is written whole or not at all."""
     if path is None or path == "-":
-        stream = standard_output()
-        yield stream.buffer
-        stream.flush()
+        with standard_output() as stream:
+            yield stream.buffer
         return
     from accelcal.atomic import open_atomically
 

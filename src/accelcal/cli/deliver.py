@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import io
+import os
 import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from typing import Any, TextIO
 
 import click
@@ -77,22 +80,38 @@ def remark(text: str) -> None:
     click.echo(visible(by_options(text)), file=sys.stderr)
 
 
-def standard_output() -> TextIO:
-    """Standard output, where results go.
+@contextmanager
+def standard_output() -> Iterator[TextIO]:
+    """Open standard output, where results go.
 
-    Returns
-    -------
+    Yields
+    ------
     text file
         The stream.
 
     Raises
     ------
     InputError
-        If it is closed.
+        If it is closed, or cannot be written. An OSError of the block is taken for that.
     """
     if sys.stdout is None:
         raise InputError("standard output is closed; open it, or name a file with -o")
-    return sys.stdout
+    try:
+        yield sys.stdout
+        sys.stdout.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        discard_output()
+        raise InputError(
+            f"standard output cannot be written: {error.strerror}; name a file with -o"
+        ) from error
+
+
+def discard_output() -> None:
+    """Let the interpreter flush into nothing what standard output does not take."""
+    with suppress(io.UnsupportedOperation):  # it is no file
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def refuse_stdin_twice(sources: Sequence[str]) -> None:
@@ -122,12 +141,5 @@ def _coloured(text: str) -> str:
 
 
 def _print(text: str) -> None:
-    stream = standard_output()
-    try:
+    with standard_output() as stream:
         click.echo(text, file=stream, nl=False)  # else click takes ASCII for UTF-8
-    except BrokenPipeError:
-        raise
-    except OSError as error:
-        raise InputError(
-            f"standard output cannot be written: {error.strerror}; name a file with -o"
-        ) from error

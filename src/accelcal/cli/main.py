@@ -15,6 +15,7 @@ from typing import TextIO
 
 import click
 
+from accelcal.cli.deliver import discard_output
 from accelcal.cli.program import program
 from accelcal.cli.wording import by_options
 from accelcal.errors import AccelcalError, AccelcalWarning
@@ -57,9 +58,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except AccelcalError as error:
         _tell("error", error, prefix=getattr(error, "source", None) is None)
     except BrokenPipeError:
-        _discard_stdout()
+        discard_output()
         return READER_LEFT
     except OSError as error:
+        discard_output()
         _tell("error", error)
     except KeyboardInterrupt:
         click.echo(err=True)  # the prompt of the shell starts below the ^C
@@ -114,11 +116,6 @@ def _prepare_streams() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors=ESCAPED)
-
-
-def _discard_stdout() -> None:
-    """Let the interpreter flush into nothing what nobody reads any more."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _tell(kind: str, message: object, *, prefix: bool = True) -> None:
