@@ -259,6 +259,19 @@ def declarations(root):
     return [found.text for found in root.iter(f"{DCC}content") if found.text]
 
 
+def test_what_the_report_tells_of_the_test_is_stated(laboratory):
+    record = accelcal.simulate(effects=[accelcal.effect("hysteresis").of(5e-5)], seed=3)
+    hidden = accelcal.fit(record)
+    stated = declarations(ElementTree.fromstring(certificate(hidden, laboratory)))
+    warned = [text for text in stated if text.startswith("A check of the test warns. ")]
+    assert any("Run 2, forward against back: mean" in text for text in warned)
+    assert len(warned) == str(hidden).count("WARNING: ")
+    plan = accelcal.TumblePlan(temperatures=(20.0,), positions=4)
+    absorbing = accelcal.fit(accelcal.simulate(plan=plan, seed=1))
+    stated = declarations(ElementTree.fromstring(certificate(absorbing, laboratory)))
+    assert any("K1 stands for K1 + K3" in text for text in stated)
+
+
 def test_that_the_gravity_counts_as_exact_is_stated(calibration, laboratory):
     """K1 in mA/(m/s^2) is K1 in mA/g over g: both relative uncertainties add in squares."""
     root = ElementTree.fromstring(certificate(calibration, laboratory).encode())

@@ -305,6 +305,7 @@ def test_mountings_by_commas_or_one_by_one(run, both, folder):
     assert (folder / "two.csv").read_bytes() == (folder / "both.csv").read_bytes()
 
 
+@pytest.mark.filterwarnings("ignore:checks of the calibration warn")  # one does by chance
 @pytest.mark.parametrize("mounting", ["o+", "o-"])
 def test_a_mounting_is_chosen(run, both, mounting):
     assert run("apply", "both.json", "data.csv")[0] == 0  # both sides together

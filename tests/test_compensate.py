@@ -17,6 +17,7 @@ from accelcal.compensate.coefficients import Compensation, CrossAxis, Launch, La
 from accelcal.compensate.inversion import FARTHEST, invert, rising_branch
 from accelcal.error_budget.budget import budget
 from accelcal.errors import AccelcalWarning, InputError
+from accelcal.export.content import export_content
 from accelcal.results.covariance import rows_of
 from accelcal.units import conversion_factor
 
@@ -174,6 +175,7 @@ def test_uncertainty_against_monte_carlo(one_level):
     assert measured.standard_uncertainty == pytest.approx(np.std(values, axis=0), rel=0.06)
 
 
+@pytest.mark.filterwarnings("ignore:checks of the calibration warn")  # some do by chance
 def test_uncertainty_is_that_of_many_tests():
     """At the levels and between them, in the launches of the calibration itself."""
     truth = compensation(accelcal.fit(accelcal.simulate(seed=0)))
@@ -408,7 +410,21 @@ def test_effects_of_the_accelerometer_that_the_fit_took_out_are_told(effects, le
     said = [text for text in compensation(fit).assumptions if "took" in text]
     assert [text.startswith(left) for text in said] == [True] * (left is not None)
     assert [text for text in budget(fit, 1.0).warnings if "took" in text] == said
-    assert compensation(accelcal.fit(record)).assumptions == ()
+    (warned,) = compensation(accelcal.fit(record)).assumptions
+    assert warned.startswith("checks of the calibration warn")
+
+
+def test_gates_that_warn_are_told_to_who_uses_the_numbers():
+    record = accelcal.simulate(effects=[accelcal.effect("hysteresis").of(5e-5)], seed=3)
+    fit = accelcal.fit(record)
+    (warned,) = compensation(fit).assumptions
+    assert warned.startswith("checks of the calibration warn, forward against back (3 tables)")
+    assert warned in budget(fit, 1.0).warnings
+    assert export_content(fit)["assumptions"] == [warned]
+    with pytest.warns(AccelcalWarning, match="checks of the calibration warn"):
+        accelcal.apply(fit, 1.0, 20.0)
+    alone = compensation(fit, run=1).assumptions[0]
+    assert alone.startswith("checks of the calibration warn, forward against back (1 table)")
 
 
 def test_a_missing_side_borrows_the_other_and_says_so():

@@ -60,7 +60,9 @@ def in_use(*effects, temperature=20.0, mounting="o+"):
 
 @pytest.fixture(scope="module")
 def exact():
-    return accelcal.fit(accelcal.simulate(noise=NOISE_FREE, seed=1), temperature_laws="readings")
+    fit = accelcal.fit(accelcal.simulate(noise=NOISE_FREE, seed=1), temperature_laws="readings")
+    tables = [dataclasses.replace(table, gates=()) for table in fit.tables]  # they warn of the step
+    return dataclasses.replace(fit, tables=tuple(tables))
 
 
 def test_each_static_effect_of_the_catalogue_is_tried_here():

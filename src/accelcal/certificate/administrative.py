@@ -9,6 +9,7 @@ from accelcal.dates import date_of
 from accelcal.effects.left_in_use import left_in_use
 from accelcal.errors import InputError
 from accelcal.io.laboratory import NOT_STATED, Contact, Laboratory
+from accelcal.report.calibration_rows import alarms, without_uncertainty
 from accelcal.results.calibration import Calibration
 from accelcal.version import __version__
 
@@ -171,5 +172,25 @@ def _statements(calibration: Calibration, known: Laboratory) -> list[str]:
         " value with a probability of 95 %.",
         *_gravity(calibration.g_local_m_s2),
         *left_in_use(calibration),
+        *_of_the_test(calibration),
+    ]
+
+
+def _of_the_test(calibration: Calibration) -> list[str]:
+    """What the report of the calibration tells beside its numbers."""
+    document = calibration.to_document()
+    laws = calibration.temperature_model
+    return [
+        *without_uncertainty(document),
+        *(
+            f"A check of the test warns. {alarm[0].upper()}{alarm[1:]}"
+            for alarm in alarms(document)
+        ),
         *calibration.warnings,
+        *(
+            f"Run {t.run}, mounting {t.mounting}: {said}"
+            for t in calibration.tables
+            for said in t.warnings
+        ),
+        *(laws.warnings if laws else ()),
     ]

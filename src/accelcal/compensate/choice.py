@@ -46,6 +46,7 @@ from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration, known_temperatures, nearest_table
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.results.usable import (
+    gates_that_warn,
     refuse_misprinted,
     refuse_undetermined_laws,
     tables_of_run,
@@ -122,9 +123,9 @@ def compensation(
         found = _from_laws(calibration, model, tables, launch)
     else:
         found = _from_tables(calibration, tables, launch)
-    if not same_launch:
-        said = (*found.assumptions, *unknown_launch(calibration))
-        found = replace(found, assumptions=said)
+    new_launch = [] if same_launch else unknown_launch(calibration)
+    said = (*gates_that_warn(calibration, tables), *found.assumptions, *new_launch)
+    found = replace(found, assumptions=said)
     return _with_effects(calibration, found, taken_up=effects)
 
 

@@ -13,6 +13,7 @@ from accelcal.error_budget.coefficients import Coefficients
 from accelcal.error_budget.conditions import Conditions
 from accelcal.error_budget.random_part import FEW_LAUNCHES, NOT_IDENTIFIED, RandomPart
 from accelcal.results.calibration import Calibration
+from accelcal.results.usable import gates_that_warn
 
 _CALIBRATED_WITHIN = 1.001  # a tumble test reaches 1 local g
 _RANDOM_NAMES = {
@@ -56,6 +57,7 @@ def weaknesses(
     str
         A sentence for each weakness.
     """
+    yield from gates_that_warn(calibration, calibration.tables)
     yield from how_taken_up(calibration)
     taken_up = [str(item["id"]) for item in static_in_use(calibration)]
     yield from left_in_use(calibration, taken_up)

@@ -1,8 +1,12 @@
-"""What of a calibration is there to work with; otherwise it is refused, with what to do."""
+"""What of a calibration is there to work with; otherwise it is refused, or told with what to do."""
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
+
 from accelcal.errors import InputError
+from accelcal.plural import counted
 from accelcal.results.calibration import Calibration
 from accelcal.results.table import TableCalibration, known_temperatures
 
@@ -49,6 +53,33 @@ def refuse_undetermined_laws(calibration: Calibration) -> None:
         f" {found} degC lie on both sides of it and none at it; measure at T0, or fit with T0 at"
         " one of the levels"
     )
+
+
+def gates_that_warn(calibration: Calibration, tables: Sequence[TableCalibration]) -> list[str]:
+    """Say which gates warn of the test, to who uses its numbers without its report.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    tables : sequence of TableCalibration
+        Those of its tables that are used.
+
+    Returns
+    -------
+    list of str
+        A sentence where any gate warns.
+    """
+    gates = [gate for table in tables for gate in table.gates]
+    found = Counter(gate.name for gate in gates if gate.verdict == "warn")
+    names = [f"{name} ({counted(times, 'table')})" for name, times in found.items()]
+    names += [gate.name for gate in calibration.gates if gate.verdict == "warn"]
+    if not names:
+        return []
+    return [
+        f"checks of the calibration warn, {', '.join(names)}: clear that up before its numbers are"
+        " used, its report tells more"
+    ]
 
 
 def tables_of_run(calibration: Calibration, run: str | int | None) -> tuple[TableCalibration, ...]:
