@@ -443,8 +443,8 @@ def _same_rows(rows: Any, calibrations: Iterable[Calibration]) -> bool:
         return False
     values = [[table.coefficients[name].value for name in NAMES] for table in tables]
     expected = np.array(values, dtype=np.float64)
-    size = np.fmax(np.abs(expected), 1e-6 * np.abs(expected[:, 1:2]))
-    close = np.abs(rows[list(NAMES)].to_numpy() - expected) <= 1e-6 * size
+    size = np.fmax(np.abs(expected), 1e-3 * np.nanmax(np.abs(expected), axis=1, keepdims=True))
+    close = np.abs(rows[list(NAMES)].to_numpy() - expected) <= 1e-8 * size
     return bool((close | np.isnan(expected)).all())
 
 
