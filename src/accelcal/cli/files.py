@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from importlib import import_module
-from pathlib import PurePath
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import click
-from click.shell_completion import CompletionItem
 
 from accelcal.errors import InputError
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
 
 _FORMS = (
     *(".csv", ".tsv", ".gz", ".parquet"),
@@ -30,6 +31,8 @@ class _FileName(click.types.StringParamType):
         incomplete: str,
     ) -> list[CompletionItem]:
         """Leave it to the shell, which completes names of files."""
+        from click.shell_completion import CompletionItem
+
         return [CompletionItem(incomplete, type="file")]
 
 
@@ -55,7 +58,7 @@ class FileToWrite(_FileName):
         """Refuse a name that promises another form than the file will have."""
         from accelcal.io.text import WORKBOOK_SUFFIXES, file_and_sheet
 
-        end = PurePath(file_and_sheet(path)[0]).suffix.lower()
+        end = os.path.splitext(file_and_sheet(path)[0])[1].lower()  # noqa: PTH122  (start-up)
         if self.form and end in (*_FORMS, *WORKBOOK_SUFFIXES) and end not in self.ends:
             promised = " or ".join(self.ends)
             raise InputError(f"{option} {path} would hold {self.form}; end its name in {promised}")
