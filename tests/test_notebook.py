@@ -73,7 +73,11 @@ def results(calibration, discovery):
     )
     stand = StandDiscovery(
         units=(EVIL, "B"),
-        effects=(StandEffect("x", EVIL, "unit", {}, 1e-5, 0.5, 0.1, {EVIL: SIZE}, (EVIL,), ()),),
+        effects=(
+            StandEffect(
+                "x", EVIL, "unit", {}, 1e-5, 0.5, 0.1, {EVIL: SIZE, "B": SIZE}, (EVIL,), ()
+            ),
+        ),
         head=(HeadPosition(45.0, SIZE),),
         coefficients={},
         common=discovery,
@@ -182,7 +186,21 @@ def test_completion_of_names_shows_nothing_of_how_documents_are_read(results, na
 def test_numbers_have_units_that_are_easily_read(discovery):
     html = discovery._repr_html_()
     assert "<td>50.20</td><td>0.40</td><td>µrad</td>" in html
-    assert "<td>34.0</td><td></td>" in html
+    assert "<td>34.0</td><td>4.60</td><td>ug</td>" in html
+
+
+PLAIN = str.maketrans({"µ": "u", "·": "*", "°": None})
+
+
+@pytest.mark.parametrize("name", ["Discovery", "Disagreement", "StandDiscovery", "Stability"])
+def test_tables_of_a_notebook_have_the_words_of_the_text(results, name):
+    text = " ".join(str(results[name]).split())
+    root = ElementTree.fromstring(f"<div>{results[name]._repr_html_()}</div>")
+    tables = {table.find("caption").text: table for table in root.iter("table")}
+    for caption in tables.keys() - {"effects"}:
+        for row in list(tables[caption])[2:]:
+            cells = [(cell.text or "").translate(PLAIN).strip() for cell in row]
+            assert all(visible(cell) in text for cell in cells), cells
 
 
 def test_a_long_budget_is_cut_and_says_so(calibration):

@@ -60,7 +60,14 @@ def _where(found: Disagreement) -> Iterator[str]:
 
 def _runs(found: Disagreement) -> Iterator[str]:
     yield "Changes since the calibration, run by run (95 %)"
-    rows = [("run", "degC", "rms/ug", "bias/ug", "scale factor/ppm", "misalignment/urad")]
+    yield from aligned(run_rows(found), right={1, 2, 3, 4, 5}, indent="  ")
+
+
+def run_rows(found: Disagreement) -> list[tuple[str, ...]]:
+    """Tell what has changed in each run, with a heading."""
+    rows: list[tuple[str, ...]] = [
+        ("run", "degC", "rms/ug", "bias/ug", "scale factor/ppm", "misalignment/urad")
+    ]
     rows += [
         (
             name,
@@ -72,7 +79,7 @@ def _runs(found: Disagreement) -> Iterator[str]:
         )
         for name, change in zip(found.run_names, found.runs, strict=True)
     ]
-    yield from aligned(rows, right={1, 2, 3, 4, 5}, indent="  ")
+    return rows
 
 
 def _micro(quantity: Quantity) -> str:

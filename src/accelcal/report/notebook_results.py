@@ -6,10 +6,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from accelcal.plural import counted
-from accelcal.report.findings import p_value
+from accelcal.report.disagreement import run_rows
+from accelcal.report.discovery import gap_rows
+from accelcal.report.findings import factor_cells, p_value
 from accelcal.report.html import heading, items, safe, table
 from accelcal.report.numbers import matching_digits, significant
-from accelcal.report.scale import readable
+from accelcal.report.scale import readable, written
+from accelcal.report.stability import HEADING, bound_rows, component_rows, noise_rows
+from accelcal.report.stand_discovery import head_rows
 from accelcal.report.verdict import limit_row, remark
 from accelcal.results.quantity import Gate, Quantity
 from accelcal.units import MICRO
@@ -21,7 +25,7 @@ if TYPE_CHECKING:
     from accelcal.results.discovery import Discovery
     from accelcal.results.error_budget import ErrorBudget
     from accelcal.results.findings import Share
-    from accelcal.results.stability import Estimate, Stability
+    from accelcal.results.stability import Stability
     from accelcal.results.stand_discovery import StandDiscovery
     from accelcal.results.unit_history import History
 
@@ -49,13 +53,9 @@ def discovery_html(discovery: Discovery) -> str:
     parts.append(table("effects", headings, effects))
     if not effects:
         parts.append("<p>no effect is named</p>")
-    gaps = [("model alone", discovery.before), ("with the effects", discovery.after)]
-    rows = [
-        (name, _micro(gap.rms), _micro(gap.heldout_rms), f"{gap.reduced_chi2:.3g}")
-        for name, gap in gaps
-    ]
-    parts.append(table("gap [µg]", ("", "rms", "held out", "reduced χ²"), rows))
-    parts.append(_where(discovery.where))
+    parts.append(table("gap", *_headed(gap_rows(discovery))))
+    if discovery.effects or discovery.unexplained:
+        parts.append(_where(discovery.where))
     if discovery.unexplained:
         parts.append(f"<p><b>unexplained</b> {safe(discovery.unexplained.structure)}</p>")
     told = [fault.finding for fault in discovery.faults]
@@ -83,12 +83,9 @@ def disagreement_html(found: Disagreement) -> str:
     )
     parts = [heading(f"Comparison of {found.serial or found.source}", *told)]
     parts.append(_where(found.where))
-    rows = [
-        (run, name.replace("_", " "), *_interval(getattr(change, name)))
-        for run, change in zip(found.run_names, found.runs, strict=True)
-        for name in ("bias", "scale_factor", "misalignment")
-    ]
-    parts.append(table("changes since the calibration", ("run", "", *_INTERVAL), rows[:_MOST_ROWS]))
+    heads, rows = _headed(run_rows(found))
+    caption = "changes since the calibration (95 %)"
+    parts += [table(caption, heads, rows[:_MOST_ROWS]), _cut(rows)]
     return "".join([*parts, items(map(safe, filter(None, [found.structure, *found.notes])))])
 
 
@@ -112,8 +109,9 @@ def stand_html(stand: StandDiscovery) -> str:
         for name, quantity in (effect.parameters or {"": Quantity(None, None, "")}).items()
     ]
     parts.append(table("effects", ("effect", "whose", "parameter", *_INTERVAL, "p"), rows))
-    head = [(f"{p.angle_deg:g}°", *_interval(p.error)) for p in stand.head]
-    parts.append(table("head positions", ("angle", *_INTERVAL), head[:_MOST_ROWS]))
+    head = [(f"{angle:g}°", *shown) for angle, *shown in head_rows(stand)]
+    caption = "head positions [µrad]"
+    parts += [table(caption, ("angle", *_INTERVAL[:2]), head[:_MOST_ROWS]), _cut(head)]
     return "".join([*parts, items(map(safe, stand.notes))])
 
 
@@ -132,14 +130,13 @@ def stability_html(result: Stability) -> str:
     """
     name = result.serial or result.source
     parts = [heading(f"Stability of {name}", counted(len(result.launches), "launch"))]
-    for caption, found in (
-        ("random bias", result.components),
-        ("noise terms", result.noise_terms),
+    for caption, rows in (
+        ("random bias", component_rows(result)),
+        ("bound (3)", bound_rows(result)),
+        ("noise terms", noise_rows(result)),
     ):
-        rows = [(symbol, *_estimate(e)) for symbol, e in found.items()]
-        parts.append(table(caption, ("", "value", "from", "to", "unit", ""), rows))
-    bounds = [(f"{b.time_s:g} s", *_estimate(b.bound)) for b in result.bounds]
-    parts.append(table("bound (3)", ("time", "value", "from", "to", "unit", ""), bounds))
+        signed = [(*row[:5], written(row[5]), *row[6:]) for row in rows]
+        parts.append(table(caption, (*HEADING, ""), signed))
     told = [f"{gate.name}: {gate.finding}" for gate in result.gates if gate.verdict == "warn"]
     return "".join([*parts, items(map(safe, [*told, *result.warnings]))])
 
@@ -298,9 +295,12 @@ def _effect_rows(effect: Any) -> Iterator[tuple[str, ...]]:
 
 
 def _where(found: Sequence[Share]) -> str:
-    shares = sorted(found, key=lambda share: -share.share)
-    rows = [(s.factor, f"{100 * s.share:.1f} %", p_value(s.p_value)) for s in shares]
-    return table("where they disagree", ("factor", "share", ""), rows)
+    return table("where they disagree", *_headed(factor_cells(found)))
+
+
+def _headed(rows: Sequence[Sequence[str]]) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
+    """Take the heading from the rows of a text."""
+    return rows[0], rows[1:]
 
 
 def _interval(quantity: Quantity) -> tuple[str, str, str]:
@@ -309,13 +309,6 @@ def _interval(quantity: Quantity) -> tuple[str, str, str]:
         return ("not determined" if quantity.unit else "", "", quantity.unit)
     factor, unit = readable(quantity.unit, quantity.value)
     return (*matching_digits(quantity.value, quantity.expanded_uncertainty, factor), unit)
-
-
-def _estimate(estimate: Estimate) -> tuple[str, ...]:
-    numbers = (estimate.value, estimate.lower, estimate.upper)
-    factor, unit = readable(estimate.unit, [n for n in numbers if n is not None] or [0.0])
-    shown = ("" if n is None else significant(factor * n) for n in numbers)
-    return (*shown, unit, estimate.finding)
 
 
 def _table_row(part: TumbleRecord) -> tuple[str, ...]:

@@ -28,6 +28,9 @@ _ALPHA |= {-2: "random walk"}
 _LAUNCH_HEADING = "", "lasts", "samples", "mean", "drift", "from", "to", "fluct.", "unit", "degC"
 _SHOWN_LAUNCHES = 20
 
+HEADING = ("", "", "value", "from", "to", "unit", "dof")
+"""Of a row of estimates; the finding stands behind it."""
+
 
 def stability_text(result: Stability) -> str:
     """Write a stability test as text.
@@ -60,14 +63,24 @@ def _heading(result: Stability) -> Iterator[str]:
 
 def _components(result: Stability) -> Iterator[str]:
     yield "Random bias"
+    yield from _table(component_rows(result))
+
+
+def component_rows(result: Stability) -> list[tuple[str, ...]]:
+    """Tell the components of the random bias, a row of `HEADING` and a finding each."""
     rows = [_row(_NAMES[name], name, e) for name, e in result.components.items()]
     # the finding of sigma_L and sigma_F holds for their bounds, and is told once
-    yield from _table([(*row[:-1], "" if row[1] in ("k0L", "k0F") else row[-1]) for row in rows])
+    return [(*row[:-1], "" if row[1] in ("k0L", "k0F") else row[-1]) for row in rows]
 
 
 def _bounds(result: Stability) -> Iterator[str]:
     yield "Bound of the random bias (3), +- k0(t) = 0.5 sqrt(k0L^2 + (gamma_D t)^2 + k0F^2)"
-    yield from _table([_row(_time(b.time_s), "k0(t)", b.bound) for b in result.bounds])
+    yield from _table(bound_rows(result))
+
+
+def bound_rows(result: Stability) -> list[tuple[str, ...]]:
+    """Tell the bounds (3), a row of `HEADING` and a finding each."""
+    return [_row(_time(b.time_s), "k0(t)", b.bound) for b in result.bounds]
 
 
 def _launches(result: Stability) -> Iterator[str]:
@@ -110,8 +123,12 @@ def _allan(result: Stability) -> Iterator[str]:
 
 def _noise_terms(result: Stability) -> Iterator[str]:
     yield "Noise terms of the Allan deviation"
-    named = ((f"{TERMS[name].name}", name, e) for name, e in result.noise_terms.items())
-    yield from _table([_row(text, symbol, e) for text, symbol, e in named])
+    yield from _table(noise_rows(result))
+
+
+def noise_rows(result: Stability) -> list[tuple[str, ...]]:
+    """Tell the noise terms, a row of `HEADING` and a finding each."""
+    return [_row(f"{TERMS[name].name}", name, e) for name, e in result.noise_terms.items()]
 
 
 _VERDICTS = {"warn": "WARNING", "pass": "passed", "not assessed": "not assessed"}
@@ -154,8 +171,7 @@ def _row(name: str, symbol: str, estimate: Estimate) -> tuple[str, ...]:
 
 def _table(rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
     """Rows of estimates, each finding on the line below its row where the line would get long."""
-    heading = ("", "", "value", "from", "to", "unit", "dof")
-    cells = [heading, *(row[:-1] for row in rows)]
+    cells = [HEADING, *(row[:-1] for row in rows)]
     first, *lines = aligned(cells, right={2, 3, 4, 6}, indent="  ")
     yield first
     for line, row in zip(lines, rows, strict=True):
