@@ -335,6 +335,7 @@ def test_every_command_file_is_a_command():
         "options",
         "program",
         "stand_budget",
+        "verdicts",
         "wording",
     }
     assert {path.stem for path in (SOURCE / "cli").glob("*.py")} - shared == set(COMMANDS)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from accelcal.cli.files import JSON, PICTURE, Command, FileToRead
+from accelcal.cli.files import JSON, Command, FileToRead
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     durations,
@@ -16,6 +16,7 @@ from accelcal.cli.options import (
     number,
     numbers,
     output_option,
+    picture_option,
     serial_option,
 )
 from accelcal.cli.stand_budget import asked_for_stand, budget_of_stand, stand_options
@@ -88,13 +89,7 @@ if TYPE_CHECKING:
 @stand_options
 @serial_option
 @mounting_option
-@click.option(
-    "--plot",
-    "picture",
-    type=PICTURE,
-    metavar="FILE",
-    help="Draw the budget (png or svg).",
-)
+@picture_option("the budget (png or svg)")
 @format_option("text", "json", "csv")
 def budget(
     calibration: str | None,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from accelcal.cli.deliver import deliver, deliver_picture
-from accelcal.cli.files import JSON, PICTURE, Command, FileToWrite
+from accelcal.cli.files import JSON, Command, FileToWrite
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     apparatus_options,
@@ -16,6 +16,7 @@ from accelcal.cli.options import (
     number,
     numbers,
     output_option,
+    picture_option,
     words,
 )
 from accelcal.errors import InputError
@@ -126,13 +127,7 @@ def target(text: str) -> tuple[str, float]:
 )
 @click.option("--no-effects", is_flag=True, help="Leave the effects of the catalogue out.")
 @effects_option
-@click.option(
-    "--plot",
-    "picture",
-    type=PICTURE,
-    metavar="FILE",
-    help="Draw uncertainty by hours (png, svg or pdf).",
-)
+@picture_option("uncertainty by hours (png, svg or pdf)")
 @format_option("text", "json", "csv")
 def design(
     path: str | None, form: str, picture: str | None, sheet: str | None, **options: Any

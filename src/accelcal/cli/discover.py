@@ -13,6 +13,7 @@ from accelcal.cli.deliver import (
     refuse_stdin_twice,
 )
 from accelcal.cli.files import JSON, Command
+from accelcal.cli.forms import one_below_the_other
 from accelcal.cli.options import (
     apparatus_options,
     data_argument,
@@ -113,10 +114,8 @@ def discover(
         write_report([*found, *filter(None, [stand])], page, records=records)
     if path != "-":
         told = [*map(str, found), *([str(stand or why_not)] if len(records) > 1 else [])]
-        texts = ("\n\n" + "=" * 100 + "\n\n").join(told)
-        deliver(
-            discoveries_to_json(found, stand) if form == "json" else texts, words=form == "text"
-        )
+        text = one_below_the_other(told)
+        deliver(discoveries_to_json(found, stand) if form == "json" else text, words=form == "text")
 
 
 def _stand(

@@ -15,6 +15,7 @@ from accelcal.cli.deliver import (
 )
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.fit_arguments import fit_arguments, models_in, specification_in
+from accelcal.cli.forms import csv_of, one_below_the_other
 from accelcal.cli.options import (
     calibration_options,
     data_argument,
@@ -23,13 +24,13 @@ from accelcal.cli.options import (
     output_option,
     report_option,
 )
+from accelcal.cli.verdicts import exit_where_failed, judged
 
 if TYPE_CHECKING:
     from accelcal.io.discoveries import DiscoveryFile
     from accelcal.record import TumbleRecord
     from accelcal.results.calibration import Calibration
     from accelcal.results.discovery import Discovery
-    from accelcal.specification import Specification
 
 
 @click.command(cls=Command)
@@ -69,21 +70,20 @@ def fit(
 
     arguments, specification = fit_arguments(options), specification_in(spec)
     models = models_in(model)
-    calibrations = [
+    calibrations = tuple(
         calibrate(record, model=models and _model_of(record, models), **arguments)
         for source in data
         for record in _noted(read_tables(source, overrides=options))
-    ]
+    )
     if specification is not None:
-        calibrations = _judged(calibrations, specification)
+        calibrations = judged(calibrations, specification)
     if path is not None:
         deliver(_json(calibrations), path)
     if page is not None:
         _report(calibrations, page)
     if path != "-":
         deliver(_shown(calibrations, form), words=form == "text")
-    if any(c.verdict is not None and c.verdict.outcome == "fail" for c in calibrations):
-        click.get_current_context().exit(1)
+    exit_where_failed(calibrations)
 
 
 def _noted(records: Iterable[TumbleRecord]) -> Iterator[TumbleRecord]:
@@ -105,14 +105,6 @@ def _model_of(record: TumbleRecord, models: DiscoveryFile) -> Discovery:
     return found
 
 
-def _judged(calibrations: Sequence[Calibration], specification: Specification) -> list[Calibration]:
-    from dataclasses import replace
-
-    from accelcal.verdict.judge import judge
-
-    return [replace(found, verdict=judge(found, specification)) for found in calibrations]
-
-
 def _report(calibrations: Sequence[Calibration], path: str) -> None:
     from accelcal.page.write import write_report
 
@@ -126,7 +118,7 @@ def _shown(calibrations: Sequence[Calibration], form: str) -> str:
         verdicts = [str(found.verdict) for found in calibrations if found.verdict]
         click.echo("\n\n".join(verdicts), file=sys.stderr, nl=bool(verdicts))
         return _csv(calibrations)
-    return ("\n\n" + "=" * 100 + "\n\n").join(map(str, calibrations))
+    return one_below_the_other(map(str, calibrations))
 
 
 def _json(calibrations: Sequence[Calibration]) -> str:
@@ -136,8 +128,6 @@ def _json(calibrations: Sequence[Calibration]) -> str:
 
 
 def _csv(calibrations: Sequence[Calibration]) -> str:
-    from accelcal.cli.forms import csv_of
-
     return csv_of(
         [
             {"source": calibration.source, **row}

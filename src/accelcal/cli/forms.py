@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Protocol
 
 from accelcal.cli.deliver import deliver
@@ -58,6 +58,11 @@ def deliver_result(found: Result, path: str | None, form: str) -> None:
         deliver(in_form(found, "json"), path)
     if path != "-":
         deliver(in_form(found, form), words=form == "text")
+
+
+def one_below_the_other(texts: Iterable[str]) -> str:
+    """Put the texts of several results together."""
+    return ("\n\n" + "=" * 100 + "\n\n").join(texts)
 
 
 def csv_of(rows: Sequence[Mapping[str, Any]]) -> str:

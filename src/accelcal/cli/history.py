@@ -7,9 +7,15 @@ from collections.abc import Sequence
 import click
 
 from accelcal.cli.deliver import deliver_picture
-from accelcal.cli.files import JSON, PICTURE, Command, FileToRead
+from accelcal.cli.files import JSON, Command, FileToRead
 from accelcal.cli.forms import deliver_result
-from accelcal.cli.options import format_option, mounting_option, number, output_option
+from accelcal.cli.options import (
+    format_option,
+    mounting_option,
+    number,
+    output_option,
+    picture_option,
+)
 
 
 @click.command(cls=Command)
@@ -31,13 +37,7 @@ from accelcal.cli.options import format_option, mounting_option, number, output_
     metavar="P",
     help="Chance of a false alarm below which a jump is believed.",
 )
-@click.option(
-    "--plot",
-    "picture",
-    type=PICTURE,
-    metavar="FILE",
-    help="Draw the history (png, svg or pdf).",
-)
+@picture_option("the history (png, svg or pdf)")
 @format_option("text", "json", "csv")
 def history(
     results: Sequence[str],

@@ -10,7 +10,7 @@ from typing import Any, TypeVar, cast
 
 import click
 
-from accelcal.cli.files import REPORT, FileToRead, FileToWrite
+from accelcal.cli.files import PICTURE, REPORT, FileToRead, FileToWrite
 from accelcal.errors import InputError
 from accelcal.units import HOUR
 
@@ -108,6 +108,11 @@ def output_option(
         required=required,
         help=f"Write {what} here.",
     )
+
+
+def picture_option(what: str) -> Callable[[Function], Function]:
+    """Option ``--plot``: the file that a picture is drawn into; it is called ``picture``."""
+    return click.option("--plot", "picture", type=PICTURE, metavar="FILE", help=f"Draw {what}.")
 
 
 def together(*options: Callable[[Function], Function]) -> Callable[[Function], Function]:

@@ -10,6 +10,7 @@ import click
 from accelcal.cli.deliver import deliver
 from accelcal.cli.files import Command, FileToRead, FileToWrite
 from accelcal.cli.options import effects_option, output_option, specification_option
+from accelcal.cli.verdicts import exit_where_failed, judged
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:
@@ -79,21 +80,15 @@ def report(
         _write_page(found, path, data)
     if certificate is not None:
         deliver(_certificate(found, laboratory), certificate)
-    if any(c.verdict is not None and c.verdict.outcome == "fail" for c in found.calibrations):
-        click.get_current_context().exit(1)
+    exit_where_failed(found.calibrations)
 
 
 def _judged(found: ResultFile, spec: str) -> ResultFile:
-    from dataclasses import replace
-
     from accelcal.io.specification import read_specification
-    from accelcal.verdict.judge import judge
 
     if not found.calibrations:
         raise InputError(f"{found.name}: a discovery has no limits to judge; leave --spec out")
-    specification = read_specification(spec)
-    judged = [replace(c, verdict=judge(c, specification)) for c in found.calibrations]
-    return found._replace(calibrations=tuple(judged))
+    return found._replace(calibrations=judged(found.calibrations, read_specification(spec)))
 
 
 def _write_page(found: ResultFile, path: str, data: Sequence[str]) -> None:

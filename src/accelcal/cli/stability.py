@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from accelcal.cli.deliver import refuse_stdin_twice
-from accelcal.cli.files import JSON, PICTURE, Command, FileToRead
+from accelcal.cli.files import JSON, Command, FileToRead
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     data_argument,
@@ -17,6 +17,7 @@ from accelcal.cli.options import (
     format_option,
     number,
     output_option,
+    picture_option,
 )
 
 if TYPE_CHECKING:
@@ -73,13 +74,7 @@ def probability(text: str) -> float | None:
 @click.option(
     "--launch-gap", type=duration, metavar="S", help="A longer pause begins a new launch [s]."
 )
-@click.option(
-    "--plot",
-    "picture",
-    type=PICTURE,
-    metavar="FILE",
-    help="Draw the bias and the Allan deviation (png, svg).",
-)
+@picture_option("the bias and the Allan deviation (png, svg)")
 @format_option("text", "json", "csv")
 def stability(
     data: Sequence[str],
