@@ -8,7 +8,6 @@ import pytest
 
 import accelcal
 from accelcal.cli.main import main
-from accelcal.plot.designs import designs_by_hours
 
 QUICK = ["design", "--positions", "8", "--strokes", "2", "--no-effects"]
 
@@ -57,7 +56,7 @@ def test_picture(capsys, tmp_path, form):
 def test_ticks_of_a_picture_say_whole_values():
     pytest.importorskip("matplotlib")
     found = accelcal.design(positions=[8, 12], temperatures=[(20.0, 80.0, -40.0)], effects=False)
-    axes = designs_by_hours(found)
+    axes = found.plot.hours()
     axes[0].figure.canvas.draw()
     assert {ax.yaxis.get_offset_text().get_text() for ax in axes} == {""}
 
@@ -66,7 +65,7 @@ def test_tests_that_are_as_good_look_as_good():
     """No axis spans less than a tenth of its values, and its unit is written as in a report."""
     pytest.importorskip("matplotlib")
     found = accelcal.design(positions=[8, 12], temperatures=[(20.0, 80.0, -40.0)], effects=False)
-    axes = designs_by_hours(found)
+    axes = found.plot.hours()
     for ax in axes:
         low, high = ax.get_ylim()
         assert (high - low) / (high + low) >= 0.049
@@ -77,7 +76,7 @@ def test_tests_that_are_as_good_look_as_good():
 def test_names_of_tests_are_apart_and_within_their_panel():
     pytest.importorskip("matplotlib")
     found = accelcal.optimal_design("K2", hours=12.0)
-    for ax in designs_by_hours(found):
+    for ax in found.plot.hours():
         ax.figure.canvas.draw()
         boxes = [text.get_window_extent() for text in ax.texts]
         assert len(boxes) > 2

@@ -328,7 +328,8 @@ def test_plot_of_pandas_is_told_the_pictures(results):
     assert not hasattr(results["Calibration"].plot, "__dict__")
     with pytest.raises(accelcal.InputError, match=r"^\.plot\(\) is no picture; choose .*residuals"):
         results["Calibration"].plot(kind="line")
-    for name in ("Discovery", "Disagreement", "Stability", "ErrorBudget", "History", "StandBudget"):
+    drawn = ("Discovery", "Disagreement", "Stability", "ErrorBudget", "History", "StandBudget")
+    for name in (*drawn, "DesignComparison"):
         with pytest.raises(accelcal.InputError, match=r"choose \.plot\.\w+\(\)"):
             results[name].plot()
 

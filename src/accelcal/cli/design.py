@@ -150,7 +150,7 @@ def design(
     if sheet is not None:
         _write_sheet(found, given, sheet)
     if picture is not None:
-        _draw(picture, found)
+        deliver_picture(lambda: found.plot.hours(), picture)
     deliver_result(found, path, form)
 
 
@@ -237,9 +237,3 @@ def _write_sheet(found: Any, given: dict[str, Any], path: str) -> None:
         )
     chosen = found.best if hasattr(found, "best") else found.designs[0]
     deliver(sheet(chosen, given["noise"] if given["declare"] else None), path)
-
-
-def _draw(path: str, found: Any) -> None:
-    from accelcal.plot.designs import designs_by_hours
-
-    deliver_picture(lambda: designs_by_hours(found), path)

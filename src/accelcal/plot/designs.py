@@ -1,18 +1,20 @@
-"""Uncertainty against hours of the tests that are compared, with the Pareto front marked."""
+"""Uncertainty against hours of compared tests, with the Pareto front, as ``comparison.plot``."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, own_panels, palette, styled
 from accelcal.report.numbers import in_small_unit
 from accelcal.report.scale import written
 from accelcal.results.designs import DesignComparison, TestDesign
 from accelcal.results.optimal_design import OptimalDesign
 
-__all__ = ["designs_by_hours"]
+__all__ = ["DesignPlot"]
 
 _MEANINGS = {
     "K0": "bias",
@@ -33,41 +35,53 @@ _LABELLED = 40  # tests; of more, only those on the front are named
 _KINDS = 8
 
 
-@styled
-def designs_by_hours(found: DesignComparison | OptimalDesign, axes: Any = None) -> Any:
-    """Draw the uncertainty of each coefficient against the hours of each test.
+@dataclass(frozen=True, slots=True)
+class DesignPlot(Pictures):
+    """Pictures of tests that are compared, as of `accelcal.design` and `accelcal.optimal_design`.
 
-    Parameters
+    Attributes
     ----------
     found : DesignComparison or OptimalDesign
         The tests.
-    axes : array-like of Axes, optional
-        As many axes as coefficients are drawn.
-
-    Returns
-    -------
-    ndarray of Axes
-        A point is a test, its number that of the positions, its colour that of the strokes; the
-        line joins the tests that no quicker one equals.
-
-    Examples
-    --------
-    >>> import accelcal
-    >>> found = accelcal.design(positions=[8], strokes=[2], temperatures=[(20.0,)], effects=False)
-    >>> len(designs_by_hours(found))
-    6
     """
-    comparison = found.comparison if isinstance(found, OptimalDesign) else found
-    names = [name for name in _MEANINGS if name in comparison.names()]
-    colours, labels = _colours(comparison), [_number(design) for design in comparison.designs]
-    if isinstance(found, OptimalDesign):
-        labels[0] = "best"
-    if axes is None:
-        axes = _own(len(names), colours, comparison)
-    panels = canvases(axes, len(names), 1, (0.0, 0.0))
-    for ax, name in zip(panels, names, strict=True):
-        _draw(ax, comparison, name, colours, labels)
-    return panels
+
+    found: DesignComparison | OptimalDesign
+
+    @styled
+    def hours(self, axes: Any = None) -> Any:
+        """Draw the uncertainty of each coefficient against the hours of each test.
+
+        Parameters
+        ----------
+        axes : array-like of Axes, optional
+            As many axes as coefficients are drawn.
+
+        Returns
+        -------
+        ndarray of Axes
+            A point is a test, its number that of the positions, its colour that of the strokes; the
+            line joins the tests that no quicker one equals.
+
+        Examples
+        --------
+        >>> import accelcal
+        >>> found = accelcal.design(
+        ...     positions=[8], strokes=[2], temperatures=[(20.0,)], effects=False
+        ... )
+        >>> len(found.plot.hours())
+        6
+        """
+        comparison = self.found.comparison if isinstance(self.found, OptimalDesign) else self.found
+        names = [name for name in _MEANINGS if name in comparison.names()]
+        colours, labels = _colours(comparison), [_number(design) for design in comparison.designs]
+        if comparison is not self.found:
+            labels[0] = "best"
+        if axes is None:
+            axes = _own(len(names), colours, comparison)
+        panels = canvases(axes, len(names), 1, (0.0, 0.0))
+        for ax, name in zip(panels, names, strict=True):
+            _draw(ax, comparison, name, colours, labels)
+        return panels
 
 
 def _own(count: int, colours: dict[str, Any], found: DesignComparison) -> Any:

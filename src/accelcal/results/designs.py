@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from accelcal.plural import counted
 from accelcal.results.mapping import freeze
 from accelcal.results.result import JsonResult, TabularResult
+
+if TYPE_CHECKING:
+    from accelcal.plot.designs import DesignPlot
 
 __all__ = ["SCHEMA", "DesignComparison", "Forecast", "TestDesign", "Visibility"]
 
@@ -247,6 +250,13 @@ class DesignComparison(JsonResult, TabularResult):
     def names(self) -> tuple[str, ...]:
         """Names of all that some test tells, in the order of telling."""
         return tuple(dict.fromkeys(f.name for d in self.designs for f in d.forecasts))
+
+    @property
+    def plot(self) -> DesignPlot:
+        """Pictures, each a method that returns matplotlib axes."""
+        from accelcal.plot.designs import DesignPlot
+
+        return DesignPlot(self)
 
     def to_document(self) -> dict[str, Any]:
         """Return the comparison as a JSON document."""

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from accelcal.results.designs import DesignComparison, TestDesign
 from accelcal.results.mapping import freeze
 from accelcal.results.result import JsonResult, TabularResult
+
+if TYPE_CHECKING:
+    from accelcal.plot.designs import DesignPlot
 
 __all__ = ["SCHEMA", "OptimalDesign"]
 
@@ -78,6 +81,13 @@ class OptimalDesign(JsonResult, TabularResult):
             1.1 where the rival is 10 % less certain.
         """
         return self.losses[rival] / self.losses["optimal"]
+
+    @property
+    def plot(self) -> DesignPlot:
+        """Pictures, each a method that returns matplotlib axes."""
+        from accelcal.plot.designs import DesignPlot
+
+        return DesignPlot(self)
 
     def to_document(self) -> dict[str, Any]:
         """Return the design as a JSON document."""
