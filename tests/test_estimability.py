@@ -111,7 +111,8 @@ def test_only_what_is_asked_is_kept():
     found = estimability(rows(turn(8)), asked=("M", "K1", "K0"))
     assert found.kept == ("K0", "K1", "M")
     assert not found.absorbed_by
-    assert not found.sentences()
+    assert found.sentences() == ("taken as 0, as it was not asked for: K2, K3, M_ip",)
+    assert not estimability(rows(turn(8))).sentences()
 
 
 def test_four_positions_keep_k3_where_k1_is_not_in_its_way():

@@ -172,6 +172,20 @@ def test_one_table_and_no_uncertainty():
     assert "not determined" in told
 
 
+def test_what_the_scale_factor_stands_for_is_told_first():
+    plan = accelcal.TumblePlan(temperatures=(20.0,), positions=4)
+    top = markdown(report_page([accelcal.fit(accelcal.simulate(plan=plan, seed=1))]))
+    assert "- scale factor K₁ + K₃: **" in top.split("## Coefficients")[0]
+    assert "mA/g (which is K₁ + K₃) and bias" in top
+
+
+def test_a_declared_error_of_temperatures_is_among_the_sources():
+    record = accelcal.simulate(seed=1).with_apparatus(temperature_uncertainty=0.1)
+    found = accelcal.fit(record)
+    assert "temperature of a run: 0.100 degC (declared)" in str(found)
+    assert "| temperature of a run | 0.100 °C (declared) |" in markdown(report_page([found]))
+
+
 def test_checks_that_were_not_made_are_counted():
     found = accelcal.fit(
         accelcal.read_table(EXAMPLES / "mems_x_plane_y.csv"), coefficients=("K0", "K1", "K2", "M")
@@ -275,6 +289,12 @@ def test_a_discovery_tells_its_story_in_order(discovery, record):
     )
     places = [told.index(part) for part in parts]
     assert places == sorted(places)
+
+
+def test_what_a_discovery_would_show_has_the_units_of_its_text(discovery):
+    told = markdown(report_page([discovery]))
+    (drift,) = re.findall(r"bias-drift ([\d.]+) ug/h", " ".join(str(discovery).split()))
+    assert f"(bias-drift) | {drift} | µg/h |" in told
 
 
 def test_a_discovery_without_its_readings_says_so(discovery):

@@ -28,7 +28,7 @@ def error_sources(
     Returns
     -------
     tuple of ErrorSource
-        Reading noise of each table, then head, launch and launch_sf.
+        Reading noise of each table, then head, launch, launch_sf, and a declared temperature.
     """
     readings = [
         ErrorSource(
@@ -54,4 +54,6 @@ def error_sources(
             ("launch_sf", estimate.scale_factor_shift, "1"),
         )
     ]
-    return (*readings, *others)
+    declared = tables[0].record.apparatus.temperature_uncertainty
+    heat = [ErrorSource("temperature", declared, "degC", None, "declared")] if declared else []
+    return (*readings, *others, *heat)

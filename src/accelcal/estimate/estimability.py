@@ -42,8 +42,12 @@ class Estimability(NamedTuple):
         return [COEFFICIENTS.index(name) for name in self.kept]
 
     def sentences(self) -> tuple[str, ...]:
-        """Say what cannot be told apart, one sentence a lost coefficient."""
-        return tuple(self._sentence(lost, by) for lost, by in self.absorbed_by.items())
+        """Say what cannot be told apart, a sentence a lost coefficient, and what is taken as 0."""
+        lost = tuple(self._sentence(lost, by) for lost, by in self.absorbed_by.items())
+        left_out = [name for name in COEFFICIENTS if name not in (*self.kept, *self.absorbed_by)]
+        if not left_out:
+            return lost
+        return (*lost, f"taken as 0, as it was not asked for: {', '.join(left_out)}")
 
     def _sentence(self, lost: str, by: tuple[str, ...]) -> str:
         if not by:

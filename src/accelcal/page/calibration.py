@@ -100,7 +100,8 @@ def _lede(document: Document) -> str:
 def _with(row: Any) -> str:
     if row.value == "not determined":
         return "not determined"
-    return f"{row.value} +- {row.expanded} {row.unit}" if row.expanded else row.value
+    told = f"{row.value} +- {row.expanded} {row.unit}" if row.expanded else row.value
+    return f"{told} (which is {row.meaning})" if row.meaning else told
 
 
 def _said_of_verdict(document: Document) -> str:
@@ -153,7 +154,8 @@ def _highlights(document: Document) -> Iterator[Highlight]:
         unit = _UNITS.get(row.unit, row.unit)
         known = row.expanded not in ("", "unknown")
         detail = f"± {typeset(row.expanded)} (95 %)" if known else "uncertainty unknown"
-        yield Highlight(f"{row.name} {typeset(row.symbol)}", typeset(f"{row.value} {unit}"), detail)
+        symbol = typeset(row.meaning or row.symbol)
+        yield Highlight(f"{row.name} {symbol}", typeset(f"{row.value} {unit}"), detail)
 
 
 def _free_misalignment(document: Document, table: Document) -> Document | None:

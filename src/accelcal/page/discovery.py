@@ -26,8 +26,8 @@ from accelcal.record import TumbleRecord
 from accelcal.report.discovery import NOT_REGISTERED, alias_names, change_row, entry_of, outcome
 from accelcal.report.findings import chance, factor_cells, noise_line, probability
 from accelcal.report.lines import sentence
-from accelcal.report.numbers import in_small_unit, significant
-from accelcal.report.scale import sized
+from accelcal.report.numbers import significant
+from accelcal.report.scale import plain, readable, sized
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import FoundEffect
 from accelcal.units import MICRO
@@ -264,8 +264,8 @@ def _named(identifier: str) -> str:
 
 
 def _scaled(value: float, unit: str) -> tuple[str, str]:
-    scale, shown = in_small_unit(unit)
-    return typeset(significant(value * scale)), typeset("" if shown == "1" else shown)
+    scale, shown = readable(unit, value)
+    return typeset(significant(value * scale, 2)), typeset(plain(shown))
 
 
 def _next(found: Discovery) -> Section | None:

@@ -202,6 +202,7 @@ _COMMON_SOURCES = {
     "head": "head position",
     "launch": "bias, launch to launch",
     "launch_sf": "scale factor, launch to launch",
+    "temperature": "temperature of a run",
 }
 
 

@@ -172,7 +172,7 @@ class ErrorSource(StoredPart):
     Attributes
     ----------
     name : str
-        ``"reading"``, ``"head"``, ``"launch"`` or ``"launch_sf"``.
+        ``"reading"``, ``"head"``, ``"launch"``, ``"launch_sf"`` or ``"temperature"``.
     value : float or None
         Standard deviation; None where unknown.
     unit : str
