@@ -285,14 +285,14 @@ def test_few_launches_have_the_factor_of_their_degrees_of_freedom(exact):
 @pytest.mark.parametrize("launches", [3, 6])
 def test_the_interval_of_a_new_launch_covers(exact, launches):
     generator = np.random.default_rng(launches)
-    held = 0
-    for _ in range(400):
-        means = generator.normal(0.0, 2e-4, launches)
-        random = random_part(exact, measured_launches(means.std(ddof=1), launches))
-        found = budget(exact, 0.0, random=random)
-        new_launch = generator.normal(0.0, 2e-4)
-        held += abs(new_launch) <= found.expanded_uncertainty[0]
-    assert stats.binomtest(held, 400, 0.95).pvalue > 1e-3
+    scatter = generator.normal(0.0, 2e-4, (4000, launches)).std(axis=1, ddof=1)
+    randoms = [random_part(exact, measured_launches(size, launches)) for size in scatter[:5]]
+    wide = [budget(exact, 0.0, random=random).expanded_uncertainty[0] for random in randoms]
+    factor = wide[0] / scatter[0]
+    assert wide == pytest.approx(factor * scatter[:5])
+    new_launch = generator.normal(0.0, 2e-4, 4000)
+    held = np.count_nonzero(np.abs(new_launch) <= factor * scatter)
+    assert stats.binomtest(held, 4000, 0.95).pvalue > 1e-3
 
 
 def test_runs_at_one_level_tell_the_launch_with_their_degrees_of_freedom():
