@@ -314,13 +314,12 @@ def test_command_tells_the_units_and_then_the_stand(tmp_path, monkeypatch, capsy
     paths = [f"u{number}.csv" for number in range(3)]
     for path, (_, table) in zip(paths, drawn, strict=False):
         table.write(path)
-    assert main(["discover", *paths]) == 0
+    assert main(["discover", *paths, "-o", "found.json"]) == 0
     printed = capsys.readouterr().out
     assert printed.count("DISCOVERY") == 3
     assert "Of the stand, with one value in all units: backlash of the head." in printed
     assert max(map(len, printed.splitlines())) <= 100
-    assert main(["discover", *paths, "--format", "json"]) == 0
-    document = json.loads(capsys.readouterr().out)
+    document = json.loads(Path("found.json").read_text("utf-8"))
     assert len(document["discoveries"]) == 3
     assert document["stand"]["effects"][0]["verdict"] == "stand"
     assert repr(StandDiscovery.from_document(document["stand"])) == (
