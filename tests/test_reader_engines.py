@@ -7,7 +7,7 @@ import io
 import pytest
 
 from accelcal.errors import TableError
-from accelcal.io import tables
+from accelcal.io import engines, tables
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split
 from accelcal.io.layout import read_layout
 from accelcal.io.tables import read_tables
@@ -87,7 +87,7 @@ def test_what_only_the_light_engine_reads(name, monkeypatch):
     with pytest.raises((BulkEngineGivesUp, TableError)):
         by_engine(columns_by_pandas, text)
     expected = read_tables(io.StringIO(text))
-    monkeypatch.setattr(tables, "BULK_CHARACTERS", 0)
+    monkeypatch.setattr(engines, "BULK_CHARACTERS", 0)
     assert read_tables(io.StringIO(text)) == expected
 
 
@@ -95,7 +95,7 @@ def test_what_only_the_light_engine_reads(name, monkeypatch):
 def test_both_engines_refuse_with_the_same_line(name, monkeypatch):
     with pytest.raises(TableError) as light:
         read_tables(io.StringIO(REFUSED[name]))
-    monkeypatch.setattr(tables, "BULK_CHARACTERS", 0)
+    monkeypatch.setattr(engines, "BULK_CHARACTERS", 0)
     with pytest.raises(TableError) as bulk:
         read_tables(io.StringIO(REFUSED[name]))
     assert str(bulk.value) == str(light.value)

@@ -26,12 +26,20 @@ NUMERIC = frozenset(
 )
 """Roles of columns that hold numbers, with the strokes of a wide table."""
 
+BULK_CHARACTERS = 2_000_000
+"""Characters of the rows from which on pandas reads them."""
+
 Columns = Mapping[int, Column]
 """Index of a heading -> its column."""
 
 
 class BulkEngineGivesUp(Exception):  # noqa: N818  (a signal between two functions, no error)
     """The rows hold something that only the light engine understands."""
+
+
+def is_bulk(layout: Layout) -> bool:
+    """Whether there is so much that pandas is worth its import."""
+    return sum(map(len, layout.rows)) >= BULK_CHARACTERS
 
 
 def columns_by_split(layout: Layout, used: Sequence[int], needed: int) -> Columns:

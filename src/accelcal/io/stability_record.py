@@ -14,7 +14,13 @@ from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError, TableError, located
 from accelcal.io.cells import Column, labels, numbers
 from accelcal.io.declarations import notes_of_unit, unit_and_serial
-from accelcal.io.engines import BulkEngineGivesUp, Columns, columns_by_pandas, columns_by_split
+from accelcal.io.engines import (
+    BulkEngineGivesUp,
+    Columns,
+    columns_by_pandas,
+    columns_by_split,
+    is_bulk,
+)
 from accelcal.io.layout import Layout, all_outputs, listed, read_layout, shown, were
 from accelcal.io.small_table import places_of
 from accelcal.io.text import Source, read_text
@@ -27,9 +33,6 @@ from accelcal.stability.record import Launch, StabilityRecord
 from accelcal.units import output_unit
 
 __all__ = ["read_stability", "read_stability_records"]
-
-BULK_CHARACTERS = 2_000_000
-"""Size of a record from which on pandas reads it."""
 
 _OWN_HEADINGS = {"launch": "run", "start": "run", "input": "input", "acceleration": "input"}
 _ROLES = ("time", "date", "output", "temperature", "run", "input", "serial")
@@ -178,7 +181,7 @@ def _columns(layout: Layout) -> Roles:
 
 
 def _split(layout: Layout, used: Sequence[int], needed: int) -> Columns:
-    if sum(map(len, layout.rows)) >= BULK_CHARACTERS:
+    if is_bulk(layout):
         try:
             return columns_by_pandas(layout, used, needed)
         except BulkEngineGivesUp:

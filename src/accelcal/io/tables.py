@@ -24,7 +24,7 @@ from accelcal.io.declarations import (
     declared_by_caller,
     notes_of_unit,
 )
-from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split
+from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split, is_bulk
 from accelcal.io.layout import Layout, listed, read_layout, shown, were
 from accelcal.io.readings import Readings, notes_of_midnight, notes_of_turn, read_readings
 from accelcal.io.runs import runs_of
@@ -35,9 +35,6 @@ from accelcal.record import TumbleRecord
 from accelcal.units import is_output_unit, output_unit
 
 __all__ = ["TableForm", "read_table", "read_tables", "survey", "survey_text"]
-
-BULK_CHARACTERS = 2_000_000
-"""Size of a table from which on pandas reads it."""
 
 _NEEDED = ("output", "angle", "temperature", "stroke", "mounting", "position")
 _OPTIONAL = ("clamping", "std", "count", "line")
@@ -214,7 +211,7 @@ def survey_text(text: SourceText, overrides: Mapping[str, object]) -> Survey:
         If the table is unusable.
     """
     layout = with_units_below(read_layout(text))
-    if sum(map(len, layout.rows)) >= BULK_CHARACTERS:
+    if is_bulk(layout):
         try:
             return _read_by(columns_by_pandas, text, layout, overrides)
         except (BulkEngineGivesUp, TableError):
