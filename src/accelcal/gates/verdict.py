@@ -44,6 +44,11 @@ class GateStack(NamedTuple):
         """Return the outcome for one table, with its sentence."""
         return Gate(self.name, VERDICTS[self.verdict[index]], self.finding(index))
 
+    @property
+    def verdicts(self) -> list[str]:
+        """The verdicts in words."""
+        return [VERDICTS[code] for code in self.verdict.tolist()]
+
 
 class _Finding(NamedTuple):
     """Sentence of one table: why it was not assessed, or what was found."""
