@@ -40,6 +40,9 @@ class BilinearLaw:
     >>> bias = BilinearLaw(3.324e-3, above=-3.9e-5, below=-4.5e-5)
     >>> bias.change(np.array([-60.0, 60.0])).round(5)
     array([ 0.0027 , -0.00234])
+    >>> scale_factor = BilinearLaw(1.35, above=520e-6, below=480e-6)  # its slopes are relative
+    >>> scale_factor.at_reference * (1.0 + scale_factor.change(np.array([60.0]))).round(5)
+    array([1.39212])
     """
 
     at_reference: float
@@ -50,34 +53,19 @@ class BilinearLaw:
         check_number(**asdict(self))
 
     def change(self, excess: Array) -> Array:
-        """Change from the value at T0.
+        """Change from the value at T0; of a scale factor, whose slopes are relative, a part of it.
 
         Parameters
         ----------
         excess : ndarray
-            dT = T - T0 [degC].
+            dT = T - T0, not T itself [degC].
 
         Returns
         -------
         ndarray
-            The change, in the unit of the law.
+            The change, in the unit of the slopes times degC.
         """
         return np.where(excess > 0.0, self.above, self.below) * excess
-
-    def at(self, excess: Array) -> Array:
-        """Value at some temperatures.
-
-        Parameters
-        ----------
-        excess : ndarray
-            dT = T - T0 [degC].
-
-        Returns
-        -------
-        ndarray
-            The value, in the unit of the law.
-        """
-        return self.at_reference + self.change(excess)
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,8 +145,10 @@ class Accelerometer:
             What is indicated [g].
         """
         along = a_i + self.k2 * a_i**2 + self.k3 * a_i**3
-        across = self.misalignment.at(excess) * a_p + self.cross_coupling * a_i * a_p
-        return self.bias.at(excess) + along + across
+        laws = (self.bias, self.misalignment)
+        bias, misalignment = (law.at_reference + law.change(excess) for law in laws)
+        across = misalignment * a_p + self.cross_coupling * a_i * a_p
+        return bias + along + across
 
 
 AL15 = Accelerometer()

@@ -273,12 +273,13 @@ class _Simulation:
         excess = c.excess + self.errors("temperature", c.run) + self.total("temperature", c)
         sensed = accelerations(angle, self.plan.delta0, blank.mounting)
         a_i, a_p = sensed.input, sensed.pendulous + sensed.output  # one of the two is zero
+        misalignment = self.accelerometer.misalignment
         return replace(
             c,
             angle=angle,
             input=a_i,
             cross=a_p,
-            axial=a_i + self.accelerometer.misalignment.at(excess) * a_p,
+            axial=a_i + (misalignment.at_reference + misalignment.change(excess)) * a_p,
             excess=excess,
             gain=1.0 + self.accelerometer.scale_factor.change(excess),
             indicated=self.accelerometer.indication(a_i, a_p, excess),
