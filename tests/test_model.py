@@ -23,6 +23,7 @@ from accelcal.model import (
     design_matrix,
     output,
 )
+from accelcal.results.quantity import Quantity
 
 TERMS = ("K0", "K1", "K2", "K3", "M_O", "M_P", "M_ip", "M_io")
 ERRORS = ("k0", "k1", "k2", "k3", "delta_O", "delta_P", "delta_ip", "delta_io")
@@ -83,7 +84,14 @@ def test_a_coefficient_that_is_not_in_1_is_refused(name: str) -> None:
         output({"K0": 1.0, name: 1.0}, at(1.0))
     assert str(caught.value) == (
         f"coefficient {name!r} is not in (1); it has K0, K1, K2, K3, M_O, M_P, M_ip, M_io"
+        " (M and M_ip of a calibration are M_O and M_ip of a mounting o, M_P and M_io of a"
+        " mounting p)"
     )
+
+
+def test_quantities_of_a_calibration_are_no_numbers() -> None:
+    with pytest.raises(InputError, match="K1 is Quantity; it is a number or an array"):
+        output({"K1": Quantity(1.35, 1e-5, "mA/g")}, at(1.0))  # type: ignore[dict-item]
 
 
 # Design matrix

@@ -32,6 +32,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from accelcal.arguments.kinds import expect, kind_of
+from accelcal.arguments.numbers import number_array
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.geometry import Acceleration
@@ -136,7 +137,7 @@ def output(coefficients: Mapping[str, float], acceleration: Acceleration) -> Arr
     Raises
     ------
     InputError
-        If a coefficient is not one of (1).
+        If a coefficient is not one of (1), or no number.
 
     Examples
     --------
@@ -152,10 +153,13 @@ def output(coefficients: Mapping[str, float], acceleration: Acceleration) -> Arr
     expect(acceleration, Acceleration)
     unknown = [name for name in coefficients if name not in _TERMS]
     if unknown:
-        raise InputError(f"coefficient {unknown[0]!r} is not in (1); it has {', '.join(_TERMS)}")
+        raise InputError(
+            f"coefficient {unknown[0]!r} is not in (1); it has {', '.join(_TERMS)} (M and M_ip of a"
+            " calibration are M_O and M_ip of a mounting o, M_P and M_io of a mounting p)"
+        )
     total = np.zeros(np.broadcast_shapes(*(np.shape(axis) for axis in acceleration)))
     for name, value in coefficients.items():
-        total = total + value * _TERMS[name](acceleration)  # eq. (1)
+        total = total + number_array(value, name) * _TERMS[name](acceleration)  # eq. (1)
     return total
 
 
