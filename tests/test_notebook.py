@@ -160,6 +160,12 @@ def test_parts_of_results_fit_into_a_line(results):
     assert repr(parts[-1]) == "<Stand stand of the paper: 14 components>"
 
 
+def test_a_fault_of_the_readings_is_not_nothing(discovery):
+    assert repr(discovery).endswith(": fault outlier; backlash>")
+    alone = replace(discovery, effects=(), unexplained=None)
+    assert repr(alone).endswith(": fault outlier; nothing>")
+
+
 def test_a_single_one_is_told_in_the_singular(results):
     calibration = results["Calibration"]
     assert repr(budget(calibration, 1.0, temperature=20.0)).endswith(": 1 point>")

@@ -136,7 +136,8 @@ class Discovery(StoredResult, TabularResult):
         name = f"serial {self.serial}" if self.serial else self.source
         found = ", ".join(effect.id for effect in self.effects)
         open_end = "an effect that nothing explains" if self.unexplained else "nothing"
-        return visible(f"<Discovery {name}: {found or open_end}>")
+        faults = ", ".join(f"fault {fault.id}" for fault in self.faults)
+        return visible(f"<Discovery {name}: {faults}{'; ' * bool(faults)}{found or open_end}>")
 
     def _repr_html_(self) -> str:
         from accelcal.report.notebook_results import discovery_html
