@@ -496,3 +496,16 @@ def test_reprs():
     found = accelcal.history(frame(12, jump=100.0))
     assert repr(found) == "<History serial A: 12 calibrations, 1 jump>"
     assert found.to_frame().shape[0] == 24
+
+
+def test_checks_that_warn_are_told_from_a_frame_as_from_calibrations():
+    gates = {"gate_lack_of_fit": ["pass"] * 9 + ["warn"], "gate_closure": ["not assessed"] * 10}
+    told = "checks of a calibration warn: {} (lack of fit)"
+    assert accelcal.history(frame(**gates)).notes == (told.format("2019-01-01"),)
+    assert accelcal.history(frame()).notes == ()
+    record = accelcal.simulate(effects=[accelcal.effect("hysteresis").of(5e-5)], seed=3)
+    faulty = replace(accelcal.fit(record), date="2024-05-01")
+    sound = accelcal.fit(accelcal.simulate(seed=1))
+    others = [replace(sound, date=f"{year}-05-01") for year in (2022, 2023)]
+    (note,) = (n for n in accelcal.history([faulty, *others]).notes if "warn" in n)
+    assert note == told.format("2024-05-01").replace("lack", "forward against back, lack")

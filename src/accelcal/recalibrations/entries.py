@@ -48,6 +48,8 @@ class Entry:
         its 95 % interval; None where unknown.
     unit : str
         Output unit.
+    warned : tuple of str
+        Gates that warn of the test.
     """
 
     serial: str | None
@@ -58,6 +60,7 @@ class Entry:
     bias: Numbers
     scale_factor: Numbers
     unit: str
+    warned: tuple[str, ...] = ()
 
     @property
     def is_complete(self) -> bool:
@@ -133,6 +136,9 @@ def _of_calibration(calibration: Calibration) -> list[Entry]:
             bias=_of_quantity(table.error_model["k0"]),
             scale_factor=_of_quantity(table.coefficients["K1"]),
             unit=calibration.output_unit or "output unit",
+            warned=tuple(
+                gate.name for gate in (*table.gates, *calibration.gates) if gate.verdict == "warn"
+            ),
         )
         for table in calibration.tables
     ]
@@ -161,6 +167,11 @@ def _of_row(row: dict[str, Any]) -> Entry:
         bias=numbers("k0"),
         scale_factor=numbers("K1"),
         unit=_text(row.get("output_unit")) or "output unit",
+        warned=tuple(
+            name.removeprefix("gate_").replace("_", " ")
+            for name, verdict in row.items()
+            if str(name).startswith("gate_") and verdict == "warn"
+        ),
     )
 
 

@@ -14,7 +14,7 @@ from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.recalibrations.comparable import Comparable, comparable
-from accelcal.recalibrations.entries import Entry, entries_of
+from accelcal.recalibrations.entries import Entry, entries_of, listed
 from accelcal.recalibrations.jumps import (
     FEWEST,
     SMALLEST_CHANCE,
@@ -129,7 +129,7 @@ def history_of(
         temperature_degC=chosen.temperature,
         trends=trends,
         alpha=alpha,
-        notes=(*chosen.notes, *_few(chosen)),
+        notes=(*chosen.notes, *_few(chosen), *_warned(chosen)),
         software=f"accelcal {__version__}",
     )
 
@@ -139,6 +139,15 @@ def _few(chosen: Comparable) -> tuple[str, ...]:
     if count >= FEWEST:
         return ()
     return (f"{count} calibrations are too few to look for jumps, which needs {FEWEST}",)
+
+
+def _warned(chosen: Comparable) -> tuple[str, ...]:
+    found = [
+        f"{_date(years)} ({', '.join(entry.warned)})"
+        for years, entry in zip(chosen.years, chosen.entries, strict=True)
+        if entry.warned
+    ]
+    return (f"checks of a calibration warn: {listed(found)}",) if found else ()
 
 
 class _Followed(NamedTuple):
