@@ -297,6 +297,7 @@ def test_a_mapping_of_a_result_is_a_dictionary_that_stays():
 
 FRAMES = ("Calibration", "Discovery", "Disagreement", "ErrorBudget", "Stability", "History")
 FRAMES += ("HeadCalibration", "TriadCalibration", "StandBudget", "DesignComparison", "Verdict")
+FRAMES += ("StandDiscovery",)
 
 
 @pytest.mark.parametrize("name", FRAMES)

@@ -13,7 +13,7 @@ from accelcal.results.discovery import SCHEMA, Discovery
 from accelcal.results.findings import Change
 from accelcal.results.mapping import document_of, freeze
 from accelcal.results.quantity import Document, Quantity, StoredPart
-from accelcal.results.result import StoredResult, part_of
+from accelcal.results.result import StoredResult, TabularResult, part_of
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -86,7 +86,7 @@ class HeadPosition(StoredPart):
 
 
 @dataclass(frozen=True, slots=True)
-class StandDiscovery(StoredResult):
+class StandDiscovery(StoredResult, TabularResult):
     """What was discovered over several units of one stand.
 
     Attributes
@@ -181,6 +181,20 @@ class StandDiscovery(StoredResult):
             "common": self.common.to_document(),
             "notes": list(self.notes),
         }
+
+    def rows(self) -> list[dict[str, Any]]:
+        """List the size of each effect in each unit, a flat dictionary each."""
+        return [
+            {
+                "serial": unit,
+                "effect": effect.id,
+                "verdict": effect.verdict,
+                **size.to_document(),
+                "p_value": effect.p_value,
+            }
+            for effect in self.effects
+            for unit, size in effect.sizes.items()
+        ]
 
     @classmethod
     def _read(cls, document: Document) -> StandDiscovery:
