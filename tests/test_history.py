@@ -508,4 +508,4 @@ def test_checks_that_warn_are_told_from_a_frame_as_from_calibrations():
     sound = accelcal.fit(accelcal.simulate(seed=1))
     others = [replace(sound, date=f"{year}-05-01") for year in (2022, 2023)]
     (note,) = (n for n in accelcal.history([faulty, *others]).notes if "warn" in n)
-    assert note == told.format("2024-05-01").replace("lack", "forward against back, lack")
+    assert note == told.format("2024-05-01").replace("lack of fit", "forward against back")
