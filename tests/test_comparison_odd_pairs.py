@@ -1,5 +1,6 @@
 """Calibrations and records that hardly suit each other: said, refused, or not told."""
 
+import dataclasses
 from dataclasses import replace
 
 import numpy as np
@@ -96,3 +97,34 @@ def test_other_positions_and_one_stroke_agree_with_the_calibration(calibration):
         found = accelcal.compare(calibration, simulate(plan=plan, seed=3), same_head=False)
         assert found.p_value > 0.001
         assert "-0.0 %" not in str(found)
+
+
+# -- two places ------------------------------------------------------------------------------------
+
+
+def elsewhere(unit, ratio):
+    """Coefficients of a unit per power of another local g, which is that many times the first."""
+    bias = accelcal.BilinearLaw(*(x / ratio for x in dataclasses.astuple(unit.bias)))
+    scale_factor = replace(unit.scale_factor, at_reference=unit.scale_factor.at_reference * ratio)
+    curved = {"k2": unit.k2 * ratio, "k3": unit.k3 * ratio**2}
+    curved["cross_coupling"] = unit.cross_coupling * ratio
+    return replace(unit, bias=bias, scale_factor=scale_factor, **curved)
+
+
+def test_two_places_with_their_gravity_agree():
+    plans = [accelcal.TumblePlan(local_gravity=g) for g in (9.8106, 9.7803)]
+    calibration = accelcal.fit(accelcal.simulate(plan=plans[0], seed=1))
+    unit = elsewhere(accelcal.AL15, 9.7803 / 9.8106)
+    record = accelcal.simulate(unit, plan=plans[1], seed=2)
+    found = accelcal.compare(calibration, record)
+    assert any("calibrated where g = 9.8106 m/s^2, which is counted" in n for n in found.notes)
+    here = accelcal.compare(calibration, accelcal.simulate(plan=plans[0], seed=2))
+    assert found.p_value == pytest.approx(here.p_value, abs=0.01)
+    for one, other in zip(found.runs, here.runs, strict=True):
+        for name in ("bias", "scale_factor", "misalignment"):
+            there, at_home = getattr(one, name), getattr(other, name)
+            assert there.value == pytest.approx(at_home.value, abs=2e-7)
+            assert there.expanded_uncertainty == pytest.approx(at_home.expanded_uncertainty, 0.01)
+    silent = record.with_apparatus(local_gravity=None)
+    change = accelcal.compare(calibration, silent).runs[0].scale_factor.value
+    assert change == pytest.approx(9.7803 / 9.8106 - 1.0, abs=3e-5)

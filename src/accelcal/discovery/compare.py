@@ -124,6 +124,9 @@ def compare(
     launch and temperature errors as declared, and the uncertainty of the calibration. Where few
     degrees of freedom tell that, it counts as larger by its coverage factor over the normal one.
 
+    Where both declare the local gravity, the readings are compared at theirs, in the local g of the
+    calibration.
+
     Examples
     --------
     >>> import accelcal

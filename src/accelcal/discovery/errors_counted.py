@@ -12,7 +12,7 @@ from accelcal.compensate.coefficients import Compensation
 from accelcal.discovery.calibration_errors import is_corrected
 from accelcal.discovery.noise import FEWEST_REPLICATES, ReadingNoise
 from accelcal.discovery.one_head import is_same_file
-from accelcal.discovery.simulated import Simulated
+from accelcal.discovery.simulated import Simulated, gravity_ratio
 from accelcal.estimate.error_components import SHIFTED
 from accelcal.estimate.launch import OTHERS_SHARE
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
@@ -277,6 +277,9 @@ def _units(calibration: Calibration, record: TumbleRecord) -> Iterator[str]:
         yield f"the calibration names no unit: it is taken as that of the readings, {own}"
     elif own != other:
         yield f"readings in {own} are converted to {other}"
+    if gravity_ratio(calibration, record) != 1.0:
+        here, there = record.apparatus.local_gravity, calibration.g_local_m_s2
+        yield f"tested where g = {here} m/s^2, calibrated where g = {there} m/s^2, which is counted"
 
 
 def _few_degrees(known: Mapping[str, ErrorSource]) -> Iterator[str]:

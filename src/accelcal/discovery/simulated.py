@@ -134,7 +134,10 @@ def _along(found: Compensation, record: TumbleRecord) -> NDArray[np.str_]:
 def _conditions(
     calibration: Calibration, found: Compensation, record: TumbleRecord, along: NDArray[np.str_]
 ) -> Conditions:
-    """Conditions of the readings, those in either cross axis with its own fixture angle."""
+    """Conditions of the readings, those in either cross axis with its own fixture angle.
+
+    Accelerations are in the local g of the calibration.
+    """
     told = []
     for axis in found.axes:
         delta0 = fixture_angle(record, freed_angle(calibration, axis.name).value or None)
@@ -142,10 +145,17 @@ def _conditions(
     main, other = told[0], told[-1]
     of_angle = ("input", "cross", "axial", "indicated", "per_radian")
     is_main = along == found.cross.name
+    g = gravity_ratio(calibration, record)
     return replace(
         main,
-        **{n: np.where(is_main, getattr(main, n), getattr(other, n)) for n in of_angle},
+        **{n: g * np.where(is_main, getattr(main, n), getattr(other, n)) for n in of_angle},
     )
+
+
+def gravity_ratio(calibration: Calibration, record: TumbleRecord) -> float:
+    """Local gravity of a record over that of a calibration; 1 where one is not declared."""
+    here, there = record.apparatus.local_gravity, calibration.g_local_m_s2
+    return here / there if here and there else 1.0
 
 
 def _of_axis(
