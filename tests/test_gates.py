@@ -328,7 +328,7 @@ def test_all_strokes_shifted(strokes, positions, turn):
 def test_all_strokes_of_the_other_sign():
     warned = warnings_of(fitted(times(-1.0, *ALL)))
     assert set(warned) == {PROPORTIONS}
-    assert_said(warned, PROPORTIONS, r"K1 = -1\.35\d* is not positive: the sign of the output")
+    assert_said(warned, PROPORTIONS, r"K1 = -1\.35\d* mA/g is not positive: the sign")
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -339,9 +339,7 @@ def test_readings_that_do_not_follow_the_angle(sign):
         return [[run, j, k, sign * rng.gauss(0.0, 1e-3)] for run, j, k, _ in readings]
 
     warned = warnings_of(fitted(noise))
-    said = (
-        r"K1 = .* is smaller than what it leaves of the readings, rms 0\.00\d+: they do not follow"
-    )
+    said = r"K1 = \S+ mA/g is smaller than what it leaves of the readings, rms 0\.00\d+ mA: they do"
     assert_said(warned, PROPORTIONS, said)
 
 
@@ -670,7 +668,7 @@ def test_two_readings_alike_make_no_copy():
 @pytest.mark.parametrize(
     ("error", "said"),
     [
-        (0.4, r"K0/K1 = 0\.4"),
+        (0.4, r"K0/K1 = 0\.4\d* g is above 0\.2 g"),
         (lambda th: 0.2 * math.cos(th) ** 2, r"K2/K1 = 0\.2"),
         (lambda th: 0.2 * math.cos(th) ** 3, r"K3/K1 = 0\.2"),
         (lambda th: 0.3 * math.cos(th) * math.sin(th), r"M_ip/K1 = 0\.3"),
@@ -686,7 +684,7 @@ def test_an_output_on_a_carrier_is_told_to_be_subtracted():
     remedy = "subtract what the output is at 0 g by design, a carrier or mid-range"
     assert (
         warnings_of(fitted(added(1.48)))[PROPORTIONS]
-        == f"K0/K1 = 1.48 is above 0.2 in size, {remedy}"
+        == f"K0/K1 = 1.48 g is above 0.2 g in size, {remedy}"
     )
     assert remedy not in warnings_of(fitted(shifted(*ALL)))[PROPORTIONS]
 

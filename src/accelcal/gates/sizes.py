@@ -14,7 +14,7 @@ from accelcal.gates.stack import TableStack
 from accelcal.gates.turns import LARGEST_RATIOS, LARGEST_RESIDUAL, fitting_turn, fitting_turn_said
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack, times
 from accelcal.geometry import head_positions
-from accelcal.model import COEFFICIENTS, SCALE_FACTOR
+from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, SCALE_FACTOR, coefficient_unit
 from accelcal.numerics.grouping import Alike, few_at_a_time, grouped
 
 _TELLING = 0.3  # readings below this share of the largest tell nothing about the unit
@@ -50,15 +50,16 @@ def proportions(stack: TableStack) -> GateStack:
     rms = left / over
     large = (np.abs(ratio) / list(LARGEST_RATIOS.values()) > 1.0).any(axis=1)
     bad = turned | large | (rms / LARGEST_RESIDUAL > 1.0)
+    unit = stack.table.record.unit
 
     def said(index: int) -> str:
         if not bad[index]:
             return "all coefficients in proportion to K1"
         positions = fitting_turn(stack.table, stack.output[:, index], stack.delta0)
         if positions is None and left[index] > abs(scale_factor[index]):
-            return _no_answer(float(scale_factor[index]), float(left[index]))
+            return _no_answer(float(scale_factor[index]), float(left[index]), unit)
         if turned[index] and positions is None:
-            return wrong_sign(float(scale_factor[index]))
+            return wrong_sign(float(scale_factor[index]), unit)
         ratios = dict(zip(LARGEST_RATIOS, ratio[index].tolist(), strict=True))
         found = _out_of_proportion(ratios)
         if positions is not None:
@@ -70,18 +71,20 @@ def proportions(stack: TableStack) -> GateStack:
     return gate_stack("proportions", bad, said)
 
 
-def _no_answer(scale_factor: float, rms: float) -> str:
+def _no_answer(scale_factor: float, rms: float, unit: str | None) -> str:
     """Say that the readings, of which such an rms is left, are none of an accelerometer."""
     return (
-        f"K1 = {scale_factor:.3g} is smaller than what it leaves of the readings, rms {rms:.3g}:"
-        " they do not follow the angle; look for the channel and its contacts"
+        f"K1 = {scale_factor:.3g} {coefficient_unit('K1', unit)} is smaller than what it leaves of"
+        f" the readings, rms {rms:.3g} {coefficient_unit('K0', unit)}: they do not follow the"
+        " angle; look for the channel and its contacts"
     )
 
 
 def _out_of_proportion(ratios: dict[str, float]) -> list[str]:
     """Say which coefficients of one table are too large a part of K1."""
+    units = {name: ERROR_UNITS[ERROR_TERMS[name]] for name in LARGEST_RATIOS}
     return [
-        f"{name}/K1 = {ratios[name]:.3g} is above {limit:g} in size"
+        f"{name}/K1 = {ratios[name]:.3g} {units[name]} is above {limit:g} {units[name]} in size"
         for name, limit in LARGEST_RATIOS.items()
         if abs(ratios[name]) / limit > 1.0
     ]
@@ -99,13 +102,15 @@ def _reason(ratios: dict[str, float], rms: float, *, alone: bool) -> list[str]:
     return []
 
 
-def wrong_sign(scale_factor: float) -> str:
+def wrong_sign(scale_factor: float, unit: str | None) -> str:
     """Say what a scale factor that is not positive means.
 
     Parameters
     ----------
     scale_factor : float
         K1 [output unit / g].
+    unit : str or None
+        Output unit.
 
     Returns
     -------
@@ -113,8 +118,8 @@ def wrong_sign(scale_factor: float) -> str:
         The finding.
     """
     return (
-        f"K1 = {scale_factor:.6g} is not positive: the sign of the output is turned, or the"
-        " positions are shifted by half a turn"
+        f"K1 = {scale_factor:.6g} {coefficient_unit('K1', unit)} is not positive: the sign of the"
+        " output is turned, or the positions are shifted by half a turn"
     )
 
 

@@ -190,5 +190,5 @@ def _whole_table(table: PreparedTable, k1: float, turn: float, delta0: float) ->
     if positions is not None:
         return "number of positions", fitting_turn_said(positions)
     if k1 <= 0.0:
-        return "wrong sign", wrong_sign(k1)
+        return "wrong sign", wrong_sign(k1, table.record.unit)
     return "positions shifted", f"all positions as if shifted by {turn:.1f} deg"
