@@ -17,8 +17,8 @@ is, both give Student's interval.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache
+from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -134,15 +134,13 @@ def _of_all(values: NDArray[Any], axes: int) -> NDArray[Any]:
     return values[:1] if alike else values
 
 
-def interval_stack(components: Mapping[str, Component], level: float = LEVEL) -> Intervals:
+def interval_stack(components: Mapping[str, Component]) -> Intervals:
     """Combine components to the uncertainties of the estimates of many records.
 
     Parameters
     ----------
     components : mapping of str to Component
         Components of p estimates.
-    level : float, default 0.95
-        Probability of the interval.
 
     Returns
     -------
@@ -157,12 +155,10 @@ def interval_stack(components: Mapping[str, Component], level: float = LEVEL) ->
     [2.228, 2.228, 2.228]
     """
     parts = components.values()
-    return combined([part.variances for part in parts], [part.dof for part in parts], level)
+    return combined([part.variances for part in parts], [part.dof for part in parts])
 
 
-def combined(
-    variances: Sequence[Array], freedom: Sequence[Array], level: float = LEVEL
-) -> Intervals:
+def combined(variances: Sequence[Array], freedom: Sequence[Array]) -> Intervals:
     """Combine the variances of components to the uncertainties of the estimates of many records.
 
     Parameters
@@ -171,8 +167,6 @@ def combined(
         Variance that each component gives to p estimates.
     freedom : sequence of ndarray, shape (..., p)
         Degrees of freedom of each.
-    level : float, default 0.95
-        Probability of the interval.
 
     Returns
     -------
@@ -193,22 +187,20 @@ def combined(
     ]
     inverse = sum(over_dof) / np.where(exact, 1.0, variance)
     inverse = np.where(inverse > 1.0 / _ENDLESS, inverse, 0.0 * inverse)
-    factor = _coverage_factors(level)(inverse)
+    factor = _coverage_factors(inverse)
     standard = np.sqrt(np.where(exact, 0.0, variance))
     with np.errstate(divide="ignore"):
         dof = 1.0 / inverse
     return Intervals(standard, factor * standard, factor, dof)
 
 
-def intervals(components: Mapping[str, Component], level: float = LEVEL) -> list[Interval]:
+def intervals(components: Mapping[str, Component]) -> list[Interval]:
     """Combine components to the uncertainty of each estimate.
 
     Parameters
     ----------
     components : mapping of str to Component
         Components of p estimates.
-    level : float, default 0.95
-        Probability of the interval.
 
     Returns
     -------
@@ -222,37 +214,39 @@ def intervals(components: Mapping[str, Component], level: float = LEVEL) -> list
     >>> round(intervals({"reading": noise})[0].factor, 3)
     2.228
     """
-    columns = (field.tolist() for field in interval_stack(components, level))
+    columns = (field.tolist() for field in interval_stack(components))
     unknown = Interval(None, None, None, None)
     rows = map(Interval, *columns)
     return [row if row.dof == row.dof else unknown for row in rows]  # NaN is not itself
 
 
-@lru_cache(maxsize=8)
-def _coverage_factors(level: float) -> Callable[[Array], Array]:
-    """Student's factor as a function of arrays of inverse degrees of freedom.
+def _coverage_factors(inverse: Array) -> Array:
+    """Student's factors of 95 % for inverse degrees of freedom."""
+    found = np.exp(_chebyshev_sum(_terms_of_factor(), 2.0 * np.minimum(inverse, 1.0) - 1.0))
+    few = inverse > 1.0  # less than one degree of freedom
+    if few.any():
+        found[few] = _exact_factors(inverse[few])
+    return found
 
-    Its logarithm is a smooth function of them: a polynomial holds it to 2e-14 from one degree of
-    freedom to infinitely many.
+
+@cache
+def _terms_of_factor() -> list[float]:
+    """Chebyshev terms of the logarithm of Student's factor.
+
+    It is a smooth function of the inverse degrees of freedom: a polynomial holds it to 2e-14 from
+    one degree of freedom to infinitely many.
     """
-
-    def exact(inverse: Array) -> Array:
-        dof = [1.0 / x if x > 1.0 / _ENDLESS else np.inf for x in inverse.ravel().tolist()]
-        return np.array([student_quantile(level, d) for d in dof]).reshape(inverse.shape)
-
     points = np.pi * (np.arange(_TERMS) + 0.5) / _TERMS
-    values = np.log(exact(0.5 * (np.cos(points) + 1.0)))
+    values = np.log(_exact_factors(0.5 * (np.cos(points) + 1.0)))
     terms = 2.0 / _TERMS * np.cos(np.outer(np.arange(_TERMS), points)) @ values
     terms[0] /= 2.0
+    found: list[float] = terms.tolist()
+    return found
 
-    def factors(inverse: Array) -> Array:
-        found = np.exp(_chebyshev_sum(terms.tolist(), 2.0 * np.minimum(inverse, 1.0) - 1.0))
-        few = inverse > 1.0  # less than one degree of freedom
-        if few.any():
-            found[few] = exact(inverse[few])
-        return found
 
-    return factors
+def _exact_factors(inverse: Array) -> Array:
+    dof = [1.0 / x if x > 1.0 / _ENDLESS else np.inf for x in inverse.tolist()]
+    return np.array([student_quantile(LEVEL, d) for d in dof])
 
 
 def _chebyshev_sum(terms: Sequence[float], x: Array) -> Array:
