@@ -698,3 +698,12 @@ def test_coefficients_in_any_order():
     one = fitted(coefficients=("M", "K1", "K0"))
     assert one == fitted(coefficients=("K0", "K1", "M"))
     assert one.tables[0].coefficients["K2"].value is None
+
+
+def test_the_misprinted_method_is_warned_of_where_it_is_asked_for(tmp_path):
+    record = accelcal.simulate(seed=1)
+    accelcal.write_table(record, tmp_path / "a.csv")
+    with pytest.warns(accelcal.AccelcalWarning, match="misprinted") as told:
+        accelcal.fit(record, method="printed")
+        accelcal.batch(tmp_path, method="printed")
+    assert [Path(warning.filename) for warning in told] == [Path(__file__)] * 2

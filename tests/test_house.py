@@ -164,6 +164,19 @@ def test_library_does_not_import_click(path):
         assert not re.search(r"^\s*(import|from) click\b", path.read_text("utf-8"), re.MULTILINE)
 
 
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_library_changes_nothing_that_threads_share(path):
+    """What such a thing puts back in the end is what another thread has just changed."""
+    if path.relative_to(SOURCE).parts[0] != "cli":
+        nodes = list(ast.walk(tree_of(path)))
+        used = {node.id for node in nodes if isinstance(node, ast.Name)}
+        used |= {node.attr for node in nodes if isinstance(node, ast.Attribute)}
+        assert not used & {
+            *("catch_warnings", "simplefilter", "filterwarnings"),
+            *("redirect_stdout", "redirect_stderr", "chdir", "setlocale", "seterr", "set_option"),
+        }
+
+
 def test_no_attic():
     attic = {"util", "utils", "helper", "helpers", "misc", "common", "tools", "stuff", "shared"}
     attic |= {"old", "new", "backup", "temp", "tmp", "legacy", "deprecated", "v2"}

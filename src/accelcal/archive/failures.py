@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from typing import TypeVar
 
-from accelcal.errors import AccelcalError, AccelcalWarning
+from accelcal.errors import AccelcalError
 
 Result = TypeVar("Result")
 
@@ -22,24 +21,6 @@ def attempt(source: str, function: Callable[..., Result], *arguments: object) ->
         What may fail.
     *arguments : object
         What it is called with.
-
-    Returns
-    -------
-    object or str
-        What it returns, or the line that tells why it failed.
-    """
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", AccelcalWarning)  # told once, before the batch
-        return caught(source, function, *arguments)
-
-
-def caught(source: str, function: Callable[..., Result], *arguments: object) -> Result | str:
-    """Call a function that must not end a batch, and that warns of nothing.
-
-    Parameters
-    ----------
-    source, function, *arguments
-        As of `attempt`.
 
     Returns
     -------

@@ -18,7 +18,7 @@ from typing import IO, NamedTuple
 
 import numpy as np
 
-from accelcal.archive.failures import caught
+from accelcal.archive.failures import attempt
 from accelcal.archive.sources import SourceFile, is_url
 from accelcal.errors import InputError
 from accelcal.io.ordinary import Content, ordinary_head
@@ -73,7 +73,7 @@ def divide(source: SourceFile) -> list[Part]:
     if is_url(source.path) or not (parquet or source.size >= LARGE):
         return []
     divided = _parts_of_parquet if parquet else _parts_of_csv
-    parts = caught(source.path, lambda: list(divided(source.path)))
+    parts = attempt(source.path, lambda: list(divided(source.path)))
     return [] if isinstance(parts, str) else parts  # what is wrong is told when it is read whole
 
 

@@ -79,6 +79,7 @@ class Settings:
             return
         record = read_table(io.StringIO(_GOOD_TABLE), overrides=self.overrides)
         self.options.check()
+        self.options.warn(stacklevel=4)
         check_names(self.options.coefficients)
         if self.specification is not None:
             expect(self.specification, Specification)

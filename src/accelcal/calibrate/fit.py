@@ -108,5 +108,6 @@ def fit(
         head=head,
     )
     options.check()
+    options.warn(stacklevel=2)
     tell("fitting %r: %d tables by %s", record.source, sum(1 for _ in record.table_masks()), method)
     return calibration_stack(OnePlan.of([record]), options).one(0)

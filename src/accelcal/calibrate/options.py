@@ -62,11 +62,6 @@ class Options(NamedTuple):
         ------
         InputError
             If a temperature is not finite, a flag is none, or a method or the laws are unknown.
-
-        Warns
-        -----
-        AccelcalWarning
-            With the misprinted method.
         """
         check_choice(METHODS, method=self.method)
         check_choice(TEMPERATURE_LAWS, temperature_laws=self.temperature_laws)
@@ -81,11 +76,25 @@ class Options(NamedTuple):
             from accelcal.results.head_calibration import HeadCalibration
 
             expect(self.head, HeadCalibration)
+
+    def warn(self, stacklevel: int) -> None:
+        """Warn of the misprinted method, once and not for every file.
+
+        Parameters
+        ----------
+        stacklevel : int
+            As of `warnings.warn`; 1 is the line that calls this.
+
+        Warns
+        -----
+        AccelcalWarning
+            With the misprinted method.
+        """
         if self.method == "printed":
             warnings.warn(
                 "method 'printed' uses the misprinted equations (6); it is there for the record",
                 AccelcalWarning,
-                stacklevel=4,
+                stacklevel=stacklevel + 1,
             )
 
     def asked(self) -> dict[str, object]:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
-from contextlib import redirect_stdout
 from functools import lru_cache
 from typing import Any
 
@@ -156,8 +154,7 @@ def _noise(tools: Any, piece: Array, factor: int, before: int | None) -> int:
 def _edf(tools: Any, alpha: int, factor: int, size: int) -> float:
     """Equivalent degrees of freedom of a piece with `size` points of the integrated output."""
     try:
-        with redirect_stdout(io.StringIO()):  # allantools prints where it gives up
-            edf = tools.edf_greenhall(alpha, 2, factor, size, overlapping=True)
+        edf = tools.edf_greenhall(alpha, 2, factor, size, overlapping=True)
     except NotImplementedError:
         edf = tools.edf_simple(size, factor, alpha)
     return max(float(edf), 1.0)
