@@ -700,10 +700,12 @@ def test_coefficients_in_any_order():
     assert one.tables[0].coefficients["K2"].value is None
 
 
-def test_the_misprinted_method_is_warned_of_where_it_is_asked_for(tmp_path):
-    record = accelcal.simulate(seed=1)
-    accelcal.write_table(record, tmp_path / "a.csv")
+@pytest.mark.parametrize("function", [accelcal.fit, accelcal.batch])
+def test_the_misprinted_method_is_warned_of_where_it_is_asked_for(tmp_path, function):
+    given = record = accelcal.simulate(seed=1)
+    if function is accelcal.batch:
+        given = tmp_path / "a.csv"
+        accelcal.write_table(record, given)
     with pytest.warns(accelcal.AccelcalWarning, match="misprinted") as told:
-        accelcal.fit(record, method="printed")
-        accelcal.batch(tmp_path, method="printed")
-    assert [Path(warning.filename) for warning in told] == [Path(__file__)] * 2
+        function(given, method="printed")
+    assert [warning.filename for warning in told] == [__file__]

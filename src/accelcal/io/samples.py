@@ -230,7 +230,7 @@ def open_samples(source: str) -> Iterator[SampleReader]:
         encoding = _encoding(start)
         text = io.TextIOWrapper(stream, encoding, errors="replace")
         headings = read_sample_headings(lambda: _guarded(text.readline, _LONGEST_LINE, name), name)
-        size = None if source == "-" else os.fstat(raw.fileno()).st_size
+        size = os.fstat(raw.fileno()).st_size if source != "-" and raw.seekable() else None
         yield SampleReader(headings, size, text, raw)
         text.detach()  # standard input stays open
     finally:
