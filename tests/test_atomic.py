@@ -51,6 +51,25 @@ def test_a_link_stays_a_link(tmp_path):
     assert (tmp_path / "real.json").read_bytes() == b"new"
 
 
+@pytest.mark.skipif(not Path("/dev/fd").exists(), reason="needs the names of open files")
+def test_a_pipe_that_is_open_is_written_through():
+    reader, writer = os.pipe()
+    try:
+        write_atomically(f"/dev/fd/{writer}", b"1,2")
+        assert os.read(reader, 9) == b"1,2"
+    finally:
+        os.close(reader)
+        os.close(writer)
+
+
+@posix_only
+def test_a_link_to_itself_is_replaced(tmp_path):
+    path = tmp_path / "a.json"
+    path.symlink_to(path)
+    write_atomically(path, b"{}")
+    assert path.read_bytes() == b"{}"
+
+
 @posix_only
 def test_a_device_is_written_through():
     before = Path(os.devnull).stat()

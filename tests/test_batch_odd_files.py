@@ -336,6 +336,15 @@ def test_what_cannot_be_written_is_told_before_the_work(archive, tmp_path, name)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["archive", name]
 
 
+@pytest.mark.skipif(os.name != "posix", reason="needs permissions of the group")
+def test_an_existing_result_keeps_its_permissions(archive, tmp_path):
+    path = tmp_path / "r.csv"
+    path.touch()
+    path.chmod(0o640)
+    accelcal.write_batch(archive, path)
+    assert path.stat().st_mode & 0o777 == 0o640
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes")
 def test_a_pipe_is_not_replaced(archive, tmp_path):
     os.mkfifo(tmp_path / "r.csv")

@@ -105,14 +105,14 @@ def open_atomically(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
     b'1,2'
     """
     try:
-        target = Path(path).resolve()
+        target = Path(path)
         if target.is_dir():
             raise InputError(f"{os.fspath(path) or repr('')} is a folder; name a file in it")
         if target.exists() and not target.is_file():
             with target.open("wb") as file:  # /dev/null or a pipe: nothing there to replace
                 yield file
         else:
-            with replacing(target) as file:
+            with replacing(Path(os.path.realpath(target))) as file:
                 yield file
     except OSError as error:
         raise InputError(f"{path} cannot be written: {_reason(error)}") from error

@@ -175,8 +175,11 @@ def _bring_to_disk(files: Sequence[Path]) -> None:
 
 
 def _take_name(draft: Path, path: str) -> None:
+    target = Path(path).resolve()
     try:
-        draft.replace(Path(path).resolve())
+        if target.exists():
+            draft.chmod(target.stat().st_mode & 0o777)
+        draft.replace(target)
     except OSError as error:
         if error.errno != errno.EXDEV:
             raise
