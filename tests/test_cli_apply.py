@@ -4,8 +4,10 @@ import csv
 import gzip
 import io
 import json
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -409,6 +411,18 @@ def accelcal_process(*arguments, **options):
     return subprocess.run(
         [sys.executable, "-m", "accelcal", *arguments], capture_output=True, check=False, **options
     )
+
+
+@pytest.mark.skipif(not Path("/dev/fd").exists(), reason="needs the names of open files")
+def test_a_pipe_with_a_name(folder):
+    reader, writer = os.pipe()
+    os.write(writer, (HEAD + "output,temperature\n1,20\n").encode())
+    os.close(writer)
+    names = ("cal.json", f"/dev/fd/{reader}", "-o", "pipe.csv")
+    done = accelcal_process("apply", *names, cwd=folder, pass_fds=[reader])
+    os.close(reader)
+    assert done.returncode == 0
+    assert values(rows_of((folder / "pipe.csv").read_text())) == pytest.approx([0.737], abs=1e-3)
 
 
 @pytest.mark.parametrize("packed", [False, True])

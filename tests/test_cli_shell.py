@@ -194,6 +194,22 @@ def test_unusable_input_is_2_and_one_line(run, capsys, error, line):
     assert capsys.readouterr() == ("", line)
 
 
+def test_a_full_memory_is_no_bug(run, capsys):
+    assert run(raising(MemoryError())) == 2
+    assert re.fullmatch(r"error: memory is full; .+\n", capsys.readouterr().err)
+
+
+@pytest.mark.parametrize("command", [["fit"], ["stability"], ["apply", "nosuch.json"]])
+def test_a_closed_standard_input_is_told(tmp_path, monkeypatch, capsys, command):
+    if command[0] == "apply":
+        command = ["apply", str(tmp_path / "cal.json")]
+        assert main(["fit", str(ROOT / "examples" / "al15.csv"), "-o", command[1]]) == 0
+    monkeypatch.setattr(sys, "stdin", None)
+    capsys.readouterr()
+    assert main([*command, "-"]) == 2
+    assert capsys.readouterr().err.startswith("error: standard input is closed; open it, or")
+
+
 def test_a_bug_keeps_its_traceback(run, capsys):
     assert run(raising(ZeroDivisionError("oh"))) == 70
     err = capsys.readouterr().err

@@ -27,6 +27,8 @@ BUG = 70  # EX_SOFTWARE of sysexits.h; a bug is no verdict, so it is not 1
 INTERRUPTED = 130  # 128 + SIGINT, as shells report it
 READER_LEFT = 141  # 128 + SIGPIPE, as shells report it
 
+MEMORY_FULL = "memory is full; close other programs, or give fewer readings at once"
+
 BUG_NOTICE = (
     "This is a bug in accelcal. Please report it to its issue tracker, with the lines above,"
     " the command and, if you may share it, the file."
@@ -60,9 +62,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         discard_output()
         return READER_LEFT
-    except OSError as error:
+    except (OSError, MemoryError) as error:
         discard_output()
-        _tell("error", error)
+        _tell("error", MEMORY_FULL if isinstance(error, MemoryError) else error)
     except KeyboardInterrupt:
         click.echo(err=True)  # the prompt of the shell starts below the ^C
         return INTERRUPTED

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import io
 import os
-import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -22,7 +21,7 @@ from accelcal.io.cells import MISSING, Column, numbers
 from accelcal.io.engines import decimal_mark, pandas_options
 from accelcal.io.layout import split_line
 from accelcal.io.sample_headings import SampleHeadings, read_sample_headings
-from accelcal.io.text import PARQUET, WORKBOOKS, refuse_foreign
+from accelcal.io.text import PARQUET, WORKBOOKS, refuse_foreign, standard_input
 from accelcal.plural import counted
 
 __all__ = ["BLOCK", "SampleBlock", "SampleReader", "open_samples"]
@@ -221,7 +220,7 @@ def open_samples(source: str) -> Iterator[SampleReader]:
     ...         [block.values["output"].tolist() for block in samples.blocks()]
     [[1.25, 1.26]]
     """
-    raw = sys.stdin.buffer if source == "-" else _opened(source)
+    raw = standard_input() if source == "-" else _opened(source)
     name = "<stdin>" if source == "-" else source
     try:
         stream = _unpacked(raw)

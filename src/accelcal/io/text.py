@@ -7,7 +7,7 @@ import re
 import sys
 from collections.abc import Callable
 from io import BytesIO
-from typing import IO, NamedTuple, TypeVar
+from typing import IO, NamedTuple, TypeVar, cast
 
 from accelcal.arguments.kinds import kind_of
 from accelcal.errors import DocumentError, InputError, TableError
@@ -167,6 +167,24 @@ def read_document(
         raise error.at(given.name) from None
 
 
+def standard_input() -> IO[bytes]:
+    """Give standard input.
+
+    Returns
+    -------
+    binary file object
+        The stream.
+
+    Raises
+    ------
+    InputError
+        If it is closed.
+    """
+    if sys.stdin is None:
+        raise InputError("standard input is closed; open it, or give the path of a file")
+    return cast("IO[bytes]", getattr(sys.stdin, "buffer", sys.stdin))
+
+
 def named_bytes(content: bytes, name: str) -> BytesIO:
     """Open content in memory like the file that it comes from.
 
@@ -271,7 +289,7 @@ def refuse_document(text: str, name: str) -> None:
 
 def _read(source: Source, what: str) -> tuple[str, bytes | str]:
     if isinstance(source, str) and source == "-":
-        source = getattr(sys.stdin, "buffer", sys.stdin)
+        source = standard_input()
     if isinstance(source, str | os.PathLike):
         name = os.fspath(source)
         return name, _read_path(file_and_sheet(name)[0], what)
