@@ -509,3 +509,27 @@ def test_checks_that_warn_are_told_from_a_frame_as_from_calibrations():
     others = [replace(sound, date=f"{year}-05-01") for year in (2022, 2023)]
     (note,) = (n for n in accelcal.history([faulty, *others]).notes if "warn" in n)
     assert note == told.format("2024-05-01").replace("lack of fit", "forward against back")
+
+
+# -- places ----------------------------------------------------------------------------------------
+
+
+def test_calibrations_of_two_places_are_told_in_one_local_g():
+    plain = frame(12)
+    gravity = np.where(np.arange(12) < 8, 9.8106, 9.7803)
+    ratio = gravity / 9.8106
+    moved = plain.assign(g_local_m_s2=gravity)
+    for name, factor in (("k0", 1.0 / ratio), ("K1", ratio)):
+        for column in (name, f"{name}_standard_uncertainty"):
+            moved[column] = plain[column] * factor
+    found, expected = accelcal.history(moved), accelcal.history(plain)
+    assert found.notes[-1] == (
+        "calibrations where g is 9.7803 m/s^2 are converted to g = 9.8106 m/s^2"
+    )
+    for one, other in zip(found.trends, expected.trends, strict=True):
+        assert one.drift.value == pytest.approx(other.drift.value, abs=1e-12)
+        assert one.scatter == pytest.approx(other.scatter, abs=1e-12)
+        assert len(one.jumps) == len(other.jumps)
+    moved.loc[3, "g_local_m_s2"] = np.nan
+    assert accelcal.history(moved).notes[-1].endswith("; 1 table without gravity is not")
+    assert accelcal.history(plain.assign(g_local_m_s2=9.8)).trends == expected.trends

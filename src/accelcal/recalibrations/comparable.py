@@ -11,7 +11,8 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.numerics.grouping import grouped
-from accelcal.recalibrations.entries import Entry, listed, year
+from accelcal.plural import counted
+from accelcal.recalibrations.entries import Entry, Numbers, listed, year
 from accelcal.reference import USUAL_TEMPERATURE
 from accelcal.units import conversion_factor
 
@@ -191,7 +192,7 @@ def _whole(entries: list[Entry], notes: list[str]) -> list[Entry]:
             f"{len(entries) - len(kept)} of {len(entries)} tables have no uncertainty and are left"
             " out; repeat strokes"
         )
-    return _in_one_unit(kept, notes)
+    return _at_one_place(_in_one_unit(kept, notes), notes)
 
 
 def _in_one_unit(entries: list[Entry], notes: list[str]) -> list[Entry]:
@@ -204,12 +205,36 @@ def _in_one_unit(entries: list[Entry], notes: list[str]) -> list[Entry]:
     if len(units) > 1:
         others = ", ".join(unit for unit in units if unit != common)
         notes.append(f"scale factors of outputs in {others} are converted to {common}/g")
-    return [_converted(entry, factors[entry.unit] or 1.0, common) for entry in entries]
+    return [
+        replace(entry, scale_factor=_scaled(entry.scale_factor, factors[entry.unit]), unit=common)
+        for entry in entries
+    ]
 
 
-def _converted(entry: Entry, factor: float, unit: str) -> Entry:
-    scaled = (None if number is None else factor * number for number in entry.scale_factor)
-    return replace(entry, scale_factor=tuple(scaled), unit=unit)
+def _at_one_place(entries: list[Entry], notes: list[str]) -> list[Entry]:
+    """Tables with bias and scale factor in the local g of most, as far as it is declared."""
+    places = Counter(entry.gravity for entry in entries if entry.gravity)
+    if len(places) < 2:
+        return entries
+    common = max(places, key=lambda gravity: places[gravity])
+    others = ", ".join(f"{gravity:g}" for gravity in places if gravity != common)
+    silent = sum(not entry.gravity for entry in entries)
+    left = f"; {counted(silent, 'table')} without gravity {'is' if silent == 1 else 'are'} not"
+    notes.append(
+        f"calibrations where g is {others} m/s^2 are converted to g = {common:g} m/s^2"
+        f"{left * bool(silent)}"
+    )
+    return [_in_local_g(entry, common) for entry in entries]
+
+
+def _in_local_g(entry: Entry, gravity: float) -> Entry:
+    ratio = gravity / (entry.gravity or gravity)
+    bias, scale_factor = _scaled(entry.bias, 1.0 / ratio), _scaled(entry.scale_factor, ratio)
+    return replace(entry, bias=bias, scale_factor=scale_factor, gravity=gravity)
+
+
+def _scaled(numbers: Numbers, factor: float | None) -> Numbers:
+    return tuple(None if number is None else (factor or 1.0) * number for number in numbers)
 
 
 def _one_a_test(entries: list[Entry], notes: list[str]) -> list[Entry]:

@@ -50,6 +50,8 @@ class Entry:
         Output unit.
     warned : tuple of str
         Gates that warn of the test.
+    gravity : float or None
+        Local gravity, where declared [m/s^2].
     """
 
     serial: str | None
@@ -61,6 +63,7 @@ class Entry:
     scale_factor: Numbers
     unit: str
     warned: tuple[str, ...] = ()
+    gravity: float | None = None
 
     @property
     def is_complete(self) -> bool:
@@ -139,6 +142,7 @@ def _of_calibration(calibration: Calibration) -> list[Entry]:
             warned=tuple(
                 gate.name for gate in (*table.gates, *calibration.gates) if gate.verdict == "warn"
             ),
+            gravity=calibration.g_local_m_s2,
         )
         for table in calibration.tables
     ]
@@ -172,6 +176,7 @@ def _of_row(row: dict[str, Any]) -> Entry:
             for name, verdict in row.items()
             if str(name).startswith("gate_") and verdict == "warn"
         ),
+        gravity=_numbers(row.get("g_local_m_s2"))[0],
     )
 
 
