@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -470,3 +471,19 @@ def test_pyplot_shows_what_is_drawn_where_it_is_in_use():
 def test_units_of_engineers(unit, largest, expected):
     factor, name = readable(unit, largest)
     assert (factor, name) == (pytest.approx(expected[0]), expected[1])
+
+
+def test_a_thread_draws_when_no_other_does():
+    from matplotlib import rcParams
+
+    def ground():
+        with theme("light"):
+            return rcParams["axes.labelcolor"]
+
+    alone = ground()
+    with ThreadPoolExecutor(1) as other:
+        with theme("dark"):
+            later = other.submit(ground)
+            with pytest.raises(TimeoutError):
+                later.result(timeout=0.2)
+        assert later.result() == alone

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import wraps
 from io import BytesIO
+from threading import RLock
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
@@ -45,6 +46,9 @@ FORMS = ("png", "svg", "pdf")
 
 SMALL = 8.0
 """Smallest font [pt]."""
+
+_SETTINGS = RLock()
+"""Who draws: the settings of matplotlib are those of all threads."""
 
 _UNDATED: dict[str, dict[str, None]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
 _DOTS_PER_INCH = 150
@@ -92,7 +96,7 @@ def theme(name: str = "light", *, transparent: bool = False) -> Iterator[Palette
     check_choice(_THEMES, theme=name)
     check_flag(transparent=transparent)
     chosen = _THEMES[name]
-    with _matplotlib().rc_context(_settings(chosen, transparent)):
+    with _SETTINGS, _matplotlib().rc_context(_settings(chosen, transparent)):
         token = _current.set(chosen)
         try:
             yield chosen
@@ -294,7 +298,7 @@ def picture(axes: Any, form: str) -> bytes:
     check_choice(FORMS, form=form)
     figure = np.ravel(np.asarray(axes, dtype=object))[0].figure
     data = BytesIO()
-    with _matplotlib().rc_context({"svg.hashsalt": "accelcal"}):
+    with _SETTINGS, _matplotlib().rc_context({"svg.hashsalt": "accelcal"}):
         figure.savefig(data, format=form, dpi=_DOTS_PER_INCH, metadata=_UNDATED.get(form))
     return data.getvalue()
 
