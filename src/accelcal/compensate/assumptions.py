@@ -89,10 +89,11 @@ def unknown_launch(calibration: Calibration) -> list[str]:
     missing = [what for name, what in _SHIFTS.items() if name not in known]
     if not missing:
         return []
+    it = "it" if len(missing) == 1 else "them"
     return [
         f"nothing tells the shift of the {' and of the '.join(missing)} from launch to launch: the"
-        " uncertainty of a new launch does not count it; declare it with the readings, or repeat a"
-        " level"
+        f" uncertainty of a new launch does not count {it}; declare {it} with the readings, or"
+        " repeat a level"
     ]
 
 

@@ -155,7 +155,8 @@ def _from_tables(
     if len(set(axes)) < len(axes):
         names = ", ".join(f"{table.run} ({table.mounting})" for table in tables)
         raise InputError(
-            f"{len(tables)} tables and no temperature law, runs {names}; choose by run or mounting"
+            f"{len(tables)} tables and no temperature law, runs {names}; choose by run or mounting,"
+            " or calibrate at levels more than 5 degC apart, which tell the laws"
         )
     main = tables[0]
     level = main.temperature_degC

@@ -9,6 +9,7 @@ import numpy as np
 
 from accelcal.arrays import Array, Mask
 from accelcal.equality import EqualByContents
+from accelcal.plural import counted
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -43,6 +44,8 @@ class MeasuredAcceleration(EqualByContents):
     >>> measured = accelcal.apply(calibration, [1.3547, 0.0], temperature=20.0)
     >>> measured.value.round(4).tolist(), measured.inside.tolist()
     ([1.0, -0.0033], [True, True])
+    >>> measured
+    <MeasuredAcceleration: 2 samples>
     """
 
     value: Array
@@ -94,6 +97,11 @@ class MeasuredAcceleration(EqualByContents):
         of_series = (each.index for each in given if hasattr(each, "reset_index"))
         fitting = (index for index in of_series if self.value.shape == (len(index),))
         return replace(self, index=next(fitting, None))
+
+    def __repr__(self) -> str:
+        outside = int(np.sum(~self.inside))
+        more = f", {outside} outside the calibrated ranges" if outside else ""
+        return f"<MeasuredAcceleration: {counted(self.value.size, 'sample')}{more}>"
 
     def _repr_html_(self) -> str:
         return str(self.to_frame().to_html(max_rows=20))
