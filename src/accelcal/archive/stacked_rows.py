@@ -19,6 +19,7 @@ from accelcal.calibrate.stack import CalibrationStack
 from accelcal.gates.verdict import VERDICTS
 from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
+from accelcal.results.table import mountings_of_laws
 from accelcal.temperature.bilinear import law_units
 from accelcal.temperature.from_tables import LawsOfRecords
 from accelcal.version import __version__
@@ -119,11 +120,10 @@ def stacked_laws(stack: CalibrationStack) -> tuple[Columns, Places]:
 def _laws_by_mounting(stack: CalibrationStack) -> list[tuple[str, LawsOfRecords]]:
     """Laws of one axis or of both, each with the mounting of most of its tables, in their order."""
     have = mountings_of(stack)
-    main = max(have, key=have.count)
-    others = [mounting for mounting in have if mounting[0] != main[0]]
+    main, second = mountings_of_laws(have)
     found = {main: stack.laws.main}
-    if others:
-        found[max(others, key=others.count)] = stack.laws.second_axis
+    if second is not None:
+        found[second] = stack.laws.second_axis
     laws = ((mounting, found.get(mounting)) for mounting in dict.fromkeys(have))
     return [(mounting, own) for mounting, own in laws if own is not None]
 

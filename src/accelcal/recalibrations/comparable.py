@@ -241,7 +241,7 @@ def _one_a_test(entries: list[Entry], notes: list[str]) -> list[Entry]:
     """Runs of one test at the level as one, whose uncertainty is not smaller for that.
 
     They share what scatters from one calibration to the next, so that they are no calibrations of
-    their entries.
+    their own.
     """
     tests: dict[tuple[str, str | None], list[Entry]] = {}
     for entry in entries:
