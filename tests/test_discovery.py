@@ -326,6 +326,52 @@ def test_document_reads_back_equal(discovery, tmp_path):
     assert accelcal.read_discovery(tmp_path / "model.json") == discovery
 
 
+@pytest.fixture(scope="module")
+def faulty():
+    hidden = [effect("outlier").of(1e-3, reading=17), effect("backlash").of(2e-5)]
+    return accelcal.discover(accelcal.simulate(effects=hidden, seed=3))
+
+
+def test_faults_of_the_readings_stand_first_among_the_effects_of_a_document(faulty):
+    document = faulty.to_document()
+    outlier, backlash = document["effects"]
+    assert (outlier["id"], outlier["name"], backlash["id"]) == ("outlier", "outlier", "backlash")
+    assert outlier["parameters"]["error"]["value"] == pytest.approx(1e-3, rel=0.1)
+    assert outlier["gap_before"] == document["gap"]["before"]["rms"]
+    assert outlier["gap_after"] == backlash["gap_before"]
+    assert outlier["heldout_after"] == backlash["heldout_before"]
+    assert set(outlier) == set(backlash)
+    assert next(row["effect"] for row in faulty.rows()) == "outlier"
+
+
+def test_faults_of_the_readings_are_in_no_model(faulty, tmp_path):
+    read = Discovery.from_json(faulty.to_json(tmp_path / "model.json"))
+    assert read == faulty
+    assert ids(read) == ["backlash"]
+    record = accelcal.simulate(seed=4)
+    again = accelcal.fit(record, model=accelcal.read_discovery(tmp_path / "model.json"))
+    assert [item["id"] for item in again.effects] == ["backlash"]
+
+
+def test_a_wrong_order_is_a_fault_but_no_effect():
+    record = accelcal.simulate(seed=1)
+    mirrored = record.output.copy()
+    third = np.flatnonzero((record.run == 0) & (record.stroke == 3))
+    mirrored[third] = mirrored[third[::-1]]
+    found = accelcal.discover(replace(record, output=mirrored))
+    assert [fault.id for fault in found.faults] == ["order"]
+    assert found.named == ()
+
+
+def test_the_gap_that_a_fault_makes_is_shown_before_and_after():
+    hidden = [effect("outlier").of(1e-3, reading=17)]
+    found = accelcal.discover(accelcal.simulate(effects=hidden, seed=3))
+    assert not found.effects
+    assert "before  after" in str(found)
+    # in the measure of the noise without it
+    assert found.before.reduced_chi2 > 100.0 > 2.0 > found.after.reduced_chi2
+
+
 def test_document_has_the_keys_of_the_contract(discovery):
     document = json.loads(discovery.to_json())
     assert document["schema"] == "accelcal/discovery/1"

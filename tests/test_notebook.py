@@ -56,7 +56,7 @@ def discovery():
         unexplained=Unexplained(f"by time {EVIL}", 0.1, 1e-4),
         undetectable=(),
         smallest_detectable=(),
-        faults=(Fault("outlier", f"reading 7 {EVIL}", {}, 1e-6, (6,)),),
+        faults=(Fault("outlier", "outlier", f"reading 7 {EVIL}", {}, 1e-6, (6,)),),
         notes=(EVIL,),
         serial=EVIL,
         readings=54,

@@ -66,6 +66,7 @@ def compared(
     known: tuple[Instance, ...] = (),
     *,
     memory: bool = True,
+    noise: ReadingNoise | None = None,
 ) -> Comparison:
     """Compare a record with the base model.
 
@@ -81,6 +82,8 @@ def compared(
         Effects that are known to be there, so that they do not count as noise.
     memory : bool, default True
         Whether neighbouring readings may be correlated.
+    noise : ReadingNoise, optional
+        Noise of the readings; by default that of their replicates.
 
     Returns
     -------
@@ -95,10 +98,11 @@ def compared(
     refuse_too_many(record)
     model = base_model(record, reference_temperature, delta0)
     repeating = saturated(model.conditions, record.mounting)
-    columns = [column_of(item, model.conditions)[:, None] for item in known]
-    first = model.residual(solve(model))
-    within = np.hstack([repeating, *columns])
-    noise = reading_noise(model.conditions, first, within, _step(record, model))
+    if noise is None:
+        columns = [column_of(item, model.conditions)[:, None] for item in known]
+        within = np.hstack([repeating, *columns])
+        first = model.residual(solve(model))
+        noise = reading_noise(model.conditions, first, within, _step(record, model))
     if not memory:
         noise = noise._replace(rho=0.0)
     spread = _spread(record, model, noise)

@@ -22,7 +22,7 @@ from accelcal.discovery.family import Family, family_of, judge
 from accelcal.discovery.faults import fault
 from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.held_out import held_out_rms
-from accelcal.discovery.noise import orthonormal, refuse_too_many
+from accelcal.discovery.noise import ReadingNoise, orthonormal, refuse_too_many
 from accelcal.discovery.one_clamping import refuse_several_clampings
 from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import proposals
@@ -37,7 +37,7 @@ from accelcal.logs import tell
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
-from accelcal.results.findings import Fault, FoundEffect, Gap, Unexplained
+from accelcal.results.findings import WRONG_ORDER, Fault, FoundEffect, Gap, Unexplained
 from accelcal.results.quantity import ErrorSource, Quantity
 from accelcal.version import __version__
 
@@ -231,9 +231,12 @@ def _discovery(
     instances = named.instances if named else ()
     bare, within = solution(comparison), solution(comparison, instances)
     steps = list(_steps(comparison, named, question))
+    before = _gap(bare, steps[0].held_out)
+    if found:
+        before = _gap_as_given(record, question, comparison.noise)
     return Discovery(
         noise=_noise(comparison),
-        before=_gap_as_given(record, question) if found else _gap(bare, steps[0].held_out),
+        before=before,
         after=_gap(within, steps[-1].held_out),
         where=shares(
             comparison.seen,
@@ -267,8 +270,9 @@ def _fault(found: fault.Fault) -> Fault:
         name: Quantity(value, uncertainty, unit)
         for name, (value, uncertainty, unit) in found.parameters.items()
     }
-    name = "order" if found.effect is None else found.effect.id
-    return Fault(name, found.text, parameters, found.p_value, tuple(map(int, found.readings)))
+    entry = WRONG_ORDER if found.effect is None else found.effect.id
+    readings = tuple(map(int, found.readings))
+    return Fault(entry, found.finding, found.text, parameters, found.p_value, readings)
 
 
 def _next_measurement(look: _Look, named: Explanation, question: _Question) -> str:
@@ -303,9 +307,9 @@ def _noise(comparison: Comparison) -> tuple[ErrorSource, ...]:
     )
 
 
-def _gap_as_given(record: TumbleRecord, question: _Question) -> Gap:
-    """Gap of the readings with their faults."""
-    given = compared(record, question.reference, question.delta0)
+def _gap_as_given(record: TumbleRecord, question: _Question, noise: ReadingNoise) -> Gap:
+    """Gap of the readings with their faults, in the measure of the noise without them."""
+    given = compared(record, question.reference, question.delta0, noise=noise)
     return _gap(solution(given), *held_out_rms(given, [()], question.seed))
 
 

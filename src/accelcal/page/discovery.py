@@ -94,7 +94,7 @@ def _lede(found: Discovery) -> str:
 
 def _highlights(found: Discovery) -> Iterator[Highlight]:
     before, after = (significant(gap.rms * MICRO) for gap in (found.before, found.after))
-    if not found.effects:
+    if not found.changes_gap:
         yield Highlight("gap, rms", f"{before} µg", "of all readings")
         return
     yield Highlight("gap of all readings, rms", f"{before} → {after} µg", "before → after")
@@ -199,7 +199,7 @@ def _aliases(effect: FoundEffect) -> Note:
 
 
 def _gap(found: Discovery, name: str) -> Section:
-    after = bool(found.effects)
+    after = found.changes_gap
     rows = [_gap_row("all readings, rms", found.before.rms, found.after.rms)]
     if found.before.heldout_rms is not None and found.after.heldout_rms is not None:
         held = found.before.heldout_rms, found.after.heldout_rms

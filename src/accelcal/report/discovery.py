@@ -72,11 +72,11 @@ def outcome(found: Discovery, p: str) -> str:
 
 def _gap(found: Discovery) -> Iterator[str]:
     yield ""
-    yield from aligned(gap_rows(found), right={1, 2} if found.effects else {1})
+    yield from aligned(gap_rows(found), right={1, 2} if found.changes_gap else {1})
 
 
 def gap_rows(found: Discovery) -> list[tuple[str, ...]]:
-    """Tell the gap before, and after where an effect was found, and its unit, with a heading."""
+    """Tell the gap before, and after where it is another one, and its unit, with a heading."""
     rows: list[tuple[str, ...]] = [("gap", "before", "after", "")]
     rows.append(("all readings, rms", *_both(found.before.rms, found.after.rms), "ug"))
     held = (found.before.heldout_rms, found.after.heldout_rms)
@@ -84,7 +84,7 @@ def gap_rows(found: Discovery) -> list[tuple[str, ...]]:
         rows.append(("readings left out, rms", *_both(held[0], held[1]), "ug"))
     chi2 = (found.before.reduced_chi2, found.after.reduced_chi2)
     rows.append(("chi^2 per degree of freedom", *(significant(value, 3) for value in chi2), ""))
-    return rows if found.effects else [row[:2] + row[3:] for row in rows]
+    return rows if found.changes_gap else [row[:2] + row[3:] for row in rows]
 
 
 def _both(before: float, after: float) -> tuple[str, str]:

@@ -53,7 +53,7 @@ class Discovery(StoredResult, TabularResult):
     where : tuple of Share
         Factors of the disagreement.
     effects : tuple of FoundEffect
-        Effects in the order found.
+        Effects in the order found, which a model takes to other readings.
     unexplained : Unexplained or None
         What is left that no effect explains.
     undetectable : tuple of Undetectable
@@ -61,7 +61,7 @@ class Discovery(StoredResult, TabularResult):
     smallest_detectable : tuple of Detectable
         Sizes that it would show.
     faults : tuple of Fault
-        Faults of the readings.
+        Faults of the readings, which stay with them.
     coefficients : tuple of Change
         Coefficients of the model without and with the effects, over `scale_factor`.
     scale_factor : float
@@ -145,6 +145,43 @@ class Discovery(StoredResult, TabularResult):
         return discovery_html(self)
 
     @property
+    def named(self) -> tuple[FoundEffect, ...]:
+        """All entries of the catalogue that were found: faults of the readings, then `effects`.
+
+        The gap of a fault is that of the readings as given, and of those with all faults mended.
+        """
+        mended = self._mended
+        faults = (
+            FoundEffect(
+                id=fault.id,
+                name=fault.name,
+                parameters=fault.parameters,
+                p_value=fault.p_value,
+                gap_before=self.before.rms,
+                gap_after=mended[0],
+                heldout_before=self.before.heldout_rms,
+                heldout_after=mended[1],
+                indistinguishable=(),
+                to_tell_apart="",
+            )
+            for fault in self.faults
+            if fault.is_entry
+        )
+        return (*faults, *self.effects)
+
+    @property
+    def changes_gap(self) -> bool:
+        """Whether what was found, effects or faults of the readings, makes the gap another one."""
+        return self.before != self.after
+
+    @property
+    def _mended(self) -> tuple[float, float | None]:
+        """Gap of all readings, and of those left out, with faults mended and no effect [g]."""
+        if self.effects:
+            return self.effects[0].gap_before, self.effects[0].heldout_before
+        return self.after.rms, self.after.heldout_rms
+
+    @property
     def plot(self) -> DiscoveryPlot:
         """Pictures, each a method that returns matplotlib axes."""
         from accelcal.plot.discovery import DiscoveryPlot
@@ -187,7 +224,7 @@ class Discovery(StoredResult, TabularResult):
             "faults": document_of(self.faults),
             "gap": document_of({"before": self.before, "after": self.after}),
             "where": document_of(self.where),
-            "effects": document_of(self.effects),
+            "effects": document_of(self.named),
             "unexplained": document_of(self.unexplained),
             "undetectable": document_of(self.undetectable),
             "smallest_detectable": document_of(self.smallest_detectable),
@@ -201,18 +238,20 @@ class Discovery(StoredResult, TabularResult):
     @classmethod
     def _read(cls, document: Document) -> Discovery:
         before, after = checked(document, "gap", _gaps)
+        faults: tuple[Fault, ...] = checked(document, "faults", list_of(Fault.from_document), ())
+        named = checked(document, "effects", list_of(FoundEffect.from_document))
         return cls(
             noise=tuple(checked(document, "noise", mapping_of(ErrorSource.from_document)).values()),
             before=before,
             after=after,
             where=checked(document, "where", list_of(Share.from_document)),
-            effects=checked(document, "effects", list_of(FoundEffect.from_document)),
+            effects=tuple(e for e in named if e.id not in {fault.id for fault in faults}),
             unexplained=checked(document, "unexplained", or_none(Unexplained.from_document)),
             undetectable=checked(document, "undetectable", list_of(Undetectable.from_document)),
             smallest_detectable=checked(
                 document, "smallest_detectable", list_of(Detectable.from_document)
             ),
-            faults=checked(document, "faults", list_of(Fault.from_document), ()),
+            faults=faults,
             coefficients=checked(document, "coefficients", list_of(Change.from_document), ()),
             scale_factor=checked(document, "scale_factor", number, 1.0),
             output_unit=checked(document, "output_unit", text_or_none, None),
@@ -230,7 +269,7 @@ class Discovery(StoredResult, TabularResult):
         )
 
     def rows(self) -> list[dict[str, Any]]:
-        """List the parameters of the effects, a flat dictionary each."""
+        """List the parameters of all that was named, a flat dictionary each."""
         return [
             {
                 "serial": self.serial,
@@ -241,7 +280,7 @@ class Discovery(StoredResult, TabularResult):
                 "gap_before_g": effect.gap_before,
                 "gap_after_g": effect.gap_after,
             }
-            for effect in self.effects
+            for effect in self.named
             for name, quantity in effect.parameters.items()
         ]
 

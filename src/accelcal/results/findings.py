@@ -21,6 +21,10 @@ __all__ = [
 ]
 
 
+WRONG_ORDER = "order"
+"""Id of a fault that is no entry of the catalogue."""
+
+
 @dataclass(frozen=True, slots=True)
 class Gap(StoredPart):
     """How far model and readings are apart.
@@ -107,8 +111,9 @@ class Fault(StoredPart):
 
     Attributes
     ----------
-    id : str
-        Its id in the catalogue, or ``"order"``.
+    id, name : str
+        Its id and name in the catalogue; ``"order"``, which has no entry, for strokes or tables in
+        a wrong order or with a wrong sign.
     finding : str
         What was found, where, and what to do.
     parameters : mapping of str to Quantity
@@ -120,6 +125,7 @@ class Fault(StoredPart):
     """
 
     id: str
+    name: str
     finding: str
     parameters: Mapping[str, Quantity]
     p_value: float
@@ -127,6 +133,11 @@ class Fault(StoredPart):
 
     def __post_init__(self) -> None:
         freeze(self)
+
+    @property
+    def is_entry(self) -> bool:
+        """Whether the catalogue of effects has an entry for it."""
+        return self.id != WRONG_ORDER
 
 
 @dataclass(frozen=True, slots=True)
