@@ -297,6 +297,15 @@ def test_the_gap_closes_step_by_step(found):
     assert fitted == pytest.approx([1e6 * found[0].before.rms, 1e6 * found[0].effects[0].gap_after])
 
 
+def test_mended_faults_are_a_step_of_the_gap():
+    hidden = [accelcal.effect("outlier").of(1e-3, reading=17)]
+    discovery = accelcal.discover(accelcal.simulate(effects=hidden, seed=3))
+    ax = discovery.plot.gap()
+    assert [label.get_text() for label in ax.get_xticklabels()][1].startswith("faults")
+    sizes = [discovery.before.rms, discovery.after.rms]
+    assert ax.lines[0].get_ydata() == pytest.approx(1e6 * np.array(sizes))
+
+
 def test_the_signature_lies_on_its_residuals(found):
     from accelcal.discovery.action import action
 

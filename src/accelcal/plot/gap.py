@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,12 +24,7 @@ _LONGEST_NAME = 16
 @styled
 def gap(discovery: Discovery, ax: Axes | None) -> Axes:
     """Draw `DiscoveryPlot.gap`."""
-    steps = ["model alone", *(f"+ {effect.name}" for effect in discovery.effects)]
-    fitted = [discovery.before.rms, *(effect.gap_after for effect in discovery.effects)]
-    held_out = [
-        discovery.before.heldout_rms,
-        *(effect.heldout_after for effect in discovery.effects),
-    ]
+    steps, fitted, held_out = zip(*_steps(discovery), strict=True)
     noise = next((s.value for s in discovery.noise if s.name == "reading"), None)
     known = [size for size in (*fitted, *held_out, noise) if size is not None]
     factor, unit = readable("g", known)
@@ -47,6 +42,15 @@ def gap(discovery: Discovery, ax: Axes | None) -> Axes:
         ylim=(0.0, 1.18 * factor * max(known)),
     )
     return entitled(ax, "Gap between model and readings")
+
+
+def _steps(discovery: Discovery) -> Iterator[tuple[str, float, float | None]]:
+    """What is done step by step, and the gap then of fitted and held-out readings [g]."""
+    yield "model alone", discovery.before.rms, discovery.before.heldout_rms
+    if discovery.faults:
+        yield "faults of the readings mended", *discovery.mended
+    for effect in discovery.effects:
+        yield f"+ {effect.name}", effect.gap_after, effect.heldout_after
 
 
 def _descent(

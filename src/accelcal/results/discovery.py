@@ -150,7 +150,7 @@ class Discovery(StoredResult, TabularResult):
 
         The gap of a fault is that of the readings as given, and of those with all faults mended.
         """
-        mended = self._mended
+        mended = self.mended
         faults = (
             FoundEffect(
                 id=fault.id,
@@ -175,7 +175,7 @@ class Discovery(StoredResult, TabularResult):
         return self.before != self.after
 
     @property
-    def _mended(self) -> tuple[float, float | None]:
+    def mended(self) -> tuple[float, float | None]:
         """Gap of all readings, and of those left out, with faults mended and no effect [g]."""
         if self.effects:
             return self.effects[0].gap_before, self.effects[0].heldout_before
