@@ -128,6 +128,7 @@ def test_every_public_function_is_tried():
         (lambda: accelcal.fit(RECORD, model=CALIBRATION), "Calibration in place of a discovery"),
         (lambda: accelcal.compare(RECORD, CALIBRATION), "TumbleRecord in place of a calibration"),
         (lambda: accelcal.stand_budget("s.toml", RECORD), "str in place of a stand; make one by"),
+        (lambda: accelcal.compare(CALIBRATION, RECORD, same_head="no"), "same_head is 'no'; it is"),
         (lambda: accelcal.history("results.csv"), "str in place of calibrations; give those of"),
         (lambda: accelcal.calibrate_triad("x.csv"), "str in place of a record of a triad; make"),
         (lambda: accelcal.calibrate_head(FRAME), "DataFrame in place of a record; make one by"),

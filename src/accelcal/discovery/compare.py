@@ -109,7 +109,7 @@ def compare(
     InputError
         If the record is in a unit of another quantity, outside the calibrated temperatures or
         without any, in a mounting that was not calibrated, no record at all, or one of more than
-        8000 readings.
+        8000 readings; if `same_head` is something else than True, False or None.
 
     Warns
     -----

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array
 from accelcal.discovery.calibration_errors import CalibrationErrors
 from accelcal.discovery.simulated import Simulated
@@ -42,7 +43,14 @@ def is_same_head(
         lines ``# stand: NAME``. None where nothing tells it, or where it would not help: the
         fixture of the record is clamped at another angle than 0, or nothing tells at which
         positions the calibration was measured.
+
+    Raises
+    ------
+    InputError
+        If `told` is something else.
     """
+    if told is not None:
+        check_flag(same_head=told)
     named = [
         (own, other)
         for key in _KEYS
