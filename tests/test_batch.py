@@ -289,15 +289,22 @@ def test_wrong_use_is_one_line(tmp_path, run_cli, arguments, said):
     assert not (tmp_path / "x.csv.journal").exists()
 
 
-def test_a_bug_on_one_file_ends_no_batch(archive, monkeypatch):
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [
+        (IndexError("index 3 is out"), "a bug in accelcal (IndexError: index 3 is out); please"),
+        (MemoryError(), "memory is full; close other programs"),
+    ],
+)
+def test_what_happens_to_one_file_ends_no_batch(archive, monkeypatch, error, told):
     from accelcal.archive import fitting
 
     def calibrate_many(*_):
-        raise IndexError("index 3 is out of bounds")
+        raise error
 
     monkeypatch.setattr(fitting, "calibrate_many", calibrate_many)
     found = accelcal.batch(archive / "2024" / "t000.csv")
-    assert "a bug in accelcal (IndexError: index 3 is out of bounds)" in found.errors["message"][0]
+    assert f"t000.csv: {told}" in found.errors["message"][0]
 
 
 # -- interruptions ---------------------------------------------------------------------------------

@@ -24,6 +24,9 @@ __all__ = [
 
 Result = TypeVar("Result")
 
+MEMORY_FULL = "memory is full; close other programs, or give fewer readings at once"
+"""What is wrong, and the remedy, where Python raises `MemoryError`."""
+
 
 class AccelcalError(Exception):
     """Base class of all errors that accelcal raises on purpose.

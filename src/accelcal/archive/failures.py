@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeVar
 
-from accelcal.errors import AccelcalError
+from accelcal.errors import MEMORY_FULL, AccelcalError
 
 Result = TypeVar("Result")
 
@@ -33,6 +33,8 @@ def attempt(source: str, function: Callable[..., Result], *arguments: object) ->
         return one_line(error)
     except OSError as error:
         return f"{source}: cannot be read ({error.strerror or error}); give a file that can be"
+    except MemoryError:
+        return f"{source}: {MEMORY_FULL}"
     except Exception as error:  # a bug on one file must not cost the other thousands
         told = f"{type(error).__name__}: {' '.join(str(error).split())}"
         return f"{source}: a bug in accelcal ({told}); please report it with this file"

@@ -18,7 +18,7 @@ import click
 from accelcal.cli.deliver import discard_output
 from accelcal.cli.program import program
 from accelcal.cli.wording import by_options
-from accelcal.errors import AccelcalError, AccelcalWarning
+from accelcal.errors import MEMORY_FULL, AccelcalError, AccelcalWarning
 from accelcal.escapes import ESCAPED
 
 DONE = 0
@@ -26,8 +26,6 @@ UNUSABLE_INPUT = 2
 BUG = 70  # EX_SOFTWARE of sysexits.h; a bug is no verdict, so it is not 1
 INTERRUPTED = 130  # 128 + SIGINT, as shells report it
 READER_LEFT = 141  # 128 + SIGPIPE, as shells report it
-
-MEMORY_FULL = "memory is full; close other programs, or give fewer readings at once"
 
 BUG_NOTICE = (
     "This is a bug in accelcal. Please report it to its issue tracker, with the lines above,"
