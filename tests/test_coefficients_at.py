@@ -98,6 +98,25 @@ def test_one_level_is_good_there_only():
     assert [far[name].standard_uncertainty for name in NAMES] == [None] * 3  # no slope is known
 
 
+def test_of_several_runs_at_one_level_one_is_chosen():
+    plan = accelcal.TumblePlan(temperatures=(20.0, 20.0))
+    calibration = accelcal.fit(accelcal.simulate(plan=plan, seed=2))
+    with pytest.raises(accelcal.InputError, match="choose by run"):
+        accelcal.coefficients_at(calibration, 20.0)
+    for table in calibration.tables:
+        found = accelcal.coefficients_at(calibration, 20.0, run=table.run)
+        assert found["K1"].value == table.coefficients["K1"].value
+        assert found["k0"].value == table.error_model["k0"].value
+
+
+def test_a_run_of_several_levels_has_no_slopes(calibration):
+    with pytest.raises(accelcal.InputError, match="for 80 degC only"):
+        accelcal.coefficients_at(calibration, 70.0, run=2)
+    with pytest.warns(accelcal.AccelcalWarning, match="80 degC only"):
+        far = accelcal.coefficients_at(calibration, 70.0, run=2, extrapolate=True)
+    assert [far[name].standard_uncertainty for name in NAMES] == [None] * 3
+
+
 @pytest.mark.filterwarnings("ignore:checks of the calibration warn")  # as K3 is left out
 @pytest.mark.parametrize("mounting", ["o+", "p+"])
 @pytest.mark.parametrize(("fitted", "lost"), [(("K0", "K1"), "delta"), (("K1", "M"), "k0")])

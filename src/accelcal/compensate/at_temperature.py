@@ -20,7 +20,11 @@ __all__ = ["coefficients_at"]
 
 
 def coefficients_at(
-    calibration: Calibration, temperature: float, *, extrapolate: bool = False
+    calibration: Calibration,
+    temperature: float,
+    *,
+    run: str | int | None = None,
+    extrapolate: bool = False,
 ) -> dict[str, Quantity]:
     """Bias, scale factor and misalignment at a temperature, by the laws of a calibration.
 
@@ -30,6 +34,8 @@ def coefficients_at(
         The calibration.
     temperature : float
         Temperature [degC].
+    run : str or int, optional
+        Use the table of this run only.
     extrapolate : bool, default False
         Accept a temperature outside the calibrated range, with a warning.
 
@@ -38,13 +44,13 @@ def coefficients_at(
     dict of str to Quantity
         ``"k0"`` [g], ``"K1"`` [output unit / g] and ``"delta"`` [rad], of the mounting of the laws;
         without a value where the calibration does not determine it, and without an uncertainty
-        outside the only level of one without laws.
+        outside the only level of a run, or of a calibration without laws.
 
     Raises
     ------
     InputError
         If the temperature is more than 1 degC outside the calibrated range, or the calibration is
-        not usable.
+        not usable, as where it has several runs of one level: choose one by `run`.
 
     Warns
     -----
@@ -67,7 +73,7 @@ def coefficients_at(
     """
     check_flag(extrapolate=extrapolate)
     check_number(temperature=temperature)
-    found = compensation(calibration, same_launch=True, effects=False)
+    found = compensation(calibration, run, same_launch=True, effects=False)
     for assumption in found.assumptions:
         warnings.warn(assumption, AccelcalWarning, stacklevel=2)
     if not found.within_temperatures(temperature):
@@ -78,7 +84,8 @@ def coefficients_at(
     rise = 0.0 if found.T0 is None else temperature - found.T0
     units = {"k0": "g", "K1": calibration.tables[0].coefficients["K1"].unit, "delta": "rad"}
     values = {name: _at(found, name, rise, unit) for name, unit in units.items()}
-    if calibration.temperature_model is None and not found.within_temperatures(temperature):
+    by_laws = calibration.temperature_model is not None and run is None
+    if not by_laws and not found.within_temperatures(temperature):
         return {name: Quantity(known.value, None, known.unit) for name, known in values.items()}
     return values
 
