@@ -97,6 +97,12 @@ def test_the_paper_fails_its_data_sheet():
     assert verdict.outcome == "fail"
 
 
+def test_nobody_takes_a_verdict_that_failed_for_true():
+    verdict = judge(paper(), read_specification(AL15))
+    with pytest.raises(InputError, match=r"verdict\.outcome == 'pass' \(it is 'fail'\)"):
+        bool(verdict)
+
+
 def test_the_paper_with_uncertainties():
     """1 % of each: 520 +- 10.2 fails, 480 +- 9.4 passes."""
     verdict = judge(paper(relative=0.01), read_specification(AL15))

@@ -78,12 +78,12 @@ def _where(calibration: Calibration, record: TumbleRecord) -> dict[str, Any]:
 
 def _of_record(calibration: Calibration, record: TumbleRecord) -> dict[str, Any]:
     verdict = calibration.verdict
-    judged = verdict.judgements if verdict else ()
+    judged = () if verdict is None else verdict.judgements
     failed = dict.fromkeys(j.limit for j in judged if j.outcome == "fail")
     return {
         "output_unit": calibration.output_unit,
         "notes": JOINT.join(record.notes),
-        "verdict": verdict.outcome if verdict else None,
+        "verdict": None if verdict is None else verdict.outcome,
         "failed_limits": JOINT.join(failed),
         "method": calibration.method,
         "robust": calibration.robust,

@@ -115,7 +115,7 @@ def _shown(calibrations: Sequence[Calibration], form: str) -> str:
     if form == "json":
         return _json(calibrations)
     if form == "csv":
-        verdicts = [str(found.verdict) for found in calibrations if found.verdict]
+        verdicts = [str(found.verdict) for found in calibrations if found.verdict is not None]
         click.echo("\n\n".join(verdicts), file=sys.stderr, nl=bool(verdicts))
         return _csv(calibrations)
     return one_below_the_other(map(str, calibrations))

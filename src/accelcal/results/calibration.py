@@ -248,7 +248,7 @@ class Calibration(StoredResult, TabularResult):
             "effects": document_of(self.effects),
             "gates": document_of(self.gates),
             "warnings": list(self.warnings),
-            "verdict": self.verdict.to_document() if self.verdict else None,
+            "verdict": None if self.verdict is None else self.verdict.to_document(),
             "provenance": document_of(self.provenance),
         }
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NoReturn
 
+from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.plural import counted
 from accelcal.results.checked import Kind, checked, list_of, one_of, text
@@ -71,6 +72,11 @@ class Verdict(TabularResult):
     judgements : tuple of Judgement
         In the order of the data sheet; a limit has one for each place where it holds.
 
+    Raises
+    ------
+    InputError
+        If it is asked for its truth, as by ``if verdict:``: a verdict that failed would pass there.
+
     Examples
     --------
     >>> import accelcal
@@ -91,6 +97,12 @@ class Verdict(TabularResult):
     def outcome(self) -> str:
         """The worst outcome of all."""
         return min((j.outcome for j in self.judgements), key=OUTCOMES.index)
+
+    def __bool__(self) -> NoReturn:
+        raise InputError(
+            "a verdict is neither true nor false, as a limit may be undecided or not tested; ask"
+            f" verdict.outcome == 'pass' (it is {self.outcome!r})"
+        )
 
     def __repr__(self) -> str:
         limits = counted(len(self.judgements), "limit")
