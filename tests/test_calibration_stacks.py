@@ -175,6 +175,18 @@ def test_temperatures_that_move_need_no_fit_of_their_own():
     assert told == [False, True] * 3 + [False, False]
 
 
+@pytest.mark.parametrize("law", [5e-4, 0.0], ids=["followed", "ignored"])
+def test_runs_whose_temperature_moves_are_named_as_in_their_record(law):
+    given = [moving(r, i, scatter=1.0, slope=law) for i, r in enumerate(records(2, DECLARED))]
+    given[1] = replace(given[1], run_labels=("cold", "warm", "hot"))
+    options = Options(temperature_laws="readings")
+    ((_, stack),) = assert_stack_is_its_records(given, options, temperature_laws="readings").stacks
+    found = stack.one(1)
+    said = " ".join((*found.warnings, *found.temperature_model.warnings))
+    assert "runs cold, warm, hot: the " in said
+    assert "runs 1, 2, 3" not in said
+
+
 @pytest.mark.parametrize(
     "arguments",
     [{"robust": True}, {"method": "closed-form"}, {"temperature_laws": "readings"}],

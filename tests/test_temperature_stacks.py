@@ -271,7 +271,8 @@ def test_map_of_the_product_fit_is_its_derivative():
 def test_gates_of_a_stack_of_records_are_those_of_each(options):
     made = list(records(THREE, **options))
     tables, estimate, _ = stacked(made)
-    found = gates_of_records(RecordStack.of(estimate, tables))
+    labels = [table.run_label for table in tables]
+    found = gates_of_records(RecordStack.of(estimate, tables, lambda _: labels))
     for i, one in enumerate(made):
         expected = accelcal.fit(one, reference_temperature=20.0)
         assert tuple(gate.gate(i) for gate in found) == expected.gates

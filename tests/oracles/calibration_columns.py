@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from accelcal.calibrate.columns import mountings_of, numbers_of, runs_of, verdict_codes
+from accelcal.calibrate.columns import mountings_of, numbers_of, verdict_codes
 from accelcal.gates.verdict import VERDICTS
 
 
@@ -10,7 +10,7 @@ def columns_of(stack):
     verdicts = verdict_codes(stack).items()
     return {
         "record": np.repeat(np.arange(len(stack)), len(stack.tables)),
-        "run": np.array(runs_of(stack)).T.ravel(),
+        "run": np.ravel([stack.plan.run_labels(i) for i in range(len(stack))]),
         "mounting": np.tile(mountings_of(stack), len(stack)),
         **numbers_of(stack),
         **{name: np.array(VERDICTS)[code] for name, code in verdicts},

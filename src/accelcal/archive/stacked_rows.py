@@ -14,7 +14,7 @@ from accelcal.archive.cells import Columns, Labels, put_together
 from accelcal.archive.columns import LAWS, ROWS, FrameColumn, gate_column
 from accelcal.archive.rows import JOINT
 from accelcal.arrays import Places
-from accelcal.calibrate.columns import mountings_of, numbers_of, runs_of, verdict_codes
+from accelcal.calibrate.columns import mountings_of, numbers_of, verdict_codes
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.gates.verdict import VERDICTS
 from accelcal.numerics.grouping import grouped
@@ -60,7 +60,7 @@ def stacked_tables(stack: CalibrationStack) -> Columns:
     stands_for = [
         JOINT.join(f"{n}: {m}" for n, m in own.items()) for own in stack.estimate.stands_for
     ]
-    runs = [label for own in runs_of(stack) for label in own]
+    runs = [label for i in range(len(records)) for label in stack.plan.run_labels(i)]
     verdicts = {
         gate_column(name): Labels(code, list(VERDICTS))
         for name, code in verdict_codes(stack).items()
@@ -69,7 +69,7 @@ def stacked_tables(stack: CalibrationStack) -> Columns:
         **_numbers(numbers_of(stack)),
         **_of_records(stack, record, ROWS),
         **verdicts,
-        "run": Labels(table * len(records) + record, runs),
+        "run": Labels(np.arange(len(runs)), runs),
         "mounting": Labels(table, mountings_of(stack)),
         "stands_for": Labels(table, stands_for),
         "warnings": Labels.of(_warnings(stack)),

@@ -8,16 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arrays import Places
-from accelcal.calibrate.quantities import TableQuantities, table_quantities
 from accelcal.calibrate.stack import CalibrationStack
 
 Column = NDArray[Any]
-
-
-def runs_of(stack: CalibrationStack) -> list[list[str]]:
-    """Label of the run of each table, in each record."""
-    runs = (table.run for table in stack.tables)
-    return [[record.run_labels[run] for record in stack.plan.records] for run in runs]
 
 
 def mountings_of(stack: CalibrationStack) -> list[str]:
@@ -40,7 +33,7 @@ def numbers_of(stack: CalibrationStack) -> dict[str, Column]:
         term with its ``_standard_uncertainty``, ``_expanded_uncertainty`` and ``_dof``. NaN where
         unknown, and degrees of freedom where infinite.
     """
-    quantities = (of_all.columns().items() for of_all in _quantities(stack))
+    quantities = (of_all.columns().items() for of_all in stack.quantities)
     return {**_of_tables(stack), **{name: part for own in quantities for name, part in own}}
 
 
@@ -78,9 +71,3 @@ def _of_tables(stack: CalibrationStack) -> dict[str, Column]:
         "dof": np.tile([estimate.dof(table) for table in tables], records),
         "residual_rms": np.stack([estimate.residual_rms(t) for t in tables], axis=1).ravel(),
     }
-
-
-def _quantities(stack: CalibrationStack) -> TableQuantities:
-    stated = stack.estimate.with_error("temperature", stack.laws.of_tables)
-    unit = stack.plan.records[0].unit
-    return table_quantities(stated.names, stated.coefficients, stated.components, unit)

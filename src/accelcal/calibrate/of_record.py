@@ -1,113 +1,110 @@
-"""From the estimate of one record to its calibration: its temperature laws and its warnings."""
+"""From a stack of calibrations to that of one of its records."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from accelcal.calibrate.of_table import table_calibrations
-from accelcal.calibrate.options import Options
-from accelcal.calibrate.weaknesses import Fitted, Warned, warnings_of
 from accelcal.estimate.error_sources import error_sources
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.reversal import fixture_angles
 from accelcal.estimate.tables import PreparedTable
-from accelcal.gates.record import RecordStack, gates_of_records
+from accelcal.estimate.uncertainty import Component
+from accelcal.model import SCALE_FACTOR
 from accelcal.record import TumbleRecord
-from accelcal.reference import fixture_angle, has_reference_temperature, reference_temperature_of
+from accelcal.reference import reference_temperature_of
 from accelcal.results.calibration import Calibration
-from accelcal.results.mapping import frozen
-from accelcal.results.quantity import Gate
-from accelcal.temperature.error_component import Slopes
-from accelcal.temperature.laws import RecordLaws
+from accelcal.results.covariance import rows_of
+from accelcal.results.mapping import finite_or_none, frozen
+from accelcal.results.quantity import Residuals
+from accelcal.results.table import TableCalibration
 from accelcal.version import __version__
 
 if TYPE_CHECKING:
-    from accelcal.discovery.correction import Correction
+    from accelcal.calibrate.stack import CalibrationStack
 
 
-def calibration_of_record(
-    record: TumbleRecord,
-    tables: Sequence[PreparedTable],
-    estimate: JointEstimate,
-    gates: Sequence[tuple[Gate, ...]],
-    options: Options,
-    known: Correction | None,
-    laws: RecordLaws,
-) -> Calibration:
+def calibration_of_record(stack: CalibrationStack, place: int) -> Calibration:
     """Make the calibration of one record.
 
     Parameters
     ----------
-    record : TumbleRecord
-        The record.
-    tables : sequence of PreparedTable
-        Its tables.
-    estimate : JointEstimate
-        Their coefficients, as a stack of one record.
-    gates : sequence of tuple of Gate
-        Gates of each table.
-    options : Options
-        What was asked.
-    known : Correction or None
-        Effects that were taken out.
-    laws : RecordLaws
-        Its temperature laws.
+    stack : CalibrationStack
+        Calibrations of records of one plan.
+    place : int
+        Place of the record among them.
 
     Returns
     -------
     Calibration
         With all that is known of the record.
     """
-    method, delta0 = options.method, fixture_angle(record, options.delta0)
-    warned = _warnings(record, tables, estimate, laws, options)
-    of_tables = [own[0] for own in warned.of_tables]
-    of_record = gates_of_records(RecordStack.of(estimate, tables))
-    stated = estimate.with_error("temperature", laws.of_tables)
-    own = estimate.of_records(0)
+    options, record, known = stack.options, stack.plan.records[place], stack.correction_of(place)
+    tables, estimate = stack.tables_of(place), stack.estimate.of_records(place)
+    main, second = stack.laws_of(place)
+    fixture = fixture_angles(tables, estimate, stack.delta0) if options.method != "printed" else ()
     return Calibration(
-        method=method,
+        method=options.method,
         robust=options.robust,
         output_unit=record.unit,
-        tables=tuple(table_calibrations(tables, stated, gates, of_tables)),
+        tables=tuple(_of_tables(stack, place, tables)),
         serial=record.serial,
         g_local_m_s2=record.apparatus.local_gravity,
         T0_degC=reference_temperature_of(record, options.reference_temperature),
-        delta0_rad=delta0,
+        delta0_rad=stack.delta0,
         source=record.source,
         date=record.date,
-        error_sources=error_sources(tables, own, record.unit),
-        gates=tuple(gate.gate(0) for gate in of_record),
-        warnings=warned.of_record[0],
+        error_sources=error_sources(tables, estimate, record.unit),
+        gates=tuple(gate.gate(place) for gate in stack.record_gates),
+        warnings=stack.warnings.of_record[place],
         software=f"accelcal {__version__}",
-        temperature_model=laws.main,
-        second_axis_model=laws.second_axis,
-        fixture_angle=fixture_angles(tables, own, delta0) if method != "printed" else (),
+        temperature_model=main,
+        second_axis_model=second,
+        fixture_angle=fixture,
         effects=() if known is None else tuple(frozen(e.to_document()) for e in known.effects),
         provenance=frozen(record.provenance(options.asked())),
     )
 
 
-def _warnings(
-    record: TumbleRecord,
-    tables: Sequence[PreparedTable],
-    estimate: JointEstimate,
-    laws: RecordLaws,
-    options: Options,
-) -> Warned:
-    """Say what a reader must know of one record, from the estimate as a stack of one."""
-    is_given = has_reference_temperature(record, options.reference_temperature)
-    return warnings_of(
-        Fitted(
-            tables=tables,
-            estimate=estimate,
-            slopes=Slopes.of_one(laws.main),
-            is_chosen=np.array([not is_given]),
-            method=options.method,
-            delta0=fixture_angle(record, options.delta0),
-            told_of_head=options.left_out([record]),
-            moved=[laws.said],
+def _of_tables(
+    stack: CalibrationStack, place: int, tables: Sequence[PreparedTable]
+) -> Iterator[TableCalibration]:
+    """Make the calibration of each table of one record."""
+    estimate, (coefficients, error_model) = stack.stated.of_records(place), stack.quantities
+    for index, (table, (gates, start)) in enumerate(zip(tables, stack.gates, strict=True)):
+        own = {name: c.part(estimate.part(index)) for name, c in estimate.components.items()}
+        covariance = np.sum([part.covariance for part in own.values()], axis=0)
+        known = bool(np.isfinite(covariance).all())
+        yield TableCalibration(
+            run=table.run_label,
+            mounting=table.mounting,
+            temperature_degC=finite_or_none(table.record.mean_temperature),
+            readings=len(table.record),
+            dof=estimate.dof(index),
+            residual_rms=estimate.residual_rms(index).item(),
+            coefficients=coefficients.one(place, index),
+            error_model=error_model.one(place, index),
+            covariance_names=estimate.names[index] if known else (),
+            covariance_matrix=rows_of(covariance) if known else (),
+            budget=_budget(estimate.names[index], own),
+            stands_for=dict(estimate.stands_for[index]),
+            residuals=_residuals(table.record, estimate, index),
+            gates=tuple(gate.gate(start + place) for gate in gates),
+            warnings=stack.warnings.of_tables[index][place],
         )
-    )
+
+
+def _residuals(record: TumbleRecord, estimate: JointEstimate, index: int) -> Residuals:
+    value = estimate.residuals[index] / estimate.judged[index][SCALE_FACTOR]
+    arrays = record.angle, record.stroke, value
+    return Residuals(*(tuple(array.tolist()) for array in arrays))
+
+
+def _budget(names: Sequence[str], own: Mapping[str, Component]) -> dict[str, dict[str, float]]:
+    sigma = {source: np.sqrt(np.maximum(part.variances, 0.0)) for source, part in own.items()}
+    return {
+        name: {source: float(s[i]) for source, s in sigma.items() if s[i] > 0.0}
+        for i, name in enumerate(names)
+    }

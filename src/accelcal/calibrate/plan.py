@@ -46,6 +46,8 @@ class OnePlan(NamedTuple):
         Mean temperature of each table, NaN where unknown [degC].
     masks : tuple of ndarray of bool
         Which readings of a record are of each table.
+    runs : tuple of int
+        Index of the run of each table.
     """
 
     records: Sequence[TumbleRecord]
@@ -54,6 +56,7 @@ class OnePlan(NamedTuple):
     recorded: tuple[Array, ...]
     levels: Array
     masks: tuple[Mask, ...]
+    runs: tuple[int, ...]
 
     def can_be_stacked(self) -> Mask:
         """Tell which records can be calibrated with others, shape (R,), see `plans_of`."""
@@ -74,6 +77,11 @@ class OnePlan(NamedTuple):
         whole = np.array([unknown if r.time is None else r.time for r in self.records])
         return np.concatenate([whole[:, self.masks[t]] for t in tables])
 
+    def run_labels(self, record: int) -> list[str]:
+        """Labels of the runs of all tables of one record."""
+        labels = self.records[record].run_labels
+        return [labels[run] for run in self.runs]
+
     def line(self, table: int, record: int) -> Ints | None:
         """Lines of the source with the readings of a table of one record."""
         line = self.records[record].line
@@ -91,7 +99,8 @@ class OnePlan(NamedTuple):
         levels = np.stack([level_of(t) for t in temperatures], axis=1)
         outputs = tuple(_of_table(output, mask) for mask in masks)
         recorded = tuple(map(_without_gaps, temperatures, levels.T))
-        return cls(records, outputs, temperatures, recorded, levels, masks)
+        runs = tuple(int(records[0].run[mask.argmax()]) for mask in masks)
+        return cls(records, outputs, temperatures, recorded, levels, masks, runs)
 
     def references(self, given: float | None = None) -> Array:
         """T0 of each record, shape (R,), see `reference_temperature_of`; NaN where unknown."""
@@ -105,10 +114,9 @@ class OnePlan(NamedTuple):
 
     def _levels_of_runs(self) -> Array:
         """Level of each run of each record, shape (R, runs)."""
-        run_of = self.records[0].run
         tables: dict[int, list[Array]] = {}
-        for mask, own in zip(self.masks, self.temperatures, strict=True):
-            tables.setdefault(int(run_of[mask.argmax()]), []).append(own)
+        for run, own in zip(self.runs, self.temperatures, strict=True):
+            tables.setdefault(run, []).append(own)
         return np.stack([level_of(np.concatenate(tables[i], axis=1)) for i in sorted(tables)], 1)
 
     def of_records(self, places: Places) -> OnePlan:

@@ -15,6 +15,7 @@ from accelcal.calibrate.known_effects import corrections, effects_component
 from accelcal.calibrate.of_record import calibration_of_record
 from accelcal.calibrate.options import TEMPERATURE_LAWS, Options
 from accelcal.calibrate.plan import OnePlan
+from accelcal.calibrate.quantities import TableQuantities, table_quantities
 from accelcal.calibrate.weaknesses import Fitted, Warned, warnings_of
 from accelcal.estimate.estimability import check_names
 from accelcal.estimate.joint import JointEstimate, estimate_stack
@@ -30,12 +31,7 @@ from accelcal.reference import fixture_angle, has_reference_temperature
 from accelcal.results.calibration import Calibration
 from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.at_rest import AtRest
-from accelcal.temperature.laws import (
-    RecordLaws,
-    StackLaws,
-    laws_of_stack,
-    with_misalignment,
-)
+from accelcal.temperature.laws import StackLaws, laws_of_stack, with_misalignment
 from accelcal.temperature.recorded import RecordedTemperatures
 
 if TYPE_CHECKING:
@@ -97,18 +93,9 @@ class CalibrationStack:
         Calibration
             As `accelcal.fit` gives it.
         """
-        gates = [tuple(g.gate(start + record) for g in found) for found, start in self.gates]
-        return calibration_of_record(
-            self.plan.records[record],
-            self._tables_of(record),
-            self.estimate.of_records(slice(record, record + 1)),
-            gates,
-            self.options,
-            self._correction_of(record),
-            self.laws_of(record),
-        )
+        return calibration_of_record(self, record)
 
-    def _tables_of(self, record: int) -> list[PreparedTable]:
+    def tables_of(self, record: int) -> list[PreparedTable]:
         """Tables of one record, with the readings that are fitted."""
         own = self.plan.records[record]
         parts = own.tables() if record else [table.record for table in self.tables]
@@ -117,14 +104,14 @@ class CalibrationStack:
             parts = [replace(r, output=y) for r, y in zip(parts, outputs, strict=True)]
         return [t._replace(record=r) for t, r in zip(self.tables, parts, strict=True)]
 
-    def _correction_of(self, record: int) -> Correction | None:
+    def correction_of(self, record: int) -> Correction | None:
         """Effects that were taken out of one record, with the gaps before and after each."""
         if len(self.known) < 2:
             return next(iter(self.known), None)
         return corrections(self.given.of_records(np.array([record])), self.options, self.delta0)[0]
 
-    def laws_of(self, record: int) -> RecordLaws:
-        """Return the laws of one record.
+    def laws_of(self, record: int) -> tuple[TemperatureModel | None, TemperatureModel | None]:
+        """Return the laws of one record, of its main and of its second axis.
 
         Parameters
         ----------
@@ -133,26 +120,26 @@ class CalibrationStack:
 
         Returns
         -------
-        RecordLaws
-            The laws from its tables, or from its readings where these are asked for.
+        tuple of TemperatureModel or None
+            The laws from its tables, those of the main axis from its readings where these are asked
+            for; None where there is one level only.
         """
         main, second = (
             laws.model(record) if laws is not None else None
             for laws in (self.laws.main, self.laws.second_axis)
         )
-        said, heat = self.at_rest.said[record], self.laws.of_tables
-        heat = heat and heat.of_records(slice(record, record + 1))
         if main is None or main.K1.at_T0 is None:
-            return RecordLaws(main, second, None, said)
+            return main, second
         if self.options.temperature_laws != TEMPERATURE_LAWS[0]:
             main = self._from_readings(record, main)
-        return RecordLaws(main, second, heat, said)
+        return main, second
 
     def _from_readings(self, record: int, laws: TemperatureModel) -> TemperatureModel:
         from accelcal.temperature.from_readings import laws_from_readings
 
         moving = self.estimate._replace(outputs=self.moving)
-        found = laws_from_readings(self.tables, moving, self.temperatures, record, laws)
+        tables = self.tables_of(record)
+        found = laws_from_readings(tables, moving, self.temperatures, record, laws)
         return with_misalignment(found, laws) if self._has_both_sides else found
 
     @cached_property
@@ -177,7 +164,18 @@ class CalibrationStack:
             return StackLaws(None, None, None)
         return laws_of_stack(self.tables, self.estimate, self.temperatures, self.at_rest.unfelt)
 
-    @property
+    @cached_property
+    def stated(self) -> JointEstimate:
+        """The estimate with what errors of the temperature do to the coefficients."""
+        return self.estimate.with_error("temperature", self.laws.of_tables)
+
+    @cached_property
+    def quantities(self) -> TableQuantities:
+        """Coefficients and error models of all tables with their uncertainties."""
+        known, unit = self.stated, self.plan.records[0].unit
+        return table_quantities(known.names, known.coefficients, known.components, unit)
+
+    @cached_property
     def warnings(self) -> Warned:
         """What a reader must know of each record and table."""
         options, records = self.options, self.plan.records
@@ -198,7 +196,7 @@ class CalibrationStack:
     @cached_property
     def record_gates(self) -> tuple[GateStack, ...]:
         """Gates on what the tables of a record say together."""
-        return gates_of_records(RecordStack.of(self.estimate, self.tables))
+        return gates_of_records(RecordStack.of(self.estimate, self.tables, self.plan.run_labels))
 
     @cached_property
     def gates(self) -> list[tuple[Sequence[GateStack], int]]:
@@ -306,7 +304,7 @@ def _at_rest(
 
     reference = plan.references(options.reference_temperature)
     temperatures = RecordedTemperatures(plan.recorded, plan.levels, reference)
-    return brought_to_rest(tables, estimate, plan.outputs, temperatures)
+    return brought_to_rest(tables, estimate, plan.outputs, temperatures, plan.run_labels)
 
 
 def _prepared(record: TumbleRecord, delta0: float, options: Options) -> list[PreparedTable]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,7 +32,7 @@ _BIAS = COEFFICIENTS.index("K0")
 
 
 class RecordStack(NamedTuple):
-    """Fits of R records, of `names` tables each.
+    """Fits of R records.
 
     Attributes
     ----------
@@ -52,8 +52,8 @@ class RecordStack(NamedTuple):
         Readings of each table [output unit].
     noise : ndarray, shape (R, tables)
         Standard deviation of one of them [output unit]; NaN where nothing tells it.
-    names : sequence of str
-        What to call each table.
+    names : callable
+        What to call each table of a record.
     """
 
     contrasts: NDArray[Any]
@@ -65,10 +65,15 @@ class RecordStack(NamedTuple):
     coefficients: Array
     outputs: Sequence[Array]
     noise: Array
-    names: Sequence[str]
+    names: Callable[[int], Sequence[str]]
 
     @classmethod
-    def of(cls, estimate: JointEstimate, tables: Sequence[PreparedTable]) -> RecordStack:
+    def of(
+        cls,
+        estimate: JointEstimate,
+        tables: Sequence[PreparedTable],
+        run_labels: Callable[[int], Sequence[str]],
+    ) -> RecordStack:
         """Take what the gates look at from the estimate of R records; the tables are of any."""
         head = estimate.head
         seen = (head.dof > 0.0) | (head.source != "estimated")
@@ -84,13 +89,13 @@ class RecordStack(NamedTuple):
             outputs=estimate.outputs,
             noise=np.stack([noise.factor for noise in estimate.noises], axis=1)
             * [median(table.scatter) for table in tables],
-            names=_names(tables),
+            names=lambda record: _names(tables, run_labels(record)),
         )
 
 
-def _names(tables: Sequence[PreparedTable]) -> list[str]:
+def _names(tables: Sequence[PreparedTable], run_labels: Sequence[str]) -> list[str]:
     """Name tables, such as ``"run 2"``, with the mounting where there are several."""
-    runs = [f"run {table.run_label}" for table in tables]
+    runs = [f"run {label}" for label in run_labels]
     if len({table.mounting for table in tables}) == 1:
         return runs
     return [f"{run}, mounting {t.mounting}" for run, t in zip(runs, tables, strict=True)]
@@ -109,7 +114,7 @@ def gates_of_records(stack: RecordStack) -> tuple[GateStack, ...]:
     tuple of GateStack
         Lack of fit of the positions, and agreement of the tables where there are several.
     """
-    if len(stack.names) < 2:
+    if stack.coefficients.shape[1] < 2:
         return (_lack_of_fit(stack),)
     return (_lack_of_fit(stack), _agreement(stack))
 
@@ -155,10 +160,10 @@ def _agreement(stack: RecordStack) -> GateStack:
 
     def said(index: int) -> str:
         if index in copies:
-            return copy_said(*(stack.names[table] for table in copies[index]))
+            return copy_said(*(stack.names(index)[table] for table in copies[index]))
         if apart[index] / _LARGEST_SPREAD["K1"] > 1.0:
             ratio = times(float(scale_factor[odd[index], index]))
-            other = f"K1 of {stack.names[odd[index]]} is {ratio} times that of the others"
+            other = f"K1 of {stack.names(index)[odd[index]]} is {ratio} times that of the others"
             return f"{other}: another unit, sign or accelerometer"
         percent = f"{100 * apart[index]:.2g} %"
         return f"K1 differs by {percent}, the bias by {acceleration(float(spread[index]))}"

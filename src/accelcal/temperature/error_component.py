@@ -13,7 +13,6 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.grouping import grouped
-from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.bilinear import LAWS, LEAST_RISE
 from accelcal.temperature.from_tables import LawsOfRecords, tables_of_one_mounting
 
@@ -49,22 +48,6 @@ class Slopes(NamedTuple):
         K1 = columns("at_T0")[1]
         slopes = (laws.value[:, columns(side)] for side in ("above", "below"))
         return cls(laws.has_laws, laws.value[:, K1], laws.standard[:, K1], *slopes)
-
-    @classmethod
-    def of_one(cls, model: TemperatureModel | None) -> Slopes:
-        """Take those of one record."""
-        if model is None:
-            return cls.without_laws(1)
-        laws = model.k0, model.K1, model.delta
-
-        def row(part: str) -> Array:
-            found = [getattr(law, part) for law in laws]
-            return np.array([[q and q.value for q in found]], dtype=np.float64)  # None is NaN
-
-        K1 = model.K1.at_T0
-        uncertainty = np.array([K1 and K1.standard_uncertainty], dtype=np.float64)
-        has_laws = np.ones(1, dtype=np.bool_)
-        return cls(has_laws, row("at_T0")[:, 1], uncertainty, row("above"), row("below"))
 
     @classmethod
     def without_laws(cls, records: int) -> Slopes:

@@ -8,7 +8,7 @@ outliers.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,15 +18,12 @@ from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.plural import counted, plural
 from accelcal.temperature.at_rest import AtRest
-from accelcal.temperature.from_tables import (
-    LawsOfRecords,
-    laws_of_records,
-    tables_of_one_mounting,
-)
+from accelcal.temperature.from_tables import laws_of_records, tables_of_one_mounting
 from accelcal.temperature.levels import level_stack
 from accelcal.temperature.product_errors import (
     ProductFit,
     Solution,
+    edges_of,
     felt_beside_noise,
     product_fit,
     to_the_mean,
@@ -52,13 +49,47 @@ _AT_A_TIME = 20_000
 """Readings: with some dozens of unknowns each, they take a few MB."""
 
 
-class _Moving(NamedTuple):
-    """R records of one plan whose temperatures move within the runs."""
+class _Felt(NamedTuple):
+    """What tables felt of the recorded changes of their temperature, shape (..., tables).
 
-    tables: Sequence[PreparedTable]
-    estimate: JointEstimate
-    temperatures: RecordedTemperatures
+    Attributes
+    ----------
+    share, doubt : ndarray
+        Share of the changes that was felt and its standard uncertainty; NaN where no law tells it.
+    span : ndarray
+        Range of the recorded temperatures [degC].
+    """
+
+    share: Array
+    doubt: Array
     span: Array
+
+    @property
+    def follows(self) -> Mask:
+        """Tables whose readings follow the recorded temperature."""
+        return np.asarray((self.share - 2.0 * self.doubt > _FOLLOWS) & (self.span > 0.0))
+
+    @property
+    def in_full(self) -> Mask:
+        """Tables that may well have felt all of the changes."""
+        return np.asarray(np.abs(1.0 - self.share) < _SURE * self.doubt)
+
+    @property
+    def in_part(self) -> Mask:
+        """Tables that surely felt a part of the changes, and not all."""
+        some = (self.share > _SURE * self.doubt) & (self.span > 0.0)
+        return np.asarray(some & (1.0 - self.share >= _SURE * self.doubt))
+
+    @property
+    def ignored(self) -> Mask:
+        """Tables whose readings surely do not follow temperatures that move by much."""
+        little = self.share + 2.0 * self.doubt < _FOLLOWS
+        return np.asarray(little & ~self.in_part & (self.span > _MUCH))
+
+    @property
+    def untold(self) -> Mask:
+        """Tables whose temperatures move by much while no law tells what that does."""
+        return np.isnan(self.share) & (self.span > _MUCH)
 
 
 def brought_to_rest(
@@ -66,6 +97,7 @@ def brought_to_rest(
     estimate: JointEstimate,
     outputs: Sequence[Array],
     temperatures: RecordedTemperatures,
+    run_labels: Callable[[int], Sequence[str]],
 ) -> AtRest:
     """Bring the readings to the mean temperature of their run, where they follow the recorded one.
 
@@ -79,6 +111,8 @@ def brought_to_rest(
         Readings of each table [output unit].
     temperatures : RecordedTemperatures
         Those of the records.
+    run_labels : callable
+        Labels of the runs of all tables of a record, by its place.
 
     Returns
     -------
@@ -86,133 +120,106 @@ def brought_to_rest(
         The readings; as they were where temperatures stand, or no law is known.
     """
     span = temperatures.span
-    at_rest = AtRest.of(outputs)
     if not (span > 0.0).any():
-        return at_rest
-    moving = _Moving(tables, estimate, temperatures, span)
-    at_rest = at_rest._replace(outputs=tuple(y.copy() for y in outputs))
-    changed, unknown = np.zeros(span.shape, dtype=np.bool_), np.nan_to_num(span)
-    felt, ignored = np.ones(span.shape), np.zeros(span.shape, dtype=np.bool_)
-    for chosen, rows, fit, laws in _fits(moving):
+        return AtRest.of(outputs)
+    still = tuple(y.copy() for y in outputs)
+    felt = _Felt(np.full(span.shape, np.nan), np.full(span.shape, np.nan), span)
+    for chosen, rows, fit, laws in _fits(tables, estimate, temperatures):
         state, these = solved(fit, laws), np.ix_(rows, np.array(chosen))
-        unknown[these] = 0.0
-        follows = (state.felt - 2.0 * state.doubt > _FOLLOWS) & (span[these] > 0.0)
-        changed[these] = follows
-        partly = (state.felt > _SURE * state.doubt) & ~_in_full(state) & (span[these] > 0.0)
-        felt[these] = np.where(partly, state.felt, 1.0)
-        ignored[these] = (state.felt + 2.0 * state.doubt < _FOLLOWS) & ~partly
-        at_rest.unfelt[these] = np.where(follows, unfelt_share(state), 1.0)
-        follow = np.repeat(follows, [len(tables[i].record) for i in chosen], axis=1)
-        change = np.where(follow, _change(fit, state), 0.0)
-        edges = np.cumsum([len(tables[i].record) for i in chosen])[:-1]
-        for table, own in zip(chosen, np.split(change, edges, axis=1), strict=True):
-            at_rest.outputs[table][rows] += own
+        own = _Felt(state.felt, state.doubt, span[these])
+        felt.share[these], felt.doubt[these] = state.felt, state.doubt
+        changes = np.split(_change(fit, state, own), edges_of(fit), axis=1)
+        for table, follows, change in zip(chosen, own.follows.T, changes, strict=True):
+            still[table][rows] += np.where(follows[:, None], change, 0.0)
+    unfelt = np.where(felt.follows, unfelt_share(felt.share, felt.doubt), 1.0)
     said = [
-        (
-            *_what_was_done(moving, record, changed[record]),
-            *_felt_in_part(tables, felt[record]),
-            *_mistyped(moving, record, ignored[record] & (span[record] > _MUCH)),
-            *_left_moving(tables, unknown[record]),
+        tuple(
+            _sentences(
+                _Felt(*(own[record] for own in felt)),
+                [own[record] for own in temperatures.readings],
+                temperatures.levels[record],
+                run_labels(record),
+            )
         )
         for record in range(len(span))
     ]
-    return at_rest._replace(said=said)
+    return AtRest(still, unfelt, said)
 
 
-def _fits(moving: _Moving) -> Iterator[tuple[list[int], Places, ProductFit, Array]]:
+def _fits(
+    tables: Sequence[PreparedTable], estimate: JointEstimate, temperatures: RecordedTemperatures
+) -> Iterator[tuple[list[int], Places, ProductFit, Array]]:
     """Records whose laws are known, a few at a time: tables, rows, fit, and laws to start from."""
-    estimate = moving.estimate
-    chosen = tables_of_one_mounting(moving.tables, estimate)
+    chosen = tables_of_one_mounting(tables, estimate)
     if len(chosen) < 2:
         return
-    laws = _first_laws(moving, chosen)
+    declared = tables[0].record.apparatus.temperature_uncertainty
+    uncertain = stacked_temperature_uncertainty(temperatures.readings, declared)
+    laws = laws_of_records(level_stack(tables, estimate, temperatures, uncertain, chosen))
     known = np.all([np.isfinite(estimate.noises[i].factor) for i in chosen], axis=0)
-    known &= (moving.span > 0.0).any(axis=1)
+    known &= (temperatures.span > 0.0).any(axis=1)
     K1 = laws.names.index("K1 at_T0")
     known &= scale_factor_is_told(laws.value[:, K1], laws.standard[:, K1])
-    few = max(_AT_A_TIME // sum(len(moving.tables[i].record) for i in chosen), 1)
+    few = max(_AT_A_TIME // sum(len(tables[i].record) for i in chosen), 1)
     for place, group in enumerate(laws.groups):
         own = np.flatnonzero(known & (laws.group == place))
         for start in range(0, own.size, few):
             rows = own[start : start + few]
-            sides = group.laws.sides
-            fit = product_fit(moving.tables, estimate, moving.temperatures, chosen, rows, sides)
+            fit = product_fit(tables, estimate, temperatures, chosen, rows, group.laws.sides)
             yield chosen, rows, fit, group.laws.values[laws.member[rows]]
 
 
-def _first_laws(moving: _Moving, chosen: Sequence[int]) -> LawsOfRecords:
-    declared = moving.tables[0].record.apparatus.temperature_uncertainty
-    uncertain = stacked_temperature_uncertainty(moving.temperatures.readings, declared)
-    return laws_of_records(
-        level_stack(moving.tables, moving.estimate, moving.temperatures, uncertain, chosen)
-    )
-
-
-def _change(fit: ProductFit, state: Solution) -> Array:
+def _change(fit: ProductFit, state: Solution, felt: _Felt) -> Array:
     """What brings each reading to the mean temperature of its run, shape (R, n) [output unit]."""
     # A share that may well be 1 is taken as 1. Were it estimated for each run, it would follow the
     # noise of the readings, and take some of it out.
-    felt = np.where(_in_full(state), 1.0, felt_beside_noise(fit, state.felt))
-    return to_the_mean(fit, state, fit.readings.at(felt))
+    share = np.where(felt.in_full, 1.0, felt_beside_noise(fit, felt.share))
+    return to_the_mean(fit, state, fit.readings.at(share))
 
 
-def _in_full(state: Solution) -> Mask:
-    return np.asarray(np.abs(1.0 - state.felt) < _SURE * state.doubt)
+def _sentences(
+    felt: _Felt, temperatures: Sequence[Array], levels: Array, labels: Sequence[str]
+) -> Iterator[str]:
+    """Say of one record what was done, and what its recorded temperatures leave in doubt."""
+    follow = np.flatnonzero(felt.follows).tolist()
+    if follow:
+        away = max(float(np.abs(temperatures[i] - levels[i]).max()) for i in follow)
+        yield (
+            f"{_runs(labels, follow)}: the temperature moves, by up to {away:.2g} degC from its"
+            " mean, and the readings follow; they were brought to the mean temperature of the run"
+            " by the slopes of the laws"
+        )
+    partly = np.flatnonzero(felt.in_part).tolist()
+    if partly:
+        shares = ", ".join(f"{100.0 * felt.share[i]:.0f} %" for i in partly)
+        yield (
+            f"{_runs(labels, partly)}: of the recorded changes of the temperature {shares} were"
+            " felt, so others were that nobody recorded: they make readings near 0 and 180 deg"
+            " noisier than the others, which the tables take for noise of all alike; U of K3 may be"
+            " too small, those of K0 and M are too large; mend the sensor or the chamber"
+        )
+    for place in np.flatnonzero(felt.ignored).tolist():
+        yield from _mistyped(_runs(labels, [place]), temperatures[place])
+    untold = np.flatnonzero(felt.untold).tolist()
+    if untold:
+        yield (
+            f"{_runs(labels, untold)}: the recorded temperatures span up to"
+            f" {felt.span[untold].max():.2g} degC, and no laws in this mounting tell what that does"
+            " to the readings, which are taken as they are"
+        )
 
 
-def _what_was_done(moving: _Moving, record: int, changed: Mask) -> tuple[str, ...]:
-    places = np.flatnonzero(changed).tolist()
-    if not places:
-        return ()
-    readings, levels = moving.temperatures.readings, moving.temperatures.levels
-    away = max(float(np.abs(readings[i][record] - levels[record, i]).max()) for i in places)
-    return (
-        f"{_runs([moving.tables[i] for i in places])}: the temperature moves, by up to {away:.2g}"
-        " degC from its mean, and the readings follow; they were brought to the mean temperature"
-        " of the run by the slopes of the laws",
-    )
-
-
-def _felt_in_part(tables: Sequence[PreparedTable], felt: Array) -> tuple[str, ...]:
-    """Say where temperatures that nobody recorded make noise that differs by position."""
-    partly = np.flatnonzero(felt < 1.0).tolist()
-    if not partly:
-        return ()
-    shares = ", ".join(f"{100.0 * felt[i]:.0f} %" for i in partly)
-    return (
-        f"{_runs([tables[i] for i in partly])}: of the recorded changes of the temperature {shares}"
-        " were felt, so others were that nobody recorded: they make readings near 0 and 180 deg"
-        " noisier than the others, which the tables take for noise of all alike; U of K3 may be"
-        " too small, those of K0 and M are too large; mend the sensor or the chamber",
-    )
-
-
-def _mistyped(moving: _Moving, record: int, ignored: Mask) -> Iterator[str]:
+def _mistyped(run: str, temperature: Array) -> Iterator[str]:
     """Say which temperatures are far from the others of their run, and were surely not felt."""
-    for place in np.flatnonzero(ignored).tolist():
-        own = moving.temperatures.readings[place][record]
-        away = np.abs(own - np.median(own))
-        odd = away > max(_MUCH, _ALONE * float(np.median(away)))
-        if odd.any():
-            yield (
-                f"{_runs([moving.tables[place]])}: {counted(int(odd.sum()), 'temperature')} of"
-                f" {own.size} far from the others, such as {own[away.argmax()]:g} degC, and the"
-                " readings do not follow: the mean, which counts for the run, is in doubt; mend"
-                " what is mistyped"
-            )
+    away = np.abs(temperature - np.median(temperature))
+    odd = away > max(_MUCH, _ALONE * float(np.median(away)))
+    if odd.any():
+        yield (
+            f"{run}: {counted(int(odd.sum()), 'temperature')} of {temperature.size} far from the"
+            f" others, such as {temperature[away.argmax()]:g} degC, and the readings do not follow:"
+            " the mean, which counts for the run, is in doubt; mend what is mistyped"
+        )
 
 
-def _left_moving(tables: Sequence[PreparedTable], unknown: Array) -> tuple[str, ...]:
-    """Say which temperatures move by much while no law tells what that does to the readings."""
-    left = [tables[i] for i in np.flatnonzero(unknown > _MUCH).tolist()]
-    if not left:
-        return ()
-    return (
-        f"{_runs(left)}: the recorded temperatures span up to {unknown.max():.2g} degC, and no laws"
-        " in this mounting tell what that does to the readings, which are taken as they are",
-    )
-
-
-def _runs(tables: Sequence[PreparedTable]) -> str:
-    names = ", ".join(table.run_label for table in tables)
-    return f"{plural('run', len(tables))} {names}"
+def _runs(labels: Sequence[str], places: Sequence[int]) -> str:
+    return f"{plural('run', len(places))} {', '.join(labels[i] for i in places)}"

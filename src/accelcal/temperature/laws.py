@@ -26,36 +26,17 @@ from accelcal.temperature.recorded import RecordedTemperatures
 from accelcal.temperature.run_temperatures import stacked_temperature_uncertainty
 
 
-class RecordLaws(NamedTuple):
-    """Temperature laws; None where there is one level only.
-
-    Attributes
-    ----------
-    main : TemperatureModel or None
-        Those of the mounting with most tables.
-    second_axis : TemperatureModel or None
-        Those of the other axis along the shaft, from its tables.
-    of_tables : Component or None
-        What errors of the temperature do to the coefficients of all tables, in a stack of one.
-    said : tuple of str
-        What was done where temperatures moved within the runs.
-    """
-
-    main: TemperatureModel | None
-    second_axis: TemperatureModel | None
-    of_tables: Component | None = None
-    said: tuple[str, ...] = ()
-
-
 class StackLaws(NamedTuple):
     """Temperature laws of R records of one plan.
 
     Attributes
     ----------
-    main, second_axis : LawsOfRecords or None
-        As of `RecordLaws`; None where no axis has tables that tell laws.
+    main : LawsOfRecords or None
+        Those of the mounting with most tables; None where it has one level only.
+    second_axis : LawsOfRecords or None
+        Those of the other axis along the shaft, from its tables.
     of_tables : Component or None
-        As of `RecordLaws`, with a leading axis of length R.
+        What errors of the temperature do to the coefficients of all tables.
     """
 
     main: LawsOfRecords | None

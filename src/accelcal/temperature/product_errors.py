@@ -208,7 +208,7 @@ def errors_at(fit: ProductFit, state: Solution, point: Point) -> Errors:
     K1 = point.scale_factor(state.parameters)[..., None] * of_table
     heat = point.by_temperature(state.parameters)[..., None] * of_table
     uncertain, dof = stacked_temperature_uncertainty(
-        fit.temperatures, fit.declared, unfelt_share(state)
+        fit.temperatures, fit.declared, unfelt_share(state.felt, state.doubt)
     )
     loops = fit.loop.paired.shape[1]
     half_widths = state.parameters[:, state.parameters.shape[1] - loops :]
@@ -229,9 +229,9 @@ def errors_at(fit: ProductFit, state: Solution, point: Point) -> Errors:
     )
 
 
-def unfelt_share(state: Solution) -> Array:
+def unfelt_share(felt: Array, doubt: Array) -> Array:
     """Share of the recorded scatter, as a variance, that the mean of each run keeps, (R, t)."""
-    return np.clip(1.0 - state.felt + 2.0 * state.doubt, 0.0, 1.0)
+    return np.clip(1.0 - felt + 2.0 * doubt, 0.0, 1.0)
 
 
 def _noises(fit: ProductFit, state: Solution, point: Point) -> list[ReadingNoise]:
@@ -240,14 +240,17 @@ def _noises(fit: ProductFit, state: Solution, point: Point) -> list[ReadingNoise
     if (felt != state.felt).any():
         point = fit.readings.at(felt)
     outputs = fit.readings.output + to_the_mean(fit, state, point)
-    noises = noise_of_stack(fit.tables, np.split(outputs, _edges(fit), axis=1))
-    moves = np.stack([own.any(axis=1) for own in np.split(fit.readings.deviation, _edges(fit), 1)])
+    noises = noise_of_stack(fit.tables, np.split(outputs, edges_of(fit), axis=1))
+    moves = np.stack(
+        [own.any(axis=1) for own in np.split(fit.readings.deviation, edges_of(fit), 1)]
+    )
     took = moves & (felt == state.felt).T
     bare = [table.scatter_dof is None for table in fit.tables]
     return pooled_noise([_one_less(n, own) for n, own in zip(noises, took, strict=True)], bare)
 
 
-def _edges(fit: ProductFit) -> Places:
+def edges_of(fit: ProductFit) -> Places:
+    """Where the readings of each table but the first begin."""
     return np.cumsum([len(table.record) for table in fit.tables])[:-1]
 
 
