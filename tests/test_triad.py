@@ -13,7 +13,7 @@ import accelcal
 from accelcal.cli.main import main
 from accelcal.io.triad import read_triad
 from accelcal.results.triad import TriadCalibration
-from accelcal.triad.record import up_of_turn
+from accelcal.triad.record import TriadRecord, up_of_turn
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "triad.csv"
 BIAS = np.array([0.02, -0.05, 0.1])
@@ -125,6 +125,31 @@ def test_errors_of_attitudes_are_in_the_covariance():
     assert 0.92 <= np.mean(inside) <= 0.975
 
 
+def test_rows_of_one_attitude_share_its_error():
+    """The head sets an attitude once; the rows that are then read repeat its error."""
+    rng = np.random.default_rng(12)
+    truth, inside = truth_of(FULL), []
+    for _ in range(200):
+        up = directions(rng, 16)
+        off = np.repeat(up + np.cross(rng.normal(scale=2e-3, size=up.shape), up), 4, axis=0)
+        found = accelcal.calibrate_triad(outputs(off, FULL, rng, 2e-4), np.repeat(up, 4, axis=0))
+        rows = [row for row in found.rows() if row["name"] in truth]
+        inside.append(
+            [abs(r["value"] - truth[r["name"]]) <= r["expanded_uncertainty"] for r in rows]
+        )
+    assert (found.attitudes, found.dof) == (16, 12)
+    assert found.notes == ("64 rows of 16 attitudes: those of one attitude are averaged",)
+    assert 0.92 <= np.mean(inside) <= 0.975
+
+
+def test_one_direction_on_two_shafts_is_two_attitudes():
+    rows = [f"{s},{a},{a / 7:.3f},{a % 70},{a % 11}" for s in "xyz" for a in (0, 90, 180, 270, 360)]
+    record = read_triad(io.StringIO("\n".join(["shaft,angle,x,y,z", *rows])))
+    found = accelcal.calibrate_triad(record)
+    assert (found.attitudes, found.dof) == (12, 8)
+    assert accelcal.calibrate_triad(record.output, record.up).attitudes == 6
+
+
 def test_noise_does_not_bias_the_fit_as_it_does_the_algebraic_one():
     """With 4 % of noise a quadric through the outputs is off by 0.5 %, the fit by a tenth of it."""
     rng = np.random.default_rng(7)
@@ -167,6 +192,21 @@ def test_a_wrong_attitude_is_told():
     found = gate(accelcal.calibrate_triad(output), "largest residual")
     assert found.verdict == "warn"
     assert found.finding.startswith("attitude 12:")
+
+
+def test_errors_of_the_head_alone_are_no_wrong_attitude():
+    """Each moves the channels that its shaft and angle choose, and leaves the others alone."""
+    rng = np.random.default_rng(13)
+    angles = np.arange(0.0, 360.0, 45.0)
+    names = tuple(f"{shaft} {angle}" for shaft in "xyz" for angle in angles)
+    up = np.concatenate([up_of_turn(shaft, angles) for shaft in "xyz"])
+    warned = 0
+    for _ in range(200):
+        off = [up_of_turn(s, angles + rng.normal(scale=0.01, size=8)) for s in "xyz"]
+        output = outputs(np.concatenate(off), FULL, rng, 1e-5)
+        found = accelcal.calibrate_triad(TriadRecord(output, up, attitude=names))
+        warned += gate(found, "largest residual").verdict == "warn"
+    assert warned <= 8  # of 200, at 1 %: the chance of more is 1e-4
 
 
 def test_attitudes_of_one_half_are_spread_badly():
@@ -392,7 +432,7 @@ TEXT = EXAMPLE.read_text("utf-8")
 def test_gravity_with_a_decimal_comma():
     text = TEXT.replace(",", ";").replace(".", ",")
     assert "# g: 9,8106" in text
-    record = accelcal.read_triad(io.StringIO(text))
+    record = read_triad(io.StringIO(text))
     assert record.local_gravity == 9.8106
     assert record.output.tolist() == accelcal.read_triad(io.StringIO(TEXT)).output.tolist()
 
@@ -408,5 +448,5 @@ def test_gravity_with_a_decimal_comma():
 def test_gravity_of_another_unit_is_refused_with_its_line(written, told):
     text = TEXT.replace("# g: 9.8106", f"# g: {written}")
     with pytest.raises(accelcal.TableError) as caught:
-        accelcal.read_triad(io.StringIO(text))
+        read_triad(io.StringIO(text))
     assert told in str(caught.value)

@@ -73,6 +73,7 @@ def read_triad(
             output=output,
             up=_up(table),
             line=channels[0].lines,
+            attitude=_attitude(table),
             unit=unit,
             local_gravity=_gravity(table) if local_gravity is None else local_gravity,
             serial=given.get("serial") or (named.value or None if named else None),
@@ -110,6 +111,16 @@ def _up(table: SmallTable) -> Array | None:
         problem = f"column {' and '.join(half)} alone, which tells no attitude"
         raise table.refuse(problem, _REMEDY)
     return None
+
+
+def _attitude(table: SmallTable) -> tuple[str, ...] | None:
+    """Names of the attitudes by shaft and angle: two of them may have one direction up."""
+    there = set(table.columns)
+    if {"up_x", "up_y", "up_z"} <= there or not {"shaft", "angle"} <= there:
+        return None
+    shafts = (str(cell).strip().casefold().lstrip("+") for cell in table.columns["shaft"].cells)
+    angles = complete_numbers(table.columns["angle"]) % 360.0
+    return tuple(f"{shaft} {angle:g}" for shaft, angle in zip(shafts, angles, strict=True))
 
 
 def _turned(shaft: Column, angle: Column) -> Array:

@@ -18,7 +18,7 @@ from accelcal.results.quantity import Quantity
 from accelcal.results.triad import TriadCalibration
 from accelcal.triad.gates import gates_of
 from accelcal.triad.known import from_known_attitudes
-from accelcal.triad.record import AXES, TriadRecord
+from accelcal.triad.record import AXES, TriadRecord, one_an_attitude
 from accelcal.triad.solution import NAMES, Solution
 from accelcal.triad.unknown import FRAMES, from_unknown_attitudes
 from accelcal.version import __version__
@@ -61,7 +61,7 @@ def calibrate_triad(
     Notes
     -----
     `accelcal.triad.known` and `accelcal.triad.unknown` tell the estimators. Intervals are of
-    95 %, by Student's t.
+    95 %, by Student's t. Where attitudes are known, the rows of one attitude are averaged.
 
     Examples
     --------
@@ -86,7 +86,8 @@ def calibrate_triad(
     return _calibrated(TriadRecord(readings, None if up is None else number_array(up, "up")), frame)
 
 
-def _calibrated(record: TriadRecord, frame: str) -> TriadCalibration:
+def _calibrated(given: TriadRecord, frame: str) -> TriadCalibration:
+    record = one_an_attitude(given)
     if record.up is None:
         found = from_unknown_attitudes(record.output, frame)
     else:

@@ -61,17 +61,21 @@ def _spread(found: Solution) -> Gate:
 
 
 def _outlier(record: TriadRecord, found: Solution) -> Gate:
-    """Largest residual with the attitude left out, by Student's t over all of them."""
-    residual = found.residual.reshape(len(record.output), -1)
+    """Largest residual with the attitude left out, by Student's t over all of them.
+
+    An error of a known attitude moves two channels at most, and which ones it does hangs on the
+    attitude: the root sum of squares over the channels is alike in all of them.
+    """
+    residual = np.linalg.norm(found.residual.reshape(len(record.output), -1), axis=1)
     if found.dof < 2:
         return Gate("largest residual", "not assessed", "too few degrees of freedom")
-    freedom = np.maximum(1.0 - found.leverage, 1e-9)[:, None]
-    squares = np.sum(residual**2, axis=0) - residual**2 / freedom
-    t = np.abs(residual) / np.sqrt(np.maximum(squares, 1e-300) / (found.dof - 1) * freedom)
+    freedom = np.maximum(1.0 - found.leverage, 1e-9)
+    squares = np.sum(residual**2) - residual**2 / freedom
+    t = residual / np.sqrt(np.maximum(squares, 1e-300) / (found.dof - 1) * freedom)
     limit = student_quantile(1.0 - _FALSE_ALARM / t.size, found.dof - 1)
-    row = int(np.argmax(t.max(axis=1)))
+    row = int(np.argmax(t))
     place = "" if record.line is None else f" (line {record.line[row]})"
-    size = 1e3 * np.abs(residual[row]).max()
+    size = 1e3 * residual[row]
     told = f"attitude {row + 1}{place}: {size:.3g} mg, t = {t.max():.1f}, limit {limit:.1f}"
     return Gate("largest residual", "warn" if t.max() > limit else "pass", told)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,13 +15,16 @@ from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
 from accelcal.results.mapping import freeze
 
-__all__ = ["AXES", "TriadRecord", "up_of_turn"]
+__all__ = ["AXES", "TriadRecord", "one_an_attitude", "up_of_turn"]
 
 AXES = "xyz"
 
 _LARGEST = 1e30
 _UNIT_LENGTH = 1e-3
 """A direction longer or shorter than 1 by more was not meant as one."""
+
+_DIGITS = 6
+"""Of directions that are compared: what is closer than a microradian was set alike."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,6 +40,9 @@ class TriadRecord(EqualByContents):
         None where the attitudes are not known.
     line : ndarray of int, shape (n,), or None
         Line of the source that holds the attitude.
+    attitude : tuple of str or None
+        Name of the attitude of each row, in place of its direction up: rows of one attitude have
+        its error in common, and two attitudes may have one direction.
     unit : str or None
         Output unit.
     local_gravity : float or None
@@ -63,6 +69,7 @@ class TriadRecord(EqualByContents):
     output: Array
     up: Array | None = None
     line: Ints | None = None
+    attitude: tuple[str, ...] | None = None
     unit: str | None = None
     local_gravity: float | None = None
     serial: str | None = None
@@ -74,10 +81,16 @@ class TriadRecord(EqualByContents):
         check_text(unit=self.unit, serial=self.serial)
         check_written(source=self.source)
         check_texts(notes=self.notes)
+        if self.attitude is not None:
+            check_texts(attitude=self.attitude)
         for name in ("output", "up"):
             if name == "output" or self.up is not None:
                 object.__setattr__(self, name, _rows(getattr(self, name), name))
         freeze(self)
+        if self.attitude is not None and len(self.attitude) != len(self.output):
+            raise InputError(
+                f"{len(self.attitude)} names of {len(self.output)} attitudes; give one for each"
+            )
         if self.up is None:
             return
         if self.up.shape != self.output.shape:
@@ -95,6 +108,50 @@ class TriadRecord(EqualByContents):
     def __repr__(self) -> str:
         known = "not known" if self.up is None else "known"
         return f"<TriadRecord {self.source!r}: {len(self.output)} attitudes, {known}>"
+
+
+def one_an_attitude(record: TriadRecord) -> TriadRecord:
+    """Average the rows of each attitude, where attitudes are known.
+
+    Parameters
+    ----------
+    record : TriadRecord
+        The rows.
+
+    Returns
+    -------
+    TriadRecord
+        A row for each attitude, in the order in which they were first taken.
+
+    Notes
+    -----
+    The error of an attitude, which the head set once, is the same in all its rows. Counted as
+    independent, they would promise too much.
+
+    Examples
+    --------
+    >>> turned = up_of_turn("z", [0.0, 90.0, 0.0])
+    >>> one_an_attitude(TriadRecord([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [3.0, 0.0, 0.0]], turned))
+    <TriadRecord '<table>': 2 attitudes, known>
+    """
+    if record.up is None:
+        return record
+    names = record.attitude or map(tuple, (np.round(record.up, _DIGITS) + 0.0).tolist())  # no -0
+    rows: dict[object, list[int]] = {}
+    for row, name in enumerate(names):
+        rows.setdefault(name, []).append(row)
+    if len(rows) == len(record.up):
+        return record
+    first = [own[0] for own in rows.values()]
+    note = f"{len(record.up)} rows of {len(rows)} attitudes: those of one attitude are averaged"
+    return replace(
+        record,
+        output=np.array([record.output[own].mean(axis=0) for own in rows.values()]),
+        up=record.up[first],
+        line=None if record.line is None else record.line[first],
+        attitude=None,
+        notes=(*record.notes, note),
+    )
 
 
 def _rows(values: ArrayLike, name: str) -> Array:
