@@ -94,7 +94,7 @@ def test_laws_are_those_of_fit(archive):
     laws = accelcal.batch([archive / "2023" / "t000.csv"]).laws
     model = accelcal.fit(accelcal.read_table(archive / "2023" / "t000.csv")).temperature_model
     for row, (term, quantity) in zip(laws.to_dict("records"), model.quantities(), strict=True):
-        assert (row["term"], row["unit"]) == (term, quantity.unit)
+        assert (row["coefficient"], row["unit"]) == (term, quantity.unit)
         for name in ("value", "standard_uncertainty", "expanded_uncertainty", "dof"):
             assert row[name] == pytest.approx(getattr(quantity, name), rel=1e-9)
 
@@ -102,7 +102,7 @@ def test_laws_are_those_of_fit(archive):
 def test_hysteresis_is_among_the_laws(tmp_path):
     plan = accelcal.TumblePlan(temperatures=(20.0, 60.0, 20.0, -20.0, 20.0))
     write_archive(tmp_path, 1, plan)
-    assert "hysteresis" in set(accelcal.batch(tmp_path).laws["term"])
+    assert "hysteresis" in set(accelcal.batch(tmp_path).laws["coefficient"])
 
 
 def test_frames_know_their_units(archive):

@@ -300,7 +300,7 @@ def test_document_rows_and_frame_agree():
     rows = found.rows()
     assert len(rows) == sum(len(d["forecasts"]) for d in document["designs"])
     assert list(found.to_frame().columns) == list(rows[0])
-    names = {row["name"] for row in rows}
+    names = {row["coefficient"] for row in rows}
     assert names == {*COEFFICIENTS, *SLOPES, *AT_T0, "k0", "k2", "k3", "delta", "delta_ip"}
 
 

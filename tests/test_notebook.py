@@ -307,6 +307,9 @@ def test_frames_have_units(results, name):
     units = frame.attrs["units"]
     assert set(units) <= set(frame.columns)
     assert units
+    assert all(frame[column].dtype.kind in "fi" for column in units)
+    assert {"hours", "floor"} & set(frame.columns) <= set(units)
+    assert not {"name", "term", "change"} & set(frame.columns)
 
 
 def test_a_record_is_a_frame(results):

@@ -464,7 +464,7 @@ def test_the_document_and_the_frame_hold_the_result():
     assert document["components"]["sigma_F"]["value"] == result.components["sigma_F"].value
     assert len(document["launches"]) == 5
     assert len(document["allan"]["points"]) == len(result.allan.tau_s)
-    frame = result.to_frame().set_index("name")
+    frame = result.to_frame().set_index("quantity")
     assert frame.loc["gamma_D", "value"] == result.components["gamma_D"].value
     assert list(result.allan.to_frame()["tau_s"]) == list(result.allan.tau_s)
 

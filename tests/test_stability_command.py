@@ -182,7 +182,7 @@ def test_json_is_one_document(capsys, tmp_path):
 def test_csv_has_a_line_for_each_quantity(capsys):
     code, out, _ = run(capsys, EXAMPLE, "--format", "csv", "--times", "60")
     assert code == 0
-    assert out.startswith("name,time_s,value,unit,lower,upper,dof,finding\nsigma_L,")
+    assert out.startswith("quantity,time_s,value,unit,lower,upper,dof,finding\nsigma_L,")
     assert "\nk0,60.0," in out
 
 

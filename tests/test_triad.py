@@ -38,7 +38,7 @@ def outputs(up, sensitivity, rng=None, noise=0.0):
 
 
 def values(calibration):
-    return {row["name"]: row["value"] for row in calibration.rows()}
+    return {row["quantity"]: row["value"] for row in calibration.rows()}
 
 
 def truth_of(sensitivity):
@@ -98,7 +98,7 @@ def test_intervals_hold_the_truth(n, known, noise):
         found = accelcal.calibrate_triad(
             outputs(up, sensitivity, rng, noise), up if known else None
         )
-        rows = {row["name"]: row for row in found.rows() if row["name"] in truth}
+        rows = {row["quantity"]: row for row in found.rows() if row["quantity"] in truth}
         inside.append(
             [
                 abs(row["value"] - truth[name]) <= row["expanded_uncertainty"]
@@ -118,9 +118,9 @@ def test_errors_of_attitudes_are_in_the_covariance():
         up = directions(rng, 16)
         off = up + np.cross(rng.normal(scale=2e-3, size=up.shape), up)
         found = accelcal.calibrate_triad(outputs(off, FULL), up)
-        rows = [row for row in found.rows() if row["name"] in truth]
+        rows = [row for row in found.rows() if row["quantity"] in truth]
         inside.append(
-            [abs(r["value"] - truth[r["name"]]) <= r["expanded_uncertainty"] for r in rows]
+            [abs(r["value"] - truth[r["quantity"]]) <= r["expanded_uncertainty"] for r in rows]
         )
     assert 0.92 <= np.mean(inside) <= 0.975
 
@@ -300,7 +300,7 @@ def test_json_comes_back(tmp_path, capsys):
 
 def test_csv_of_the_command(capsys):
     rows = list(csv.DictReader(io.StringIO(run(capsys, "triad", EXAMPLE, "--format", "csv")[1])))
-    assert [row["name"] for row in rows][:4] == ["b_x", "b_y", "b_z", "S_xx"]
+    assert [row["quantity"] for row in rows][:4] == ["b_x", "b_y", "b_z", "S_xx"]
     assert len(accelcal.calibrate_triad(read_triad(EXAMPLE)).to_frame()) == len(rows)
 
 

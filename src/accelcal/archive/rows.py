@@ -56,7 +56,7 @@ def law_rows(calibration: Calibration, record: TumbleRecord) -> Iterator[Row]:
     for mounting in dict.fromkeys(table.mounting for table in calibration.tables):
         laws = calibration.of_mounting(mounting).temperature_model
         for term, quantity in laws.quantities() if laws else ():
-            cells = {"mounting": mounting, "term": term, **quantity.to_document()}
+            cells = {"mounting": mounting, "coefficient": term, **quantity.to_document()}
             yield _row(
                 LAWS, common | cells | {"warnings": JOINT.join(laws.warnings if laws else ())}
             )

@@ -135,7 +135,7 @@ def _laws_of(stack: CalibrationStack, laws: LawsOfRecords, mounting: str) -> tup
     found: Columns = {
         **_of_records(stack, record, LAWS),
         "mounting": _everywhere(mounting, record.size),
-        "term": Labels(term, list(laws.names)),
+        "coefficient": Labels(term, list(laws.names)),
         "value": laws.value[record, term],
         "standard_uncertainty": laws.standard[record, term],
         "expanded_uncertainty": laws.expanded[record, term],

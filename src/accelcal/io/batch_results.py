@@ -6,7 +6,7 @@ import re
 
 _FRAMES = (
     {"serial", "K1", "K1_standard_uncertainty"},
-    {"serial", "term", "standard_uncertainty"},
+    {"serial", "coefficient", "T0_degC"},
 )
 """Columns that tell the two frames of a batch from all other tables."""
 

@@ -302,7 +302,7 @@ def _rows(
             "mountings": " ".join(design.mountings),
             "readings": design.readings,
             "hours": design.hours,
-            "name": f.name,
+            "coefficient": f.name,
             "mounting": f.mounting,
             "unit": f.unit,
             "standard_uncertainty": f.standard_uncertainty,

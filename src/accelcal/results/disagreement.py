@@ -164,7 +164,7 @@ class Disagreement(JsonResult, TabularResult):
                 "run": change.run,
                 "mounting": change.mounting,
                 "temperature_degC": change.temperature_degC,
-                "change": name,
+                "quantity": name,
                 **getattr(change, name).to_document(),
             }
             for change in self.runs

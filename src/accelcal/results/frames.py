@@ -8,9 +8,24 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import pandas as pd
 
-_SUFFIXES = {"_degC": "degC", "_rad": "rad", "_deg": "deg", "_m_s2": "m/s^2", "_s": "s", "_g": "g"}
-_LIMITS = ("lower", "upper", "minimum", "maximum")
-_OF_A_QUANTITY = ("value", "standard_uncertainty", "expanded_uncertainty", "line", *_LIMITS)
+_SUFFIXES = {
+    "_degC": "degC",
+    "_rad": "rad",
+    "_deg": "deg",
+    "_m_s2": "m/s^2",
+    "_s": "s",
+    "_g": "g",
+    "hours": "h",
+}
+_LIMITS = ("lower", "upper", "minimum", "maximum", "monte_carlo_low", "monte_carlo_high")
+_OF_A_QUANTITY = (
+    "value",
+    "standard_uncertainty",
+    "expanded_uncertainty",
+    "line",
+    "floor",
+    *_LIMITS,
+)
 
 
 def frame_of(rows: Sequence[Mapping[str, Any]], **units: str) -> pd.DataFrame:
@@ -45,5 +60,8 @@ def frame_of(rows: Sequence[Mapping[str, Any]], **units: str) -> pd.DataFrame:
         for suffix, unit in _SUFFIXES.items():
             if column.endswith(suffix):
                 known.setdefault(column, unit)
+    numbers = (frame[name] for name in {*known, *units, "dof"} if name in frame)
+    unknown = {column.name: float for column in numbers if column.isna().all()}
+    frame = frame.astype(unknown)  # NaN in place of None, which neither compares nor adds
     frame.attrs["units"] = known | units
     return frame

@@ -227,7 +227,9 @@ class TabularResult(ABC):
         Returns
         -------
         pandas.DataFrame
-            A line each of `rows`; ``frame.attrs["units"]`` maps columns to units.
+            A line each of `rows`. ``frame.attrs["units"]`` maps columns to units; ``"unit"`` is the
+            unit in the column ``unit`` of the same line. The column ``coefficient`` has the symbols
+            of (1) and (2), ``quantity`` other names.
         """
         from accelcal.results.frames import frame_of
 

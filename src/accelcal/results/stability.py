@@ -279,4 +279,4 @@ class Stability(JsonResult, TabularResult):
         ]
         for bound in self.bounds:
             named += [("k0D", bound.time_s, bound.drift), ("k0", bound.time_s, bound.bound)]
-        return [{"name": name, "time_s": time, **e.to_document()} for name, time, e in named]
+        return [{"quantity": name, "time_s": time, **e.to_document()} for name, time, e in named]

@@ -159,7 +159,7 @@ class TriadCalibration(StoredResult, TabularResult):
         """List all quantities, a flat dictionary each."""
         named = {**self.parameters, **self.scale_factors, **self.misalignments}
         named |= {f"angle_{pair}": q for pair, q in self.axis_angles.items()}
-        return [{"name": name, **quantity.to_document()} for name, quantity in named.items()]
+        return [{"quantity": name, **quantity.to_document()} for name, quantity in named.items()]
 
     def to_document(self) -> dict[str, Any]:
         """Return the calibration as the JSON document of schema `SCHEMA`."""
