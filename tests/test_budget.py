@@ -464,8 +464,21 @@ def test_unknown_uncertainties_are_said(al15):
 def test_coefficients_that_were_not_determined_are_said():
     record = accelcal.read_table(EXAMPLE.with_name("mems_x_plane_y.csv"))
     found = budget(accelcal.fit(record, coefficients=("K0", "K1", "K2", "M")), 1.0)
-    assert any("did not determine k3" in warning for warning in found.warnings)
+    assert any("K3, M_ip were not determined and taken" in said for said in found.warnings)
     assert {"k0", "k2"} < {part.symbol for part in found.components}
+
+
+def test_what_the_scale_factor_stands_for_is_said():
+    plan = accelcal.TumblePlan(positions=4, temperatures=(20.0,))
+    found = budget(accelcal.fit(accelcal.simulate(plan=plan, seed=1)), 1.0)
+    assert any("K1 stands for K1 + K3" in said for said in found.warnings)
+
+
+def test_of_several_runs_at_one_level_the_one_taken_is_said():
+    for levels, times in (((20.0,), 0), ((20.0, 20.0), 1), ((20.0, 80.0), 0)):
+        plan = accelcal.TumblePlan(temperatures=levels)
+        found = budget(accelcal.fit(accelcal.simulate(plan=plan, seed=1)), 1.0)
+        assert sum("those of run 1, one of 2" in said for said in found.warnings) == times
 
 
 # -- the command -----------------------------------------------------------------------------------
@@ -501,7 +514,7 @@ def test_text_has_both_sums(saved, capsys):
     assert run(saved, "--temperature", "80", "--hysteresis", "3e-4", "--launch", "2e-5") == 0
     shown = capsys.readouterr().out
     assert "bound of (4), with the paper's factor 0.5: 32388.1 +- 325.0 ug" in shown
-    assert "GUM, variances added, 95 %, k = 1.96: 32388.1 +- " in shown
+    assert "GUM, variances added, 95 %, k = 1.96: 32390 +- 200 ug" in shown
     assert max(map(len, shown.splitlines())) <= 100
     assert shown.isascii()
 

@@ -223,9 +223,10 @@ def test_a_budget_tells_the_interval_and_leaves_out_what_is_nothing(calibration)
     ]
     assert cells[0][-3:] == ["bound of (4)", "u", "U (95 %)"]
     totals = [row for row in cells if row[3] == "total"]
-    told = [f"{1e6 * half:.1f}" for half in found.expanded_uncertainty]
+    told = [f"{1e6 * half:.0f}" for half in found.expanded_uncertainty]  # two digits
     assert [row[-1] for row in totals] == told
-    assert all(set(row[4:7]) != {"0"} for row in cells)
+    assert [row[4] for row in totals] == [f"{1e6 * error:.1f}" for error in found.systematic]
+    assert all(set(row[4:7]) != {"0.0", "0"} for row in cells)
     assert "cancel in part" in found._repr_html_()
 
 

@@ -9,22 +9,10 @@ from accelcal.model import ERROR_TERMS
 from accelcal.results.calibration import Calibration
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
+from accelcal.results.usable import undetermined
 
 _SHIFTS = {"launch": "bias", "launch_sf": "scale factor"}
 """Error source -> what it shifts from launch to launch."""
-
-
-def not_determined(groups: Sequence[Sequence[TableCalibration]]) -> list[str]:
-    """Say what no table of a group determines, and what then stands for what."""
-    said = []
-    for group in groups:
-        lost = _lost(group)
-        stands = [f"{name} stands for {what}" for name, what in group[0].stands_for.items()]
-        if lost:
-            verb = "was" if len(lost) == 1 else "were"
-            what = f"{', '.join(lost)} {verb} not determined and taken as 0"
-            said.append("; ".join([what, *stands]))
-    return list(dict.fromkeys(said))
 
 
 def lost_symbols(tables: Sequence[TableCalibration], cross_axis: str) -> list[str]:
@@ -44,14 +32,8 @@ def lost_symbols(tables: Sequence[TableCalibration], cross_axis: str) -> list[st
     """
     axis = CrossAxis(cross_axis, Law(0.0), 0.0)
     special = {"delta": axis.delta_symbol, "delta_ip": axis.coupling_symbol}
-    symbols = (ERROR_TERMS[name] for name in _lost(tables))
+    symbols = (ERROR_TERMS[name] for name in undetermined(tables))
     return [special.get(symbol, symbol) for symbol in symbols]
-
-
-def _lost(tables: Sequence[TableCalibration]) -> list[str]:
-    """Coefficients of (1) that no table determines."""
-    names = tables[0].coefficients
-    return [n for n in names if all(t.coefficients[n].value is None for t in tables)]
 
 
 def one_sided(model: TemperatureModel) -> list[str]:

@@ -13,7 +13,6 @@ from accelcal.arguments.kinds import expect
 from accelcal.arrays import Array
 from accelcal.compensate.assumptions import (
     lost_symbols,
-    not_determined,
     one_sided,
     same_at_all_temperatures,
     unknown_launch,
@@ -47,6 +46,7 @@ from accelcal.results.table import TableCalibration, known_temperatures, nearest
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.results.usable import (
     gates_that_warn,
+    not_determined,
     refuse_misprinted,
     refuse_undetermined_laws,
     tables_of_run,

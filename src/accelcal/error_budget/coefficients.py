@@ -101,7 +101,7 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
     >>> sorted(found.at_T0), found.range
     (['K1', 'delta_O', 'delta_ip', 'k0', 'k2', 'k3'], (-40.0, 80.0))
     """
-    nearest = _nearest_tables(calibration)
+    nearest = nearest_tables(calibration)
     law_axis = calibration.main_mounting[0]
     main = nearest[law_axis]
     found = {"k0": main.error_model["k0"], "K1": main.coefficients["K1"]}
@@ -128,8 +128,19 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
     )
 
 
-def _nearest_tables(calibration: Calibration) -> dict[str, TableCalibration]:
-    """For each axis along the shaft the table nearest to T0."""
+def nearest_tables(calibration: Calibration) -> dict[str, TableCalibration]:
+    """For each axis along the shaft the table nearest to T0.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+
+    Returns
+    -------
+    dict of str to TableCalibration
+        By ``"o"`` and ``"p"``, as far as there are tables.
+    """
     of_axes: dict[str, list[TableCalibration]] = {}
     for table in calibration.tables:
         of_axes.setdefault(table.mounting[0], []).append(table)

@@ -9,11 +9,11 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.effects.left_in_use import left_in_use, static_in_use
 from accelcal.effects.static import how_taken_up
-from accelcal.error_budget.coefficients import Coefficients
+from accelcal.error_budget.coefficients import Coefficients, nearest_tables
 from accelcal.error_budget.conditions import Conditions
 from accelcal.error_budget.random_part import FEW_LAUNCHES, NOT_IDENTIFIED, RandomPart
 from accelcal.results.calibration import Calibration
-from accelcal.results.usable import gates_that_warn
+from accelcal.results.usable import gates_that_warn, not_determined
 
 _CALIBRATED_WITHIN = 1.001  # a tumble test reaches 1 local g
 _RANDOM_NAMES = {
@@ -73,14 +73,26 @@ def weaknesses(
     if missing:
         yield f"nothing tells these random errors, they are taken as 0: {', '.join(missing)}"
     yield from _drift(random)
-    absent = [name for name in ("k2", "k3") if name not in coefficients.at_T0]
-    if absent:
-        yield f"the calibration did not determine {', '.join(absent)}; taken as 0"
+    yield from not_determined([[table] for table in nearest_tables(calibration).values()])
+    yield from _one_of_several(calibration)
     unknown = [n for n, q in coefficients.at_T0.items() if q.standard_uncertainty is None]
     if unknown:
         yield f"the uncertainty of {', '.join(unknown)} is unknown and left out"
     if not exact:
         yield from _first_order(coefficients, points, expanded)
+
+
+def _one_of_several(calibration: Calibration) -> Iterator[str]:
+    """Say whose coefficients they are, where several runs share a level."""
+    if calibration.temperature_model is not None:
+        return
+    for table in nearest_tables(calibration).values():
+        alike = sum(other.mounting == table.mounting for other in calibration.tables)
+        if alike > 1:
+            yield (
+                f"no temperature law, so the coefficients are those of run {table.run}, one of"
+                f" {alike} in mounting {table.mounting}"
+            )
 
 
 def _drift(random: RandomPart) -> Iterator[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from accelcal.report.lines import aligned, hanging, sections, unit_of
-from accelcal.report.numbers import significant
+from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.quantity import Document
 from accelcal.units import MICRO
 
@@ -95,7 +95,7 @@ def _total(point: Document) -> tuple[str, ...]:
         f"{point['time_s']:g}",
         _micro(point["systematic"]),
         f"+- {_micro(point['bound'])}",
-        f"+- {_micro(point['expanded_uncertainty'])}",
+        f"+- {significant(MICRO * point['expanded_uncertainty'], 2)}",
     )
 
 
@@ -172,12 +172,13 @@ def _sum(point: Document) -> tuple[str, ...]:
 
 
 def _bands(point: Document) -> Iterator[str]:
-    error = _micro(point["systematic"])
-    yield f"  bound of (4), with the paper's factor 0.5: {error} +- {_micro(point['bound'])} ug"
+    error, U = point["systematic"], point["expanded_uncertainty"]
+    told, half = matching_digits(error, U, MICRO) if U else (_micro(error), "0")
     yield (
-        f"  GUM, variances added, 95 %, k = {point['coverage_factor']:.2f}:"
-        f" {error} +- {_micro(point['expanded_uncertainty'])} ug"
+        "  bound of (4), with the paper's factor 0.5:"
+        f" {_micro(error)} +- {_micro(point['bound'])} ug"
     )
+    yield (f"  GUM, variances added, 95 %, k = {point['coverage_factor']:.2f}: {told} +- {half} ug")
 
 
 def _percent(part: float, whole: float) -> str:

@@ -141,7 +141,7 @@ def stability_html(result: Stability) -> str:
     return "".join([*parts, items(map(safe, [*told, *result.warnings]))])
 
 
-_OF_BUDGET = ("value", "bound", "standard_uncertainty", "expanded_uncertainty")
+_OF_BUDGET = ("value_g", "bound_g", "standard_uncertainty_g", "expanded_uncertainty_g")
 _CORRELATED = "errors of the coefficients are correlated and cancel in part, which the total counts"
 
 
@@ -166,10 +166,14 @@ def budget_html(budget: ErrorBudget) -> str:
             "" if row["temperature_degC"] is None else f"{row['temperature_degC']:g} °C",
             f"{row['time_s']:g} s",
             row["component"],
-            *(_micro(row[f"{key}_g"]) for key in _OF_BUDGET),
+            *(f"{MICRO * row[key]:.1f}" for key in _OF_BUDGET[:2]),
+            *(
+                "" if row[key] is None else significant(MICRO * row[key], 2)
+                for key in _OF_BUDGET[2:]
+            ),
         )
         for row in budget.rows()
-        if any(row[f"{key}_g"] for key in _OF_BUDGET)
+        if any(row[key] for key in _OF_BUDGET)
     ]
     headings = ("a_i", "temperature", "time", "component", "error", "bound of (4)", "u", "U (95 %)")
     parts.append(table("errors [µg]", headings, rows[:_MOST_ROWS]))

@@ -107,3 +107,44 @@ def tables_of_run(calibration: Calibration, run: str | int | None) -> tuple[Tabl
         have = ", ".join(dict.fromkeys(t.run for t in calibration.tables))
         raise InputError(f"no run {run!r} in the calibration; it has {have or 'none'}")
     return found
+
+
+def not_determined(groups: Sequence[Sequence[TableCalibration]]) -> list[str]:
+    """Say what no table of a group determines, and what then stands for what.
+
+    Parameters
+    ----------
+    groups : sequence of sequence of TableCalibration
+        Tables that stand for one another, in each group of one mounting.
+
+    Returns
+    -------
+    list of str
+        A sentence for each group that lacks something.
+    """
+    said = []
+    for group in groups:
+        lost = undetermined(group)
+        stands = [f"{name} stands for {what}" for name, what in group[0].stands_for.items()]
+        if lost:
+            verb = "was" if len(lost) == 1 else "were"
+            what = f"{', '.join(lost)} {verb} not determined and taken as 0"
+            said.append("; ".join([what, *stands]))
+    return list(dict.fromkeys(said))
+
+
+def undetermined(tables: Sequence[TableCalibration]) -> list[str]:
+    """List the coefficients of (1) that no table determines.
+
+    Parameters
+    ----------
+    tables : sequence of TableCalibration
+        One or more.
+
+    Returns
+    -------
+    list of str
+        Such as ``"K3"``.
+    """
+    names = tables[0].coefficients
+    return [n for n in names if all(t.coefficients[n].value is None for t in tables)]
