@@ -182,6 +182,7 @@ def test_significant(value, digits, shown):
 def test_warnings_stand_above_the_numbers():
     text = str(fitted(**MANY["outlier"]))
     assert "CLEAR UP THESE WARNINGS FIRST" in text.splitlines()[3]
+    assert "by chance in at most 1 % of good records" in text  # some of them are limits, no tests
     warning = text.index("WARNING: run 1, outlier: stroke 2 at 90 deg (line 14) is")
     assert warning < text.index("scale factor")
     assert "gates that WARN, see above: outlier" in text

@@ -207,7 +207,7 @@ def checks(document: Document) -> Section:
         return Section("Checks", [Paragraph("No check was made.")])
     rows = [(name, *(_outcome(name, gates) for _, gates in columns)) for name in names]
     headings = ("check", *(title for title, _ in columns))
-    intro = "Each check warns by chance in 1 % of good records."
+    intro = "Each check warns by chance in at most 1 % of good records."
     blocks: list[Block] = [
         Paragraph(intro),
         *narrowed(Table("Outcomes", headings, rows, tones=_CHECKS), 8),

@@ -73,7 +73,7 @@ def _bare(document: Document) -> Iterator[str]:
 def _alarms(document: Document) -> Iterator[str]:
     found = alarms(document)
     if found:
-        yield "CLEAR UP THESE WARNINGS FIRST (each gate warns by chance in 1 % of good records)"
+        yield "CLEAR UP THESE WARNINGS FIRST (each warns by chance in at most 1 % of good records)"
     yield from _items("WARNING", found)
 
 
