@@ -9,7 +9,7 @@ from sphinx.writers.html5 import HTML5Translator
 
 _TAG = re.compile(r"\s*\\tag\{(.+?)\}")
 _BLOCK = (
-    '<div style="display: flex; align-items: center; overflow-x: auto">'
+    '<div style="display: flex; align-items: center; overflow-x: auto; padding-block: 0.4rem">'
     '<div style="flex: 1">{formula}</div><div>{number}</div></div>'
 )
 
