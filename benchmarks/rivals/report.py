@@ -194,7 +194,7 @@ def outside(rows: Rows) -> Iterator[str]:
     yield "## Outside the catalogue, q from 12 to 24"
     yield ""
     alike = len({row.case for row in rows if not row.outside})
-    yield f"{alike} tables left out, as an effect of the catalogue is of the same class"
+    yield f"Left out, as an effect of the catalogue is of the same class: {alike}"
     yield ""
     head = ("name given as certain", "unknown recognised", "nothing")
     yield from _by_method(strange, head, _strange)
