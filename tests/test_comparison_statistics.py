@@ -9,8 +9,10 @@ import pytest
 from scipy import stats
 
 import accelcal
+from accelcal.compensate.choice import compensation
 from accelcal.discovery.chances import Estimated, chances
 from accelcal.discovery.factors import Block
+from accelcal.discovery.simulated import simulated_readings
 from accelcal.discovery.space import space_of
 from accelcal.simulation import NoiseComponents, TumblePlan, simulate
 
@@ -129,3 +131,16 @@ def test_what_a_calibration_tells_from_few_readings_counts_as_larger():
     assert run.misalignment.expanded_uncertainty == pytest.approx(
         own.expanded_uncertainty, rel=0.05
     )
+
+
+def test_an_error_of_the_temperature_acts_by_the_slopes_of_all_laws():
+    calibration = accelcal.fit(simulate(seed=1))
+    found, record = compensation(calibration), simulate(seed=2)
+    above, at, below = (
+        simulated_readings(calibration, found, replace(record, temperature=record.temperature + by))
+        for by in (0.5, 0.0, -0.5)
+    )
+    warm = record.temperature > 30.0
+    expected = (above.simulated - below.simulated)[warm]
+    c = at.conditions
+    np.testing.assert_allclose((c.gain * c.per_degree)[warm], expected, rtol=1e-6, atol=1e-12)

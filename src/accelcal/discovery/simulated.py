@@ -105,7 +105,8 @@ def simulated_readings(
     delta = _of_axis(along, found, lambda axis: axis.delta.at_T0 + axis.delta.change(rise))
     coupling = _of_axis(along, found, lambda axis: np.full(rise.size, axis.delta_ip))
     inside = bias + a_i + found.k2 * a_i**2 + found.k3 * a_i**3 + delta * a_p + coupling * a_i * a_p
-    heat = found.k0.local_slope(rise) + found.K1.local_slope(rise) * inside / gain
+    tilt = _of_axis(along, found, lambda axis: axis.delta.local_slope(rise))
+    heat = found.k0.local_slope(rise) + found.K1.local_slope(rise) * inside / gain + tilt * a_p
     full = replace(c, axial=a_i + delta * a_p, indicated=inside, gain=gain)
     full = replace(full, per_degree=heat, per_degree_falling=heat)
     effects = tuple(FoundEffect.from_document(effect) for effect in calibration.effects)

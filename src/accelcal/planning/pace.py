@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.arguments.numbers import check_number
 from accelcal.effects.conditions import SECONDS_PER_READING
@@ -14,8 +13,6 @@ from accelcal.simulation import TumblePlan
 from accelcal.units import HOUR
 
 __all__ = ["Pace", "hours_of", "per_run", "strokes_within"]
-
-Array = NDArray[np.float64]
 
 _MOST_STROKES = 1000
 

@@ -6,6 +6,10 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from accelcal.effects.effect import Effect
+from accelcal.record import TumbleRecord
+
+SMALLEST = 1e-300
+"""Smallest p-value told, and smallest error that is divided by."""
 
 
 class Fault(NamedTuple):
@@ -33,3 +37,9 @@ class Fault(NamedTuple):
     p_value: float
     readings: tuple[int, ...]
     text: str
+
+
+def of_run(record: TumbleRecord, reading: int) -> str:
+    """Begin to say where a reading is: of which run, where there are several."""
+    label = record.run_labels[record.run[reading]]
+    return f"run {label}, " if len(record.run_labels) > 1 else ""

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Places
-from accelcal.discovery.faults.fault import Fault
+from accelcal.discovery.faults.fault import SMALLEST, Fault
 from accelcal.discovery.faults.pure_error import PureError, moving, pure_error
 from accelcal.discovery.faults.single_readings import nominal_scale, single_readings
 from accelcal.discovery.faults.uneven_noise import (
@@ -31,7 +31,6 @@ from accelcal.numerics.decimal_steps import decimal_step
 from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
 
-_SMALLEST = 1e-300
 _OF_NORMAL = 1.4826  # standard deviation over the median size of a normal deviation
 
 _NOT_JUDGED = (
@@ -178,7 +177,7 @@ def _of_vibration(scene: _Scene, chance: float) -> Fault:
         effect=effect("vibration-noise"),
         finding=effect("vibration-noise").name,
         parameters={"sigma": (found.vibration, found.uncertainty, "g")},
-        p_value=max(chance, _SMALLEST),
+        p_value=max(chance, SMALLEST),
         readings=(),
         text=f"readings scatter by {acceleration(found.sigma)} where the angle does not matter and"
         f" by {acceleration(float(np.hypot(found.sigma, found.vibration)))} where it matters most,"

@@ -7,14 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.discovery.faults.fault import Fault
+from accelcal.discovery.faults.fault import SMALLEST, Fault, of_run
 from accelcal.discovery.faults.suspects import Suspect, Views, suspects, views_of
 from accelcal.effects.catalogue import effect
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions
 from accelcal.gates.verdict import acceleration, reading_name
 from accelcal.record import TumbleRecord
-
-_SMALLEST = 1e-300
 
 
 def nominal_scale(record: TumbleRecord, c: Conditions, kept: Mask | None = None) -> float:
@@ -120,9 +118,7 @@ def _errors(
 
 
 def _where(record: TumbleRecord, reading: int) -> str:
-    label = record.run_labels[record.run[reading]]
-    run = f"run {label}, " if len(record.run_labels) > 1 else ""
-    return run + reading_name(record, reading, record.line)
+    return of_run(record, reading) + reading_name(record, reading, record.line)
 
 
 def _doubt(record: TumbleRecord, step: Suspect) -> str:
@@ -145,7 +141,7 @@ def _outlier(
             "error": (size, uncertainty, "g"),
             "reading": (float(c.number[reading]), 0.0, "1"),
         },
-        p_value=max(chance, _SMALLEST),
+        p_value=max(chance, SMALLEST),
         readings=(reading,),
         text=f"{_where(record, reading)} is {acceleration(size)} off its replicates (standard"
         f" uncertainty {acceleration(uncertainty)}, p = {chance:.2g}): set aside as an outlier;"
@@ -154,7 +150,7 @@ def _outlier(
 
 
 def _exchange(record: TumbleRecord, c: Conditions, step: Suspect) -> Fault:
-    chance = max(step.p_value, _SMALLEST)
+    chance = max(step.p_value, SMALLEST)
     first, second = sorted(step.readings, key=lambda reading: int(c.number[reading]))
     apart = float(c.number[second] - c.number[first])
     other = reading_name(record, second, record.line)

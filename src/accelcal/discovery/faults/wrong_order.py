@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from accelcal.arrays import Array, Places
-from accelcal.discovery.faults.fault import Fault
+from accelcal.arrays import Array, Mask, Places
+from accelcal.discovery.faults.fault import SMALLEST, Fault, of_run
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.gates.order import OtherOrder, order_of_strokes
 from accelcal.gates.sizes import wrong_sign
@@ -17,8 +16,6 @@ from accelcal.gates.verdict import times
 from accelcal.numerics.probability import f_survival, student_survival
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
-
-_SMALLEST = 1e-300
 
 _LAGGING, _LARGEST_LAG = 1.5, 3e-4
 """Squared residuals of another order, over those of a lag, from which on it is the lag, and the
@@ -43,13 +40,14 @@ def wrong_orders(record: TumbleRecord, delta0: float) -> tuple[tuple[Fault, ...]
         The record with the strokes put right.
     """
     found: list[Fault] = []
-    for places in _tables(record):
+    for own in _tables(record):
         # with few strokes, a second wrong one may show only when the first is put right
-        for _ in range(int(distinct(record.stroke[places]).size)):
-            table = prepare(_part(record, places), delta0=delta0)
+        for _ in range(int(distinct(record.stroke[own]).size)):
+            table = prepare(record.select(own), delta0=delta0)
             other = order_of_strokes(table, delta0)
             if other is None or _lags_instead(table, other):
                 break
+            places = np.flatnonzero(own)[other.chosen]
             found.append(_fault(record, table, other, places))
             record = _put_right(record, other, places)
     return tuple(found), record
@@ -72,8 +70,8 @@ def turned_tables(record: TumbleRecord, delta0: float, index: Places) -> tuple[F
     tuple of Fault
         One for each such table, or one for all. They are left as they are.
     """
-    tables = list(_tables(record))
-    turned = [_turned(record, places, delta0, index) for places in tables]
+    tables = _tables(record)
+    turned = [_turned(record, own, delta0, index) for own in tables]
     found = [fault for fault in turned if fault is not None]
     alike = len({fault.finding for fault in found}) == 1 and len(found) == len(tables)
     return (_of_all(found),) if alike and len(found) > 1 else tuple(found)
@@ -87,19 +85,9 @@ def _of_all(found: list[Fault]) -> Fault:
     return found[0]._replace(p_value=p, readings=tuple(readings), text=text)
 
 
-def _tables(record: TumbleRecord) -> Iterator[Places]:
-    """Places of the readings of each run in each mounting."""
-    for run in distinct(record.run):
-        for mounting in distinct(record.mounting):
-            places = np.flatnonzero((record.run == run) & (record.mounting == mounting))
-            if places.size > 1:
-                yield places
-
-
-def _part(record: TumbleRecord, places: Places) -> TumbleRecord:
-    mask = np.zeros(len(record), dtype=np.bool_)
-    mask[places] = True
-    return record.select(mask)
+def _tables(record: TumbleRecord) -> list[Mask]:
+    """Readings of each table that has more than one."""
+    return [own for own in record.table_masks() if own.sum() > 1]
 
 
 def _lags_instead(table: PreparedTable, other: OtherOrder) -> bool:
@@ -119,32 +107,26 @@ def _lags_instead(table: PreparedTable, other: OtherOrder) -> bool:
     return small and float(rest @ rest) < other.squares / _LAGGING
 
 
-def _of_run(record: TumbleRecord, place: int) -> str:
-    label = record.run_labels[record.run[place]]
-    return f"run {label}, " if len(record.run_labels) > 1 else ""
-
-
 def _fault(record: TumbleRecord, table: PreparedTable, other: OtherOrder, places: Places) -> Fault:
     dof = float(len(table.record) - len(table.estimability.kept))
-    p = max(f_survival(other.better, dof, dof), _SMALLEST)
+    p = max(f_survival(other.better, dof, dof), SMALLEST)
     return Fault(
         effect=None,
         finding="wrong order of positions" if other.sign > 0.0 else "wrong sign",
         parameters={},
         p_value=p,
-        readings=tuple(places[other.chosen].tolist()),
-        text=f"{_of_run(record, int(places[0]))}{other.said}: the residuals are"
+        readings=tuple(places.tolist()),
+        text=f"{of_run(record, int(places[0]))}{other.said}: the residuals are"
         f" {times(float(np.sqrt(other.better)))} times smaller so, and that is how they are taken;"
         " correct the table",
     )
 
 
 def _put_right(record: TumbleRecord, other: OtherOrder, places: Places) -> TumbleRecord:
-    own = places[other.chosen]
     angle, output, position = record.angle.copy(), record.output.copy(), record.position.copy()
-    angle[own] = _within_the_turn(other.angle[other.chosen], record.angle[own])
-    output[own] *= other.sign
-    numbered = own[record.position[own] > 0]
+    angle[places] = _within_the_turn(other.angle[other.chosen], record.angle[places])
+    output[places] *= other.sign
+    numbered = places[record.position[places] > 0]
     steps = np.mod(angle[numbered], 360.0 + 1e-6) * record.positions / 360.0
     position[numbered] = np.round(steps).astype(np.int64) + 1
     return replace(record, angle=angle, output=output, position=position)
@@ -160,8 +142,8 @@ def _within_the_turn(turned: Array, given: Array) -> Array:
     return np.asarray(turned - over + under)
 
 
-def _turned(record: TumbleRecord, places: Places, delta0: float, index: Places) -> Fault | None:
-    table = prepare(_part(record, places), delta0=delta0)
+def _turned(record: TumbleRecord, own: Mask, delta0: float, index: Places) -> Fault | None:
+    table = prepare(record.select(own), delta0=delta0)
     values = table.least_squares.solve(table.record.output)
     rest = table.record.output - table.kept_design @ values
     dof = max(float(rest.size - values.size), 1.0)
@@ -171,16 +153,16 @@ def _turned(record: TumbleRecord, places: Places, delta0: float, index: Places) 
         return None
     what = "K1" if k1 <= 0.0 else "M"
     row = table.least_squares.map[table.estimability.kept.index(what)]
-    error = max(float(np.sqrt(row @ row * (rest @ rest) / dof)), _SMALLEST)
+    error = max(float(np.sqrt(row @ row * (rest @ rest) / dof)), SMALLEST)
     turn = float(np.degrees(np.arctan2(-m, k1)))
     finding, said = _whole_table(table, k1, turn, delta0)
     return Fault(
         effect=None,
         finding=finding,
         parameters={"turn": (turn, float(np.degrees(error / np.hypot(k1, m))), "deg")},
-        p_value=max(2.0 * student_survival(abs(size[what]) / error, dof), _SMALLEST),
-        readings=tuple(index[places].tolist()),
-        text=f"{_of_run(record, int(places[0]))}{said}; correct the table, it is fitted as given",
+        p_value=max(2.0 * student_survival(abs(size[what]) / error, dof), SMALLEST),
+        readings=tuple(index[own].tolist()),
+        text=f"{of_run(record, int(own.argmax()))}{said}; correct the table, it is fitted as given",
     )
 
 

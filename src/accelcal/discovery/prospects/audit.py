@@ -7,21 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from accelcal.arrays import Array, Places
-from accelcal.discovery.base import BaseModel, base_model, solve
+from accelcal.discovery.base import BaseModel
 from accelcal.discovery.candidates import Candidates, Instance, column_of, instances_of
-from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.family import Family
-from accelcal.discovery.noise import (
-    FEWEST_REPLICATES,
-    ReadingNoise,
-    covariance,
-    orthonormal,
-    saturated,
-)
-from accelcal.discovery.space import space_of, whitener_of
+from accelcal.discovery.noise import FEWEST_REPLICATES, ReadingNoise, orthonormal
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
-from accelcal.geometry import head_positions
 from accelcal.numerics.probability import student_quantile
 from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
@@ -78,7 +70,7 @@ def designed(
     Raises
     ------
     InputError
-        If the test has too few replicates for anything to be discovered.
+        If the test has too few replicates for anything to be discovered, or too many readings.
 
     Examples
     --------
@@ -88,28 +80,15 @@ def designed(
     >>> designed(simulate(noise=NOISE_FREE, seed=1), 20.0, noise).noise.dof
     95
     """
-    model = base_model(record, reference_temperature, delta0)
-    spread = covariance(model.conditions, noise, record.apparatus, head_positions(record.angle))
-    whitener = whitener_of(spread, noise.sigma)
-    parameters = solve(model, whitener)
-    repeating = saturated(model.conditions, record.mounting)
-    space = space_of(whitener, model.jacobian(parameters), repeating)
-    if space.dof < FEWEST_REPLICATES:
+    found = compared(record, reference_temperature, delta0, noise=noise)
+    dof = found.space.dof
+    if dof < FEWEST_REPLICATES:
         raise InputError(
-            f"{len(record)} readings leave {space.dof} degrees of freedom for their noise; to"
+            f"{len(record)} readings leave {dof} degrees of freedom for their noise; to"
             f" discover an effect takes {FEWEST_REPLICATES} or more: plan two or more cycles of a"
             " forward and a back stroke in each run"
         )
-    return Comparison(
-        record=record,
-        model=model,
-        parameters=parameters,
-        noise=noise._replace(dof=space.dof),
-        space=space,
-        seen=space.see(model.residual(parameters)),
-        spread=spread,
-        roots=(space.rotation.T,),
-    )
+    return found._replace(noise=noise._replace(dof=dof))
 
 
 def absorbed_by(effect: Effect, model: BaseModel, parameters: Array) -> tuple[str, ...]:
