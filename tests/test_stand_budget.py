@@ -220,7 +220,7 @@ def test_a_voltmeter_offset_is_a_current_through_the_load():
 def test_readings_take_the_range_that_holds_them():
     conditions = StandConditions(load=700.0, ranges=(10.0, 0.1, 1.0))
     readings = readings_of(made(strokes=1, **ONE_LEVEL), AL15, conditions)
-    assert readings.stand.range_of_reading.tolist() == [1, 1, 0.1, 1, 1, 1, 0.1, 1, 1]
+    assert readings.range_of_reading.tolist() == [1, 1, 0.1, 1, 1, 1, 0.1, 1, 1]
     with pytest.raises(StandError, match="above the largest range"):
         readings_of(made(), AL15, StandConditions(load=7000.0, ranges=(1.0,)))
     with pytest.raises(StandError, match="voltmeter_ranges_V"):

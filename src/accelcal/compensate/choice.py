@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
 from accelcal.arguments.kinds import expect
-from accelcal.arrays import Array
 from accelcal.compensate.assumptions import (
     lost_symbols,
     one_sided,
@@ -40,7 +39,7 @@ from accelcal.effects.static import how_taken_up, static_effects
 from accelcal.errors import InputError
 from accelcal.geometry import accelerations
 from accelcal.results.calibration import Calibration
-from accelcal.results.covariance import Rows, rows_of
+from accelcal.results.covariance import rows_of
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration, known_temperatures, nearest_table
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
@@ -60,14 +59,6 @@ _CROSS_AXES = {"o": "a_p", "p": "a_o"}
 _OF_LAWS = ("K0", "K1", "M")
 _COMMON = ("k2", "k3", "delta_ip")
 """Parameters without a temperature law."""
-
-
-class _OtherAxis(NamedTuple):
-    """A second cross axis, with the covariance of its delta, delta_ip and slopes of delta."""
-
-    axis: CrossAxis
-    covariance: Rows
-    freedom: tuple[float, ...]
 
 
 def compensation(
@@ -116,16 +107,16 @@ def compensation(
     expect(calibration, Calibration)
     refuse_misprinted(calibration)
     tables = tables_of_run(calibration, run)
-    launch = Launch() if same_launch else _next_launch(calibration)
     model = calibration.temperature_model
     if model is not None and run is None:
         refuse_undetermined_laws(calibration)
-        found = _from_laws(calibration, model, tables, launch)
+        found = _from_laws(calibration, model, tables)
     else:
-        found = _from_tables(calibration, tables, launch)
+        found = _from_tables(calibration, tables)
+    launch = Launch() if same_launch else _next_launch(calibration)
     new_launch = [] if same_launch else unknown_launch(calibration)
     said = (*gates_that_warn(calibration, tables), *found.assumptions, *new_launch)
-    found = replace(found, assumptions=said)
+    found = replace(found, launch=launch, assumptions=said)
     return _with_effects(calibration, found, taken_up=effects)
 
 
@@ -146,9 +137,7 @@ def _next_launch(calibration: Calibration) -> Launch:
     return Launch(*sizes, *freedom)
 
 
-def _from_tables(
-    calibration: Calibration, tables: Sequence[TableCalibration], launch: Launch
-) -> Compensation:
+def _from_tables(calibration: Calibration, tables: Sequence[TableCalibration]) -> Compensation:
     """One table, or one of each cross axis."""
     tables = _one_side(calibration, tables)
     axes = [_cross_name(table) for table in tables]
@@ -158,82 +147,114 @@ def _from_tables(
             f"{len(tables)} tables and no temperature law, runs {names}; choose by run or mounting,"
             " or calibrate at levels more than 5 degC apart, which tell the laws"
         )
-    main = tables[0]
-    level = main.temperature_degC
-    values = _values(calibration, main)
-    other = _other_axis(calibration, None, tables[1:], level)
-    return Compensation(
-        k0=Law(values["k0"]),
-        K1=Law(values["K1"]),
-        k2=values["k2"],
-        k3=values["k3"],
-        cross=CrossAxis(_cross_name(main), Law(values["delta"]), values["delta_ip"]),
-        covariance=rows_of(np.pad(covariance_of_table(calibration, main), (0, len(SLOPES)))),
-        freedom=freedom_of_table(calibration, main),
-        T0=level,
-        temperatures=None if level is None else (level, level),
-        accelerations=_tested(main, calibration.delta0_rad),
-        other=other.axis if other else None,
-        other_covariance=other.covariance if other else (),
-        other_freedom=other.freedom if other else (),
-        launch=launch,
-        output_unit=calibration.output_unit,
-        local_gravity=calibration.g_local_m_s2,
-        serial=calibration.serial,
+    main, *others = tables
+    found = _by_table(calibration, main)
+    for table in others:
+        found = _with_other(found, _by_table(calibration, table))
+    said = (*unknown_level(main.temperature_degC), *not_determined([[table] for table in tables]))
+    return replace(
+        found,
         undetermined=tuple(s for t in tables for s in lost_symbols([t], _cross_name(t))),
+        assumptions=(*said, *without_covariance(main)),
+    )
+
+
+def _from_laws(
+    calibration: Calibration, model: TemperatureModel, tables: Sequence[TableCalibration]
+) -> Compensation:
+    """The laws, and those of the other cross axis, or its table nearest in temperature."""
+    T0 = calibration.T0_degC
+    chosen = _of_main_mounting(tables)
+    if T0 is None or not chosen:
+        raise InputError("the temperature laws have no T0 or no tables; fit the record anew")
+    main, levels = nearest_table(chosen, T0), known_temperatures(chosen)
+    common = {name: nearest_table(_telling(chosen, name) or [main], T0) for name in _COMMON}
+    found = _by_laws(calibration, model, main, common)
+    others = [t for t in tables if _cross_name(t) != _cross_name(main)]
+    groups, said = [chosen], []
+    if others:
+        groups.append(others)
+        near, second = nearest_table(others, T0), calibration.second_axis_model
+        if second is None or second.delta.at_T0 is None:
+            other = _by_table(calibration, near)
+        else:
+            other = _by_laws(calibration, second, near, dict.fromkeys(_COMMON, near))
+        found = _with_other(found, other)
+        said = same_at_all_temperatures(other.cross, near)
+    return replace(
+        found,
+        temperatures=(min(levels), max(levels)),
+        undetermined=tuple(s for g in groups for s in lost_symbols(g, _cross_name(g[0]))),
         assumptions=(
-            *unknown_level(level),
-            *not_determined([[table] for table in tables]),
+            *one_sided(model),
+            *not_determined(groups),
+            *said,
             *without_covariance(main),
         ),
     )
 
 
-def _from_laws(
+def _by_table(calibration: Calibration, table: TableCalibration) -> Compensation:
+    """What one table tells, at its own temperature."""
+    values, level = _values(calibration, table), table.temperature_degC
+    return Compensation(
+        k0=Law(values["k0"]),
+        K1=Law(values["K1"]),
+        k2=values["k2"],
+        k3=values["k3"],
+        cross=CrossAxis(_cross_name(table), Law(values["delta"]), values["delta_ip"]),
+        covariance=rows_of(np.pad(covariance_of_table(calibration, table), (0, len(SLOPES)))),
+        freedom=freedom_of_table(calibration, table),
+        T0=level,
+        temperatures=None if level is None else (level, level),
+        **_of_test(calibration, table),
+    )
+
+
+def _by_laws(
     calibration: Calibration,
     model: TemperatureModel,
-    tables: Sequence[TableCalibration],
-    launch: Launch,
+    table: TableCalibration,
+    common: Mapping[str, TableCalibration],
 ) -> Compensation:
-    T0 = calibration.T0_degC
-    chosen = _of_main_mounting(tables)
-    if T0 is None or not chosen:
-        raise InputError("the temperature laws have no T0 or no tables; fit the record anew")
-    levels = known_temperatures(chosen)
-    main = nearest_table(chosen, T0)
-    others = [t for t in tables if _cross_name(t) != _cross_name(main)]
-    other = _other_axis(calibration, calibration.second_axis_model, others, T0)
-    common = {name: nearest_table(_telling(chosen, name) or [main], T0) for name in _COMMON}
-    values = {name: table.error_model[name].value or 0.0 for name, table in common.items()}
+    """What the laws of one axis tell, and for `_COMMON` a table each."""
     laws = {name: _law(getattr(model, name), name) for name in ("k0", "K1", "delta")}
-    alone = {name: table.error_model[name] for name, table in common.items()}
-    groups = [chosen, *([others] if others else [])]
+    alone = {name: own.error_model[name] for name, own in common.items()}
+    values = {name: quantity.value or 0.0 for name, quantity in alone.items()}
     return Compensation(
         k0=laws["k0"],
         K1=laws["K1"],
         k2=values["k2"],
         k3=values["k3"],
-        cross=CrossAxis(_cross_name(main), laws["delta"], values["delta_ip"]),
+        cross=CrossAxis(_cross_name(table), laws["delta"], values["delta_ip"]),
         covariance=rows_of(covariance_of_laws(model, laws, alone)),
         freedom=freedom_of_laws(model, alone),
-        T0=T0,
-        temperatures=(min(levels), max(levels)),
-        accelerations=_tested(main, calibration.delta0_rad),
-        other=other.axis if other else None,
-        other_covariance=other.covariance if other else (),
-        other_freedom=other.freedom if other else (),
-        launch=launch,
+        T0=calibration.T0_degC,
+        temperatures=None,
         hysteresis=0.0 if model.hysteresis is None else abs(model.hysteresis.value or 0.0),
-        output_unit=calibration.output_unit,
-        local_gravity=calibration.g_local_m_s2,
-        serial=calibration.serial,
-        undetermined=tuple(s for g in groups for s in lost_symbols(g, _cross_name(g[0]))),
-        assumptions=(
-            *one_sided(model),
-            *not_determined(groups),
-            *(same_at_all_temperatures(other.axis, nearest_table(others, T0)) if other else []),
-            *without_covariance(main),
-        ),
+        **_of_test(calibration, table),
+    )
+
+
+def _of_test(calibration: Calibration, table: TableCalibration) -> dict[str, Any]:
+    """What a compensation has of the test, whatever tells its coefficients."""
+    return {
+        "accelerations": _tested(table, calibration.delta0_rad),
+        "output_unit": calibration.output_unit,
+        "local_gravity": calibration.g_local_m_s2,
+        "serial": calibration.serial,
+    }
+
+
+def _with_other(found: Compensation, other: Compensation) -> Compensation:
+    """Take the other cross axis up, and of its covariance what belongs to that axis alone."""
+    names = (*PARAMETERS, *SLOPES)
+    own = [names.index(n) for n in ("delta", "delta_ip", "delta_slope_above", "delta_slope_below")]
+    return replace(
+        found,
+        other=other.cross,
+        other_covariance=rows_of(np.array(other.covariance)[np.ix_(own, own)]),
+        other_freedom=tuple(other.freedom[i] for i in own),
     )
 
 
@@ -299,35 +320,6 @@ def _slope(slope: Quantity | None) -> Slope | None:
 
 def _borrowed(slope: Slope | None) -> Slope:
     return Slope() if slope is None else Slope(slope.value, abs(slope.value))
-
-
-def _other_axis(
-    calibration: Calibration,
-    model: TemperatureModel | None,
-    tables: Sequence[TableCalibration],
-    level: float | None,
-) -> _OtherAxis | None:
-    """The other cross axis by its laws, or by the table nearest in temperature."""
-    if not tables:
-        return None
-    table = nearest_table(tables, level)
-    values = _values(calibration, table)
-    if model is None or model.delta.at_T0 is None:
-        axis = CrossAxis(_cross_name(table), Law(values["delta"]), values["delta_ip"])
-        covariance = np.pad(covariance_of_table(calibration, table), (0, len(SLOPES)))
-        return _of_other(axis, covariance, freedom_of_table(calibration, table))
-    laws = {name: _law(getattr(model, name), name) for name in ("k0", "K1", "delta")}
-    alone = {name: table.error_model[name] for name in _COMMON}
-    covariance = covariance_of_laws(model, laws, alone)
-    axis = CrossAxis(_cross_name(table), laws["delta"], values["delta_ip"])
-    return _of_other(axis, covariance, freedom_of_laws(model, alone))
-
-
-def _of_other(axis: CrossAxis, covariance: Array, freedom: Sequence[float]) -> _OtherAxis:
-    """Keep of the covariance what belongs to the other axis alone."""
-    names = (*PARAMETERS, *SLOPES)
-    own = [names.index(n) for n in ("delta", "delta_ip", "delta_slope_above", "delta_slope_below")]
-    return _OtherAxis(axis, rows_of(covariance[np.ix_(own, own)]), tuple(freedom[i] for i in own))
 
 
 def _tested(table: TableCalibration, delta0: float) -> tuple[float, float]:

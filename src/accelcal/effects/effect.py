@@ -10,11 +10,11 @@ from inspect import signature
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.arguments.kinds import each_of
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_flag, check_function, check_written
+from accelcal.arrays import Array
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
 from accelcal.escapes import visible
@@ -22,7 +22,6 @@ from accelcal.results.mapping import FrozenMapping
 
 __all__ = ["ActsOn", "Disturbance", "Effect", "Parameter"]
 
-Array = NDArray[np.float64]
 ActsOn = Literal["angle", "temperature", "output", "readings"]
 
 

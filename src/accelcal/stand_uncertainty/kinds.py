@@ -49,22 +49,22 @@ def _harmonic(r: Readings, order: int) -> Array:
 
 
 def _volts(r: Readings, _: int) -> Array:
-    if r.stand.volts is None:
+    if r.volts is None:
         raise StandError(
             f"the output is in {r.unit or 'no unit'}, and what a volt is in it is not known; add"
             " load_resistor_ohm to [conditions] for a current, or leave the voltmeter's"
             " offset, noise and resolution out"
         )
-    return np.full((r.angle.size, 1), 1.0 / r.stand.volts)
+    return np.full((r.angle.size, 1), 1.0 / r.volts)
 
 
 def _ranges(r: Readings, order: int) -> Array:
-    if np.isnan(r.stand.range_of_reading).any():
+    if np.isnan(r.range_of_reading).any():
         raise StandError(
             "an error in parts of the range needs the ranges of the voltmeter; add"
             " voltmeter_ranges_V and, for a current, load_resistor_ohm to [conditions]"
         )
-    return _volts(r, order) * r.stand.range_of_reading[:, None]
+    return _volts(r, order) * r.range_of_reading[:, None]
 
 
 def _scaled(factor: Callable[[Readings], Array | float]) -> Callable[[Readings, int], Array]:

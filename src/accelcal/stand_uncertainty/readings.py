@@ -17,7 +17,7 @@ towards the axis along the shaft are taken as large as those towards the axis in
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -112,28 +112,6 @@ class StandConditions:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ReadOff:
-    """How the n readings are taken: what the stand's conditions make of the record.
-
-    Attributes
-    ----------
-    volts : float or None
-        Volt for one output unit; None where that is not known.
-    range_of_reading : ndarray, shape (n,)
-        Range of the voltmeter [V]; NaN where none are given.
-    room_temperature : float
-        Temperature around the chamber [degC].
-    load_coefficient : float
-        Temperature coefficient of the load [1/degC].
-    """
-
-    volts: float | None
-    range_of_reading: Array
-    room_temperature: float
-    load_coefficient: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Readings:
     """The n readings of a test, ready to be simulated with any errors; arrays have shape (n,).
 
@@ -149,10 +127,14 @@ class Readings:
         Cosine and sine of the angle of the input axis without errors.
     side : ndarray
         +1, or -1 in a reversed mounting.
-    stand : ReadOff
-        How the readings are taken.
+    stand : StandConditions
+        What belongs to the stand without being an error.
     delta0 : float
         Fixture angle [rad].
+    volts : float or None
+        Volt for one output unit; None where that is not known.
+    range_of_reading : ndarray
+        Range of the voltmeter [V]; NaN where none are given.
     """
 
     record: TumbleRecord
@@ -161,8 +143,10 @@ class Readings:
     input: Array
     cross: Array
     side: Array
-    stand: ReadOff
+    stand: StandConditions
     delta0: float
+    volts: float | None
+    range_of_reading: Array
 
     @property
     def angle(self) -> Array:
@@ -257,7 +241,7 @@ class Readings:
             "temperature": np.round(self.conditions.excess, 6),
             "mounting": np.unique(mounting, return_inverse=True)[1],
             "axis": np.unique(mounting.astype("U1"), return_inverse=True)[1],
-            "range": np.nan_to_num(self.stand.range_of_reading),
+            "range": np.nan_to_num(self.range_of_reading),
             "voltage": self._voltages(),
         }
         return {name: np.asarray(values, dtype=np.float64) for name, values in numbers.items()}
@@ -309,12 +293,6 @@ def readings_of(
     True
     """
     plane = accelerations(record.angle, delta0)  # of "o+": the cross axis is the pendulous one
-    read_off = ReadOff(
-        volts=_volts(accelerometer.unit, conditions.load),
-        range_of_reading=np.full(len(record), np.nan),
-        room_temperature=conditions.room_temperature,
-        load_coefficient=conditions.load_coefficient,
-    )
     found = Readings(
         record=record,
         accelerometer=accelerometer,
@@ -322,13 +300,15 @@ def readings_of(
         input=plane.input,
         cross=plane.pendulous,
         side=np.where(np.char.endswith(record.mounting, "-"), -1.0, 1.0),
-        stand=read_off,
+        stand=conditions,
         delta0=delta0,
+        volts=_volts(accelerometer.unit, conditions.load),
+        range_of_reading=np.full(len(record), np.nan),
     )
-    if conditions.ranges and read_off.volts is not None:
-        volts = np.abs(found.output({})) * read_off.volts
-        read_off.range_of_reading[:] = _range(volts, np.sort(conditions.ranges))
-    return found
+    if not conditions.ranges or found.volts is None:
+        return found
+    volts = np.abs(found.output({})) * found.volts
+    return replace(found, range_of_reading=_range(volts, np.sort(conditions.ranges)))
 
 
 def _volts(unit: str | None, load: float | None) -> float | None:
