@@ -87,6 +87,23 @@ class NoiseComponents:
     def __post_init__(self) -> None:
         check_number(0.0, _LARGEST, **asdict(self))
 
+    def declared(self) -> dict[str, float]:
+        """Tell the errors of the stand as a record declares them.
+
+        Returns
+        -------
+        dict of str to float
+            For `accelcal.TumbleRecord.with_apparatus`.
+
+        Examples
+        --------
+        >>> import accelcal
+        >>> accelcal.NoiseComponents(launch=1e-5).declared()["launch_uncertainty"]
+        1e-05
+        """
+        stand = ("head", "launch", "launch_sf", "temperature")
+        return {f"{name}_uncertainty": getattr(self, name) for name in stand}
+
 
 NOISE_FREE = NoiseComponents(0.0, 0.0, 0.0, 0.0, 0.0)
 """No random error at all."""
@@ -300,14 +317,9 @@ class _Simulation:
     def declared_in(self, record: TumbleRecord) -> TumbleRecord:
         """Add what a laboratory would declare of the test."""
         fixture = {"delta0": repr(self.plan.delta0)} if self.plan.delta0 else {}
-        drawn = ("head", "launch", "launch_sf", "temperature")
-        return replace(
-            record.with_apparatus(
-                resolution=self.plan.resolution or None,
-                **{f"{name}_uncertainty": getattr(self.noise, name) for name in drawn},
-            ),
-            metadata={**record.metadata, **fixture},
-        )
+        step = self.plan.resolution or None
+        declared = record.with_apparatus(resolution=step, **self.noise.declared())
+        return replace(declared, metadata={**record.metadata, **fixture})
 
     def errors(self, component: str, owner: Ints) -> Array:
         """Errors of a noise component, the same for all readings of one owner (0, 1, ...)."""

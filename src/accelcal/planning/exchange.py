@@ -85,80 +85,66 @@ def exchange(
     An exchange takes a reading, or all readings at an angle, and deals out the time that is free
     then: each time where it buys most for its cost.
     """
-
-    def loss_of(counts: Array) -> Array:
-        return losses(criterion, covariances(angles, counts))
-
+    search = _Search(angles, criterion, budget)
     chunk = max(1, round(budget.stroke / budget.reading / _CHUNKS))
-    best = _filled(start, angles, budget, loss_of, chunk)
+    best = search.filled(start, chunk)
     for size in sorted({chunk, 1}, reverse=True):
         for _ in range(_PASSES):
-            better = _pass(best, angles, budget, loss_of, size)
+            better = search.better(best, size)
             if better is None:
                 break
             best = better
-    return best, float(loss_of(best.astype(float)))
+    return best, float(search.losses(best))
 
 
-def _pass(
-    counts: Ints,
-    angles: Angles,
-    budget: Budget,
-    loss_of: Callable[[Array], Array],
-    chunk: int,
-) -> Ints | None:
-    """The first better choice among all exchanges of a pass; None where there is none."""
-    now, best = float(loss_of(counts.astype(float))), None
-    for i in np.flatnonzero(counts).tolist():
-        for amount in {min(chunk, int(counts[i])), int(counts[i])}:
-            without = counts.copy()
-            without[i] -= amount
-            tried = _filled(without, angles, budget, loss_of, chunk)
-            loss = float(loss_of(tried.astype(float)))
-            if loss < now * (1.0 - _GAIN):
-                now, best, counts = loss, tried, tried
-                break
-        if best is not None and not counts[i]:
-            continue
-    return best
+class _Search(NamedTuple):
+    """Angles with what is to be small and what a stroke may cost."""
 
+    angles: Angles
+    criterion: Criterion
+    budget: Budget
 
-def _filled(
-    counts: Ints,
-    angles: Angles,
-    budget: Budget,
-    loss_of: Callable[[Array], Array],
-    chunk: int,
-) -> Ints:
-    """Deal out the time that is left, each time where it buys most for its cost."""
-    counts = counts.copy()
-    while True:
-        added = _addition(counts, angles, budget, loss_of, chunk)
-        if added is None and chunk > 1:
-            added = _addition(counts, angles, budget, loss_of, 1)
-        if added is None:
-            return counts
-        counts[added[0]] += added[1]
+    def losses(self, counts: Ints) -> Array:
+        """What some choices of repetitions come to."""
+        return losses(self.criterion, covariances(self.angles, counts.astype(float)))
 
+    def better(self, counts: Ints, chunk: int) -> Ints | None:
+        """The best choice that a pass of exchanges leads to; None where none is better."""
+        now, best = float(self.losses(counts)), None
+        for i in np.flatnonzero(counts).tolist():
+            for amount in {min(chunk, int(counts[i])), int(counts[i])}:
+                without = counts.copy()
+                without[i] -= amount
+                tried = self.filled(without, chunk)
+                loss = float(self.losses(tried))
+                if loss < now * (1.0 - _GAIN):
+                    now, best, counts = loss, tried, tried
+                    break
+        return best
 
-def _addition(
-    counts: Ints,
-    angles: Angles,
-    budget: Budget,
-    loss_of: Callable[[Array], Array],
-    amount: int,
-) -> tuple[int, int] | None:
-    cost = amount * budget.reading + budget.turn * (counts == 0)
-    fits = (cost <= budget.left(counts)) & budget.free(angles.degrees, counts)
-    places = np.flatnonzero(fits)
-    if not places.size:
-        return None
-    tried = np.repeat(counts[None].astype(float), places.size, axis=0)
-    tried[np.arange(places.size), places] += amount
-    now = float(loss_of(counts.astype(float)))
-    gain = np.log(now) - np.log(loss_of(tried))
-    best = int(np.argmax(np.round(gain / cost[places] * budget.stroke, 12)))
-    return int(places[best]), amount
+    def filled(self, counts: Ints, chunk: int) -> Ints:
+        """Deal out the time that is left, each time where it buys most for its cost."""
+        counts = counts.copy()
+        while True:
+            added = self._addition(counts, chunk)
+            if added is None and chunk > 1:
+                added = self._addition(counts, 1)
+            if added is None:
+                return counts
+            counts[added[0]] += added[1]
+
+    def _addition(self, counts: Ints, amount: int) -> tuple[int, int] | None:
+        budget = self.budget
+        cost = amount * budget.reading + budget.turn * (counts == 0)
+        fits = (cost <= budget.left(counts)) & budget.free(self.angles.degrees, counts)
+        places = np.flatnonzero(fits)
+        if not places.size:
+            return None
+        tried = np.repeat(counts[None], places.size, axis=0)
+        tried[np.arange(places.size), places] += amount
+        gain = np.log(float(self.losses(counts))) - np.log(self.losses(tried))
+        best = int(np.argmax(np.round(gain / cost[places] * budget.stroke, 12)))
+        return int(places[best]), amount
 
 
 def polish(

@@ -7,7 +7,7 @@ opinion on uncertainty: what is foreseen is what the fit itself says.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +18,6 @@ from accelcal.estimate.estimability import estimability
 from accelcal.geometry import accelerations
 from accelcal.model import ERROR_TERMS, POWERS, design_matrix
 from accelcal.numerics.probability import LEVEL, student_quantile
-from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.designs import Forecast
 from accelcal.results.table import TableCalibration
@@ -42,7 +41,6 @@ _UNITS = {"K1": "1", "M": "rad"} | {name: f"g/g^{n}" for name, n in POWERS.items
 _NO_NOISE = 1e-12  # g; in place of zero, which is no standard deviation of a reading
 _STEP = 1e-3  # relative, by which the variance of a source is raised to find its share
 _QUIET = 0.1  # noise that a hundred times the strokes leave, over the noise
-_SOURCES = ("reading", "head", "launch", "launch_sf", "temperature")
 
 
 class Figure(NamedTuple):
@@ -65,6 +63,34 @@ class Figure(NamedTuple):
 
 
 Key = tuple[str, str]  # name and mounting
+
+
+class _Test(NamedTuple):
+    """A test that is only planned."""
+
+    plan: TumblePlan
+    noise: NoiseComponents
+    accelerometer: Accelerometer
+
+    def foreseen(self) -> dict[Key, Figure]:
+        """What the fit tells of readings without errors that declare those they might have."""
+        exact = replace(self.plan, resolution=0.0)
+        record = simulate(self.accelerometer, exact, NOISE_FREE, seed=0, declare=False)
+        noise = max(self.noise.reading, _NO_NOISE)
+        one = self.accelerometer.scale_factor.at_reference * noise
+        record = replace(record, std=np.full(len(record), one)).with_apparatus(
+            resolution=self.plan.resolution, **self.noise.declared()
+        )
+        return figures(fit(record, delta0=self.plan.delta0))
+
+    def variances(self) -> dict[Key, float]:
+        """Variance of each figure."""
+        return {key: figure.variance for key, figure in self.foreseen().items()}
+
+    def with_noise(self, **sizes: float) -> _Test:
+        """Return the test without rounding, and with other errors."""
+        bare = replace(self.plan, resolution=0.0)
+        return self._replace(plan=bare, noise=replace(self.noise, **sizes))
 
 
 def forecasts(
@@ -99,14 +125,13 @@ def forecasts(
     Where the weights of the fit are the best ones, a variance is stationary in them; so its growth
     with the variance of one source of error is the share of this source.
     """
-    foreseen = _foreseen(plan, noise, accelerometer)
-    unseen = _unseen(plan, noise, accelerometer, foreseen)
-    shares = _shares(plan, noise, accelerometer, foreseen)
+    test = _Test(plan, noise, accelerometer)
+    foreseen = test.foreseen()
+    unseen, shares = _unseen(test, foreseen), _shares(test, foreseen)
     if unseen:
         shares["temperature"] = unseen
-    calm = replace(noise, reading=_QUIET * noise.reading)
-    quiet = _variances(replace(plan, resolution=0.0), calm, accelerometer)
-    dof = _degrees_of_freedom(plan, noise, accelerometer, declared=declared)
+    quiet = test.with_noise(reading=_QUIET * noise.reading).variances()
+    dof = _degrees_of_freedom(test, declared=declared)
     return tuple(
         _forecast(
             key,
@@ -119,59 +144,32 @@ def forecasts(
     )
 
 
-def _shares(
-    plan: TumblePlan,
-    noise: NoiseComponents,
-    accelerometer: Accelerometer,
-    foreseen: Mapping[Key, Figure],
-) -> dict[str, dict[Key, float]]:
+def _shares(test: _Test, foreseen: Mapping[Key, Figure]) -> dict[str, dict[Key, float]]:
     """Share of each source of error in each variance; rounding has what the others leave."""
-    bare = replace(plan, resolution=0.0)
-    base = _variances(bare, noise, accelerometer)
+    base = test.with_noise().variances()
     shares = {}
-    for source in _SOURCES:
-        size = getattr(noise, source)
+    for source, size in asdict(test.noise).items():
         if size > 0.0:
-            more = replace(noise, **{source: size * (1.0 + _STEP) ** 0.5})
-            grown = _variances(bare, more, accelerometer)
+            grown = test.with_noise(**{source: size * (1.0 + _STEP) ** 0.5}).variances()
             shares[source] = {key: max(grown[key] - base[key], 0.0) / _STEP for key in base}
     rounded = {key: max(f.variance - base[key], 0.0) for key, f in foreseen.items()}
     return {**shares, "resolution": rounded}
 
 
-def _unseen(
-    plan: TumblePlan,
-    noise: NoiseComponents,
-    accelerometer: Accelerometer,
-    foreseen: Iterable[Key],
-) -> dict[Key, float]:
+def _unseen(test: _Test, foreseen: Iterable[Key]) -> dict[Key, float]:
     """Variances by the temperature that the fit cannot state, as the levels tell no slopes."""
-    if noise.temperature == 0.0 or _with_slopes(foreseen):
+    plan, size = test.plan, test.noise.temperature
+    if size == 0.0 or any(name in SLOPES for name, _ in foreseen):
         return {}
-    return _by_temperature(plan, noise, accelerometer)
-
-
-def _with_slopes(keys: Iterable[Key]) -> bool:
-    """Whether the levels tell the slopes, without which the fit states no error by temperature."""
-    return any(name in SLOPES for name, _ in keys)
-
-
-def _by_temperature(
-    plan: TumblePlan, noise: NoiseComponents, accelerometer: Accelerometer
-) -> dict[Key, float]:
-    """What the error of the temperature does to figures of one level, by their slopes there."""
     above, below = (
-        _foreseen(
-            replace(plan, temperatures=tuple(t + by for t in plan.temperatures)),
-            noise,
-            accelerometer,
-        )
+        test._replace(
+            plan=replace(plan, temperatures=tuple(t + by for t in plan.temperatures))
+        ).foreseen()
         for by in (0.5, -0.5)
     )
     nominal = {("K1", side): above["K1", side].value for side in plan.mountings}
     return {
-        key: (noise.temperature * (above[key].value - below[key].value) / nominal.get(key, 1.0))
-        ** 2
+        key: (size * (above[key].value - below[key].value) / nominal.get(key, 1.0)) ** 2
         for key in above
     }
 
@@ -213,31 +211,6 @@ def _effective(parts: Mapping[str, float], dof: Mapping[str, float | None]) -> f
             continue
         inverse += part / whole / own
     return 1.0 / inverse if inverse > 1e-6 else np.inf
-
-
-def _variances(
-    plan: TumblePlan, noise: NoiseComponents, accelerometer: Accelerometer
-) -> dict[Key, float]:
-    return {key: f.variance for key, f in _foreseen(plan, noise, accelerometer).items()}
-
-
-def _foreseen(
-    plan: TumblePlan, noise: NoiseComponents, accelerometer: Accelerometer
-) -> dict[Key, Figure]:
-    return figures(fit(_error_free(plan, noise, accelerometer), delta0=plan.delta0))
-
-
-def _error_free(
-    plan: TumblePlan, noise: NoiseComponents, accelerometer: Accelerometer
-) -> TumbleRecord:
-    """Readings without errors that declare those they might have."""
-    exact = replace(plan, resolution=0.0)
-    record = simulate(accelerometer, exact, NOISE_FREE, seed=0, declare=False)
-    one = accelerometer.scale_factor.at_reference * max(noise.reading, _NO_NOISE)
-    return replace(record, std=np.full(len(record), one)).with_apparatus(
-        resolution=plan.resolution,
-        **{f"{source}_uncertainty": getattr(noise, source) for source in _SOURCES[1:]},
-    )
 
 
 def figures(calibration: Calibration) -> dict[Key, Figure]:
@@ -316,14 +289,12 @@ def _of_laws(laws: TemperatureModel | None, mounting: str) -> Iterator[tuple[Key
             )
 
 
-def _degrees_of_freedom(
-    plan: TumblePlan, noise: NoiseComponents, accelerometer: Accelerometer, *, declared: bool
-) -> dict[str, float | None]:
+def _degrees_of_freedom(test: _Test, *, declared: bool) -> dict[str, float | None]:
     """Degrees of freedom of each source: what the fit finds in one simulated table."""
-    loud = replace(noise, reading=max(noise.reading, _NO_NOISE))
-    record = simulate(accelerometer, plan, loud, seed=0, declare=declared)
+    loud = replace(test.noise, reading=max(test.noise.reading, _NO_NOISE))
+    record = simulate(test.accelerometer, test.plan, loud, seed=0, declare=declared)
     found: dict[str, float | None] = {} if declared else {"temperature": None}
-    for source in fit(record, delta0=plan.delta0).error_sources:
+    for source in fit(record, delta0=test.plan.delta0).error_sources:
         endless = np.inf if source.source in ("declared", "estimated") else None
         found.setdefault(source.name, endless if source.dof is None else source.dof)
     return found

@@ -14,8 +14,6 @@ __all__ = ["COLUMNS", "sheet"]
 COLUMNS = ("order", "mounting", "run", "temperature", "stroke", "direction", "angle", "output")
 """Columns of a sheet; the last one is empty."""
 
-_DECLARED = ("head", "launch", "launch_sf", "temperature")
-
 
 def sheet(design: TestDesign, noise: NoiseComponents | None = None) -> str:
     """Write the sheet of a test.
@@ -38,10 +36,9 @@ def sheet(design: TestDesign, noise: NoiseComponents | None = None) -> str:
     text.write(
         f"# plan: {design.readings} readings in {design.hours:.2f} h; fill in the column output\n"
     )
-    for source in _DECLARED:
-        size = 0.0 if noise is None else getattr(noise, source)
+    for name, size in (noise.declared() if noise else {}).items():
         if size:
-            text.write(f"# {source}_uncertainty: {size!r}\n")
+            text.write(f"# {name}: {size!r}\n")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
     writer.writerows((number, *row, "") for number, row in enumerate(_rows(design), 1))

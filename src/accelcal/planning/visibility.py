@@ -50,9 +50,7 @@ def visibility(
     """
     record = simulate(accelerometer, plan, NOISE_FREE, seed=0, declare=False)
     if declared:
-        sources = ("head", "launch", "launch_sf", "temperature")
-        sizes = {f"{source}_uncertainty": getattr(noise, source) for source in sources}
-        record = record.with_apparatus(**sizes)
+        record = record.with_apparatus(**noise.declared())
     reference = accelerometer.reference_temperature
     sigma = ReadingNoise(max(noise.reading, 1e-12), rho=0.0, dof=0, tails=np.inf)
     comparison = designed(record, reference, sigma, plan.delta0)
