@@ -1,4 +1,4 @@
-"""Cells of a frame, column by column: from rows, and of several parts put together."""
+"""Cells of a frame, column by column, and those of several parts put together."""
 
 from __future__ import annotations
 
@@ -56,33 +56,22 @@ Columns = dict[str, Cells]
 """Cells of a frame by the name of the column."""
 
 
-def columns_of_rows(rows: Sequence[Sequence[Any]], kinds: Mapping[str, FrameColumn]) -> Columns:
-    """Turn rows into columns.
+def no_rows(kinds: Mapping[str, FrameColumn]) -> Columns:
+    """Make a frame without rows.
 
     Parameters
     ----------
-    rows : sequence of sequence
-        Cells in the order of the columns, None where there is nothing.
     kinds : mapping of str to FrameColumn
         The columns.
 
     Returns
     -------
     mapping of str to Labels or ndarray
-        Cells by column.
-
-    Examples
-    --------
-    >>> from accelcal.archive.columns import ROWS
-    >>> columns_of_rows([["20", 1.35], ["60", None]], {name: ROWS[name] for name in ("run", "K1")})
-    {'run': Labels(code=array([0, 1]), values=['20', '60']), 'K1': array([1.35,  nan])}
+        No cells by column.
     """
-    columns = map(list, zip(*rows, strict=True)) if rows else ([] for _ in kinds)
     return {
-        name: np.array(column, dtype=np.float64)
-        if kinds[name].kind == "number"
-        else Labels.of(column)
-        for name, column in zip(kinds, columns, strict=True)
+        name: np.zeros(0) if column.kind == "number" else Labels.of([])
+        for name, column in kinds.items()
     }
 
 

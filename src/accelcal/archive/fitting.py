@@ -7,12 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.archive.cells import Columns, Labels, columns_of_rows, put_together
+from accelcal.archive.cells import Columns, Labels, no_rows, put_together
 from accelcal.archive.columns import LAWS, ROWS, FrameColumn
 from accelcal.archive.failures import attempt, one_line
-from accelcal.archive.rows import law_rows, table_rows
 from accelcal.archive.settings import Settings
-from accelcal.archive.stacked_rows import can_be_columns, stacked_laws, stacked_tables
+from accelcal.archive.stacked_rows import stacked_laws, stacked_tables
 from accelcal.archive.stacked_verdicts import verdicts_of
 from accelcal.arrays import Places
 from accelcal.calibrate.many import calibrate_many
@@ -64,15 +63,8 @@ def fit_records(records: Sequence[TumbleRecord], settings: Settings) -> FittedRe
     FittedRecords
         Their rows.
     """
-    pieces: list[_Piece] = []
     failures: dict[int, str] = {}
-    for places, stack in _stacks(records, settings, range(len(records)), failures):
-        bulk = can_be_columns(stack)
-        piece = attempt("", _of_stack, stack, places, settings) if bulk else ""
-        if isinstance(piece, _Piece):
-            pieces.append(piece)
-        else:
-            pieces += _one_by_one(stack, places, settings, failures)
+    pieces = list(_pieces(records, range(len(records)), settings, failures))
     return FittedRecords(
         _merged([(piece.tables, piece.of_table) for piece in pieces], ROWS),
         _merged([(piece.laws, piece.of_law) for piece in pieces], LAWS),
@@ -81,26 +73,43 @@ def fit_records(records: Sequence[TumbleRecord], settings: Settings) -> FittedRe
     )
 
 
-def _stacks(
+def _pieces(
     records: Sequence[TumbleRecord],
-    settings: Settings,
     places: Sequence[int],
+    settings: Settings,
     failures: dict[int, str],
-) -> Iterator[tuple[list[int], CalibrationStack]]:
-    """Calibrations of the records of each plan; one by one where a bug is in the way."""
+) -> Iterator[_Piece]:
+    """Rows of some of the records, those of one plan together."""
     own = [records[i] for i in places]
     if not own:
         return
     many = attempt(own[0].source, calibrate_many, own, settings.options)
-    if isinstance(many, str) and len(own) == 1:
-        failures[places[0]] = many
-    elif isinstance(many, str):
-        for place in places:
-            yield from _stacks(records, settings, [place], failures)
-    else:
-        failures |= {places[i]: one_line(error) for i, error in many.failures.items()}
-        for rows, stack in many.stacks:
-            yield [places[i] for i in rows.tolist()], stack
+    if isinstance(many, str):
+        yield from _one_by_one(records, places, settings, failures, many)
+        return
+    failures |= {places[i]: one_line(error) for i, error in many.failures.items()}
+    for rows, stack in many.stacks:
+        some = [places[i] for i in rows.tolist()]
+        piece = attempt(records[some[0]].source, _of_stack, stack, some, settings)
+        if isinstance(piece, _Piece):
+            yield piece
+        else:
+            yield from _one_by_one(records, some, settings, failures, piece)
+
+
+def _one_by_one(
+    records: Sequence[TumbleRecord],
+    places: Sequence[int],
+    settings: Settings,
+    failures: dict[int, str],
+    told: str,
+) -> Iterator[_Piece]:
+    """Rows of records of which one, or a bug, is in the way of all; of one it is told."""
+    if len(places) == 1:
+        failures[places[0]] = told
+        return
+    for place in places:
+        yield from _pieces(records, [place], settings, failures)
 
 
 def _of_stack(stack: CalibrationStack, places: Sequence[int], settings: Settings) -> _Piece:
@@ -116,36 +125,11 @@ def _of_stack(stack: CalibrationStack, places: Sequence[int], settings: Settings
     return _Piece(tables, of_table, laws, of_law, verdicts.outcomes.count("fail"))
 
 
-def _one_by_one(
-    stack: CalibrationStack, places: Sequence[int], settings: Settings, failures: dict[int, str]
-) -> Iterator[_Piece]:
-    for index, place in enumerate(places):
-        record = stack.plan.records[index]
-        piece = attempt(record.source, _of_one, stack, index, place, settings)
-        if isinstance(piece, str):
-            failures[place] = piece
-        else:
-            yield piece
-
-
-def _of_one(stack: CalibrationStack, index: int, place: int, settings: Settings) -> _Piece:
-    record = stack.plan.records[index]
-    calibration = settings.judged(stack.one(index))
-    tables, laws = list(table_rows(calibration, record)), list(law_rows(calibration, record))
-    failed = calibration.verdict is not None and calibration.verdict.outcome == "fail"
-    return _Piece(
-        columns_of_rows(tables, ROWS),
-        np.full(len(tables), place),
-        columns_of_rows(laws, LAWS),
-        np.full(len(laws), place),
-        int(failed),
-    )
-
-
 def _merged(parts: Sequence[tuple[Columns, Places]], kinds: Mapping[str, FrameColumn]) -> Columns:
     """Put rows in the order of their records."""
+    if not parts:
+        return no_rows(kinds)
     if len(parts) == 1:
         return parts[0][0]
-    places = np.concatenate([np.zeros(0, dtype=np.intp), *(own for _, own in parts)])
-    frames = [columns_of_rows([], kinds), *(columns for columns, _ in parts)]
-    return put_together(frames, np.argsort(places, kind="stable"))
+    places = np.concatenate([own for _, own in parts])
+    return put_together([columns for columns, _ in parts], np.argsort(places, kind="stable"))

@@ -21,9 +21,7 @@ from accelcal.effects.found import disturbances
 from accelcal.errors import DesignError
 from accelcal.estimate.estimability import check_names
 from accelcal.io.tables import read_table
-from accelcal.results.calibration import Calibration
 from accelcal.specification import Specification
-from accelcal.verdict.judge import judge
 from accelcal.version import __version__
 
 _GOOD_TABLE = (
@@ -95,12 +93,6 @@ class Settings:
 
     def _without_files(self) -> Options:
         return self.options._replace(model=None, head=None)
-
-    def judged(self, calibration: Calibration) -> Calibration:
-        """Judge against the data sheet, where there is one."""
-        if self.specification is None:
-            return calibration
-        return replace(calibration, verdict=judge(calibration, self.specification))
 
     def fingerprint(self) -> str:
         """Digest of all that decides the results of a file besides the file."""

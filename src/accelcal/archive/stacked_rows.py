@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from accelcal.archive.cells import Columns, Labels, put_together
 from accelcal.archive.columns import LAWS, ROWS, FrameColumn, gate_column
-from accelcal.archive.rows import JOINT
 from accelcal.arrays import Places
 from accelcal.calibrate.columns import mountings_of, numbers_of, verdict_codes
 from accelcal.calibrate.stack import CalibrationStack
@@ -24,21 +23,8 @@ from accelcal.temperature.bilinear import law_units
 from accelcal.temperature.from_tables import LawsOfRecords
 from accelcal.version import __version__
 
-
-def can_be_columns(stack: CalibrationStack) -> bool:
-    """Tell whether the rows of a stack come from its arrays alone.
-
-    Parameters
-    ----------
-    stack : CalibrationStack
-        The calibrations.
-
-    Returns
-    -------
-    bool
-        False where its calibrations are to be made one by one.
-    """
-    return stack.options.temperature_laws == "tables"
+JOINT = " | "
+"""Between the texts in one cell."""
 
 
 def stacked_tables(stack: CalibrationStack) -> Columns:
@@ -121,9 +107,9 @@ def _laws_by_mounting(stack: CalibrationStack) -> list[tuple[str, LawsOfRecords]
     """Laws of one axis or of both, each with the mounting of most of its tables, in their order."""
     have = mountings_of(stack)
     main, second = mountings_of_laws(have)
-    found = {main: stack.laws.main}
+    found = {main: stack.told_laws.main}
     if second is not None:
-        found[second] = stack.laws.second_axis
+        found[second] = stack.told_laws.second_axis
     laws = ((mounting, found.get(mounting)) for mounting in dict.fromkeys(have))
     return [(mounting, own) for mounting, own in laws if own is not None]
 

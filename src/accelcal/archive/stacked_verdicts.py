@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.archive.cells import Columns
-from accelcal.archive.rows import JOINT
+from accelcal.archive.stacked_rows import JOINT
 from accelcal.calibrate.columns import mountings_of
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.estimate.reversal import misalignment_stack
@@ -91,7 +91,7 @@ def _measured(stack: CalibrationStack, tables: Columns) -> Measured:
 
 def _of_law(stack: CalibrationStack, term: str) -> Found:
     is_second = term.startswith(SECOND_AXIS)
-    laws = stack.laws.second_axis if is_second else stack.laws.main
+    laws = stack.told_laws.second_axis if is_second else stack.told_laws.main
     if laws is None:
         return Found(*np.full((2, len(stack)), np.nan))
     place = laws.names.index(term.removeprefix(SECOND_AXIS))

@@ -165,6 +165,15 @@ class CalibrationStack:
         return laws_of_stack(self.tables, self.estimate, self.temperatures, self.at_rest.unfelt)
 
     @cached_property
+    def told_laws(self) -> StackLaws:
+        """Laws as `laws_of` tells them, from the readings where these are asked for."""
+        laws = self.laws
+        if laws.main is None or self.options.temperature_laws == TEMPERATURE_LAWS[0]:
+            return laws
+        models = [self.laws_of(record)[0] for record in range(len(self))]
+        return laws._replace(main=laws.main.told_by(models))
+
+    @cached_property
     def stated(self) -> JointEstimate:
         """The estimate with what errors of the temperature do to the coefficients."""
         return self.estimate.with_error("temperature", self.laws.of_tables)

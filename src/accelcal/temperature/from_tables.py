@@ -141,6 +141,19 @@ class LawsOfRecords(NamedTuple):
             return TemperatureModel(nothing, nothing, nothing, warnings=self.warnings[index])
         return None if group < 0 else self.groups[group].model(int(self.member[index]))
 
+    def told_by(self, models: Sequence[TemperatureModel | None]) -> LawsOfRecords:
+        """Take the numbers and warnings of other laws of the same records."""
+        numbers = np.full((4, *self.value.shape), np.nan)
+        for row, model in enumerate(models):
+            for name, found in model.quantities() if model else ():
+                parts = found.value, found.standard_uncertainty, found.expanded_uncertainty
+                numbers[:, row, self.names.index(name)] = *parts, found.dof  # None is NaN
+        value, standard, expanded, dof = numbers
+        warnings = [model.warnings if model else () for model in models]
+        return self._replace(
+            value=value, standard=standard, expanded=expanded, dof=dof, warnings=warnings
+        )
+
 
 def laws_of_records(stack: LevelStack) -> LawsOfRecords:
     """Fit the temperature laws of many records of one plan.
