@@ -278,6 +278,18 @@ def test_bands_are_the_intervals_of_the_coefficients_between_the_levels(loop, na
         assert half == pytest.approx(1e6 * told / scale, rel=1e-9)
 
 
+def test_of_several_mountings_the_one_drawn_is_named(single):
+    plan = accelcal.TumblePlan(temperatures=(20.0, 60.0), mountings=("o+", "p+"))
+    both = accelcal.fit(accelcal.simulate(plan=plan, seed=5))
+    for calibration, label in (
+        (both, "run in o+, 95 %"),
+        (both.of_mounting("p+"), "run, 95 %"),
+        (single, "run, 95 %"),
+    ):
+        for panel in calibration.plot.temperature()[:3]:
+            assert label in panel.get_legend_handles_labels()[1]
+
+
 def test_arrows_show_a_loop_where_a_level_is_met_again(loop, several):
     assert len(loop.plot.temperature()[3].texts) == 6
     assert len(several.plot.temperature()[3].texts) == 0

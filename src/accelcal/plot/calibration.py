@@ -115,7 +115,8 @@ class CalibrationPlot(Pictures):
         ndarray of Axes, shape (6,)
             Laws with 95 % bands and runs with 95 % intervals; below, the runs less the law, where
             arrows lead from run to run if a level is met again: the loop of hysteresis. Shape (3,),
-            the runs alone, where there are no laws.
+            the runs alone, where there are no laws. Of several mountings that of the laws is drawn
+            and named; `Calibration.of_mounting` takes another.
         """
         from accelcal.plot.temperature import temperature
 

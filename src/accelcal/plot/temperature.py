@@ -74,6 +74,12 @@ def _tables(calibration: Calibration) -> list[TableCalibration]:
     ]
 
 
+def _in_one_of_several(calibration: Calibration) -> str:
+    """Mounting that the laws are made from, where there are others."""
+    several = len({table.mounting for table in calibration.tables}) > 1
+    return f" in {calibration.main_mounting}" if several else ""
+
+
 def _reference(calibration: Calibration, tables: Sequence[TableCalibration]) -> float:
     """Scale factor that the others are told from: K1N, or where there is none the first run's."""
     model = calibration.temperature_model
@@ -111,7 +117,7 @@ def _draw(ax: Axes, kind: _Panel, points: _Points, calibration: Calibration) -> 
     factor, unit = readable(kind.unit, points.value, points.half_width, *(law or ()))
     if law is not None:
         _draw_law(ax, at, factor * law[0], factor * law[1], "law, 95 % band")
-    _draw_runs(ax, points, factor, "run, 95 %")
+    _draw_runs(ax, points, factor, f"run{_in_one_of_several(calibration)}, 95 %")
     if not points.value.size:
         ax.text(0.5, 0.5, "not determined", ha="center", transform=ax.transAxes)
     ax.set(xlabel="temperature [°C]", ylabel=f"{kind.label} [{unit}]")
