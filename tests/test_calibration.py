@@ -20,7 +20,7 @@ from accelcal.results.calibration import SCHEMA
 from accelcal.results.discovery import Discovery
 from accelcal.results.documents import calibrations_from_json, calibrations_to_json
 from accelcal.results.findings import FoundEffect
-from accelcal.results.mapping import FrozenMapping, frozen
+from accelcal.results.mapping import FrozenMapping
 from accelcal.results.quantity import ErrorSource, Gate, Quantity, Residuals
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
@@ -336,7 +336,7 @@ class Parts:
         return Verdict(*texts, self.several(self.judgement, least=1))
 
     def effect(self):
-        found = FoundEffect(
+        return FoundEffect(
             id=self.text(),
             name=self.text(),
             parameters={"tau": self.quantity()},
@@ -348,7 +348,6 @@ class Parts:
             indistinguishable=(self.text(),),
             to_tell_apart=self.text(),
         )
-        return frozen(found.to_document())
 
     def residuals(self, n):
         made = [tuple(make() for _ in range(n)) for make in (self.number, int, self.number)]

@@ -20,7 +20,7 @@ from accelcal.cli.main import main
 from accelcal.errors import InputError
 from accelcal.io.laboratory import Contact, Laboratory, read_laboratory
 from accelcal.io.specification import read_specification
-from accelcal.results.mapping import frozen
+from accelcal.results.findings import FoundEffect
 from accelcal.verdict.judge import judge
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -281,19 +281,19 @@ def test_that_the_gravity_counts_as_exact_is_stated(calibration, laboratory):
     assert "converted by the local gravity" not in bare
 
 
+def found(name):
+    return FoundEffect(name, name, {}, 0.0, 2e-5, 5e-6, None, None, (), "")
+
+
 def test_effects_that_the_coefficients_are_free_of_are_stated(calibration, laboratory):
-    effect = {"id": "warm-up", "name": "warm-up of the bias", "parameters": {}}
-    root = ElementTree.fromstring(
-        certificate(replace(calibration, effects=(frozen(effect),)), laboratory).encode()
-    )
+    freed = replace(calibration, effects=(found("warm-up"),))
+    root = ElementTree.fromstring(certificate(freed, laboratory).encode())
     assert any(text.startswith("warm-up: the fit took it out") for text in declarations(root))
 
 
 def test_the_method_names_the_effects_that_it_took_out(calibration, laboratory):
     """Those of the stand too, which the accelerometer does not have in use."""
-    taken = tuple(
-        frozen({"id": name, "name": name, "parameters": {}}) for name in ("backlash", "x")
-    )
+    taken = (found("backlash"), found("x"))
     for effects, told in (
         (taken, " Effects that it took out of the readings: backlash, x."),
         ((), ""),

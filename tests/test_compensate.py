@@ -406,7 +406,7 @@ def test_effects_of_the_accelerometer_that_the_fit_took_out_are_told(effects, le
     hidden = [accelcal.effect(name).of(size) for name, size in effects.items()]
     record = accelcal.simulate(effects=hidden, seed=3)
     fit = accelcal.fit(record, model=accelcal.discover(record))
-    assert {str(effect["id"]) for effect in fit.effects} == set(effects)
+    assert {effect.id for effect in fit.effects} == set(effects)
     said = [text for text in compensation(fit).assumptions if "took" in text]
     assert [text.startswith(left) for text in said] == [True] * (left is not None)
     assert [text for text in budget(fit, 1.0).warnings if "took" in text] == said

@@ -350,7 +350,7 @@ def test_faults_of_the_readings_are_in_no_model(faulty, tmp_path):
     assert ids(read) == ["backlash"]
     record = accelcal.simulate(seed=4)
     again = accelcal.fit(record, model=accelcal.read_discovery(tmp_path / "model.json"))
-    assert [item["id"] for item in again.effects] == ["backlash"]
+    assert [item.id for item in again.effects] == ["backlash"]
 
 
 def test_a_wrong_order_is_a_fault_but_no_effect():
@@ -456,11 +456,11 @@ def test_a_width_that_a_record_does_not_have_is_zero_with_its_uncertainty():
     sizes = []
     for seed in range(100, 120):
         record = accelcal.simulate(plan=plan, effects=[drift], seed=seed)
-        rate, size = (e["parameters"] for e in accelcal.fit(record, model=model).effects)
-        sizes.append((size["half_width"]["value"], size["half_width"]["standard_uncertainty"]))
+        rate, size = (e.parameters for e in accelcal.fit(record, model=model).effects)
+        sizes.append((size["half_width"].value, size["half_width"].standard_uncertainty))
         if sizes[-1][0] == 0.0:  # the other one is estimated as if it were alone
-            alone = accelcal.fit(record, model=without).effects[0]["parameters"]["rate"]
-            assert rate["rate"]["value"] == pytest.approx(alone["value"], rel=1e-12)
+            alone = accelcal.fit(record, model=without).effects[0].parameters["rate"]
+            assert rate["rate"].value == pytest.approx(alone.value, rel=1e-12)
     values, uncertainties = np.transpose(sizes)
     assert 4 <= (values == 0.0).sum() <= 16  # of twenty, each with a chance of one half
     assert (uncertainties > 0.0).all()
@@ -477,8 +477,8 @@ def test_fit_with_a_model_gets_the_coefficients_back(discovery):
     assert abs(wrong.value - truth) > 3.0 * wrong.expanded_uncertainty
     assert abs(right.value - truth) < 1.5 * right.expanded_uncertainty
     assert full.tables[0].budget["K2"]["effects"] > 0.0
-    assert [item["id"] for item in full.effects] == ["hysteresis", "scale-factor-asymmetry"]
-    assert full.effects[0]["gap_after"] < full.effects[0]["gap_before"]
+    assert [item.id for item in full.effects] == ["hysteresis", "scale-factor-asymmetry"]
+    assert full.effects[0].gap_after < full.effects[0].gap_before
     assert accelcal.Calibration.from_json(full.to_json()) == full
     told = " ".join(str(full).split())
     assert "Effects taken out of the readings" in told

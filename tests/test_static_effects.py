@@ -14,7 +14,6 @@ from accelcal.errors import AccelcalWarning, InputError
 from accelcal.export.content import export_content
 from accelcal.geometry import accelerations
 from accelcal.results.findings import FoundEffect
-from accelcal.results.mapping import frozen
 from accelcal.results.quantity import Quantity
 from accelcal.simulation import NOISE_FREE
 
@@ -45,7 +44,7 @@ def with_effects(calibration, *sized, uncertainty=0.0, aliases=()):
             for p in item.effect.parameters
         }
         about = (item.effect.id, item.effect.name, parameters, 0.0, 0.0, 0.0, None, None)
-        found.append(frozen(FoundEffect(*about, tuple(aliases), "").to_document()))
+        found.append(FoundEffect(*about, tuple(aliases), ""))
     return dataclasses.replace(calibration, effects=tuple(found))
 
 

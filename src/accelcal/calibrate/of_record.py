@@ -63,7 +63,7 @@ def calibration_of_record(stack: CalibrationStack, place: int) -> Calibration:
         temperature_model=main,
         second_axis_model=second,
         fixture_angle=fixture,
-        effects=() if known is None else tuple(frozen(e.to_document()) for e in known.effects),
+        effects=() if known is None else known.effects,
         provenance=frozen(record.provenance(options.asked())),
     )
 

@@ -72,7 +72,7 @@ def measurement_results(calibration: Calibration) -> Element:
 
 def _method(calibration: Calibration) -> Element:
     robust = ", made safe against outliers" if calibration.robust else ""
-    effects = ", ".join(str(item["id"]) for item in calibration.effects)
+    effects = ", ".join(item.id for item in calibration.effects)
     told = f" Effects that it took out of the readings: {effects}." if effects else ""
     return dcc(
         "usedMethod",

@@ -161,7 +161,7 @@ def compare(
         runs=judged.runs,
         noise=sources(noise, declared, record),
         same_head=same,
-        effects=tuple(str(effect["id"]) for effect in calibration.effects),
+        effects=tuple(effect.id for effect in calibration.effects),
         notes=(
             *filter(None, [worse]),
             *coefficient_notes(found, simulated),

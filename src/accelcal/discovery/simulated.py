@@ -18,7 +18,6 @@ from accelcal.errors import InputError
 from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle
 from accelcal.results.calibration import Calibration
-from accelcal.results.findings import FoundEffect
 from accelcal.results.quantity import Quantity
 
 SHAFT = {"o": "a_p", "p": "a_o"}
@@ -109,8 +108,7 @@ def simulated_readings(
     heat = found.k0.local_slope(rise) + found.K1.local_slope(rise) * inside / gain + tilt * a_p
     full = replace(c, axial=a_i + delta * a_p, indicated=inside, gain=gain)
     full = replace(full, per_degree=heat, per_degree_falling=heat)
-    effects = tuple(FoundEffect.from_document(effect) for effect in calibration.effects)
-    added = [contribution(item, full) for item in disturbances(effects)]
+    added = [contribution(item, full) for item in disturbances(calibration.effects)]
     return Simulated(
         conditions=full,
         reading=record.output / found.K1.at_T0,

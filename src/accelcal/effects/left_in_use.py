@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import Any
 
 from accelcal.results.calibration import Calibration
-from accelcal.results.mapping import FrozenMapping
+from accelcal.results.findings import FoundEffect
 
 _NOT_IN_USE = ("angle", "temperature", "readings")
 """What effects of the stand, the chamber and the voltmeter act on."""
@@ -37,7 +36,7 @@ def left_in_use(calibration: Calibration, taken_up: Collection[str] = ()) -> lis
     from accelcal.effects.catalogue import catalogue  # here, as few calibrations need it
 
     acts_on = {entry.id: entry.acts_on for entry in catalogue()}
-    names = [str(item["id"]) for item in calibration.effects if item["id"] not in taken_up]
+    names = [item.id for item in calibration.effects if item.id not in taken_up]
     left = [name for name in names if acts_on.get(name) not in _NOT_IN_USE]
     if not left:
         return []
@@ -49,7 +48,7 @@ def left_in_use(calibration: Calibration, taken_up: Collection[str] = ()) -> lis
     ]
 
 
-def static_in_use(calibration: Calibration) -> list[FrozenMapping[Any]]:
+def static_in_use(calibration: Calibration) -> list[FoundEffect]:
     """Tell which effects of a calibration depend on acceleration and temperature alone.
 
     Parameters
@@ -59,12 +58,12 @@ def static_in_use(calibration: Calibration) -> list[FrozenMapping[Any]]:
 
     Returns
     -------
-    list of mapping
-        Those of its effects that the catalogue has as static, as they stand in the document.
+    list of FoundEffect
+        Those of its effects that the catalogue has as static.
     """
     if not calibration.effects:
         return []
     from accelcal.effects.catalogue import catalogue  # here, as few calibrations need it
 
     static = [entry.id for entry in catalogue() if entry.static]
-    return [item for item in calibration.effects if item["id"] in static]
+    return [item for item in calibration.effects if item.id in static]

@@ -225,13 +225,11 @@ def static_effects(
     InputError
         If a parameter of one breaks a rule.
     """
-    given = static_in_use(calibration)
-    if not given:
+    found = static_in_use(calibration)
+    if not found:
         return None
     from accelcal.effects.found import disturbances  # here, as few calibrations need it
-    from accelcal.results.findings import FoundEffect
 
-    found = [FoundEffect.from_document(item) for item in given]
     model, T0 = calibration.temperature_model, calibration.T0_degC
     at_T0 = model and model.K1.at_T0 and model.K1.at_T0.value
     effects = StaticEffects(
@@ -339,12 +337,11 @@ def how_taken_up(calibration: Calibration) -> list[str]:
     """
     said = []
     for item in static_in_use(calibration):
-        names = list(map(str, item["indistinguishable"]))
-        counted = [entry.id for entry in _counted(names)]
-        others = [name for name in names if name not in counted]
+        counted = [entry.id for entry in _counted(item.indistinguishable)]
+        others = [name for name in item.indistinguishable if name not in counted]
         alike = ((_ALIAS, counted), (_OTHER_ALIAS, others))
         said.append(
-            f"{item['id']}: taken up with the size that the fit found; the calibration does not"
+            f"{item.id}: taken up with the size that the fit found; the calibration does not"
             " tell how that is correlated with the coefficients, so it counts as uncorrelated"
             + "".join(f"; {text.format(' or '.join(ids))}" for text, ids in alike if ids)
         )

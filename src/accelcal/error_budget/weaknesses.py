@@ -59,7 +59,7 @@ def weaknesses(
     """
     yield from gates_that_warn(calibration, calibration.tables)
     yield from how_taken_up(calibration)
-    taken_up = [str(item["id"]) for item in static_in_use(calibration)]
+    taken_up = [item.id for item in static_in_use(calibration)]
     yield from left_in_use(calibration, taken_up)
     if points.extrapolated.any():
         yield "temperatures marked * lie outside the calibrated ones; (4) is extrapolated there"

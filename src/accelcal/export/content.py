@@ -130,7 +130,7 @@ def refuse_effects(calibration: Calibration) -> None:
     InputError
         If it has effects that are functions of acceleration and temperature.
     """
-    names = [str(item["id"]) for item in static_in_use(calibration)]
+    names = [item.id for item in static_in_use(calibration)]
     if names:
         raise InputError(
             f"{', '.join(names)}: the coefficients are free of it, the outputs are not, and an"

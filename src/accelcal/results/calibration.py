@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from os import PathLike
 
     from accelcal.plot.calibration import CalibrationPlot
+    from accelcal.results.findings import FoundEffect
     from accelcal.results.verdict import Verdict
 
 __all__ = ["SCHEMA", "Calibration"]
@@ -86,8 +87,8 @@ class Calibration(StoredResult, TabularResult):
         tables hold the effective misalignment, the temperature laws what is free of the angle.
     verdict : Verdict or None
         What was found against a data sheet; None where it was not judged.
-    effects : tuple of mapping
-        Effects found beyond the model, as they stand in the document.
+    effects : tuple of FoundEffect
+        Effects of a discovery that were taken out of the readings, with their sizes in this record.
     provenance : mapping
         SHA-256 of the input, its metadata, what was declared and asked; empty where unknown.
 
@@ -123,7 +124,7 @@ class Calibration(StoredResult, TabularResult):
     second_axis_model: TemperatureModel | None = None
     fixture_angle: tuple[FixtureAngle, ...] = ()
     verdict: Verdict | None = None
-    effects: tuple[FrozenMapping[Any], ...] = ()
+    effects: tuple[FoundEffect, ...] = ()
     provenance: FrozenMapping[Any] = FrozenMapping({})  # noqa: RUF009  (it is frozen)
 
     def __str__(self) -> str:

@@ -20,6 +20,7 @@ from accelcal.results.mapping import FrozenMapping
 
 if TYPE_CHECKING:
     from accelcal.results.calibration import Calibration
+    from accelcal.results.findings import FoundEffect
     from accelcal.results.quantity import Quantity
     from accelcal.results.temperature import TemperatureModel
     from accelcal.results.verdict import Verdict
@@ -54,13 +55,11 @@ def provenance(document: Any) -> FrozenMapping[Any]:
     return found
 
 
-def effect(document: Any) -> FrozenMapping[Any]:
-    """Take an effect, which must be one of a discovery."""
-    found = any_object(document)
+def effect(document: Any) -> FoundEffect:
+    """Read an effect."""
     from accelcal.results.findings import FoundEffect  # here, as most calibrations have none
 
-    FoundEffect.from_document(document)
-    return found
+    return FoundEffect.from_document(document)
 
 
 def verdict(document: Any) -> Verdict:
