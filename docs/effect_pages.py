@@ -107,8 +107,8 @@ def _lines(effect: Effect) -> Iterator[str]:
         yield "by their replicates, before physics is looked for ([discovery](../discovery.md))."
         return
     yield f"\n## What it looks like\n\n![Signature of {effect.name}]({effect.id}.svg)\n"
-    yield "Left, what the effect adds to a reading, scaled to 1. Right, what is left of it when the"
-    yield "base model has taken up what it can, on 24 and on 8 positions.\n"
+    yield "Left, the mean of what the effect adds to readings, over its largest in one of them."
+    yield "Right, what the base model leaves when it took up what it can, on 24 and 8 positions.\n"
     yield "## What a test sees of it\n"
     yield f"Computed for tests of 4 strokes at {', '.join(f'{level:g}' for level in LEVELS)} degC,"
     yield "with times. *The same as*: cosine above 0.999, no test of this design tells them apart."
@@ -193,6 +193,7 @@ def signature(effect: Effect) -> Figure:
         ax.tick_params(labelsize=8)
         if way < 2:
             ax.set_xticks(np.arange(0, 361, 90))
+    left.set_ylabel("effect over its largest", fontsize=9)
     figure.legend(
         *right.get_legend_handles_labels(),
         loc="outside lower center",
