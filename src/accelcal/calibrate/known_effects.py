@@ -80,4 +80,4 @@ def effects_component(
     )
     dof = np.array([item.dof for item in known], dtype=np.float64)
     shape = through.shape[:2]
-    return Component(through @ through.swapaxes(1, 2), np.broadcast_to(dof[:, None], shape))
+    return Component(through @ through.mT, np.broadcast_to(dof[:, None], shape))

@@ -87,8 +87,8 @@ def covariance_of_laws(
     known = [i for i, name in enumerate(model.covariance_names) if name in places]
     own = [places[model.covariance_names[i]] for i in known]
     relative = [1.0 / scale_factor if names[i] == "K1" else 1.0 for i in own]
-    matrix = np.reshape(model.covariance_matrix, 2 * (len(model.covariance_names),))
-    covariance[np.ix_(own, own)] = matrix[np.ix_(known, known)] * np.outer(relative, relative)
+    told = model.covariance[np.ix_(known, known)]
+    covariance[np.ix_(own, own)] = told * np.outer(relative, relative)
     return covariance
 
 

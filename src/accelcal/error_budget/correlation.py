@@ -87,13 +87,10 @@ def _correlations(coefficients: Coefficients, side: str) -> dict[tuple[str, str]
         symbols |= {f"{law} at_T0": name, f"{law} {side}": SLOPES[name][1]}
     main_axis = list(coefficients.slopes)[2]
     symbols["delta_ip"] = {"delta_O": "delta_ip", "delta_P": "delta_io"}[main_axis]
-    sigma = np.sqrt(
-        np.diagonal(np.reshape(model.covariance_matrix, 2 * (len(model.covariance_names),)))
-    )
-    places = [i for i, n in enumerate(model.covariance_names) if n in symbols and sigma[i] > 0.0]
+    names, matrix = model.covariance_names, model.covariance
+    sigma = np.sqrt(np.diagonal(matrix))
+    places = [i for i, n in enumerate(names) if n in symbols and sigma[i] > 0.0]
     return {
-        (symbols[model.covariance_names[i]], symbols[model.covariance_names[j]]): (
-            model.covariance_matrix[i][j] / float(sigma[i] * sigma[j])
-        )
+        (symbols[names[i]], symbols[names[j]]): float(matrix[i, j] / (sigma[i] * sigma[j]))
         for i, j in combinations(places, 2)
     }

@@ -97,7 +97,7 @@ class LackOfFit(NamedTuple):
         size = uncertainty[..., None]
         gain = size**2 * self.strengths / (1.0 + (size * self.strengths) ** 2)
         from_noise = self.directions * gain[..., None, :]
-        back = np.swapaxes(self.directions, -1, -2)
+        back = self.directions.mT
         unseen = np.eye(self.positions.size) - (from_noise * self.strengths[..., None, :]) @ back
         values = (self.directions @ (gain * self.contrasts)[..., None])[..., 0]
         return SeenErrors(values, unseen, from_noise)
@@ -151,4 +151,4 @@ class SeenErrors(NamedTuple):
 
 def _square(matrix: Array) -> Array:
     """Each matrix times its transpose; of a copy, as numpy is slower with one matrix twice."""
-    return np.asarray(matrix @ np.ascontiguousarray(np.swapaxes(matrix, -1, -2)))
+    return np.asarray(matrix @ np.ascontiguousarray(matrix.mT))

@@ -156,8 +156,8 @@ def _singular(matrix: Array) -> tuple[Array, Array, Array]:
     of one of `_LEAST_SHOWN`, and none is wanted below it.
     """
     if matrix.shape[1] > matrix.shape[2]:
-        return _singular(np.swapaxes(matrix, 1, 2))[::-1]
-    turned = np.ascontiguousarray(np.swapaxes(matrix, 1, 2))
+        return _singular(matrix.mT)[::-1]
+    turned = np.ascontiguousarray(matrix.mT)
     squares, left = np.linalg.eigh(matrix @ turned)
     values, left = np.sqrt(np.maximum(squares, 0.0))[:, ::-1], left[:, :, ::-1]
     right = turned @ left / np.where(values > 0.0, values, 1.0)[:, None, :]

@@ -87,7 +87,7 @@ class ManyPositions(NamedTuple):
         shown = np.asarray(sum(share * own for share, own in columns))
         columns = zip(shares, _side_by_side(models, means), strict=True)
         left = (own - share * shown for share, own in columns)
-        unseen = sum(_turned(x) @ x for x in left)
+        unseen = sum(x.mT @ x for x in left)
         return cls(positions, contrasts, whole, shown, np.asarray(unseen))
 
     @property
@@ -186,8 +186,8 @@ class ManyPositions(NamedTuple):
         model, columns = whole[..., :-1, :-1], self.shown[..., :-1]
         first, second = (np.linalg.solve(model, _products(columns, share * x)) for x in (one, two))
         squared = np.einsum("...pq,...qp->...", first, first)
-        bend = -two.sum(axis=-1) - squared + 2.0 * _trace(second)
-        return one.sum(axis=-1) - _trace(first), bend
+        bend = -two.sum(axis=-1) - squared + 2.0 * np.linalg.trace(second)
+        return one.sum(axis=-1) - np.linalg.trace(first), bend
 
     def against(self, head: Array) -> tuple[Array, Array]:
         """Number of contrasts that show the head, and their squares over their variances, (...)."""
@@ -243,16 +243,16 @@ class SeenAtMany(NamedTuple):
             Covariance of these quantities.
         """
         left = self._left(influence)
-        return np.asarray(self.ratio[..., None, None] * ((influence - left) @ _turned(left)))
+        return np.asarray(self.ratio[..., None, None] * ((influence - left) @ left.mT))
 
     def missed(self, influence: Array, uncertainty: Array) -> Array:
         """Covariance by what of the errors is missed, of `uncertainty`, shape (...) [rad]."""
         left = self._left(influence)
-        return np.asarray(uncertainty[..., None, None] ** 2 * (left @ _turned(left)))
+        return np.asarray(uncertainty[..., None, None] ** 2 * (left @ left.mT))
 
     def _left(self, influence: Array) -> Array:
         """What is missed of the errors does to the quantities, shape (..., k, J)."""
-        through = influence @ self.columns @ self.inverse @ _turned(self.columns)
+        through = influence @ self.columns @ self.inverse @ self.columns.mT
         return np.asarray(influence * self.share[..., None, :] + through)
 
 
@@ -273,17 +273,9 @@ def _each(noise: Array, head: Array) -> Iterator[tuple[Array, Array]]:
     return zip(*(np.moveaxis(values, -1, 0) for values in both), strict=True)
 
 
-def _turned(matrix: Array) -> Array:
-    return np.swapaxes(matrix, -1, -2)
-
-
 def _products(columns: Array, weight: Array) -> Array:
-    return np.asarray(_turned(columns * weight[..., None]) @ columns)
+    return np.asarray((columns * weight[..., None]).mT @ columns)
 
 
 def _times(matrix: NDArray[Any], vector: NDArray[Any]) -> Array:
     return np.asarray((matrix @ vector[..., None])[..., 0])
-
-
-def _trace(matrix: NDArray[Any]) -> Array:
-    return np.asarray(np.einsum("...pp->...", matrix))

@@ -217,11 +217,11 @@ def _corrected(part: Component, at: Places, through: Array) -> Component:
     small share of the time that a matrix of all coefficients would.
     """
     used = np.flatnonzero(through.any(axis=tuple(range(through.ndim - 1))))
-    few, back = through[..., used], np.swapaxes(through[..., used], -1, -2)
+    few, back = through[..., used], through[..., used].mT
     more = few @ part.covariance[..., used, :]
     covariance = part.covariance.copy()
     covariance[..., at, :] += more
-    covariance[..., at] += np.swapaxes(more, -1, -2)
+    covariance[..., at] += more.mT
     covariance[..., at[:, None], at] += more[..., used] @ back
     dof = part.dof.copy()
     fewest = np.where(few != 0.0, dof[..., None, used], np.inf).min(axis=-1)

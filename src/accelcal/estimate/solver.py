@@ -312,7 +312,7 @@ def _multiply(matrix: Array, values: Array, out: Array) -> None:
 
 def _determined(normal: Array) -> Mask:
     """Tell which normal equations, shape (T, p, p), are not singular."""
-    root = np.sqrt(np.einsum("tii->ti", normal))
+    root = np.sqrt(np.linalg.diagonal(normal))
     root[root == 0.0] = 1.0
     scaled = normal / root[:, :, None] / root[:, None, :]
     return np.asarray(np.linalg.eigvalsh(scaled)[:, 0] > _LEAST_EIGENVALUE)

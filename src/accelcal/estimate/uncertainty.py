@@ -57,7 +57,7 @@ class Component(NamedTuple):
     @property
     def variances(self) -> Array:
         """Variance of each estimate, shape (..., p)."""
-        return np.array(np.einsum("...pp->...p", self.covariance))  # contiguous
+        return np.array(np.linalg.diagonal(self.covariance))  # contiguous
 
 
 class Interval(NamedTuple):
@@ -121,7 +121,7 @@ def propagate(components: Mapping[str, Component], jacobian: Array) -> dict[str,
     depends = _of_all(jacobian != 0.0, 2)
     found = {}
     for name, part in components.items():
-        covariance = jacobian @ part.covariance @ np.swapaxes(jacobian, -1, -2)
+        covariance = jacobian @ part.covariance @ jacobian.mT
         dof = _of_all(part.dof, 1)[..., None, :]
         fewest = np.where(depends, dof, np.inf).min(axis=-1)
         found[name] = Component(covariance, np.broadcast_to(fewest, covariance.shape[:-1]))

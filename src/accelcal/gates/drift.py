@@ -145,7 +145,7 @@ def _beside_others(within: Array, rank: Array, own: slice) -> tuple[Array, Array
     others = np.delete(within, own, axis=2)
     of_others, inverse, _ = rank_and_inverse(others)
     part, columns = rank - of_others, within[..., own]
-    added = columns - others @ (inverse @ (others.swapaxes(1, 2) @ columns))
+    added = columns - others @ (inverse @ (others.mT @ columns))
     basis = np.linalg.svd(added, full_matrices=False)[0]
     return part, basis * (np.arange(basis.shape[2]) < part[:, None])[:, None]
 

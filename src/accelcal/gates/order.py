@@ -168,7 +168,7 @@ class _LeftOut(NamedTuple):
             for few in few_at_a_time(readings, most.size):
                 own = readings[few]
                 residual = fit.residual.take(own, axis=0)
-                pull = fit.basis.columns.take(own, axis=0).swapaxes(1, 2) @ residual
+                pull = fit.basis.columns.take(own, axis=0).mT @ residual
                 common = (pull * (self.inverse[group[few]] @ pull)).sum(axis=1)
                 taken = (residual**2).sum(axis=1) + common
                 np.maximum(most, taken.max(axis=0), out=most)

@@ -203,7 +203,7 @@ class _Pairs(NamedTuple):
 
     def differences(self, means: Array, trend: Array) -> Array:
         """Forward minus back, a drift set aside, shape (pairs, T)."""
-        drift = contracted(self.of_trend.swapaxes(1, 2), trend)
+        drift = contracted(self.of_trend.mT, trend)
         return np.asarray(means[self.back + 1] - means[self.back] - drift)
 
 

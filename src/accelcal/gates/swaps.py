@@ -150,5 +150,5 @@ def _shares(basis: Array, one: Places, other: Places) -> Array:
     """P_ii + P_jj - 2 P_ij of pairs of readings, shape (..., s, k)."""
     rows, columns = basis[one], basis[other]
     free_rows, free_columns = (1.0 - (each**2).sum(axis=-1) for each in (rows, columns))
-    common = 2.0 * rows @ columns.swapaxes(-1, -2)
+    common = 2.0 * rows @ columns.mT
     return np.asarray(free_rows[..., :, None] + free_columns[..., None, :] + common)

@@ -57,7 +57,7 @@ def rank_and_inverse(columns: Array) -> tuple[Array, Array, Array]:
     leverage : ndarray, shape (D, n)
         Share of each reading's error that the columns follow.
     """
-    inverse = np.linalg.pinv(columns.swapaxes(1, 2) @ columns, rcond=1e-9, hermitian=True)
+    inverse = np.linalg.pinv(columns.mT @ columns, rcond=1e-9, hermitian=True)
     leverage = (columns @ inverse * columns).sum(axis=2)
     rank: Array = np.round(leverage.sum(axis=1))
     return rank, np.asarray(inverse), leverage
@@ -122,12 +122,12 @@ class ReplicatePlan(NamedTuple):
         means = self.cells.means(output)
         trend = contracted(self.within @ self.inverse, output)
         deviation = output - self.cells.at_readings(means)
-        residual = deviation - contracted(self.within.swapaxes(1, 2), trend)
+        residual = deviation - contracted(self.within.mT, trend)
         return ReplicateFit(means, trend, residual, (residual**2).sum(axis=0))
 
     def blind(self, weights: Array, columns: Array) -> Array:
         """Weights of the readings, (n, k), that no trend along the columns moves, (D, n, k)."""
-        seen = self.inverse @ (columns.swapaxes(1, 2) @ weights)
+        seen = self.inverse @ (columns.mT @ weights)
         return np.asarray(weights - self.within @ seen)
 
 

@@ -186,7 +186,7 @@ def products_of_groups(
     found = np.empty(shape)
     for group, places in groups_alike(index, members):
         for few in few_at_a_time(places, shape[1]):
-            own = values.take(places[few], axis=0).swapaxes(1, 2)
+            own = values.take(places[few], axis=0).mT
             found[group[few]] = own @ columns.take(places[few], axis=0)
     return found
 

@@ -197,7 +197,7 @@ def _information(rows: Array, weights: Array) -> Array:
 
 def _inverses(information: Array) -> Array:
     """Inverses of matrices, infinite for those that have none."""
-    scale = np.sqrt(np.einsum("...ii->...i", information))
+    scale = np.sqrt(np.linalg.diagonal(information))
     scale = np.where(scale > 0.0, scale, 1.0)
     scaled = information / (scale[..., :, None] * scale[..., None, :])
     good = np.linalg.det(scaled) > 1e-12
@@ -225,5 +225,5 @@ def losses(criterion: Criterion, covariance: Array) -> Array:
     if criterion.name == "D":
         sign, logarithm = np.linalg.slogdet(covariance)
         return np.asarray(np.where(sign > 0, np.exp(logarithm / (2 * len(COEFFICIENTS))), np.inf))
-    variances = np.einsum("...ii->...i", covariance)
+    variances = np.linalg.diagonal(covariance)
     return np.asarray(np.sqrt(variances @ criterion.weights))

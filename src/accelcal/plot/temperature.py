@@ -203,14 +203,11 @@ def _half_width(
 ) -> Array:
     """Half width of the 95 % band, from the covariance of value and slopes."""
     names = [f"{name} {part}" for part in _PARTS]
-    place = {known: i for i, known in enumerate(model.covariance_names)}
-    whole = np.array(model.covariance_matrix, dtype=float)
+    place = {told: i for i, told in enumerate(model.covariance_names)}
+    known = [i for i, part in enumerate(names) if part in place]
+    own = [place[names[i]] for i in known]
     block = np.zeros((3, 3))
-    if whole.size:
-        for i, one in enumerate(names):
-            for j, other in enumerate(names):
-                if one in place and other in place:
-                    block[i, j] = whole[place[one], place[other]]
+    block[np.ix_(known, known)] = model.covariance[np.ix_(own, own)]
     units = np.array([1.0 / scale, 1.0, 1.0])
     block = block * np.outer(units, units)
     parts: list[Quantity | None] = [getattr(law, part) for part in _PARTS]

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from accelcal.results.checked import checked, list_of, or_none, text
 from accelcal.results.covariance import Covariance, covariance, covariance_document
 from accelcal.results.mapping import document_of
 from accelcal.results.quantity import Document, Quantity, StoredPart
+
+if TYPE_CHECKING:
+    from accelcal.arrays import Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +62,13 @@ class TemperatureModel:
     warnings: tuple[str, ...] = ()
     covariance_names: tuple[str, ...] = ()
     covariance_matrix: tuple[tuple[float, ...], ...] = ()
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance of `covariance_names`, shape (n, n)."""
+        import numpy as np
+
+        return np.reshape(np.array(self.covariance_matrix), 2 * (len(self.covariance_names),))
 
     def __repr__(self) -> str:
         known = [name for name in ("k0", "K1", "delta") if getattr(self, name).at_T0 is not None]

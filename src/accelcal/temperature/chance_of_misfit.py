@@ -26,7 +26,7 @@ def contrasts_of(design: Array) -> Array:
         The combinations, orthonormal.
     """
     basis = np.linalg.svd(design)[0]
-    return np.asarray(basis[..., design.shape[-1] :].swapaxes(-1, -2))
+    return np.asarray(basis[..., design.shape[-1] :].mT)
 
 
 def chance_of_misfit(values: Array, components: Mapping[str, Component], contrasts: Array) -> Array:

@@ -115,7 +115,7 @@ def stacked_temperature_component(
         kept = [COEFFICIENTS.index(name) for name in estimate.names[i]]
         own = np.nan_to_num(uncertain[0][:, i, None] * rate[:, kept])
         through[:, edge : edge + sizes[i], column[i]] = own
-    return Component(through @ through.swapaxes(1, 2), np.repeat(uncertain[1], sizes, axis=1))
+    return Component(through @ through.mT, np.repeat(uncertain[1], sizes, axis=1))
 
 
 def _rate(slopes: Slopes, rise: Array, k: Array, *, with_misalignment: bool) -> Array:

@@ -53,8 +53,8 @@ def _generalised(design: Array, covariance: Array) -> Array:
     size, count = design.shape[-2:]
     if size == count:
         return np.asarray(np.linalg.inv(design))
-    variance = np.einsum("...nn->...n", covariance)
-    known = np.isfinite(covariance).all(axis=(-2, -1)) & (variance > 0.0).all(axis=-1)
+    variance = np.linalg.diagonal(covariance)
+    known = np.asarray(np.isfinite(covariance).all(axis=(-2, -1)) & (variance > 0.0).all(axis=-1))
     sigma = np.sqrt(np.where(known[..., None], variance, 1.0))
     among = covariance / (sigma[..., None] * sigma[..., None, :])
     least = np.where(known, _ALMOST_NOTHING, 1.0)[..., None, None] * np.eye(size)
@@ -63,5 +63,5 @@ def _generalised(design: Array, covariance: Array) -> Array:
     whitened = inverse @ (design / sigma[..., None])
     norms = np.sqrt((whitened**2).sum(axis=-2, keepdims=True))  # as slopes are tiny
     basis, triangle = np.linalg.qr(whitened / norms)
-    solved = np.linalg.solve(triangle, basis.swapaxes(-2, -1)) / norms.swapaxes(-2, -1)
+    solved = np.linalg.solve(triangle, basis.mT) / norms.mT
     return np.asarray(solved @ inverse / sigma[..., None, :])

@@ -114,8 +114,8 @@ def with_misalignment(readings: TemperatureModel, tables: TemperatureModel) -> T
         return replace(readings, delta=tables.delta, covariance_names=(), covariance_matrix=())
     own = np.array([name.startswith("delta ") for name in names])
     places = [tables.covariance_names.index(name) for name in names]
-    theirs = np.array(tables.covariance_matrix)[np.ix_(places, places)]
-    matrix = np.array(readings.covariance_matrix) * ~(own[:, None] ^ own)
+    theirs = tables.covariance[np.ix_(places, places)]
+    matrix = readings.covariance * ~(own[:, None] ^ own)
     matrix[np.ix_(own, own)] = theirs[np.ix_(own, own)]
     said = "the law of the misalignment is that of the tables, of both sides"
     warnings = (*readings.warnings, said)

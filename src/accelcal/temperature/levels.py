@@ -190,7 +190,7 @@ class Levels(NamedTuple):
         """
         heat = by_heat[..., None] ** 2 * np.eye(by_heat.shape[2])
         loop = np.zeros_like(heat)
-        loop[:, 0] = by_loop @ by_loop.swapaxes(1, 2)
+        loop[:, 0] = by_loop @ by_loop.mT
         more = {
             "temperature": Component(heat, np.broadcast_to(dof[:, None], by_heat.shape)),
             "hysteresis": Component(loop, np.full(by_heat.shape, np.inf)),

@@ -118,7 +118,7 @@ class _System(NamedTuple):
         count = jacobian.shape[2]
         size = np.sqrt(np.einsum("rnp,rnp->rp", columns[..., :count], columns[..., :count]))
         columns[..., :count] /= size[:, None]
-        normal = columns.swapaxes(1, 2) @ columns
+        normal = columns.mT @ columns
         prior = np.arange(count, columns.shape[2])
         normal[:, prior, prior] += 1.0
         return cls(columns, normal, size, errors)
@@ -127,20 +127,20 @@ class _System(NamedTuple):
         """Step of the parameters and of the felt parts, and the uncertainty of these."""
         felt = self.errors.felt.shape[2]
         right = np.zeros((*self.normal.shape[:2], 1 + felt))
-        right[..., :1] = self.columns.swapaxes(1, 2) @ self.errors.apart(away[..., None])
+        right[..., :1] = self.columns.mT @ self.errors.apart(away[..., None])
         right[:, -felt:, 1:] = np.eye(felt)
         found = self._solved(right)
         of_felt = found[:, -felt:]
-        variance = np.einsum("rii->ri", of_felt[..., 1:])
+        variance = np.linalg.diagonal(of_felt[..., 1:])
         doubt = np.sqrt(np.clip(variance, 0.0, 1.0))  # 1 before the fit
         return found[:, : self.size.shape[1], 0] / self.size, of_felt[..., 0], doubt
 
     def map(self) -> Array:
         """The step of the parameters as a matrix, shape (R, 3 p + c, n)."""
-        found = self._solved(self.columns.swapaxes(1, 2))[:, : self.size.shape[1]]
+        found = self._solved(self.columns.mT)[:, : self.size.shape[1]]
         found /= self.size[..., None]
-        rows = self.errors.head.apart(found.swapaxes(1, 2), self.errors.noise)
-        return np.asarray((rows / self.errors.noise[..., None]).swapaxes(1, 2))
+        rows = self.errors.head.apart(found.mT, self.errors.noise)
+        return np.asarray((rows / self.errors.noise[..., None]).mT)
 
     def _solved(self, right: Array) -> Array:
         try:
