@@ -291,6 +291,17 @@ def test_faults_come_before_physics():
     assert found.before.rms > 5.0 * found.effects[0].gap_before  # with and without the outlier
 
 
+@pytest.mark.parametrize("first", [-1.0, 0.3, 1.0])
+def test_no_step_is_made_of_the_unknown_way_to_the_first_level(first):
+    size, plan = 3e-5, TumblePlan(temperatures=(20.0, 60.0, 20.0, -40.0, 20.0))
+    hidden = [effect("temperature-hysteresis").of(size)]
+    record = accelcal.simulate(plan=plan, effects=hidden, seed=5)
+    output = record.output + np.where(record.run == 0, 1.35 * first * size, 0.0)
+    found = accelcal.discover(replace(record, output=output))
+    assert ids(found) == ["temperature-hysteresis"]
+    assert found.effects[0].parameters["first"].value == pytest.approx(first, abs=0.7)
+
+
 def test_same_seed_same_answer():
     record = accelcal.simulate(effects=[effect("hysteresis").of(2e-5)], seed=8)
     assert accelcal.discover(record) == accelcal.discover(record)

@@ -167,7 +167,8 @@ def test_each_run_is_approached_forwards():
 def test_temperature_hysteresis_knows_from_where_a_level_was_reached():
     truth, table, effect = effect_in_g("temperature-hysteresis", "loop")
     of_run = [effect[table.run == run] / truth["thermal_lag"] for run in range(1, 9)]
-    for effects, expected in zip(of_run, [0, 1, 1, -1, -1, -1, -1, 1], strict=True):
+    start = truth["thermal_start"]
+    for effects, expected in zip(of_run, [start, 1, 1, -1, -1, -1, -1, 1], strict=True):
         assert effects == pytest.approx(expected, abs=1e-6)
 
 

@@ -113,6 +113,13 @@ def quantization(_rng: np.random.Generator, _session: Session) -> Recipe:
     return replace(lever("readout", "resolution", signed=False), half_steps=True)
 
 
+def thermal_lag(rng: np.random.Generator, session: Session) -> Recipe:
+    """The bias lags behind the temperature; nobody knows how the unit came to the first level."""
+    if np.ptp(session.level) == 0.0:
+        raise ValueError("this design has no level that is reached from another")
+    return lever("sensor", "thermal_lag", thermal_start=float(rng.uniform(-1.0, 1.0)))
+
+
 CATALOGUE: MappingProxyType[str, Maker] = MappingProxyType(
     {
         "scale-factor-asymmetry": _lever("sensor", "asymmetry"),
@@ -126,7 +133,7 @@ CATALOGUE: MappingProxyType[str, Maker] = MappingProxyType(
         "bias-temperature-quadratic": partial(_square, "bias"),
         "scale-factor-temperature-quadratic": partial(_square, "gain"),
         "break-shift": break_shift,
-        "temperature-hysteresis": _lever("sensor", "thermal_lag"),
+        "temperature-hysteresis": thermal_lag,
         "chamber-drift": _lever("chamber", "drift"),
         "bias-drift": _lever("sensor", "bias_rate"),
         "scale-factor-drift": _lever("sensor", "gain_rate"),

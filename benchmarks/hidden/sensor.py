@@ -77,6 +77,8 @@ class Sensor:
         Change of k2 and k3 with temperature [1/degC].
     thermal_lag : float
         Half the bias between a level reached by heating and by cooling [g].
+    thermal_start : float
+        State at the beginning, from -1, as after cooling, to 1, as after heating.
     bias_rate, gain_rate : float
         Drift of k0 [g/s] and of K1 [1/s].
     warm_up, warm_up_time : float
@@ -108,6 +110,7 @@ class Sensor:
     k2_warmth: float = 0.0
     k3_warmth: float = 0.0
     thermal_lag: float = 0.0
+    thermal_start: float = 0.0
     bias_rate: float = 0.0
     gain_rate: float = 0.0
     warm_up: float = 0.0
@@ -154,7 +157,8 @@ class Sensor:
         if self.launch_bias:
             bias = bias + np.array(self.launch_bias)[session.run - 1]
         if self.thermal_lag:
-            behind = temperature - play(temperature, THERMAL_SLACK, ROOM)
+            start = ROOM - self.thermal_start * THERMAL_SLACK
+            behind = temperature - play(temperature, THERMAL_SLACK, start)
             bias = bias + self.thermal_lag * behind / THERMAL_SLACK
         if self.warm_up:
             powered = np.maximum(session.in_run, 0.0)

@@ -28,6 +28,15 @@ def _between_levels(c: Conditions) -> Array:
     return np.linspace(lowest, highest, 23)[1:-1]
 
 
+def _loop(c: Conditions, amplitude: float, first: float) -> Array:
+    return amplitude * np.where(c.approach == 0.0, first, c.approach)
+
+
+def _states(c: Conditions) -> Array:
+    """From as after cooling to as after heating; nothing to try where no level is left."""
+    return np.linspace(-1.0, 1.0, 5) if c.approach.any() else np.zeros(1)
+
+
 EFFECTS = (
     Effect(
         id="k2-temperature",
@@ -103,13 +112,24 @@ EFFECTS = (
         id="temperature-hysteresis",
         name="temperature hysteresis of the bias",
         physics="The bias differs between levels reached by heating and by cooling.",
-        formula="+h after heating, -h after cooling",
+        formula="+h after heating, -h after cooling, something between at the first level",
         signature="K0 of the same temperature differs by 2 h with the way to it; none where T0 and"
         " one level on either side are met once each.",
         to_tell_apart="a level met both by heating and by cooling",
         acts_on="output",
-        parameters=(Parameter("amplitude", "g", "half the width h of the loop"),),
-        term=lambda c, amplitude: amplitude * c.approach,
+        parameters=(
+            Parameter("amplitude", "g", "half the width h of the loop"),
+            Parameter(
+                "first",
+                "1",
+                "bias at the first level, which no record tells the way to, over h: from -1, as"
+                " after cooling, to +1",
+                default=0.0,
+                linear=False,
+                search=_states,
+            ),
+        ),
+        term=_loop,
     ),
     Effect(
         id="chamber-drift",
