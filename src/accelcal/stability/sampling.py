@@ -21,6 +21,11 @@ MOST_FILLED = 0.01
 """Part of the samples that may be filled in."""
 
 _GAP = LONGEST_FILLED + 1.5
+_UNEVEN = 0.5
+"""Excess of the variance by spans of unequal numbers of samples, times the root of their number:
+white noise is then too large by half its standard uncertainty or less."""
+_KEPT = 0.9
+"""Part of the samples that wider spans must keep."""
 
 
 class EvenSeries(NamedTuple):
@@ -42,10 +47,11 @@ class EvenSeries(NamedTuple):
 
 
 class _Piece(NamedTuple):
-    """Evenly spaced output, and how many samples it was made of."""
+    """Evenly spaced output, how many samples it was made of, and how many in each span."""
 
     output: Array
     samples: int
+    in_spans: Array
 
 
 def even_series(launches: Sequence[Launch]) -> EvenSeries:
@@ -65,7 +71,9 @@ def even_series(launches: Sequence[Launch]) -> EvenSeries:
     -----
     Samples on a common raster stay as they are. A few missing ones, at most `MOST_FILLED` of all
     and `LONGEST_FILLED` in a row, are filled in by a straight line; a longer gap ends the piece.
-    Samples off the raster are averaged over equal spans, each wide enough to hold at least one.
+    Samples off the raster are averaged over equal spans, each wide enough to hold at least one. A
+    mean of n samples of white noise has a variance by 1/n, and the mean of 1/n exceeds one over
+    the mean n: spans are doubled until that matters little.
 
     Examples
     --------
@@ -92,9 +100,9 @@ def even_series(launches: Sequence[Launch]) -> EvenSeries:
             notes.append(f"{counted(missing, 'missing sample')} in short gaps: {done}")
         filled = [p for launch in launches for p in _on_raster(launch, interval, longest + 1.5)]
         return _series(interval, filled, notes, launches)
-    width = float(steps[inside].max()) * (1.0 + 1e-9)
+    shortest = float(steps[inside].max()) * (1.0 + 1e-9)
+    width, spans = _even_enough(launches, shortest, _GAP * interval)
     notes.append(f"irregular times: averaged over spans of {width:.4g} s")
-    spans = [piece for launch in launches for piece in _in_spans(launch, width, _GAP * interval)]
     return _series(width, spans, notes, launches)
 
 
@@ -122,8 +130,24 @@ def _on_raster(launch: Launch, interval: float, steps: float) -> list[_Piece]:
     for time, output in _pieces(launch, steps * interval):
         place = np.concatenate([[0.0], np.cumsum(np.round(np.diff(time) / interval))])
         output = np.interp(np.arange(place[-1] + 1.0), place, output)
-        even.append(_Piece(output, time.size))
+        even.append(_Piece(output, time.size, np.ones(output.size)))
     return even
+
+
+def _even_enough(
+    launches: Sequence[Launch], width: float, longest: float
+) -> tuple[float, list[_Piece]]:
+    """Means over spans of that width, or of wider ones whose numbers of samples are alike."""
+    spans = [piece for launch in launches for piece in _in_spans(launch, width, longest)]
+    samples = np.concatenate([np.zeros(0), *(piece.in_spans for piece in spans)])
+    if not samples.size:
+        return width, spans
+    excess = float(samples.mean() * (1.0 / samples).mean()) - 1.0
+    if excess <= _UNEVEN / samples.size**0.5:
+        return width, spans
+    wider = _even_enough(launches, 2.0 * width, longest)
+    kept = sum(piece.samples for piece in wider[1]) >= _KEPT * samples.sum()
+    return wider if kept else (width, spans)
 
 
 def _in_spans(launch: Launch, width: float, longest: float) -> list[_Piece]:
@@ -132,5 +156,6 @@ def _in_spans(launch: Launch, width: float, longest: float) -> list[_Piece]:
         span = np.floor((time - time[0]) / width).astype(np.int64)
         count = np.bincount(span)
         means = np.bincount(span, weights=output) / np.maximum(count, 1)
-        even.append(_Piece(means[:-1], int(count[:-1].sum())))  # the last span is not complete
+        whole = count[:-1].astype(np.float64)  # the last span is not complete
+        even.append(_Piece(means[:-1], int(whole.sum()), whole))
     return [piece for piece in even if piece.output.size >= 3]
