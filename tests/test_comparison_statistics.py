@@ -50,6 +50,15 @@ def test_chance_and_intervals_of_short_records_are_what_they_claim_to_be():
     assert np.mean(held, axis=0).min() > 0.90
 
 
+def test_shifts_between_launches_that_nobody_declares_are_told():
+    calibration, record = (accelcal.fit(simulate(seed=1, declare=False)), simulate(seed=2))
+    unknown = replace(record, apparatus=accelcal.Apparatus(head_uncertainty=6.7e-6))
+    told = accelcal.compare(calibration, unknown).notes
+    for name in ("launch_uncertainty", "launch_sf_uncertainty"):
+        assert sum(note.startswith(f"{name} is not declared") for note in told) == 1
+    assert not any("is not declared" in n for n in accelcal.compare(calibration, record).notes)
+
+
 def test_shares_of_noise_known_with_few_degrees_of_freedom_follow_fisher():
     # one direction of 2 standard deviations; P(|t_4| > 2) = 0.1161, P(|z| > 2) = 0.0455 (tables)
     space = space_of(np.eye(3), np.empty((3, 0)), np.eye(3))

@@ -183,6 +183,11 @@ def notes(
             "launch_uncertainty is not declared: a shift of the bias from launch to launch counts"
             " as a disagreement"
         )
+    if declared.launch_sf_uncertainty is None:
+        yield (
+            "launch_sf_uncertainty is not declared: a change of the scale factor from launch to"
+            " launch counts as a disagreement"
+        )
     if declared.head_uncertainty is None:
         yield "head_uncertainty is not declared: errors of the head count as a disagreement"
     yield from _few_degrees(known)
