@@ -1,6 +1,8 @@
 """The house in order: who imports whom, how long things are, what starts up, what is told."""
 
 import ast
+import builtins
+import doctest
 import inspect
 import re
 import subprocess
@@ -263,6 +265,33 @@ def test_public_names_have_an_example():
     found = {name: getattr(accelcal, name) for name in accelcal._HOME}
     bare = {name for name, value in found.items() if ">>> " not in (inspect.getdoc(value) or "")}
     assert bare <= {"DesignError", "DocumentError", "InputError"}
+
+
+def examples_of(kind):
+    """Examples of a class and of its methods, or of a function, each as one text."""
+    parts = [kind, *vars(kind).values()] if inspect.isclass(kind) else [kind]
+    told = [inspect.unwrap(getattr(part, "__func__", part)).__doc__ or "" for part in parts]
+    parse = doctest.DocTestParser().get_examples
+    return ["".join(example.source for example in parse(text)) for text in told if text]
+
+
+@pytest.mark.parametrize("name", [n for n in accelcal.__all__ if callable(getattr(accelcal, n))])
+def test_examples_of_public_names_run_where_they_are_pasted(name):
+    """They import what they use: who reads `help` has the names of no module but Python's."""
+    for source in examples_of(getattr(accelcal, name)):
+        nodes = list(ast.walk(ast.parse(source)))
+        known = set(dir(builtins))
+        for part in nodes:
+            if isinstance(part, ast.alias):
+                known.add((part.asname or part.name).split(".")[0])
+            if isinstance(part, ast.ExceptHandler):
+                known.add(part.name)
+            if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store):
+                known.add(part.id)
+            if isinstance(part, ast.arg):
+                known.add(part.arg)
+        used = {part.id for part in nodes if isinstance(part, ast.Name)}
+        assert used <= known
 
 
 def test_no_public_name_is_a_module():

@@ -37,10 +37,11 @@ class BilinearLaw:
     Examples
     --------
     >>> import numpy as np
-    >>> bias = BilinearLaw(3.324e-3, above=-3.9e-5, below=-4.5e-5)
+    >>> import accelcal
+    >>> bias = accelcal.BilinearLaw(3.324e-3, above=-3.9e-5, below=-4.5e-5)
     >>> bias.change(np.array([-60.0, 60.0])).round(5)
     array([ 0.0027 , -0.00234])
-    >>> scale_factor = BilinearLaw(1.35, above=520e-6, below=480e-6)  # its slopes are relative
+    >>> scale_factor = accelcal.BilinearLaw(1.35, above=520e-6, below=480e-6)  # relative slopes
     >>> scale_factor.at_reference * (1.0 + scale_factor.change(np.array([60.0]))).round(5)
     array([1.39212])
     """

@@ -48,7 +48,8 @@ class Apparatus:
 
     Examples
     --------
-    >>> Apparatus(local_gravity=9.8106, head_uncertainty=6.7e-6).head_uncertainty
+    >>> import accelcal
+    >>> accelcal.Apparatus(local_gravity=9.8106, head_uncertainty=6.7e-6).head_uncertainty
     6.7e-06
     """
 

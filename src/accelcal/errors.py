@@ -74,7 +74,8 @@ class InputError(AccelcalError, ValueError):
 
         Examples
         --------
-        >>> str(InputError("too few angles; add some").at("a.csv", 2))
+        >>> import accelcal
+        >>> str(accelcal.InputError("too few angles; add some").at("a.csv", 2))
         'a.csv:2: too few angles; add some'
         """
         if self.source is not None:
@@ -100,7 +101,8 @@ class TableError(InputError):
 
     Examples
     --------
-    >>> print(TableError("stroke 0", "strokes count from 1", source="a.csv", line=7))
+    >>> import accelcal
+    >>> print(accelcal.TableError("stroke 0", "strokes count from 1", source="a.csv", line=7))
     a.csv:7: stroke 0; strokes count from 1
     """
 

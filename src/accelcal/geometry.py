@@ -61,7 +61,8 @@ class Acceleration(NamedTuple):
     Examples
     --------
     >>> import numpy as np
-    >>> Acceleration(np.array([1.0]), np.array([0.0]), np.array([0.0])).input
+    >>> import accelcal
+    >>> accelcal.Acceleration(np.array([1.0]), np.array([0.0]), np.array([0.0])).input
     array([1.])
     """
 
@@ -165,7 +166,8 @@ def position_angles(position: ArrayLike, positions: int = 8) -> Array:
 
     Examples
     --------
-    >>> position_angles([1, 2, 9]).tolist()
+    >>> import accelcal
+    >>> accelcal.position_angles([1, 2, 9]).tolist()
     [0.0, 45.0, 360.0]
     """
     checked_positions(positions)
@@ -302,9 +304,10 @@ def accelerations(
 
     Examples
     --------
-    >>> accelerations([0, 90]).input.tolist()
+    >>> import accelcal
+    >>> accelcal.accelerations([0, 90]).input.tolist()
     [1.0, 0.0]
-    >>> accelerations(90, mounting="p-").output.tolist()
+    >>> accelcal.accelerations(90, mounting="p-").output.tolist()
     -1.0
     """
     check_number(delta0=delta0)

@@ -141,8 +141,9 @@ def output(coefficients: Mapping[str, float], acceleration: Acceleration) -> Arr
 
     Examples
     --------
-    >>> from accelcal.geometry import accelerations
-    >>> output({"K0": 0.004, "K1": 1.3}, accelerations([0, 90, 180])).round(3).tolist()
+    >>> import accelcal
+    >>> turn = accelcal.accelerations([0, 90, 180])
+    >>> accelcal.output({"K0": 0.004, "K1": 1.3}, turn).round(3).tolist()
     [1.304, 0.004, -1.296]
     """
     if not hasattr(coefficients, "items"):
@@ -188,8 +189,8 @@ def design_matrix(acceleration: Acceleration, mounting: str = "o") -> Array:
 
     Examples
     --------
-    >>> from accelcal.geometry import accelerations
-    >>> design_matrix(accelerations([0, 90])).tolist()
+    >>> import accelcal
+    >>> accelcal.design_matrix(accelcal.accelerations([0, 90])).tolist()
     [[1.0, 1.0, 1.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0, 1.0, 0.0]]
     """
     if not isinstance(mounting, str) or mounting[:1] not in SEEN_IN_MOUNTING:

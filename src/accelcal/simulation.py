@@ -249,8 +249,8 @@ def simulate(
 
     Examples
     --------
-    >>> from accelcal.effects.catalogue import effect
-    >>> simulate(effects=[effect("backlash").of(2e-5)], seed=15)
+    >>> import accelcal
+    >>> accelcal.simulate(effects=[accelcal.effect("backlash").of(2e-5)], seed=15)
     <TumbleRecord serial 'AL-15': 162 readings, 3 runs, 8 positions>
     """
     if seed is None:

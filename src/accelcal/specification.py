@@ -192,8 +192,10 @@ class Limit:
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import accelcal
     >>> value = np.array([0.0, 5.1, -5.1])
-    >>> Limit("bias", "mg", maximum=5.0).kept_by(value, value).tolist()
+    >>> accelcal.Limit("bias", "mg", maximum=5.0).kept_by(value, value).tolist()
     [True, False, False]
     """
 
@@ -249,9 +251,10 @@ class Limit:
 
         Examples
         --------
-        >>> Limit("bias_temperature_sensitivity", "ug/degC", maximum=60.0).factor()
+        >>> import accelcal
+        >>> accelcal.Limit("bias_temperature_sensitivity", "ug/degC", maximum=60.0).factor()
         1e-06
-        >>> Limit("scale_factor", "uA/g", maximum=1500.0).factor("mA")
+        >>> accelcal.Limit("scale_factor", "uA/g", maximum=1500.0).factor("mA")
         0.001
         """
         return _factor(self.unit, self.name, output_unit)
@@ -321,7 +324,8 @@ class Specification:
 
     Examples
     --------
-    >>> Specification("AL-15", (Limit("bias", "mg", maximum=5.0),)).rule
+    >>> import accelcal
+    >>> accelcal.Specification("AL-15", (accelcal.Limit("bias", "mg", maximum=5.0),)).rule
     'guard band'
     """
 

@@ -122,8 +122,7 @@ def discover(
     Examples
     --------
     >>> import accelcal
-    >>> from accelcal.effects.catalogue import effect
-    >>> record = accelcal.simulate(effects=[effect("backlash").of(2e-5)], seed=1)
+    >>> record = accelcal.simulate(effects=[accelcal.effect("backlash").of(2e-5)], seed=1)
     >>> accelcal.discover(record)
     <Discovery serial AL-15: backlash>
     """

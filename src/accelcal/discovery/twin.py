@@ -66,8 +66,7 @@ def twin(model: Discovery) -> Twin:
     Examples
     --------
     >>> import accelcal
-    >>> from accelcal.effects.catalogue import effect
-    >>> record = accelcal.simulate(effects=[effect("backlash").of(5e-5)], seed=1)
+    >>> record = accelcal.simulate(effects=[accelcal.effect("backlash").of(5e-5)], seed=1)
     >>> accelerometer, noise, effects = accelcal.twin(accelcal.discover(record))
     >>> again = accelcal.simulate(accelerometer, noise=noise, effects=effects, seed=2)
     >>> accelcal.discover(again)

@@ -45,7 +45,8 @@ def catalogue() -> tuple[Effect, ...]:
 
     Examples
     --------
-    >>> [entry.id for entry in catalogue() if entry.acts_on == "temperature"]
+    >>> import accelcal
+    >>> [entry.id for entry in accelcal.catalogue() if entry.acts_on == "temperature"]
     ['chamber-drift']
     """
     return tuple(_BY_ID.values())
@@ -71,7 +72,8 @@ def effect(name: str) -> Effect:
 
     Examples
     --------
-    >>> effect("warm-up").name
+    >>> import accelcal
+    >>> accelcal.effect("warm-up").name
     'warm-up of the bias'
     """
     if not isinstance(name, str):
@@ -112,20 +114,20 @@ def register(*effects: Effect) -> None:
 
     Examples
     --------
-    >>> from accelcal.effects.effect import Effect, Parameter
-    >>> register(
-    ...     Effect(
+    >>> import accelcal
+    >>> accelcal.register(
+    ...     accelcal.Effect(
     ...         id="cross-axis-modulus",
     ...         name="modulus of the cross axis",
     ...         physics="The cross axis acts alike on both sides.",
     ...         formula="c |a_p|",
-    ...         parameters=(Parameter("coefficient", "1", "coefficient c"),),
+    ...         parameters=(accelcal.Parameter("coefficient", "1", "coefficient c"),),
     ...         term=lambda c, coefficient: coefficient * abs(c.cross),
     ...     )
     ... )
-    >>> catalogue()[-1].id
+    >>> accelcal.catalogue()[-1].id
     'cross-axis-modulus'
-    >>> unregister("cross-axis-modulus")
+    >>> accelcal.unregister("cross-axis-modulus")
     """
     for entry in effects:
         refuse(entry)
@@ -152,9 +154,10 @@ def unregister(*names: str) -> None:
     Examples
     --------
     >>> from dataclasses import replace
-    >>> register(replace(effect("hysteresis"), id="hysteresis-of-mine"))
-    >>> unregister("hysteresis-of-mine")
-    >>> "hysteresis-of-mine" in {entry.id for entry in catalogue()}
+    >>> import accelcal
+    >>> accelcal.register(replace(accelcal.effect("hysteresis"), id="hysteresis-of-mine"))
+    >>> accelcal.unregister("hysteresis-of-mine")
+    >>> "hysteresis-of-mine" in {entry.id for entry in accelcal.catalogue()}
     False
     """
     for name in names:

@@ -139,12 +139,13 @@ class Effect:
     Examples
     --------
     >>> import numpy as np
-    >>> Effect(
+    >>> import accelcal
+    >>> accelcal.Effect(
     ...     id="third-harmonic",
     ...     name="third harmonic of the head",
     ...     physics="The circle of the head errs three times a turn.",
     ...     formula="d th = c cos 3th",
-    ...     parameters=(Parameter("cosine", "rad", "coefficient c"),),
+    ...     parameters=(accelcal.Parameter("cosine", "rad", "coefficient c"),),
     ...     term=lambda c, cosine: cosine * np.cos(3 * np.radians(c.angle)),
     ...     acts_on="angle",
     ... ).of(2e-5).values
@@ -222,8 +223,8 @@ class Effect:
 
         Examples
         --------
-        >>> from accelcal.effects.catalogue import effect
-        >>> effect("warm-up").of(1e-4, tau=900).values
+        >>> import accelcal
+        >>> accelcal.effect("warm-up").of(1e-4, tau=900).values
         {'amplitude': 0.0001, 'tau': 900.0}
         """
         return Disturbance(self, self._complete({self.parameters[0].name: value, **others}))

@@ -85,7 +85,8 @@ def budget(
     Examples
     --------
     >>> import accelcal
-    >>> found = budget(accelcal.fit(accelcal.simulate(seed=1)), [0.0, 1.0], temperature=80.0)
+    >>> calibration = accelcal.fit(accelcal.simulate(seed=1))
+    >>> found = accelcal.budget(calibration, [0.0, 1.0], temperature=80.0)
     >>> found.systematic.round(4).tolist()
     [0.001, 0.0324]
     """

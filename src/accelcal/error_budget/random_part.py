@@ -186,7 +186,7 @@ def random_part(
     --------
     >>> import accelcal
     >>> calibration = accelcal.fit(accelcal.simulate(seed=1))
-    >>> found = random_part(calibration, fluctuation=2e-5)
+    >>> found = accelcal.random_part(calibration, fluctuation=2e-5)
     >>> found.launch.origin, found.fluctuation.origin, found.drift.origin
     ('calibration, declared', 'given', '')
     """

@@ -112,7 +112,7 @@ def calibrate_head(
     Examples
     --------
     >>> import accelcal
-    >>> found = calibrate_head([accelcal.simulate(seed=seed) for seed in (1, 2)])
+    >>> found = accelcal.calibrate_head([accelcal.simulate(seed=seed) for seed in (1, 2)])
     >>> len(found.errors), found.harmonics[0].name, round(found.harmonics[0].told, 3)
     (8, 'mean', 0.0)
     """

@@ -161,12 +161,12 @@ def estimate_tables(
     A thousand tables of 9 readings, of which one lacks its last:
 
     >>> import numpy as np
-    >>> from accelcal.geometry import accelerations, turn_angles
-    >>> from accelcal.model import output
-    >>> truth = output({"K0": 0.004, "K1": 1.3}, accelerations(turn_angles()))
+    >>> import accelcal
+    >>> from accelcal.geometry import turn_angles
+    >>> truth = accelcal.output({"K0": 0.004, "K1": 1.3}, accelcal.accelerations(turn_angles()))
     >>> y = truth + 5e-6 * np.random.default_rng(1).standard_normal((1000, 9))
     >>> y[0, 8] = np.nan
-    >>> found = estimate_tables(y, turn_angles())
+    >>> found = accelcal.estimate_tables(y, turn_angles())
     >>> (found.coefficients.mean(axis=0).round(5) + 0.0).tolist()
     [0.004, 1.3, 0.0, 0.0, 0.0, 0.0]
     >>> found.dof[:2].tolist()

@@ -96,7 +96,7 @@ def read_discovery(source: Source, serial: str | None = None) -> Discovery:
     >>> import io
     >>> import accelcal
     >>> found = accelcal.discover(accelcal.simulate(seed=1))
-    >>> read_discovery(io.StringIO(found.to_json())) == found
+    >>> accelcal.read_discovery(io.StringIO(found.to_json())) == found
     True
     """
     return _read(source).choose(serial)

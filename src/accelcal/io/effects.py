@@ -48,6 +48,7 @@ def read_effects(source: Source) -> tuple[Effect, ...]:
     Examples
     --------
     >>> from io import StringIO
+    >>> import accelcal
     >>> text = '''
     ... [[effect]]
     ... id = "cross-axis-modulus"
@@ -55,7 +56,7 @@ def read_effects(source: Source) -> tuple[Effect, ...]:
     ... physics = "The cross axis acts alike on both sides."
     ... formula = "abs(a_p)"
     ... '''
-    >>> read_effects(StringIO(text))[0].formula
+    >>> accelcal.read_effects(StringIO(text))[0].formula
     'c (abs(a_p))'
     """
     given = read_text(source, "file of effects")

@@ -72,8 +72,9 @@ def read_head(source: Source) -> HeadCalibration:
     Examples
     --------
     >>> import io
+    >>> import accelcal
     >>> text = "# uncertainty: 0.5 arcsec\nangle,error [arcsec]\n0,1\n90,-1\n"
-    >>> [round(1e6 * error, 2) for error in read_head(io.StringIO(text)).errors]
+    >>> [round(1e6 * error, 2) for error in accelcal.read_head(io.StringIO(text)).errors]
     [4.85, -4.85]
     """
     given, stored = read_document(source, "head", _stored)

@@ -41,6 +41,7 @@ def read_specification(source: Source) -> Specification:
     Examples
     --------
     >>> from io import StringIO
+    >>> import accelcal
     >>> text = '''
     ... schema = "accelcal/specification/1"
     ... name = "AL-15"
@@ -48,7 +49,7 @@ def read_specification(source: Source) -> Specification:
     ... maximum = 5.0
     ... unit = "mg"
     ... '''
-    >>> read_specification(StringIO(text)).limits
+    >>> accelcal.read_specification(StringIO(text)).limits
     (Limit(name='bias', unit='mg', minimum=None, maximum=5.0, at='T0', condition=''),)
     """
     return read_toml(read_text(source, "data sheet"), _specification, "[limits.NAME]")

@@ -118,7 +118,8 @@ def read_stability(
     Examples
     --------
     >>> import io
-    >>> read_stability(io.StringIO("time,output_mA\n0,1.30\n1,1.31\n2,1.30\n"))
+    >>> import accelcal
+    >>> accelcal.read_stability(io.StringIO("time,output_mA\n0,1.30\n1,1.31\n2,1.30\n"))
     <StabilityRecord <table>: 1 launch, 3 samples>
     """
     text = read_text(source)

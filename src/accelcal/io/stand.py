@@ -79,6 +79,7 @@ def read_stand(source: Source) -> Stand:
     Examples
     --------
     >>> from io import StringIO
+    >>> import accelcal
     >>> text = '''
     ... schema = "accelcal/stand/1"
     ... name = "table top"
@@ -88,7 +89,7 @@ def read_stand(source: Source) -> Stand:
     ... half_width = 10
     ... unit = "arcsec"
     ... '''
-    >>> read_stand(StringIO(text)).components[0].distribution.standard.__round__(7)
+    >>> accelcal.read_stand(StringIO(text)).components[0].distribution.standard.__round__(7)
     2.8e-05
     """
     given = read_text(source, "stand")

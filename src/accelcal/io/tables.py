@@ -99,8 +99,9 @@ def read_tables(
     Examples
     --------
     >>> import io
+    >>> import accelcal
     >>> text = "# temperature: 20\nposition,Y1,Y2\n1,1.30,1.31\n5,-1.29,-1.28\n"
-    >>> read_tables(io.StringIO(text))
+    >>> accelcal.read_tables(io.StringIO(text))
     (<TumbleRecord '<table>': 4 readings, 1 run, 2 positions>,)
     """
     records = survey(source, overrides=overrides)[1]
@@ -132,8 +133,9 @@ def read_table(source: Source, *, overrides: Mapping[str, object] | None = None)
     Examples
     --------
     >>> import io
+    >>> import accelcal
     >>> text = "# temperature: 20\nposition;Y1;Y2\n1;1,30;1,31\n5;-1,29;-1,28\n"
-    >>> read_table(io.StringIO(text), overrides={"serial": "AL-15-003"})
+    >>> accelcal.read_table(io.StringIO(text), overrides={"serial": "AL-15-003"})
     <TumbleRecord serial 'AL-15-003': 4 readings, 1 run, 2 positions>
     """
     records = read_tables(source, overrides=overrides)

@@ -60,7 +60,8 @@ def read_triad(
     Examples
     --------
     >>> import io
-    >>> read_triad(io.StringIO("ax_V,ay_V,az_V\n0.1,0.0,1.0\n0.1,1.0,0.0\n")).unit
+    >>> import accelcal
+    >>> accelcal.read_triad(io.StringIO("ax_V,ay_V,az_V\n0.1,0.0,1.0\n0.1,1.0,0.0\n")).unit
     'V'
     """
     table = read_small_table(source, _heading, tuple(AXES), _REMEDY)

@@ -46,10 +46,10 @@ def write_table(
     Examples
     --------
     >>> import io
-    >>> from accelcal.io.tables import read_table
+    >>> import accelcal
     >>> text = "# unit: mA\ntemperature,position,Y1\n20,1,1.3\n20,5,-1.29\n"
     >>> file = io.StringIO()
-    >>> write_table(read_table(io.StringIO(text)), file)
+    >>> accelcal.write_table(accelcal.read_table(io.StringIO(text)), file)
     >>> print(file.getvalue(), end="")
     # unit: mA
     temperature,position,stroke,output,run,mounting

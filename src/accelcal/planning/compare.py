@@ -107,7 +107,8 @@ def design(
 
     Examples
     --------
-    >>> found = design(positions=[8], strokes=[6], effects=False)
+    >>> import accelcal
+    >>> found = accelcal.design(positions=[8], strokes=[6], effects=False)
     >>> round(found.designs[0].forecast("K2").standard_uncertainty * 1e6, 1)
     3.9
     """

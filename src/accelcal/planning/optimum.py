@@ -147,7 +147,8 @@ def optimal_design(
 
     Examples
     --------
-    >>> found = optimal_design("K2", hours=8.5)
+    >>> import accelcal
+    >>> found = accelcal.optimal_design("K2", hours=8.5)
     >>> found.gain("8 positions") > 1.1
     True
     """

@@ -72,12 +72,12 @@ def history(
 
     Examples
     --------
-    >>> import accelcal
     >>> from dataclasses import replace
+    >>> import accelcal
     >>> records = [
     ...     replace(accelcal.simulate(seed=n), date=f"20{10 + n}-06-01") for n in range(6)
     ... ]
-    >>> found = history(map(accelcal.fit, records))
+    >>> found = accelcal.history(map(accelcal.fit, records))
     >>> found
     <History serial AL-15: 6 calibrations, 0 jumps>
     """

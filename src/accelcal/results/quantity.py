@@ -94,7 +94,8 @@ class Quantity(StoredPart):
 
     Examples
     --------
-    >>> bias = Quantity(3.323e-3, 7.6e-6, "g", 1.5e-5)
+    >>> import accelcal
+    >>> bias = accelcal.Quantity(3.323e-3, 7.6e-6, "g", 1.5e-5)
     >>> bias.coverage_factor
     1.973684210526316
     >>> print(bias)

@@ -93,9 +93,11 @@ def analyse(
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import accelcal
     >>> random = np.random.default_rng(1)
-    >>> launch = Launch("1", np.arange(900.0), random.normal(size=900))
-    >>> result = analyse(StabilityRecord((launch,)))
+    >>> launch = accelcal.Launch("1", np.arange(900.0), random.normal(size=900))
+    >>> result = accelcal.analyse(accelcal.StabilityRecord((launch,)))
     >>> round(result.components["sigma_F"].value, 1), result.components["sigma_L"].finding
     (1.0, 'not determined: 1 launch; repeat the launch')
     """

@@ -169,8 +169,9 @@ class StabilityRecord(EqualByContents):
 
     Examples
     --------
-    >>> launch = Launch("1", [0.0, 1.0, 2.0], [0.1, 0.2, 0.1])
-    >>> StabilityRecord((launch,), unit="mA")
+    >>> import accelcal
+    >>> launch = accelcal.Launch("1", [0.0, 1.0, 2.0], [0.1, 0.2, 0.1])
+    >>> accelcal.StabilityRecord((launch,), unit="mA")
     <StabilityRecord <record>: 1 launch, 3 samples>
     """
 

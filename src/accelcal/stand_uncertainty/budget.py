@@ -96,11 +96,10 @@ def stand_budget(
     Examples
     --------
     >>> import accelcal
-    >>> from accelcal.stand_uncertainty.distribution import distribution
-    >>> from accelcal.stand_uncertainty.stand import Stand, StandComponent
-    >>> gain = distribution("rectangular", half_width=30e-6)
-    >>> stand = Stand("voltmeter alone", (StandComponent("gain", "voltmeter-gain", gain),))
-    >>> found = stand_budget(stand, accelcal.simulate(seed=1))
+    >>> gain = accelcal.distribution("rectangular", half_width=30e-6)
+    >>> voltmeter = accelcal.StandComponent("gain", "voltmeter-gain", gain)
+    >>> stand = accelcal.Stand("voltmeter alone", (voltmeter,))
+    >>> found = accelcal.stand_budget(stand, accelcal.simulate(seed=1))
     >>> round(found.contribution("K1")["gain"] / 1.35 * 1e6, 2)
     17.32
     """

@@ -128,9 +128,10 @@ def distribution(
 
     Examples
     --------
-    >>> distribution("rectangular", half_width=3.0).standard.__round__(4)
+    >>> import accelcal
+    >>> accelcal.distribution("rectangular", half_width=3.0).standard.__round__(4)
     1.7321
-    >>> distribution("normal", half_width=2e-5, factor=2.0).standard
+    >>> accelcal.distribution("normal", half_width=2e-5, factor=2.0).standard
     1e-05
     """
     check_choice(SHAPES, distribution=shape)

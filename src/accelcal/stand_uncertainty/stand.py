@@ -49,9 +49,9 @@ class StandComponent:
 
     Examples
     --------
-    >>> from accelcal.stand_uncertainty.distribution import distribution
-    >>> level = distribution("rectangular", half_width=4.8e-6)
-    >>> StandComponent("level", "shaft-tilt", level).varies
+    >>> import accelcal
+    >>> level = accelcal.distribution("rectangular", half_width=4.8e-6)
+    >>> accelcal.StandComponent("level", "shaft-tilt", level).varies
     ()
     """
 

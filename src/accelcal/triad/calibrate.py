@@ -66,11 +66,12 @@ def calibrate_triad(
     Examples
     --------
     >>> import numpy as np
+    >>> import accelcal
     >>> rng = np.random.default_rng(1)
     >>> up = rng.normal(size=(30, 3))
     >>> up /= np.linalg.norm(up, axis=1)[:, None]
     >>> output = 0.01 + 2.0 * up + rng.normal(scale=1e-3, size=up.shape)
-    >>> calibrate_triad(output).scale_factors["K_x"].value.__round__(2)
+    >>> accelcal.calibrate_triad(output).scale_factors["K_x"].value.__round__(2)
     2.0
     """
     check_choice(FRAMES, frame=frame)

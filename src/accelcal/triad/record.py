@@ -62,7 +62,8 @@ class TriadRecord(EqualByContents):
 
     Examples
     --------
-    >>> TriadRecord([[0.1, 0.0, 1.0], [0.1, 1.0, 0.0]])
+    >>> import accelcal
+    >>> accelcal.TriadRecord([[0.1, 0.0, 1.0], [0.1, 1.0, 0.0]])
     <TriadRecord '<table>': 2 attitudes, not known>
     """
 

@@ -68,9 +68,9 @@ def judge(calibration: Calibration, specification: Specification) -> Verdict:
     Examples
     --------
     >>> import accelcal
-    >>> from accelcal.specification import Limit, Specification
-    >>> limit = Limit("scale_factor_temperature_sensitivity", "ppm/degC", maximum=500.0)
-    >>> verdict = judge(accelcal.fit(accelcal.simulate(seed=1)), Specification("AL-15", (limit,)))
+    >>> limit = accelcal.Limit("scale_factor_temperature_sensitivity", "ppm/degC", maximum=500.0)
+    >>> sheet = accelcal.Specification("AL-15", (limit,))
+    >>> verdict = accelcal.judge(accelcal.fit(accelcal.simulate(seed=1)), sheet)
     >>> [(j.symbol, j.outcome) for j in verdict.judgements], verdict.outcome
     ([('beta1', 'fail'), ('beta2', 'pass')], 'fail')
     """

@@ -114,13 +114,12 @@ def discover_stand(
     Examples
     --------
     >>> import accelcal
-    >>> from accelcal.effects.catalogue import effect
-    >>> backlash = effect("backlash").of(2e-5)
+    >>> backlash = accelcal.effect("backlash").of(2e-5)
     >>> same = accelcal.NoiseComponents(head=0.0)
     >>> records = [
     ...     accelcal.simulate(noise=same, effects=[backlash], seed=seed) for seed in (1, 2, 3)
     ... ]
-    >>> found = discover_stand(records)
+    >>> found = accelcal.discover_stand(records)
     >>> [(item.id, item.verdict) for item in found.effects]
     [('backlash', 'stand')]
     """
