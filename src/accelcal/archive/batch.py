@@ -9,13 +9,13 @@ from os.path import realpath
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from accelcal.archive.block import fit_block, work
+from accelcal.archive.block import Told, fit_block, work
 from accelcal.archive.cells import Columns, Labels, put_together
 from accelcal.archive.columns import ERRORS, LAWS, ROWS, FrameColumn, units_of
 from accelcal.archive.formats import form_of, require_form, results, write_errors
 from accelcal.archive.growing_results import growing_results, work_and_keep
 from accelcal.archive.handed_over import FromFiles, fit_to_file
-from accelcal.archive.journal import Summary, open_journal
+from accelcal.archive.journal import open_journal
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import Sources, find_sources, is_url
 from accelcal.archive.through import InMemory, Progress, work_through
@@ -181,7 +181,7 @@ def batch(
     return BatchFrames(
         _frame([part.tables for part in found], ROWS),
         _frame([part.laws for part in found], LAWS),
-        _errors_frame([*sources.unreadable, *(error for part in found for error in part.errors)]),
+        _errors_frame(_counted(sources, [part.told for part in found]).errors),
     )
 
 
@@ -244,13 +244,13 @@ def write_batch(
         function = (
             partial(work, settings=settings, form=form)
             if dask
-            else partial(work_and_keep, journal=journal, settings=settings, form=form)
+            else partial(work_and_keep, journal=journal)
         )
-        with growing_results(journal, form) as growing:
+        with growing_results(journal) as growing:
             work_through(sources, function, growing, jobs=jobs, dask=dask, tell=progress)
         told = growing.told
         if growing.outdated:  # parts of a table with scattered serials were done anew
-            with growing_results(journal, form) as anew:
+            with growing_results(journal) as anew:
                 anew.take_all(growing)
             told = anew.told
         counts = _counted(sources, told)
@@ -298,14 +298,13 @@ def _sources(paths: Sequence[str], names: Mapping[str, str]) -> Sources:
     return find_sources(paths, aside=names.values())
 
 
-def _counted(sources: Sources, summaries: Iterable[Summary]) -> BatchCounts:
-    errors = list(sources.unreadable)
-    fitted = failed = 0
-    for summary in summaries:
-        errors += summary.errors
-        fitted += summary.fitted
-        failed += summary.failed
-    return BatchCounts(len(sources), fitted, tuple(errors), failed)
+def _counted(sources: Sources, told: Sequence[Told]) -> BatchCounts:
+    return BatchCounts(
+        files=len(sources),
+        fitted=sum(own.fitted for own in told),
+        errors=(*sources.unreadable, *(error for own in told for error in own.errors)),
+        failed=sum(own.failed for own in told),
+    )
 
 
 # -- frames ----------------------------------------------------------------------------------------

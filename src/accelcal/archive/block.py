@@ -7,7 +7,7 @@ the others.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from accelcal.archive.cells import Columns
 from accelcal.archive.columns import LAWS, ROWS
@@ -19,6 +19,8 @@ from accelcal.archive.reading import Failure, Found, read_files, read_part
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import SourceFile
 from accelcal.effects.catalogue import brought_along
+
+Rows = TypeVar("Rows", Columns, bytes)
 
 
 class Block(NamedTuple):
@@ -47,51 +49,42 @@ def _of_columns(part: Part | None, place: int, *columns: Sequence[Any]) -> Block
     return Block(tuple(map(SourceFile._make, zip(*columns, strict=True))), part, place)
 
 
-class Fitted(NamedTuple):
-    """Rows of a block.
+class Told(NamedTuple):
+    """What a block tells besides its rows.
 
     Attributes
     ----------
-    tables, laws : mapping of str to Labels or ndarray
-        Cells by column.
     errors : tuple of tuple of str
         Source and message of what could not be read or fitted.
-    fitted : int
-        Number of records that were fitted.
-    failed : int
-        Number of records that failed a data sheet.
+    fitted, failed : int
+        Number of records that were fitted, and that failed a data sheet.
     serials : tuple of str
         Where the block is a part of a table, the serial of each stretch of its rows.
     """
 
-    tables: Columns
-    laws: Columns
     errors: tuple[tuple[str, str], ...]
     fitted: int
     failed: int
-    serials: tuple[str, ...] = ()
+    serials: tuple[str, ...]
 
 
-class Outcome(NamedTuple):
-    """What a worker gives back.
+class Outcome(NamedTuple, Generic[Rows]):
+    """What comes of a block.
 
     Attributes
     ----------
-    tables, laws : bytes
-        Rows of the two frames, encoded.
-    errors, fitted, failed, serials
-        As of `Fitted`.
+    tables, laws : mapping of str to Labels or ndarray, or bytes
+        Rows of the two frames: cells by column, or encoded.
+    told : Told
+        All else.
     """
 
-    tables: bytes
-    laws: bytes
-    errors: tuple[tuple[str, str], ...]
-    fitted: int
-    failed: int
-    serials: tuple[str, ...] = ()
+    tables: Rows
+    laws: Rows
+    told: Told
 
 
-def work(block: Block, settings: Settings, form: str) -> Outcome:
+def work(block: Block, settings: Settings, form: str) -> Outcome[bytes]:
     """Read, fit and encode a block.
 
     Parameters
@@ -110,10 +103,10 @@ def work(block: Block, settings: Settings, form: str) -> Outcome:
     """
     found = fit_block(block, settings)
     tables, laws = encode(found.tables, ROWS, form), encode(found.laws, LAWS, form)
-    return Outcome(tables, laws, *found[2:])
+    return Outcome(tables, laws, found.told)
 
 
-def fit_block(block: Block, settings: Settings) -> Fitted:
+def fit_block(block: Block, settings: Settings) -> Outcome[Columns]:
     """Read and fit a block.
 
     Parameters
@@ -125,7 +118,7 @@ def fit_block(block: Block, settings: Settings) -> Fitted:
 
     Returns
     -------
-    Fitted
+    Outcome
         Rows in the order of the files, and within a file in that of its serials and runs.
     """
     keep_freed_memory()
@@ -134,37 +127,14 @@ def fit_block(block: Block, settings: Settings) -> Fitted:
         read = list(read_files(block.files, settings.overrides))
     else:
         read, serials = read_part(block.files[0], block.part, settings.overrides)
-    failures = [item for item in read if isinstance(item, Failure)]
+    found = [item for item in read if isinstance(item, Found)]
     with brought_along(*settings.effects):
-        found = rows_of([item for item in read if isinstance(item, Found)], failures, settings)
-    return found._replace(serials=serials)
-
-
-def rows_of(found: Sequence[Found], failures: Sequence[Failure], settings: Settings) -> Fitted:
-    """Fit the records of a block.
-
-    Parameters
-    ----------
-    found : sequence of Found
-        The records.
-    failures : sequence of Failure
-        What could not be read.
-    settings : Settings
-        How to fit.
-
-    Returns
-    -------
-    Fitted
-        Their rows.
-    """
-    fitted = fit_records([item.record for item in found], settings)
-    errors = [
-        *failures,
-        *(
-            Failure(found[place].file, found[place].record.source, told)
-            for place, told in sorted(fitted.failures.items())
-        ),
+        fitted = fit_records([item.record for item in found], settings)
+    errors = [item for item in read if isinstance(item, Failure)]
+    errors += [
+        Failure(found[place].file, found[place].record.source, told)
+        for place, told in sorted(fitted.failures.items())
     ]
-    told = tuple((e.source, e.message) for e in sorted(errors, key=lambda e: e.file))
+    said = tuple((e.source, e.message) for e in sorted(errors, key=lambda e: e.file))
     count = len(found) - len(fitted.failures)
-    return Fitted(fitted.tables, fitted.laws, told, count, fitted.failed)
+    return Outcome(fitted.tables, fitted.laws, Told(said, count, fitted.failed, serials))

@@ -6,15 +6,14 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from accelcal.archive.block import Block, Outcome, work
+from accelcal.archive.block import Block, Outcome, Told, work
 from accelcal.archive.columns import LAWS, ROWS
 from accelcal.archive.formats import open_frame
-from accelcal.archive.journal import Journal, Summary
+from accelcal.archive.journal import Journal
 from accelcal.archive.memory import keep_freed_memory
-from accelcal.archive.settings import Settings
 
 
-def work_and_keep(block: Block, journal: Journal, settings: Settings, form: str) -> None:
+def work_and_keep(block: Block, journal: Journal) -> None:
     """Read and fit a block, and put it into the journal.
 
     So works a process of this machine. Its rows would be long on the way to another process, and
@@ -26,12 +25,8 @@ def work_and_keep(block: Block, journal: Journal, settings: Settings, form: str)
         Files to read.
     journal : Journal
         Where to keep it.
-    settings : Settings
-        How to fit.
-    form : str
-        One of `accelcal.archive.formats.FORMS`.
     """
-    journal.keep(block, work(block, settings, form))
+    journal.keep(block, work(block, journal.settings, journal.form))
 
 
 class GrowingResults:
@@ -46,14 +41,14 @@ class GrowingResults:
 
     Attributes
     ----------
-    told : list of Summary
+    told : list of Told
         What the blocks tell whose rows are taken, in their order.
     outdated : bool
         Whether rows were taken of blocks that are done anew.
     """
 
     def __init__(self, journal: Journal, frames: Sequence[Callable[[bytes], object]]) -> None:
-        self.told: list[Summary] = []
+        self.told: list[Told] = []
         self.outdated = False
         self._journal = journal
         self._frames = frames
@@ -73,7 +68,7 @@ class GrowingResults:
             self._finish(block)
         return finished
 
-    def keep(self, block: Block, outcome: Outcome | None) -> None:
+    def keep(self, block: Block, outcome: Outcome[bytes] | None) -> None:
         """Keep a finished block; None is one that its worker has put into the journal."""
         if outcome is not None:
             self._journal.keep(block, outcome)
@@ -96,23 +91,21 @@ class GrowingResults:
             self._take(self._paths[len(self.told)])
 
     def _take(self, path: Path) -> None:
-        told, rows = self._journal.finished(path)
+        found = self._journal.finished(path)
         with self._journal.refusals_told():
-            for add, part in zip(self._frames, rows, strict=True):
+            for add, part in zip(self._frames, (found.tables, found.laws), strict=True):
                 add(part)
-        self.told.append(told)
+        self.told.append(found.told)
 
 
 @contextmanager
-def growing_results(journal: Journal, form: str) -> Iterator[GrowingResults]:
+def growing_results(journal: Journal) -> Iterator[GrowingResults]:
     """Draft the frames of tables and laws in a journal.
 
     Parameters
     ----------
     journal : Journal
         The journal.
-    form : str
-        One of `accelcal.archive.formats.FORMS`.
 
     Yields
     ------
@@ -124,7 +117,7 @@ def growing_results(journal: Journal, form: str) -> Iterator[GrowingResults]:
         files = [opened.enter_context(journal.draft(name)) for name in ("tables", "laws")]
         with journal.refusals_told():
             frames = [
-                opened.enter_context(open_frame(kinds, form, file))
+                opened.enter_context(open_frame(kinds, journal.form, file))
                 for kinds, file in zip((ROWS, LAWS), files, strict=True)
             ]
         yield GrowingResults(journal, frames)

@@ -21,9 +21,9 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
 from functools import reduce
 from pathlib import Path
-from typing import IO, NamedTuple
+from typing import IO
 
-from accelcal.archive.block import Block, Outcome
+from accelcal.archive.block import Block, Outcome, Told
 from accelcal.archive.formats import results
 from accelcal.archive.lock import alone_in
 from accelcal.archive.settings import Settings
@@ -31,25 +31,6 @@ from accelcal.atomic import open_atomically, replacing
 from accelcal.errors import InputError
 
 _SUFFIX = ".block"
-
-
-class Summary(NamedTuple):
-    """What a finished block tells besides its rows.
-
-    Attributes
-    ----------
-    errors : tuple of tuple of str
-        Source and message of what could not be read or fitted.
-    fitted, failed : int
-        Number of records that were fitted, and that failed a data sheet.
-    serials : tuple of str
-        Where the block is a part of a table, the serial of each stretch of its rows.
-    """
-
-    errors: tuple[tuple[str, str], ...]
-    fitted: int
-    failed: int
-    serials: tuple[str, ...]
 
 
 class Journal:
@@ -66,7 +47,7 @@ class Journal:
     """
 
     def __init__(self, folder: Path, settings: Settings, form: str) -> None:
-        self.folder = folder
+        self.folder, self.settings, self.form = folder, settings, form
         self._common = f"{settings.fingerprint()}\0{form}"
 
     def path(self, block: Block) -> Path:
@@ -76,16 +57,10 @@ class Journal:
         digest = hashlib.sha256(text.encode("utf-8", "backslashreplace")).hexdigest()
         return self.folder / f"{digest[:40]}{_SUFFIX}"
 
-    def keep(self, block: Block, outcome: Outcome) -> None:
+    def keep(self, block: Block, outcome: Outcome[bytes]) -> None:
         """Put a finished block on disk, whole or not at all."""
-        summary = {
-            "bytes": [len(outcome.tables), len(outcome.laws)],
-            "errors": outcome.errors,
-            "fitted": outcome.fitted,
-            "failed": outcome.failed,
-            "serials": outcome.serials,
-        }
-        content = json.dumps(summary).encode() + b"\n", outcome.tables, outcome.laws
+        head = {"bytes": [len(outcome.tables), len(outcome.laws)], **outcome.told._asdict()}
+        content = json.dumps(head).encode() + b"\n", outcome.tables, outcome.laws
         with self.refusals_told(), replacing(self.path(block), to_disk=False) as file:
             file.write(_checksum(*content) + b"\n")
             file.writelines(content)
@@ -100,15 +75,15 @@ class Journal:
         return checksum == _checksum(content)
 
     @staticmethod
-    def finished(path: Path) -> tuple[Summary, tuple[bytes, bytes]]:
-        """What a finished block tells, and its encoded rows: of the tables, and of the laws."""
+    def finished(path: Path) -> Outcome[bytes]:
+        """What came of a finished block."""
         with path.open("rb") as file:
             file.readline()  # the checksum
             head = json.loads(file.readline())
             tables, laws = map(file.read, head["bytes"])
         errors = tuple((source, message) for source, message in head["errors"])
-        told = Summary(errors, head["fitted"], head["failed"], tuple(head["serials"]))
-        return told, (tables, laws)
+        told = Told(errors, head["fitted"], head["failed"], tuple(head["serials"]))
+        return Outcome(tables, laws, told)
 
     @contextmanager
     def draft(self, name: str) -> Iterator[IO[bytes]]:

@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain, count, groupby, islice
 from typing import Any, Protocol, TypeVar
 
-from accelcal.archive.block import Block, Fitted
+from accelcal.archive.block import Block, Outcome
+from accelcal.archive.cells import Columns
 from accelcal.archive.parts import comes_back, divide
 from accelcal.archive.sources import SourceFile, Sources
 from accelcal.archive.workers import completed, processors, workers
@@ -52,10 +53,10 @@ class InMemory:
     """Keeps the results of blocks in memory."""
 
     def __init__(self) -> None:
-        self._results: dict[int, Fitted] = {}
+        self._results: dict[int, Outcome[Columns]] = {}
 
     @property
-    def results(self) -> list[Fitted]:
+    def results(self) -> list[Outcome[Columns]]:
         """Results in the order of the blocks."""
         return [self._results[place] for place in sorted(self._results)]
 
@@ -63,13 +64,13 @@ class InMemory:
         """Take note of the next block; none is finished already."""
         return False
 
-    def keep(self, block: Block, outcome: Fitted) -> None:
+    def keep(self, block: Block, outcome: Outcome[Columns]) -> None:
         """Keep a finished block."""
         self._results[block.place] = outcome
 
     def serials(self, block: Block) -> Sequence[str]:
         """Serial of each stretch of rows, where a finished block is a part of a table."""
-        return self._results[block.place].serials
+        return self._results[block.place].told.serials
 
 
 def blocks_of(sources: Sources) -> Iterator[Block]:
