@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import IO
 
 from accelcal.errors import InputError
-from accelcal.escapes import ESCAPED
+from accelcal.escapes import ESCAPED, ended
 
 
 def write_atomically(path: str | os.PathLike[str], data: bytes) -> None:
@@ -71,8 +71,7 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
     ...     Path(folder, "a.csv").read_bytes()
     b'M\\xfcller,1\n'
     """
-    whole = text if text.endswith("\n") else text + "\n"
-    write_atomically(path, whole.encode("utf-8", errors=ESCAPED))
+    write_atomically(path, ended(text).encode("utf-8", errors=ESCAPED))
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-r"""What cannot be written or shown, as its escape: ``\xff`` for a byte of a file name."""
+r"""Text that any terminal and any file can take: ``\xff`` for a byte of a file name."""
 
 from __future__ import annotations
 
@@ -74,3 +74,24 @@ def _escape(letter: str) -> str:
 
 
 codecs.register_error(ESCAPED, _escaped)
+
+
+def ended(text: str) -> str:
+    r"""Add a line feed at the end of a text where there is none.
+
+    Parameters
+    ----------
+    text : str
+        Any text.
+
+    Returns
+    -------
+    str
+        Whole lines.
+
+    Examples
+    --------
+    >>> ended("1,2"), ended("1,2\n")
+    ('1,2\n', '1,2\n')
+    """
+    return text if text.endswith("\n") else text + "\n"

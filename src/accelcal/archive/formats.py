@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import gzip
-import io
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import IO, Any
@@ -17,6 +15,7 @@ from accelcal.archive.columns import ERRORS, FrameColumn
 from accelcal.arguments.endings import ending_of
 from accelcal.errors import not_installed
 from accelcal.escapes import ESCAPED
+from accelcal.io.csv_text import csv_text
 
 FORMS = (".csv", ".csv.gz", ".parquet")
 """Ends of the names of results."""
@@ -154,11 +153,7 @@ def write_errors(errors: Iterable[Sequence[str]], file: IO[bytes]) -> None:
     file : binary file object
         Where to write CSV with headings.
     """
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(ERRORS)
-    writer.writerows(errors)
-    file.write(text.getvalue().encode("utf-8", errors=ESCAPED))
+    file.write(csv_text([ERRORS, *errors]).encode("utf-8", errors=ESCAPED))
 
 
 # -- CSV -------------------------------------------------------------------------------------------

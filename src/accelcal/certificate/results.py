@@ -92,22 +92,13 @@ def _table(table: TableCalibration, calibration: Calibration) -> Element:
         for name, quantity in quantities.items()
     ]
     title = f"run {table.run}, mounting {table.mounting}{where}"
-    covariance = _covariance(table, calibration)
-    return dcc(
-        "result",
-        named(title),
-        dcc("data", dcc("list", named("coefficients"), *data), covariance),
-    )
+    return _result(title, "coefficients", data, _covariance(table, calibration))
 
 
 def _laws(model: TemperatureModel, calibration: Calibration, whose: str) -> Element:
     data = [_quantity(name, quantity, calibration, name) for name, quantity in model.quantities()]
     title = f"temperature laws about T0 = {calibration.T0_degC:.6g} degC{whose}"
-    return dcc(
-        "result",
-        named(title),
-        dcc("data", dcc("list", named("temperature laws"), *data)),
-    )
+    return _result(title, "temperature laws", data)
 
 
 def _reversal(found: FixtureAngle, calibration: Calibration) -> Element:
@@ -119,11 +110,11 @@ def _reversal(found: FixtureAngle, calibration: Calibration) -> Element:
     title = (
         f"misalignment freed from the fixture angle by mountings {found.axis}+ and {found.axis}-"
     )
-    return dcc(
-        "result",
-        named(title),
-        dcc("data", dcc("list", named("both sides of one axis"), *data)),
-    )
+    return _result(title, "both sides of one axis", data)
+
+
+def _result(title: str, what: str, data: list[Element], more: Element | None = None) -> Element:
+    return dcc("result", named(title), dcc("data", dcc("list", named(what), *data), more))
 
 
 def _quantity(name: str, quantity: Quantity, calibration: Calibration, meaning: str) -> Element:

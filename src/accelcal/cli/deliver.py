@@ -14,7 +14,7 @@ import click
 
 from accelcal.cli.wording import by_options
 from accelcal.errors import InputError
-from accelcal.escapes import visible
+from accelcal.escapes import ended, visible
 
 _WORDS = re.compile(r"\b(PASS|FAIL|WARNING|JUMP|undecided|not tested)\b")
 _COLOURS = {"PASS": "green", "FAIL": "red", "JUMP": "red"}
@@ -39,7 +39,7 @@ def deliver(text: str, path: str | None = None, *, words: bool = False) -> None:
         If the file or standard output cannot be written.
     """
     if path is None or path == "-":
-        text = text if text.endswith("\n") else text + "\n"
+        text = ended(text)
         _print(_coloured(by_options(text)) if words else text)
         return
     from accelcal.atomic import write_text

@@ -8,10 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from accelcal.cli.deliver import (
-    deliver,
-    refuse_stdin_twice,
-)
+from accelcal.cli.deliver import deliver, refuse_stdin_twice
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.forms import one_below_the_other
 from accelcal.cli.options import (

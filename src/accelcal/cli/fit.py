@@ -8,11 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from accelcal.cli.deliver import (
-    deliver,
-    refuse_stdin_twice,
-    remark,
-)
+from accelcal.cli.deliver import deliver, refuse_stdin_twice, remark
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.fit_arguments import fit_arguments, models_in, specification_in
 from accelcal.cli.forms import csv_of, one_below_the_other

@@ -83,11 +83,7 @@ def csv_of(rows: Sequence[Mapping[str, Any]]) -> str:
     >>> csv_of([{"a": 1, "b": None}, {"a": 0.5, "b": "x"}])
     'a,b\n1,\n0.5,x\n'
     """
-    import csv
-    import io
+    from accelcal.io.csv_text import csv_text
 
-    text = io.StringIO()
-    writer = csv.DictWriter(text, rows[0], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
+    names = list(rows[0])
+    return csv_text([names, *([row[name] for name in names] for row in rows)])

@@ -206,6 +206,38 @@ mounting_option = click.option(
     help="Use the tables of this mounting only.",
 )
 
+
+def plan_options(lead: str = "") -> Callable[[Function], Function]:
+    """Options of a test that is planned, each told behind the lead."""
+
+    def told(text: str) -> str:
+        return lead + text if lead else text[0].upper() + text[1:]
+
+    return together(
+        click.option(
+            "--positions",
+            type=click.IntRange(1),
+            metavar="N",
+            help=told("positions in a turn [8]."),
+        ),
+        click.option(
+            "--angles",
+            type=numbers,
+            metavar="DEG,...",
+            help=told("head angles instead of positions [deg]."),
+        ),
+        click.option(
+            "--strokes", type=click.IntRange(1), metavar="N", help=told("strokes in a run [6].")
+        ),
+        click.option(
+            "--temperatures",
+            type=numbers,
+            metavar="DEG,...",
+            help=told("temperatures in their order [20,80,-40 degC]."),
+        ),
+    )
+
+
 apparatus_options = together(
     click.option(
         "--head-uncertainty",

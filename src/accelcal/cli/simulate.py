@@ -12,8 +12,8 @@ from accelcal.cli.options import (
     effects_option,
     fixture_angle,
     number,
-    numbers,
     output_option,
+    plan_options,
     setting,
     words,
 )
@@ -45,17 +45,7 @@ def settings(text: str) -> Settings:
 @effects_option
 @click.option("--list-effects", is_flag=True, help="List the effects with their units, and stop.")
 @click.option("--seed", type=click.IntRange(0), metavar="N", help="Seed of the random errors.")
-@click.option("--positions", type=click.IntRange(1), metavar="N", help="Positions in a turn [8].")
-@click.option(
-    "--angles", type=numbers, metavar="DEG,...", help="Head angles instead of positions [deg]."
-)
-@click.option("--strokes", type=click.IntRange(1), metavar="N", help="Strokes in a run [6].")
-@click.option(
-    "--temperatures",
-    type=numbers,
-    metavar="DEG,...",
-    help="Temperatures in their order [20,80,-40 degC].",
-)
+@plan_options()
 @click.option(
     "--mounting",
     "mountings",
@@ -147,22 +137,9 @@ _NOISE = {
 }
 """Option -> field of `NoiseComponents`."""
 
-_PLAN = (
-    "positions",
-    "angles",
-    "strokes",
-    "temperatures",
-    "mountings",
-    "delta0",
-    "resolution",
-    "timed",
-    "local_gravity",
-)
-"""Options that are fields of `TumblePlan`."""
-
 
 def _simulated(options: dict[str, Any]) -> TumbleRecord:
-    from dataclasses import replace
+    from dataclasses import fields, replace
 
     from accelcal.effects.catalogue import effect
     from accelcal.simulation import TumblePlan
@@ -175,9 +152,10 @@ def _simulated(options: dict[str, Any]) -> TumbleRecord:
         raise InputError("--positions and --angles; give one of the two")
     if "serial" in given:
         accelerometer = replace(accelerometer, serial=given["serial"])
+    planned = [item.name for item in fields(TumblePlan) if item.name in given]
     return run(
         accelerometer,
-        TumblePlan(**{name: given[name] for name in _PLAN if name in given}),
+        TumblePlan(**{name: given[name] for name in planned}),
         replace(noise, **{_NOISE[name]: given[name] for name in _NOISE if name in given}),
         [
             *effects,

@@ -10,7 +10,7 @@ from click.core import ParameterSource
 
 from accelcal.cli.deliver import refuse_stdin_twice
 from accelcal.cli.files import FileToRead
-from accelcal.cli.options import fixture_angle, number, numbers, together, words
+from accelcal.cli.options import fixture_angle, number, plan_options, together, words
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:
@@ -57,27 +57,7 @@ stand_options = together(
         metavar="DATA.csv",
         help="With --stand: the test as it was made in this table.",
     ),
-    click.option(
-        "--positions",
-        type=click.IntRange(1),
-        metavar="N",
-        help="With --stand: positions in a turn [8].",
-    ),
-    click.option(
-        "--angles",
-        type=numbers,
-        metavar="DEG,...",
-        help="With --stand: head angles instead of positions [deg].",
-    ),
-    click.option(
-        "--strokes", type=click.IntRange(1), metavar="N", help="With --stand: strokes in a run [6]."
-    ),
-    click.option(
-        "--temperatures",
-        type=numbers,
-        metavar="DEG,...",
-        help="With --stand: temperatures in their order [20,80,-40 degC].",
-    ),
+    plan_options("With --stand: "),
     click.option(
         "--mountings",
         type=words,

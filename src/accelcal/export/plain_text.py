@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Iterator, Mapping
 from typing import Any
+
+from accelcal.io.csv_text import csv_text
 
 __all__ = ["to_csv", "to_yaml"]
 
@@ -79,15 +79,12 @@ def to_csv(content: Mapping[str, Any]) -> str:
     table = dict(content)
     rows, covariance = table.pop("coefficients"), table.pop("covariance")
     by_symbol = dict(zip(covariance["symbols"], covariance["matrix"], strict=True))
-    text = io.StringIO()
-    for key, value in {**table, "covariance": covariance["note"]}.items():
-        text.write(f"# {key}: {_on_one_line(value)}\n")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*rows[0], *(f"covariance_{symbol}" for symbol in by_symbol)])
-    for row in rows:
-        parts = by_symbol.get(row["symbol"], [None] * len(by_symbol))
-        writer.writerow([*row.values(), *parts])
-    return text.getvalue()
+    said = {**table, "covariance": covariance["note"]}
+    above = "".join(f"# {key}: {_on_one_line(value)}\n" for key, value in said.items())
+    headings = [*rows[0], *(f"covariance_{symbol}" for symbol in by_symbol)]
+    unknown = [None] * len(by_symbol)
+    cells = ([*row.values(), *by_symbol.get(row["symbol"], unknown)] for row in rows)
+    return above + csv_text([headings, *cells])
 
 
 def _on_one_line(value: Any) -> str:

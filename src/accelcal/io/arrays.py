@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 from collections.abc import Mapping
 from dataclasses import fields, replace
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from accelcal.apparatus import Apparatus
 from accelcal.arguments.numbers import refuse_other_order
 from accelcal.errors import InputError
+from accelcal.io.csv_text import csv_text
 from accelcal.io.declarations import declared_by_caller
 from accelcal.io.tables import read_table
 from accelcal.io.vocabulary import split_unit
@@ -72,11 +72,8 @@ def read_arrays(
     <TumbleRecord serial 'AL-15': 8 readings, 1 run, 8 positions>
     """
     arrays = _arrays(columns)
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(name for name, _ in arrays)
-    writer.writerows(zip(*(_cells(array) for _, array in arrays), strict=True))
-    source = io.StringIO(text.getvalue())
+    rows = zip(*(_cells(array) for _, array in arrays), strict=True)
+    source = io.StringIO(csv_text([[name for name, _ in arrays], *rows]))
     source.name = _NAME  # where a file has its name, for messages
     declared = getattr(columns, "attrs", {}).get("declared", {})
     turn = {name: value for name, value in declared.items() if name == "positions"}

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -216,19 +217,19 @@ def _fitted(cells: list[str], width: int, needed: int, layout: Layout, index: in
     """Cells of a row, as many as there are headings: blank ones fall away or are added."""
     while len(cells) > width and not cells[-1]:
         cells.pop()
-    place = {"source": layout.source, "line": layout.lines[index]}
+    refusal = partial(TableError, source=layout.source, line=layout.lines[index])
     if len(cells) > width:
         problem = f"{len(cells)} fields under {width} column headings"
         remedy = "give every column a heading"
         if layout.separator == ",":
             remedy += ", and with decimal commas separate the columns by semicolons"
-        raise TableError(problem, remedy, **place)  # type: ignore[arg-type]
+        raise refusal(problem, remedy)
     if len(cells) < needed:
         if _is_broken(layout.rows[max(index - 1, 0) : index + 1]):
-            raise TableError("a cell has a line break", "write it in one line", **place)  # type: ignore[arg-type]
+            raise refusal("a cell has a line break", "write it in one line")
         missing = layout.headings[needed - 1].text
         problem = f"{counted(len(cells), 'field')}, but {missing} is field {needed}"
-        raise TableError(problem, "complete the row or delete it", **place)  # type: ignore[arg-type]
+        raise refusal(problem, "complete the row or delete it")
     return cells + [""] * (width - len(cells))
 
 

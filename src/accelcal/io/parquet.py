@@ -5,13 +5,13 @@ from __future__ import annotations
 import io
 import os
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterator, Sequence
-from csv import writer
+from collections.abc import Iterator
 from functools import lru_cache
 from itertools import accumulate
 from typing import IO, Any
 
 from accelcal.errors import TableError, not_installed
+from accelcal.io.csv_text import csv_text
 from accelcal.io.layout import shown
 
 
@@ -158,16 +158,9 @@ def _text_of(table: Any, quoting: str) -> bytes:
     from pyarrow import csv
 
     text = io.BytesIO()
-    text.write(_row(table.column_names))
+    text.write(csv_text([table.column_names]).encode())
     csv.write_csv(table, text, csv.WriteOptions(include_header=False, quoting_style=quoting))
     return text.getvalue()
-
-
-def _row(cells: Sequence[str]) -> bytes:
-    """Cells as a row of CSV, in quotes where they must be."""
-    row = io.StringIO()
-    writer(row, lineterminator="\n").writerow(cells)
-    return row.getvalue().encode()
 
 
 def headings_of(path: str) -> list[str]:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import fields
 from typing import IO, Any
 
@@ -15,6 +13,7 @@ from accelcal.apparatus import Apparatus
 from accelcal.arguments.kinds import each_of, path_text
 from accelcal.errors import InputError
 from accelcal.escapes import ESCAPED
+from accelcal.io.csv_text import csv_text
 from accelcal.io.vocabulary import canonical_key
 from accelcal.record import TumbleRecord
 
@@ -123,7 +122,7 @@ def _declared_runs(records: list[TumbleRecord]) -> str | None:
         return None
     if len({record.run_labels for record in records}) > 1:
         raise InputError("records with different runs; write each to a file of its own")
-    return _csv([records[0].run_labels]).rstrip("\n")
+    return csv_text([records[0].run_labels]).rstrip("\n")
 
 
 def _runs_by_appearance(record: TumbleRecord) -> tuple[str, ...]:
@@ -153,7 +152,7 @@ def _rows(records: list[TumbleRecord]) -> str:
         for record, table in zip(records, columns, strict=True)
         for row in zip(*table.values(), strict=True)
     )
-    return _csv([names]) + _csv(rows)
+    return csv_text([names, *rows])
 
 
 def _columns(record: TumbleRecord) -> dict[str, list[Any]]:
@@ -180,9 +179,3 @@ def _label(name: str) -> str:
     if not name or name != name.strip() or "\n" in name or "\r" in name or "\0" in name:
         raise InputError(f"run label {name!r} does not fit into a cell; rename the run")
     return name
-
-
-def _csv(rows: Iterable[Sequence[Any]]) -> str:
-    buffer = io.StringIO()
-    csv.writer(buffer, lineterminator="\n").writerows(rows)
-    return buffer.getvalue()

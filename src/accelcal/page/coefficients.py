@@ -55,19 +55,8 @@ def coefficients(document: Document) -> Section:
 
 def _of_table(table: Document, local_gravity: float | None) -> Iterator[Block]:
     found = coefficient_rows(table)
-    rows = [
-        (
-            r.name,
-            r.symbol,
-            r.value,
-            r.expanded,
-            r.unit,
-            _plain(r.standard),
-            r.factor,
-            r.dominated_by,
-        )
-        for r in found
-    ]
+    plain = (r._replace(standard=_plain(r.standard)) for r in found)
+    rows = [(r.name, r.symbol, *r[3:]) for r in plain]
     count = f"{table['readings']} readings, {counted(table['dof'], 'degree')} of freedom"
     yield Table(f"{place(table)} ({count})", _HEADINGS, _set(rows), frozenset({2, 3, 5, 6}))
     said = [f"{r.symbol} stands for {r.meaning}" for r in found if r.meaning]

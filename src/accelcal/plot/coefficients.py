@@ -131,8 +131,7 @@ def budget(calibration: Calibration, ax: Axes | None, *, run: str | int | None) 
         ax.text(101.5, place, told, va="center", fontsize=SMALL)
     ax.set(xlim=(0.0, 100.0), xlabel="share of the variance [%]")
     if not shown:
-        ax.set(yticks=[], xticks=[])
-        ax.text(0.5, 0.5, "no uncertainty is known", ha="center", transform=ax.transAxes)
+        blank(ax, "no uncertainty is known")
     return entitled(ax, f"Where the uncertainty comes from, run {table.run}", columns=4)
 
 

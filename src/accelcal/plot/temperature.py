@@ -11,7 +11,7 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.compensate.propagation import interval_of_parts, propagated
 from accelcal.effects.conditions import LEVEL_CHANGE
-from accelcal.plot.style import canvases, entitled, palette, styled
+from accelcal.plot.style import blank, canvases, entitled, palette, styled
 from accelcal.report.scale import readable
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
@@ -129,8 +129,7 @@ def _draw_difference(ax: Axes, kind: _Panel, points: _Points, calibration: Calib
     law, own = (_law(calibration, kind.name, place) for place in (at, points.temperature))
     ax.set(xlabel="temperature [°C]")
     if law is None or own is None:
-        ax.set(xticks=[], yticks=[], xlabel="")
-        ax.text(0.5, 0.5, "no law determined", ha="center", transform=ax.transAxes)
+        blank(ax, "no law determined").set_xlabel("")
         return
     apart = points._replace(value=points.value - own[0])
     factor, unit = readable(kind.unit, apart.value, points.half_width, law[1])

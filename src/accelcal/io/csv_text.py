@@ -1,0 +1,31 @@
+"""Rows as the text of a CSV file."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable
+from typing import Any
+
+
+def csv_text(rows: Iterable[Iterable[Any]]) -> str:
+    r"""Write rows as CSV, in quotes what must be.
+
+    Parameters
+    ----------
+    rows : iterable of iterable
+        Cells; nothing is written for None.
+
+    Returns
+    -------
+    str
+        A line for each row.
+
+    Examples
+    --------
+    >>> csv_text([["run", "note"], [20, "warm, twice"], [60, None]])
+    'run,note\n20,"warm, twice"\n60,\n'
+    """
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
