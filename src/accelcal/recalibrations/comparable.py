@@ -218,12 +218,11 @@ def _at_one_place(entries: list[Entry], notes: list[str]) -> list[Entry]:
         return entries
     common = max(places, key=lambda gravity: places[gravity])
     others = ", ".join(f"{gravity:g}" for gravity in places if gravity != common)
+    told = f"calibrations where g is {others} m/s^2 are converted to g = {common:g} m/s^2"
     silent = sum(not entry.gravity for entry in entries)
-    left = f"; {counted(silent, 'table')} without gravity {'is' if silent == 1 else 'are'} not"
-    notes.append(
-        f"calibrations where g is {others} m/s^2 are converted to g = {common:g} m/s^2"
-        f"{left * bool(silent)}"
-    )
+    if silent:
+        told += f"; {counted(silent, 'table')} without gravity {'is' if silent == 1 else 'are'} not"
+    notes.append(told)
     return [_in_local_g(entry, common) for entry in entries]
 
 
