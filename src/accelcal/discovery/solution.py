@@ -120,28 +120,18 @@ def parameters_of(
     ]
     derivatives = np.hstack([linear, *(space.see(s) for s in slopes if s.shape[1])])
     uncertainty = standard_uncertainties(derivatives)
-    factor = student_quantile(LEVEL, space.dof)
-    of_sizes = iter(uncertainty[: sizes.size])
-    of_shapes = iter(uncertainty[sizes.size :])
-    return tuple(
-        {
-            **{
-                p.name: _quantity(p, value, next(of_sizes), factor, space.dof)
-                for p, value in zip(names, size.tolist(), strict=True)
-            },
-            **{
-                p.name: _quantity(
-                    p,
-                    item.shape[p.name],
-                    None if p.discrete else next(of_shapes),
-                    factor,
-                    space.dof,
-                )
-                for p in item.effect.shapes
-            },
+    of_sizes, of_shapes = iter(uncertainty[: sizes.size]), iter(uncertainty[sizes.size :])
+    found = []
+    for item, names, size in zip(instances, own, split, strict=True):
+        told = {
+            p.name: _quantity(p, value, next(of_sizes), space.dof)
+            for p, value in zip(names, size.tolist(), strict=True)
         }
-        for item, names, size in zip(instances, own, split, strict=True)
-    )
+        for p in item.effect.shapes:
+            u = None if p.discrete else next(of_shapes)
+            told[p.name] = _quantity(p, item.shape[p.name], u, space.dof)
+        found.append(told)
+    return tuple(found)
 
 
 def standard_uncertainties(derivatives: Array) -> Array:
@@ -173,13 +163,11 @@ def _slopes(instance: Instance, names: Sequence[Parameter], size: Array, c: Cond
     return np.hstack(found)
 
 
-def _quantity(
-    parameter: Parameter, value: float, uncertainty: float | None, factor: float, dof: int
-) -> Quantity:
+def _quantity(parameter: Parameter, value: float, uncertainty: float | None, dof: int) -> Quantity:
     if uncertainty is None:
         return Quantity(value, None, parameter.unit)
     u = float(uncertainty)
-    return Quantity(value, u, parameter.unit, factor * u, float(dof))
+    return Quantity(value, u, parameter.unit, student_quantile(LEVEL, dof) * u, float(dof))
 
 
 def changes(comparison: Comparison, before: Solution, after: Solution) -> tuple[Change, ...]:
