@@ -109,6 +109,14 @@ def test_exact_form_is_that_of_2(exact):
     assert beta == pytest.approx((1.0 + 0.0312 - 1.0) / (1.0 + 0.0312), rel=1e-5)
 
 
+def test_error_is_that_of_the_output_over_the_scale_factor_at_its_temperature(exact):
+    now, k0 = 1.35 * (1.0 + 520e-6 * 60.0), 3.324e-3 - 3.9e-5 * 60.0
+    output = now * (k0 - 1.0 + 1.05e-4 - 8.7e-5)  # at -1 g, by the coefficients of the paper
+    found = budget(exact, -1.0, temperature=80.0, exact=True).systematic[0]
+    assert found == pytest.approx((output + 1.35) / now, rel=1e-6)
+    assert found * now / 1.35 == pytest.approx(output / 1.35 + 1.0, rel=1e-6)
+
+
 def test_what_the_first_order_leaves_out_is_told(exact):
     told = " ".join(budget(exact, 1.0, temperature=80.0).warnings)
     assert "-944 ug" in told  # 0.0312 / 1.0312 - 0.0312

@@ -75,6 +75,9 @@ def budget(
 
     Notes
     -----
+    With `exact`, the systematic error is (Y - K1N a_i)/K1: the output Y less K1N a_i, over the
+    scale factor at its temperature. That of Y/K1N is larger by the factor K1/K1N.
+
     Equation (4), with the bias bound (3). The error is that of a reading turned into acceleration
     by K1N alone. In the GUM sum each bound counts by its standard uncertainty, without the factor
     0.5 of (3), and the calibration uncertainty of each coefficient counts as well, with the
