@@ -11,7 +11,7 @@ misalignment delta follow bilinear laws with a break at T0. Nothing is expanded 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from zlib import crc32
 
@@ -117,13 +117,13 @@ class TumblePlan:
     ----------
     positions : int
         Number of positions in a turn; a stroke ends with the return to the first one.
-    angles : tuple of float, optional
+    angles : sequence of float, optional
         Head angles of a forward stroke, instead of numbered positions [deg].
     strokes : int
         Strokes in a run; odd ones run forward, even ones back.
-    temperatures : tuple of float
-        Levels, in the order in which they are visited [degC].
-    mountings : tuple of str
+    temperatures : sequence of float
+        Levels, in the order in which they are visited [degC]. All sequences are kept as tuples.
+    mountings : sequence of str
         Each one of `accelcal.geometry.MOUNTINGS`, taken through all temperatures in turn.
     delta0 : float
         Fixture angle [rad].
@@ -150,10 +150,10 @@ class TumblePlan:
     """
 
     positions: int = 8
-    angles: tuple[float, ...] | None = None
+    angles: Sequence[float] | None = None
     strokes: int = 6
-    temperatures: tuple[float, ...] = (20.0, 80.0, -40.0)
-    mountings: tuple[str, ...] = ("o+",)
+    temperatures: Sequence[float] = (20.0, 80.0, -40.0)
+    mountings: Sequence[str] = ("o+",)
     delta0: float = 0.0
     resolution: float = 0.0
     seconds_per_reading: float = SECONDS_PER_READING
@@ -204,7 +204,7 @@ class TumblePlan:
         return stops * self.strokes * len(self.temperatures) * len(self.mountings)
 
 
-def _numbered(name: str, values: tuple[float, ...]) -> dict[str, float]:
+def _numbered(name: str, values: Sequence[float]) -> dict[str, float]:
     """Values by the names that messages give them, as in ``angle 3``."""
     return {f"{name} {number}": value for number, value in enumerate(values, 1)}
 
