@@ -126,6 +126,33 @@ def test_the_functions_behind_the_commands_are_public():
     assert named - {"report", "export", "certificate"} <= set(accelcal.__all__)
 
 
+def keys_told(heading):
+    """Keys in the first column of the table below a heading of the page of documents."""
+    text = (ROOT / "docs" / "documents.md").read_text("utf-8")
+    own = re.split(r"^#+ ", text.split(f"# {heading}\n")[1], maxsplit=1, flags=re.MULTILINE)[0]
+    cells = [line.split(" | ")[0] for line in own.splitlines() if line.startswith("| `")]
+    return {key for cell in cells for key in re.findall(r"`(\w+)`", cell)}
+
+
+def test_the_page_of_documents_has_all_keys():
+    hidden = [accelcal.effect("outlier").of(1e-3, reading=17)]
+    record = accelcal.simulate(effects=hidden, seed=3)
+    calibration = accelcal.fit(record).to_document()
+    discovery = accelcal.discover(record).to_document()
+    (table, *_), (effect, *_) = calibration["tables"], discovery["effects"]
+    told = {
+        "A quantity": table["coefficients"]["K1"],
+        "A calibration": calibration,
+        "Each of `tables`": table,
+        "`temperature_model`": calibration["temperature_model"],
+        "A discovery": discovery,
+        "Each of `effects`": effect,
+    }
+    assert {heading: keys_told(heading) for heading in told} == {
+        heading: set(document) for heading, document in told.items()
+    }
+
+
 effect_pages = module(ROOT / "docs" / "effect_pages.py")
 
 
