@@ -121,7 +121,7 @@ def test_own_effects_go_along_to_a_worker(archive, lens):
     settings = pickle.dumps(Settings(Options(model=lens)).with_own_effects())
     accelcal.unregister("lens")
     block = Block(tuple(find_sources([str(archive / "tables")])))
-    assert fit_block(block, pickle.loads(settings)).fitted == 8
+    assert fit_block(block, pickle.loads(settings)).told.fitted == 8
     assert "lens" not in {entry.id for entry in catalogue()}
     accelcal.register(*read_effects(archive / "lens.toml"))  # the fixture takes it out
 

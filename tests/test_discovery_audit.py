@@ -89,7 +89,7 @@ THREE_LEVELS = {
     "bias-temperature-quadratic": ("K0 above T0", "K0 below T0"),
     "scale-factor-temperature-quadratic": ("K1 above T0", "K1 below T0"),
     "break-shift": ("K0 above T0", "K0 below T0"),
-    "temperature-hysteresis": ("K0 above T0", "K0 below T0"),
+    "temperature-hysteresis": ("K0", "K0 above T0", "K0 below T0"),
     "fixture-offset": ("M",),
     "head-eccentricity": ("K0", "K2", "M_ip"),
 }

@@ -342,7 +342,7 @@ def test_faults_come_first(discovery, record):
     from accelcal.results.findings import Fault
 
     faulty = replace(
-        discovery, faults=(Fault("outlier", "reading 3 is 90 ug off", {}, 1e-9, (3,)),)
+        discovery, faults=(Fault("outlier", "outlier", "reading 3 is 90 ug off", {}, 1e-9, (3,)),)
     )
     told = markdown(report_page([faulty], [record]))
     assert told.index("reading 3 is 90 µg off") < told.index("Where simulation")

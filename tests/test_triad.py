@@ -133,9 +133,9 @@ def test_rows_of_one_attitude_share_its_error():
         up = directions(rng, 16)
         off = np.repeat(up + np.cross(rng.normal(scale=2e-3, size=up.shape), up), 4, axis=0)
         found = accelcal.calibrate_triad(outputs(off, FULL, rng, 2e-4), np.repeat(up, 4, axis=0))
-        rows = [row for row in found.rows() if row["name"] in truth]
+        rows = [row for row in found.rows() if row["quantity"] in truth]
         inside.append(
-            [abs(r["value"] - truth[r["name"]]) <= r["expanded_uncertainty"] for r in rows]
+            [abs(r["value"] - truth[r["quantity"]]) <= r["expanded_uncertainty"] for r in rows]
         )
     assert (found.attitudes, found.dof) == (16, 12)
     assert found.notes == ("64 rows of 16 attitudes: those of one attitude are averaged",)
