@@ -115,7 +115,7 @@ def absorbed_by(effect: Effect, model: BaseModel, parameters: Array) -> tuple[st
 
     Examples
     --------
-    >>> from accelcal.discovery.base import base_model
+    >>> from accelcal.discovery.base import base_model, solve
     >>> from accelcal.effects.catalogue import effect
     >>> from accelcal.simulation import simulate
     >>> model = base_model(simulate(seed=1), 20.0)
