@@ -222,6 +222,19 @@ def test_laws_from_readings_count_as_uncorrelated_with_what_has_no_law():
 # -- where the random part comes from --------------------------------------------------------------
 
 
+@pytest.mark.parametrize("laws", ["tables", "readings"])
+def test_an_output_of_the_other_sign_has_the_same_budget(laws):
+    record = accelcal.simulate(seed=1)
+    turned = replace(record, output=-record.output)
+    one, other = (
+        accelcal.budget(
+            accelcal.fit(each, temperature_laws=laws), [-1.0, 0.5], a_p=0.3, temperature=50.0
+        )
+        for each in (record, turned)
+    )
+    assert one.expanded_uncertainty == pytest.approx(other.expanded_uncertainty, rel=1e-9)
+
+
 def test_calibration_tells_launch_and_scale_factor(al15):
     random = random_part(al15)
     assert random.launch == RandomBound(3 * 6.7e-6, 3.0, "calibration, declared")

@@ -88,8 +88,10 @@ def _correlations(coefficients: Coefficients, side: str) -> dict[tuple[str, str]
     main_axis = list(coefficients.slopes)[2]
     symbols["delta_ip"] = {"delta_O": "delta_ip", "delta_P": "delta_io"}[main_axis]
     names, matrix = model.covariance_names, model.covariance
-    sigma = np.sqrt(np.diagonal(matrix))
-    places = [i for i, n in enumerate(names) if n in symbols and sigma[i] > 0.0]
+    turned = (coefficients.at_T0["K1"].value or 0.0) < 0.0  # the laws have K1, (4) has dK1/K1
+    sign = np.array([-1.0 if turned and name == "K1 at_T0" else 1.0 for name in names])
+    sigma = sign * np.sqrt(np.diagonal(matrix))
+    places = [i for i, n in enumerate(names) if n in symbols and sigma[i] != 0.0]
     return {
         (symbols[names[i]], symbols[names[j]]): float(matrix[i, j] / (sigma[i] * sigma[j]))
         for i, j in combinations(places, 2)
