@@ -240,12 +240,13 @@ class Discovery(StoredResult, TabularResult):
         before, after = checked(document, "gap", _gaps)
         faults: tuple[Fault, ...] = checked(document, "faults", list_of(Fault.from_document), ())
         named = checked(document, "effects", list_of(FoundEffect.from_document))
+        of_readings = {fault.id for fault in faults}
         return cls(
             noise=tuple(checked(document, "noise", mapping_of(ErrorSource.from_document)).values()),
             before=before,
             after=after,
             where=checked(document, "where", list_of(Share.from_document)),
-            effects=tuple(e for e in named if e.id not in {fault.id for fault in faults}),
+            effects=tuple(e for e in named if e.id not in of_readings),
             unexplained=checked(document, "unexplained", or_none(Unexplained.from_document)),
             undetectable=checked(document, "undetectable", list_of(Undetectable.from_document)),
             smallest_detectable=checked(
