@@ -21,7 +21,7 @@ from accelcal.record import TumbleRecord
 from accelcal.results.table import mountings_of_laws
 from accelcal.temperature.bilinear import law_units
 from accelcal.temperature.from_tables import LawsOfRecords
-from accelcal.version import __version__
+from accelcal.version import SOFTWARE
 
 JOINT = " | "
 """Between the texts in one cell."""
@@ -173,7 +173,7 @@ def _counts(column: NDArray[Any]) -> Labels:
 
 def _columns(found: Columns, kinds: Mapping[str, FrameColumn], rows: int) -> Columns:
     """Cells of all columns; one that is not found is empty."""
-    software = {"software": _everywhere(f"accelcal {__version__}", rows)}
+    software = {"software": _everywhere(SOFTWARE, rows)}
     every: Columns = {
         name: np.full(rows, np.nan) if kind.kind == "number" else _everywhere(None, rows)
         for name, kind in kinds.items()

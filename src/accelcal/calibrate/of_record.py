@@ -20,7 +20,7 @@ from accelcal.results.covariance import rows_of
 from accelcal.results.mapping import finite_or_none, frozen
 from accelcal.results.quantity import Residuals
 from accelcal.results.table import TableCalibration
-from accelcal.version import __version__
+from accelcal.version import SOFTWARE
 
 if TYPE_CHECKING:
     from accelcal.calibrate.stack import CalibrationStack
@@ -59,7 +59,7 @@ def calibration_of_record(stack: CalibrationStack, place: int) -> Calibration:
         error_sources=error_sources(tables, estimate, record.unit),
         gates=tuple(gate.gate(place) for gate in stack.record_gates),
         warnings=stack.warnings.of_record[place],
-        software=f"accelcal {__version__}",
+        software=SOFTWARE,
         temperature_model=main,
         second_axis_model=second,
         fixture_angle=fixture,

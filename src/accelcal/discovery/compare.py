@@ -51,7 +51,7 @@ from accelcal.results.calibration import Calibration
 from accelcal.results.disagreement import Disagreement, RunChange
 from accelcal.results.findings import Share
 from accelcal.results.quantity import ErrorSource
-from accelcal.version import __version__
+from accelcal.version import SOFTWARE
 
 __all__ = ["compare", "residuals_of"]
 
@@ -172,7 +172,7 @@ def compare(
         readings=len(record),
         source=record.source,
         calibration=calibration.source,
-        software=f"accelcal {__version__}",
+        software=SOFTWARE,
     )
 
 

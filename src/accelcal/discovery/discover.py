@@ -39,7 +39,7 @@ from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import WRONG_ORDER, Fault, FoundEffect, Gap, Unexplained
 from accelcal.results.quantity import ErrorSource, Quantity
-from accelcal.version import __version__
+from accelcal.version import SOFTWARE
 
 __all__ = ["discover"]
 
@@ -259,7 +259,7 @@ def _discovery(
         delta0_rad=question.delta0,
         readings=len(record),
         source=record.source,
-        software=f"accelcal {__version__}",
+        software=SOFTWARE,
         sha256=record.sha256,
     )
 

@@ -36,7 +36,7 @@ from accelcal.results.head_calibration import (
     posterior,
 )
 from accelcal.results.quantity import Gate, Quantity
-from accelcal.version import __version__
+from accelcal.version import SOFTWARE
 
 __all__ = ["calibrate_head"]
 
@@ -145,7 +145,7 @@ def calibrate_head(
         ),
         gates=(_clampings(records), _left_over(units, float(whole @ errors))),
         source=", ".join(dict.fromkeys(record.source for record in records)),
-        software=f"accelcal {__version__}",
+        software=SOFTWARE,
     )
 
 

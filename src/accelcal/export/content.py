@@ -20,7 +20,7 @@ from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.calibration import Calibration
 from accelcal.results.mapping import finite_or_none
-from accelcal.version import __version__
+from accelcal.version import SOFTWARE
 
 __all__ = ["SIGN_CONVENTION", "covariance_rows", "export_content", "refuse_effects"]
 
@@ -87,7 +87,7 @@ def export_content(
         "source": calibration.source,
         "calibration_sha256": sha256,
         "calibrated_by": calibration.software,
-        "exported_by": f"accelcal {__version__}",
+        "exported_by": SOFTWARE,
         "output_unit": calibration.output_unit,
         "acceleration_unit": "g_local",
         "g_local_m_s2": calibration.g_local_m_s2,

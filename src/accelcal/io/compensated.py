@@ -18,7 +18,7 @@ from accelcal.io.declarations import notes_of_unit
 from accelcal.io.sample_headings import in_metres
 from accelcal.io.samples import SampleBlock, SampleReader
 from accelcal.units import canonical_unit, conversion_factor
-from accelcal.version import __version__
+from accelcal.version import SOFTWARE
 
 __all__ = ["AccelerationStream", "StreamOptions"]
 
@@ -238,7 +238,7 @@ class AccelerationStream:
             "acceleration_unit": unit,
             "calibration": self._about or None,
             "data": self._samples.source,
-            "software": f"accelcal {__version__}",
+            "software": SOFTWARE,
         }
         text = "".join(f"# {key}: {value}\n" for key, value in lines.items() if value is not None)
         time = "time," if "time" in self._samples.headings.columns else ""

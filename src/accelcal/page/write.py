@@ -20,7 +20,7 @@ from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.discovery import Discovery
 from accelcal.results.stand_discovery import StandDiscovery
-from accelcal.version import __version__
+from accelcal.version import SOFTWARE
 
 __all__ = ["FORMS", "Result", "form_of", "report_page", "write_report"]
 
@@ -116,7 +116,7 @@ def report_page(results: Sequence[Result], records: Sequence[TumbleRecord | None
         _chapter(result, record, f"r{i}-" if len(results) > 1 else "")
         for i, (result, record) in enumerate(zip(results, known, strict=True))
     ]
-    return Page(_title(chapters), chapters, f"accelcal {__version__}")
+    return Page(_title(chapters), chapters, SOFTWARE)
 
 
 def _reported(results: Sequence[Result]) -> tuple[Result, ...]:

@@ -20,7 +20,7 @@ from accelcal.planning.visibility import visibility
 from accelcal.results.designs import DesignComparison, TestDesign, Visibility
 from accelcal.simulation import NoiseComponents, TumblePlan
 from accelcal.units import HOUR
-from accelcal.version import __version__
+from accelcal.version import SOFTWARE
 
 __all__ = ["PACE", "POSITIONS", "STAND", "STROKES", "TEMPERATURES"]
 __all__ += ["blank_plan", "compared", "design", "design_of"]
@@ -174,7 +174,7 @@ def compared(
         declared=declared,
         pace=asdict(pace),
         targets=targets,
-        software=f"accelcal {__version__}",
+        software=SOFTWARE,
     )
 
 

@@ -27,7 +27,7 @@ from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.unit_history import History, Jump, Point, Trend
 from accelcal.units import YEAR
-from accelcal.version import __version__
+from accelcal.version import SOFTWARE
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -130,7 +130,7 @@ def history_of(
         trends=trends,
         alpha=alpha,
         notes=(*chosen.notes, *_few(chosen), *_warned(chosen)),
-        software=f"accelcal {__version__}",
+        software=SOFTWARE,
     )
 
 

@@ -31,7 +31,7 @@ from accelcal.stability.sampling import even_series
 from accelcal.stability.spread import deviation, lag1_correlation
 from accelcal.stability.threshold import hysteresis, threshold
 from accelcal.stability.trend import Trend, fit_trend
-from accelcal.version import __version__
+from accelcal.version import SOFTWARE
 
 __all__ = ["analyse", "scale_factor_from"]
 
@@ -133,7 +133,7 @@ def analyse(
         window_s=window,
         serial=record.serial,
         source=record.source,
-        software=f"accelcal {__version__}",
+        software=SOFTWARE,
     )
 
 

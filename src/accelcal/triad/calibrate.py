@@ -21,7 +21,7 @@ from accelcal.triad.known import from_known_attitudes
 from accelcal.triad.record import AXES, TriadRecord, one_an_attitude
 from accelcal.triad.solution import NAMES, Solution
 from accelcal.triad.unknown import FRAMES, from_unknown_attitudes
-from accelcal.version import __version__
+from accelcal.version import SOFTWARE
 
 __all__ = ["calibrate_triad"]
 
@@ -113,7 +113,7 @@ def _calibrated(given: TriadRecord, frame: str) -> TriadCalibration:
         serial=record.serial,
         source=record.source,
         notes=record.notes,
-        software=f"accelcal {__version__}",
+        software=SOFTWARE,
     )
 
 
