@@ -24,7 +24,6 @@ from accelcal.discovery.errors_counted import (
     head_notes,
     notes,
     size_counted,
-    sources,
 )
 from accelcal.discovery.factors import blocks
 from accelcal.discovery.noise import (
@@ -35,6 +34,7 @@ from accelcal.discovery.noise import (
     reading_noise,
     refuse_too_many,
     saturated,
+    sources,
 )
 from accelcal.discovery.one_head import head_difference, is_same_head, is_turned_over
 from accelcal.discovery.repeatability import KnownNoise, known_noise, worse_than_known

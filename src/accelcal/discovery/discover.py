@@ -22,7 +22,7 @@ from accelcal.discovery.family import Family, family_of, judge
 from accelcal.discovery.faults import fault
 from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.held_out import held_out_rms
-from accelcal.discovery.noise import ReadingNoise, orthonormal, refuse_too_many
+from accelcal.discovery.noise import ReadingNoise, orthonormal, refuse_too_many, sources
 from accelcal.discovery.one_clamping import refuse_several_clampings
 from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import proposals
@@ -38,7 +38,7 @@ from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import WRONG_ORDER, Fault, FoundEffect, Gap, Unexplained
-from accelcal.results.quantity import ErrorSource, Quantity
+from accelcal.results.quantity import Quantity
 from accelcal.version import SOFTWARE
 
 __all__ = ["discover"]
@@ -234,7 +234,7 @@ def _discovery(
     if found:
         before = _gap_as_given(record, question, comparison.noise)
     return Discovery(
-        noise=_noise(comparison),
+        noise=sources(comparison.noise, record.apparatus, record, free=("launch", "launch_sf")),
         before=before,
         after=_gap(within, steps[-1].held_out),
         where=shares(
@@ -286,24 +286,6 @@ def _next_measurement(look: _Look, named: Explanation, question: _Question) -> s
     in_one_clamping = [item for item in good if not item.block.clocking]
     best = next(iter(in_one_clamping or good), None)
     return best.text if best else "nothing on the menu of further readings tells them apart"
-
-
-def _noise(comparison: Comparison) -> tuple[ErrorSource, ...]:
-    noise, declared = comparison.noise, comparison.record.apparatus
-    reading = ErrorSource("reading", noise.sigma, "g", float(noise.dof), "replicates")
-    others = (
-        ("head", declared.head_uncertainty, "rad", "none"),
-        ("launch", declared.launch_uncertainty, "g", "free in each run"),
-        ("launch_sf", declared.launch_sf_uncertainty, "1", "free in each run"),
-        ("temperature", declared.temperature_uncertainty, "degC", "none"),
-    )
-    return (
-        reading,
-        *(
-            ErrorSource(name, size, unit, None, missing if size is None else "declared")
-            for name, size, unit, missing in others
-        ),
-    )
 
 
 def _gap_as_given(record: TumbleRecord, question: _Question, noise: ReadingNoise) -> Gap:

@@ -10,7 +10,6 @@ import numpy as np
 from accelcal.apparatus import Apparatus
 from accelcal.compensate.coefficients import Compensation
 from accelcal.discovery.calibration_errors import is_corrected
-from accelcal.discovery.noise import FEWEST_REPLICATES, ReadingNoise
 from accelcal.discovery.one_head import is_same_file
 from accelcal.discovery.simulated import Simulated, gravity_ratio
 from accelcal.estimate.error_components import SHIFTED
@@ -102,51 +101,6 @@ def size_counted(source: ErrorSource) -> float:
 def freedom(source: ErrorSource) -> float:
     """Degrees of freedom of the size of an error, infinite where it is known."""
     return np.inf if source.dof is None else source.dof
-
-
-def sources(
-    noise: ReadingNoise, declared: Apparatus, record: TumbleRecord
-) -> tuple[ErrorSource, ...]:
-    """Tell the errors with where they come from.
-
-    Parameters
-    ----------
-    noise : ReadingNoise
-        Noise of the readings.
-    declared : Apparatus
-        The errors, from `counted`.
-    record : TumbleRecord
-        The record.
-
-    Returns
-    -------
-    tuple of ErrorSource
-        Reading, head, launch, scale factor from launch to launch, temperature.
-    """
-    own = record.apparatus
-    repeated = noise.dof >= FEWEST_REPLICATES
-    reading = ErrorSource(
-        "reading",
-        noise.sigma,
-        "g",
-        float(noise.dof) if repeated else None,
-        "replicates" if repeated else "calibration",
-    )
-    others = (("head", "rad"), ("launch", "g"), ("launch_sf", "1"), ("temperature", "degC"))
-    return (
-        reading,
-        *(
-            ErrorSource(name, getattr(declared, field), unit, None, _origin(own, declared, field))
-            for name, unit in others
-            for field in (f"{name}_uncertainty",)
-        ),
-    )
-
-
-def _origin(own: Apparatus, declared: Apparatus, field: str) -> str:
-    if getattr(own, field) is not None:
-        return "declared"
-    return "none" if getattr(declared, field) is None else "calibration"
 
 
 def notes(

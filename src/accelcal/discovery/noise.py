@@ -7,6 +7,7 @@ residuals of a model, which may lack an effect.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from accelcal.errors import InputError
 from accelcal.geometry import head_positions
 from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
+from accelcal.results.quantity import ErrorSource
 
 FEWEST_REPLICATES = 8
 """Degrees of freedom of pure error below which nothing can be discovered."""
@@ -29,6 +31,8 @@ nothing of what readings scatter by."""
 
 _MOST_READINGS = 8000
 """Above it a matrix of readings by readings takes half a gigabyte, and there are several."""
+
+_UNITS = {"head": "rad", "launch": "g", "launch_sf": "1", "temperature": "degC"}
 
 _RHOS = np.linspace(-0.3, 0.9, 121)
 _LAGS = 40
@@ -226,6 +230,38 @@ def _lag_sums(matrix: Array, run: Ints) -> Array:
         same = run[lag:] == run[:-lag]
         sums.append(float((np.diagonal(matrix, lag)[same] + np.diagonal(matrix, -lag)[same]).sum()))
     return np.array(sums)
+
+
+def sources(
+    noise: ReadingNoise, counted: Apparatus, record: TumbleRecord, *, free: Collection[str] = ()
+) -> tuple[ErrorSource, ...]:
+    """Tell the errors of the readings with where they come from.
+
+    Parameters
+    ----------
+    noise : ReadingNoise
+        Noise of the readings.
+    counted : Apparatus
+        The errors that count: those that the record declares, and others.
+    record : TumbleRecord
+        The record.
+    free : collection of str, optional
+        Errors that are free in each run where nothing tells their size.
+
+    Returns
+    -------
+    tuple of ErrorSource
+        Reading, head, launch, scale factor from launch to launch, temperature.
+    """
+    repeated = noise.dof >= FEWEST_REPLICATES
+    dof, origin = (float(noise.dof), "replicates") if repeated else (None, "calibration")
+    found = [ErrorSource("reading", noise.sigma, "g", dof, origin)]
+    for name, unit in _UNITS.items():
+        own, size = (getattr(of, f"{name}_uncertainty") for of in (record.apparatus, counted))
+        missing = "free in each run" if name in free else "none"
+        known = "calibration" if own is None else "declared"
+        found.append(ErrorSource(name, size, unit, None, missing if size is None else known))
+    return tuple(found)
 
 
 def covariance(
