@@ -75,7 +75,7 @@ class OnePlan(NamedTuple):
             return None
         unknown = np.full(len(self.records[0]), np.nan)
         whole = np.array([unknown if r.time is None else r.time for r in self.records])
-        return np.concatenate([whole[:, self.masks[t]] for t in tables])
+        return np.asarray(np.concatenate([whole[:, self.masks[t]] for t in tables]))
 
     def run_labels(self, record: int) -> list[str]:
         """Labels of the runs of all tables of one record."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -137,18 +137,16 @@ def _conditions(
 
     Accelerations are in the local g of the calibration.
     """
-    told = []
+    both = []
     for axis in found.axes:
         delta0 = fixture_angle(record, freed_angle(calibration, axis.name).value or None)
-        told.append(conditions_of(record, 0.0 if found.T0 is None else found.T0, delta0))
-    main, other = told[0], told[-1]
+        both.append(conditions_of(record, 0.0 if found.T0 is None else found.T0, delta0))
+    main, other = both[0], both[-1]
     of_angle = ("input", "cross", "axial", "indicated", "per_radian")
     is_main = along == found.cross.name
     g = gravity_ratio(calibration, record)
-    return replace(
-        main,
-        **{n: g * np.where(is_main, getattr(main, n), getattr(other, n)) for n in of_angle},
-    )
+    told: Any = {n: g * np.where(is_main, getattr(main, n), getattr(other, n)) for n in of_angle}
+    return replace(main, **told)
 
 
 def gravity_ratio(calibration: Calibration, record: TumbleRecord) -> float:

@@ -52,7 +52,7 @@ def _reading(meaning: str, default: float | None, behind: int = 0) -> Parameter:
         default=default,
         minimum=0.0,
         linear=False,
-        search=lambda c: np.arange(1.0, c.number.size + 1.0 - behind),
+        search=lambda c: np.arange(1.0, c.number.size + 1.0 - behind, dtype=np.float64),
         discrete=True,
     )
 
@@ -89,7 +89,7 @@ EFFECTS = (
                 default=1.0,
                 minimum=1.0,
                 linear=False,
-                search=lambda c: np.arange(1.0, c.number.size),
+                search=lambda c: np.arange(1.0, c.number.size, dtype=np.float64),
                 discrete=True,
             ),
         ),

@@ -73,7 +73,7 @@ def _signed(part: ErrorComponent, points: Conditions) -> Array:
     name = at_T0.get(part.symbol, part.symbol)
     acting = sensitivity(name, points)
     acting = acting * points.rise if part.symbol in at_T0 else acting
-    return part.standard_uncertainty * np.sign(acting)
+    return np.asarray(part.standard_uncertainty * np.sign(acting))
 
 
 def _correlations(coefficients: Coefficients, side: str) -> dict[tuple[str, str], float]:

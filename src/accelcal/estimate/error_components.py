@@ -166,4 +166,4 @@ def _influence(estimator: LinearEstimator, coefficients: Array, positions: Array
     acting = products_of_groups(estimator.map.T, table.angular, cell, members)
     by_coefficient = np.zeros((positions.size, *acting.shape[1:]))
     by_coefficient[np.searchsorted(positions, at)] = acting
-    return np.tensordot(coefficients, by_coefficient.T, axes=1)
+    return np.asarray(np.tensordot(coefficients, by_coefficient.T, axes=1))

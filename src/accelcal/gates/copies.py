@@ -73,7 +73,8 @@ def copied_strokes(stack: TableStack) -> dict[int, tuple[int, int]]:
 def _look_alike(beginnings: Array) -> list[int]:
     """Tables in which two strokes begin alike, from their first readings, (strokes, 2, T)."""
     mixed = np.sort(beginnings[:, 0] + _IRRATIONAL * beginnings[:, -1], axis=0)
-    return np.flatnonzero((mixed[1:] == mixed[:-1]).any(axis=0)).tolist()
+    alike: list[int] = np.flatnonzero((mixed[1:] == mixed[:-1]).any(axis=0)).tolist()
+    return alike
 
 
 def copy_said(first: str, second: str) -> str:

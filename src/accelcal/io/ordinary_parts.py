@@ -43,7 +43,7 @@ class Stretches(NamedTuple):
 
     def changes(self, values: NDArray[Any]) -> Mask:
         """Mask of the rows whose value is not that of the row before in their stretch."""
-        change = np.concatenate([[True], values[1:] != values[:-1]])
+        change: Mask = np.concatenate([[True], values[1:] != values[:-1]])
         change[self.start] = True
         return change
 
@@ -186,7 +186,7 @@ def _repeats(stretches: Stretches, columns: Sequence[NDArray[Any]]) -> Mask:
     """Mask of the stretches that have the usual size and are as the one before."""
     size = stretches.size
     usual = int(np.sort(size)[size.size // 2])
-    again = np.concatenate([[False], (size[1:] == usual) & (size[:-1] == usual)])
+    again: Mask = np.concatenate([[False], (size[1:] == usual) & (size[:-1] == usual)])
     if again.any():
         same = np.zeros(columns[0].size, dtype=bool)
         bits = [c.view(f"i{c.itemsize}") for c in columns]  # in which -0 is not 0

@@ -152,7 +152,7 @@ def _is_constant(output: Any, rows: Stretches) -> Mask:
 
 def _goes_back(time: Any, rows: Stretches) -> Mask:
     """Mask of the rows with a time before that of the row above."""
-    back = np.concatenate([[False], time[1:] < time[:-1]])
+    back: Mask = np.concatenate([[False], time[1:] < time[:-1]])
     back[rows.start] = False
     return back
 

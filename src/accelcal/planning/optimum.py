@@ -215,7 +215,7 @@ def _check_time(question: _Question) -> None:
 def _best(question: _Question, seed: int) -> TumblePlan:
     """The best test of all starts of the search, and of those from equal angles off its grid."""
     strokes, budget = question.plan.strokes, question.budget
-    grid = np.arange(0.0, 360.0, _GRID)
+    grid = np.arange(0.0, 360.0, _GRID, dtype=np.float64)
     starts = [(grid, start) for start in _starts(question, grid, np.random.default_rng(seed))]
     for plan in _repeated(question):
         own, counts = np.unique(plan.stops, return_counts=True)
