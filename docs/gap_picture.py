@@ -1,4 +1,4 @@
-"""The picture of the README: a gap that shrinks, and the two effects that closed it.
+"""The picture of the README: a gap that shrinks, and an effect that closed it.
 
 ``python docs/gap_picture.py [FILE]`` writes it, by default to ``docs/gap.png``.
 """
@@ -17,14 +17,13 @@ HIDDEN = (effect("hysteresis").of(2e-5), effect("scale-factor-asymmetry").of(2e-
 
 
 def write(path: Path) -> None:
-    """Hide two effects in a record, find them, and draw both with the gap."""
+    """Hide two effects in a record, find them, and draw the gap and the first of them."""
     record = accelcal.simulate(effects=HIDDEN, seed=3)
     found = accelcal.discover(record)
-    figure, (left, *others) = plt.subplots(1, 3, figsize=(15, 4.2), layout="constrained")
+    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
     found.plot.gap(left)
-    for disturbance, axes in zip(HIDDEN, others, strict=True):
-        found.plot.signature(record, disturbance.effect.id, axes)
-    figure.savefig(path, dpi=80)
+    found.plot.signature(record, HIDDEN[0].effect.id, right)
+    figure.savefig(path, dpi=120)
 
 
 if __name__ == "__main__":
