@@ -39,10 +39,14 @@ if TYPE_CHECKING:
     type=click.Choice(["g", "m/s^2"]),
     default="g",
     show_default=True,
-    help="Unit of the accelerations; g is local g, where it was calibrated.",
+    help="Unit of the accelerations; g is local g at the place of calibration.",
 )
 @click.option(
-    "--g", "gravity", type=number, metavar="M_S2", help="Gravity where it was calibrated [m/s^2]."
+    "--g",
+    "gravity",
+    type=number,
+    metavar="M_S2",
+    help="Gravity at the place of calibration [m/s^2].",
 )
 @click.option("--unit", "output_unit", metavar="UNIT", help="Unit of the outputs in DATA.")
 @serial_option
@@ -68,7 +72,7 @@ if TYPE_CHECKING:
 @click.option(
     "--same-launch",
     is_flag=True,
-    help="Leave the shift from launch to launch out of the uncertainty.",
+    help="Do not include the shift from launch to launch in the uncertainty.",
 )
 @effects_option
 def apply(
@@ -81,13 +85,13 @@ def apply(
     same_launch: bool,
     **options: Any,
 ) -> None:
-    """Turn the outputs in DATA into accelerations by CAL.json.
+    """Turn the outputs in DATA into accelerations, using CAL.json.
 
-    DATA is CSV with a column output, and columns temperature, time, a_p and a_o as far as there are
-    any. It may be of any length. Each sample gets its acceleration along the input axis, the
-    standard and the expanded uncertainty (95 %) and a flag that says whether it lies inside the
-    calibrated ranges. The uncertainty holds the shift to a new launch, as far as the calibration
-    knows it. "-" reads standard input; without -o the result goes to standard output.
+    DATA is CSV of any length with a column output and, if available, temperature, time, a_p and
+    a_o. The result has for each sample the acceleration along the input axis, its standard and
+    expanded uncertainty (95 %), and a flag that says whether the sample is inside the calibrated
+    ranges. The uncertainty includes the shift to a new launch, if the calibration has it. "-" reads
+    standard input; without -o the result goes to standard output.
 
     \b
     Examples:

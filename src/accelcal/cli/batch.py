@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     "--jobs",
     type=click.IntRange(1),
     metavar="N",
-    help="Processes to work with; by default as many as there are processors.",
+    help="Number of processes [default: all processors].",
 )
-@click.option("--resume", is_flag=True, help="Go on with what an interrupted batch left.")
+@click.option("--resume", is_flag=True, help="Continue an interrupted batch.")
 @click.option(
     "--dask",
     metavar="ADDRESS",
@@ -48,12 +48,12 @@ def batch(
     model: str | None,
     **options: Any,
 ) -> None:
-    """Calibrate from all tables of an archive.
+    """Calibrate from all tables of an archive into one table.
 
-    PATH is a file, a folder with all that is below it, a glob or a URL such as s3://bucket/2024.
-    RESULTS gets a row a serial, run and mounting; RESULTS.laws the temperature laws;
-    RESULTS.errors.csv a row for each file that cannot be used, and then the exit code is 1.
-    The rows are in the order of the files, whatever the jobs.
+    PATH is a file, a folder with all its subfolders, a glob, or a URL such as s3://bucket/2024.
+    RESULTS gets one row for each serial, run and mounting; RESULTS.laws the temperature laws;
+    RESULTS.errors.csv one row for each file that cannot be used; the exit code is then 1. The order
+    of the rows does not depend on --jobs.
 
     \b
     Examples:

@@ -46,7 +46,9 @@ if TYPE_CHECKING:
 @click.option(
     "--a-o", type=number, default=0.0, metavar="G", help="Along the output axis [local g]."
 )
-@click.option("--temperature", type=numbers, metavar="DEG,...", help="Temperatures [degC]; [T0].")
+@click.option(
+    "--temperature", type=numbers, metavar="DEG,...", help="Temperatures [degC; default: T0]."
+)
 @click.option(
     "--time",
     type=durations,
@@ -61,13 +63,16 @@ if TYPE_CHECKING:
     metavar="STABILITY.json",
     help="Result of accelcal stability.",
 )
-@click.option("--launch", type=number, metavar="G", help="Launch to launch, k0L [g].")
+@click.option("--launch", type=number, metavar="G", help="Launch-to-launch bias k0L [g].")
 @click.option("--drift-rate", type=number, metavar="G_PER_H", help="Drift gamma_D [g/h].")
 @click.option("--fluctuation", type=number, metavar="G", help="Fluctuation k0F [g].")
 @click.option("--hysteresis", type=number, metavar="G", help="Hysteresis h_T [g].")
 @click.option("--threshold", type=number, metavar="G", help="Threshold p [g].")
 @click.option(
-    "--scale-factor-instability", type=number, metavar="REL", help="Instability k1, relative."
+    "--scale-factor-instability",
+    type=number,
+    metavar="REL",
+    help="Instability k1 of the scale factor, relative.",
 )
 @click.option(
     "--factor",
@@ -75,7 +80,7 @@ if TYPE_CHECKING:
     default=3.0,
     show_default=True,
     metavar="T_P",
-    help="How many standard deviations k0L, k0F, h_T and k1 are.",
+    help="Number of standard deviations that k0L, k0F, h_T and k1 stand for.",
 )
 @click.option(
     "--temperature-uncertainty",
@@ -84,8 +89,10 @@ if TYPE_CHECKING:
     metavar="DEG",
     help="Standard uncertainty of the temperature [degC].",
 )
-@click.option("--exact", is_flag=True, help="Take (K1 - K1N)/K1 of (2), not its first order.")
-@click.option("--extrapolate", is_flag=True, help="Allow temperatures outside the calibrated ones.")
+@click.option("--exact", is_flag=True, help="Use (K1 - K1N)/K1 of (2), not its first order.")
+@click.option(
+    "--extrapolate", is_flag=True, help="Allow temperatures outside the calibrated range."
+)
 @stand_options
 @serial_option
 @mounting_option
@@ -100,17 +107,17 @@ def budget(
     form: str,
     **options: Any,
 ) -> None:
-    """Tell the error of accelerations, or of coefficients by a stand.
+    """Give the error budget of accelerations, or of a test stand.
 
-    With the calibration CAL.json it gives the systematic part and its band, split by component:
-    the bound of (4), which adds the bounds with the paper's factor 0.5 in (3), and the GUM's
-    expanded uncertainty (95 %), which adds variances and counts the uncertainty of the calibration
-    as well. Lists of accelerations, temperatures and times are combined, each with each. The random
-    errors are those given here, else those of STABILITY.json, else those that the calibration
-    knows.
+    With the calibration CAL.json it gives the systematic error and its band, component by
+    component, in two ways: the bound of (4), which adds the bounds linearly, with the factor 0.5 of
+    (3) as in the paper; and the expanded uncertainty of the GUM (95 %), which adds variances and
+    includes the uncertainty of the calibration. All accelerations, temperatures and times are
+    combined with each other. The random errors are those of the options, else of STABILITY.json,
+    else of the calibration.
 
-    With --stand STAND.toml it gives the uncertainty of each coefficient by each error of the stand,
-    for the accelerometer of CAL.json, or the AL-15, in the test that the options plan.
+    With --stand STAND.toml it gives the uncertainty of each coefficient due to each error of the
+    stand, for the accelerometer of CAL.json or the AL-15, in the test that the options describe.
 
     \b
     Examples:

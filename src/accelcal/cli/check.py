@@ -13,10 +13,10 @@ from accelcal.cli.options import data_argument, format_option
 @data_argument()
 @format_option("text", "json")
 def check(data: str, form: str) -> None:
-    """Tell what the reader understands of the table DATA.
+    """Show how the table DATA was understood.
 
-    Shows its form, encoding and columns, the runs and temperatures, positions that are missing,
-    what is declared and what was set aside. Nothing is calculated.
+    Shows form, encoding and columns, runs and temperatures, missing positions, what is declared,
+    and what was set aside. Nothing is calculated.
 
     \b
     Example: accelcal check table.csv

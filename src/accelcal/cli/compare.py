@@ -17,15 +17,13 @@ if TYPE_CHECKING:
 @click.command(cls=Command)
 @click.argument("calibration", type=FileToRead(), metavar="CAL.json")
 @data_argument()
-@click.option(
-    "--serial", metavar="TEXT", help="Compare this unit only, where a file holds several."
-)
+@click.option("--serial", metavar="TEXT", help="Compare this unit only, if a file holds several.")
 @click.option(
     "--same-head/--other-head",
     "same_head",
     default=None,
-    help="Whether both were measured on one head, clamped alike; by default by their lines"
-    " '# head: NAME'.",
+    help="Whether both were measured on the same head and clamping [default: as their header"
+    " lines '# head: NAME' say].",
 )
 @effects_option
 @apparatus_options
@@ -40,9 +38,9 @@ def compare(
 ) -> None:
     """Show where the readings of DATA disagree with CAL.json.
 
-    Nothing is fitted: the calibration, with the effects that it has, predicts each reading. What
-    differs by more than noise, head, launches and the calibration's own uncertainty explain is
-    told by position, stroke, cycle, time, temperature and run.
+    Nothing is fitted: the calibration, with its effects, predicts each reading. Differences that
+    noise, head, launches and the uncertainty of the calibration do not explain are shown by
+    position, stroke, cycle, time, temperature and run.
 
     \b
     Examples:

@@ -51,92 +51,104 @@ def target(text: str) -> tuple[str, float]:
     "--positions",
     type=whole_numbers,
     metavar="N,...",
-    help="Equally spaced positions in a turn [4,6,8,12,16,24,36; none beside --angles].",
+    help="Equally spaced positions in a turn [default: 4,6,8,12,16,24,36; none with --angles].",
 )
 @click.option(
     "--angles",
     type=numbers,
     multiple=True,
     metavar="DEG,...",
-    help="Head angles of a stroke of one's own; may be given several times.",
+    help="Your own head angles of a stroke [deg]; may be repeated.",
 )
-@click.option("--strokes", type=whole_numbers, metavar="N,...", help="Strokes in a run [2,6].")
 @click.option(
-    "--cycles", type=whole_numbers, metavar="N,...", help="The same in cycles, forward and back."
+    "--strokes", type=whole_numbers, metavar="N,...", help="Strokes in a run [default: 2,6]."
+)
+@click.option(
+    "--cycles", type=whole_numbers, metavar="N,...", help="Strokes in cycles, forward and back."
 )
 @click.option(
     "--temperatures",
     type=numbers,
     multiple=True,
     metavar="DEG,...",
-    help="Levels in their order [-40,20,80 degC]; may be given several times.",
+    help="Temperatures in their order [default: -40,20,80 degC]; may be repeated.",
 )
 @click.option(
     "--mountings",
     type=words,
     multiple=True,
     metavar="SIDE,...",
-    help="Mountings o+, o-, p+ or p- in their order [o+]; may be given several times.",
+    help="Mountings o+, o-, p+ or p- in their order [default: o+]; may be repeated.",
 )
-@click.option("--reading-time", type=number, metavar="S", help="Time of a reading [60 s].")
-@click.option("--turn-time", type=number, metavar="S", help="Time of a turn of the head [30 s].")
-@click.option("--soak-time", type=number, metavar="H", help="Time to reach a level [2 h].")
-@click.option("--mount-time", type=number, metavar="H", help="Time of a mounting [1 h].")
-@click.option("--noise", type=number, metavar="G", help="Noise of a reading [5e-6 g].")
+@click.option("--reading-time", type=number, metavar="S", help="Time of a reading [default: 60 s].")
+@click.option(
+    "--turn-time", type=number, metavar="S", help="Time between positions [default: 30 s]."
+)
+@click.option(
+    "--soak-time", type=number, metavar="H", help="Time to reach a temperature [default: 2 h]."
+)
+@click.option(
+    "--mount-time", type=number, metavar="H", help="Time to mount the unit [default: 1 h]."
+)
+@click.option("--noise", type=number, metavar="G", help="Noise of a reading [default: 5e-6 g].")
 @apparatus_options
 @click.option(
     "--temperature-uncertainty",
     type=number,
     metavar="DEG",
-    help="Standard uncertainty of the temperature of a run [0 degC].",
+    help="Standard uncertainty of the temperature of a run [default: 0 degC].",
 )
 @click.option(
-    "--resolution", type=number, default=0.0, metavar="G", help="Step of the readings [0 g]."
+    "--resolution",
+    type=number,
+    default=0.0,
+    metavar="G",
+    help="Step of the readings [default: 0 g].",
 )
 @click.option(
     "--undeclared", is_flag=True, help="The errors of the stand will not be declared to the fit."
 )
-@click.option("--hours", type=number, metavar="H", help="The most time; strokes fill it [h].")
+@click.option("--hours", type=number, metavar="H", help="Longest duration; strokes fill it [h].")
 @click.option(
     "--target",
     "targets",
     type=target,
     multiple=True,
     metavar="NAME=U",
-    help="Standard uncertainty asked for, as K1=5ppm; may be given several times.",
+    help="Wanted standard uncertainty, such as K1=5ppm; may be repeated.",
 )
 @click.option(
     "--optimal",
     metavar="WHAT",
-    help="Find the best angles in --hours: D, A, or for one coefficient as K1.",
+    help="Find the best angles within --hours: D, A, or one coefficient such as K1.",
 )
 @click.option(
     "--spacing",
     type=number,
     metavar="DEG",
-    help="Least distance of two positions of --optimal [15 deg].",
+    help="Smallest distance of two positions for --optimal [default: 15 deg].",
 )
 @click.option(
-    "--seed", type=click.IntRange(0), default=0, metavar="N", help="Seed of --optimal [0]."
+    "--seed", type=click.IntRange(0), default=0, metavar="N", help="Seed of --optimal [default: 0]."
 )
 @click.option(
     "--sheet",
     type=FileToWrite("CSV", ".csv"),
     metavar="PLAN.csv",
-    help="Write the sheet of the test for the laboratory.",
+    help="Write the test plan as a sheet to fill in at the laboratory.",
 )
-@click.option("--no-effects", is_flag=True, help="Leave the effects of the catalogue out.")
+@click.option("--no-effects", is_flag=True, help="Do not examine the effects of the catalogue.")
 @effects_option
 @picture_option("uncertainty by hours (png, svg or pdf)")
 @format_option("text", "json", "csv")
 def design(
     path: str | None, form: str, picture: str | None, sheet: str | None, **options: Any
 ) -> None:
-    """Compare tests before the stand is booked; find the best angles.
+    """Compare test plans, or find the best angles, for a tumble test.
 
-    Every choice of positions is combined with every number of strokes, list of temperatures and
-    list of mountings. For each test: expected standard uncertainty of every coefficient and
-    temperature slope, hours, what cannot be told apart, and which effects would show.
+    All choices of positions, strokes, temperatures and mountings are combined. For each test the
+    result has the expected standard uncertainty of every coefficient and temperature slope, the
+    hours, what cannot be separated, and which effects would be visible.
 
     \b
     Examples:

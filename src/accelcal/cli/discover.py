@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     type=click.IntRange(1, 5),
     default=3,
     show_default=True,
-    help="Effects at once.",
+    help="Largest number of effects to name.",
 )
 @reference_temperature_option
 @fixture_angle_option
@@ -55,8 +55,14 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Add a term for a pattern by head position that no effect explains.",
 )
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the search.")
-@click.option("--serial", metavar="TEXT", help="Search this unit only, of tables of several.")
+@click.option(
+    "--seed",
+    type=click.IntRange(0),
+    default=0,
+    show_default=True,
+    help="Seed of the simulated noise.",
+)
+@click.option("--serial", metavar="TEXT", help="Search this unit only, if the tables hold several.")
 @report_option
 @format_option("text", "json")
 def discover(
@@ -72,14 +78,15 @@ def discover(
     form: str,
     **declared: float | None,
 ) -> None:
-    """Name the effect that the model lacks in the readings of DATA.
+    """Find and name the effects that the model lacks in DATA.
 
-    Finds where model and readings disagree, searches the catalogue of effects, and gives each one
-    found with its size, the gap before and after, what else it could be, what it changes in the
-    coefficients, and what this test cannot show. Readings need replicates: two or more cycles of a
-    forward and a back stroke.
-    Tables of several units in one plan are taken as measured on one stand: which effects are the
-    stand's and which a unit's, and what estimating them together gains.
+    Finds where model and readings disagree and searches the catalogue of effects. For each effect
+    found: its size, the gap before and after, what else it could be, and what it changes in the
+    coefficients. Also what this test cannot show. Readings need replicates: at least two cycles of
+    a forward and a back stroke.
+
+    Tables of several units with one plan count as measured on one stand: the result then tells
+    effects of the stand from those of a unit, and what a joint estimate gains.
 
     \b
     Examples:

@@ -16,7 +16,7 @@ from accelcal.cli.options import mounting_option, output_option, serial_option
     "--format",
     "form",
     type=click.Choice(["c", "yaml", "csv"]),
-    help="Format; by default that of the file's extension.",
+    help="Format [default: by the extension of the file].",
 )
 @serial_option
 @click.option("--run", metavar="TEXT", help="Export the table of this run only.")
@@ -31,9 +31,9 @@ def export(
 ) -> None:
     """Export the calibration CAL.json as a C header, YAML or CSV.
 
-    All of them hold the coefficients with units and uncertainties, their covariance, the convention
-    of signs, the calibrated ranges and where the calibration comes from. The C header (C99) has a
-    function that turns an output into acceleration as "accelcal apply" does.
+    The export has the coefficients with units and uncertainties, their covariance, the sign
+    convention, the calibrated ranges and the origin of the calibration. The C header (C99) has a
+    function that turns an output into an acceleration, as "accelcal apply" does.
 
     \b
     Examples:

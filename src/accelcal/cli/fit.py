@@ -48,10 +48,10 @@ def fit(
 ) -> None:
     """Calibrate from the tables DATA.
 
-    Each table gives bias, scale factor, nonlinearity and misalignment with their uncertainties,
-    the residuals by position and stroke, and the checks that warn before a number is believed.
-    Options win over the header lines of the table. "-" reads standard input. Of several units in
-    MODEL.json each table takes that of its serial number.
+    For each table: bias, scale factor, nonlinearity and misalignment with their uncertainties,
+    residuals by position and stroke, and the gates, which are checks for faults of the readings.
+    Options override the header lines of a table. "-" reads standard input. If MODEL.json holds
+    several units, each table uses the one with its serial number.
 
     \b
     Examples:

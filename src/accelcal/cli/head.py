@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     "--head-uncertainty",
     type=number,
     metavar="G",
-    help="Standard uncertainty of one head position before any reading [rad, or g].",
+    help="Standard uncertainty of one head position before the test [rad, or g].",
 )
 @fixture_angle_option
 @format_option("text", "json", "csv")
@@ -39,12 +39,12 @@ def head(
     delta0: float | None,
     form: str,
 ) -> None:
-    """Calibrate the head of a stand by the units measured on it.
+    """Calibrate the dividing head from the units tested on it.
 
     DATA are tables of one unit whose fixture was clamped on the head at several angles (column
     clamping), of several units of one stand, or both. Gives the error of each head position, what
-    cannot be told of it, and the coefficients of each unit fitted jointly. `accelcal fit --head`
-    takes the result.
+    the readings cannot determine, and the coefficients of each unit, all from one joint fit. Use
+    the result in `accelcal fit --head`.
 
     \b
     Examples:

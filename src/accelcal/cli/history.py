@@ -21,13 +21,13 @@ from accelcal.cli.options import (
 @click.command(cls=Command)
 @click.argument("results", type=FileToRead(), metavar="RESULTS...", nargs=-1, required=True)
 @output_option("the history as JSON", metavar="HISTORY.json", file=JSON)
-@click.option("--serial", metavar="TEXT", help="Unit to follow; not needed where there is one.")
+@click.option("--serial", metavar="TEXT", help="Unit to follow; not needed if there is only one.")
 @mounting_option
 @click.option(
     "--temperature",
     type=number,
     metavar="DEG",
-    help="Level at which calibrations are compared [degC]; that of most dates by default.",
+    help="Temperature at which to compare [degC; default: that of most dates].",
 )
 @click.option(
     "--alpha",
@@ -35,7 +35,7 @@ from accelcal.cli.options import (
     default="0.01",
     show_default=True,
     metavar="P",
-    help="Chance of a false alarm below which a jump is believed.",
+    help="A jump is named if its p-value is below this.",
 )
 @picture_option("the history (png, svg or pdf)")
 @format_option("text", "json", "csv")
@@ -51,9 +51,9 @@ def history(
 ) -> None:
     """Follow a unit through its recalibrations RESULTS.
 
-    RESULTS are frames of accelcal batch (CSV or Parquet), documents of accelcal fit (JSON), or
-    both. Tells the drift of bias and scale factor per year with 95 % intervals that know the
-    scatter from one calibration to the next, and names jumps with their dates.
+    RESULTS are tables of accelcal batch (CSV or Parquet), documents of accelcal fit (JSON), or
+    both. Gives the drift of bias and scale factor per year, with 95 % intervals that include the
+    scatter from one calibration to the next, and jumps with their dates.
 
     \b
     Examples:

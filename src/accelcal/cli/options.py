@@ -135,7 +135,7 @@ def effects_option(function: Function) -> Function:
         type=FileToRead(),
         multiple=True,
         metavar="FILE.toml",
-        help="Effects of your own, beside those of the catalogue; may be given several times.",
+        help="Your own effects, in addition to the catalogue; may be repeated.",
     )
     @wraps(function)
     def command(*arguments: Any, effect_files: tuple[str, ...], **options: Any) -> Any:
@@ -185,7 +185,7 @@ specification_option = click.option(
     "--spec",
     type=FileToRead(),
     metavar="SPEC.toml",
-    help="Judge against this data sheet; the exit code is 1 where a limit fails.",
+    help="Judge against this data sheet; the exit code is 1 if a limit fails.",
 )
 
 report_option = click.option(
@@ -197,7 +197,7 @@ report_option = click.option(
 )
 
 serial_option = click.option(
-    "--serial", metavar="TEXT", help="Serial number, where CAL.json holds several."
+    "--serial", metavar="TEXT", help="Serial number, if CAL.json holds several."
 )
 
 mounting_option = click.option(
@@ -218,7 +218,7 @@ def plan_options(lead: str = "") -> Callable[[Function], Function]:
             "--positions",
             type=click.IntRange(1),
             metavar="N",
-            help=told("positions in a turn [8]."),
+            help=told("positions in a turn [default: 8]."),
         ),
         click.option(
             "--angles",
@@ -227,13 +227,16 @@ def plan_options(lead: str = "") -> Callable[[Function], Function]:
             help=told("head angles instead of positions [deg]."),
         ),
         click.option(
-            "--strokes", type=click.IntRange(1), metavar="N", help=told("strokes in a run [6].")
+            "--strokes",
+            type=click.IntRange(1),
+            metavar="N",
+            help=told("strokes in a run [default: 6]."),
         ),
         click.option(
             "--temperatures",
             type=numbers,
             metavar="DEG,...",
-            help=told("temperatures in their order [20,80,-40 degC]."),
+            help=told("temperatures in their order [default: 20,80,-40 degC]."),
         ),
     )
 
@@ -243,7 +246,7 @@ apparatus_options = together(
         "--head-uncertainty",
         type=number,
         metavar="G",
-        help="Standard uncertainty of one head position [g, or rad: at 90 deg they are the same].",
+        help="Standard uncertainty of one head position [rad, or g: the same number].",
     ),
     click.option(
         "--launch-uncertainty",
@@ -266,9 +269,13 @@ calibration_options = together(
         type=click.Choice(["least-squares", "closed-form", "sign-corrected", "printed"]),
         default="least-squares",
         show_default=True,
-        help="Estimator; the last three are the closed forms (6).",
+        help="Estimator; the last three are the closed forms (6) of the paper.",
     ),
-    click.option("--robust", is_flag=True, help="Guard against outliers by comparing the strokes."),
+    click.option(
+        "--robust",
+        is_flag=True,
+        help="Reduce the effect of outliers, found by comparing the strokes.",
+    ),
     reference_temperature_option,
     local_gravity_option,
     fixture_angle_option,
@@ -291,7 +298,9 @@ calibration_options = together(
         help="Coefficients to estimate; the others are taken as zero.",
     ),
     click.option(
-        "--strict", is_flag=True, help="Refuse a table that cannot tell all of them apart."
+        "--strict",
+        is_flag=True,
+        help="Refuse a table that cannot separate all of these coefficients.",
     ),
     click.option(
         "--temperature-laws",
@@ -304,13 +313,13 @@ calibration_options = together(
         "--model",
         type=FileToRead(),
         metavar="MODEL.json",
-        help="Take out the effects of this discovery; their sizes are fitted anew.",
+        help="Remove the effects of this discovery; their sizes are fitted again.",
     ),
     click.option(
         "--head",
         type=FileToRead(),
         metavar="HEAD.json|CERT.csv",
-        help="Correct for the errors of the head: of accelcal head, or of a certificate.",
+        help="Correct for the errors of the head, from accelcal head or a certificate.",
     ),
     specification_option,
 )

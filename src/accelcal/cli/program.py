@@ -50,7 +50,7 @@ _VERBOSE = click.Option(
     expose_value=False,
     callback=_if_asked,
     envvar="ACCELCAL_LOG",
-    help="Tell on standard error what is done; also by the environment variable ACCELCAL_LOG=1.",
+    help="Log on standard error what is done; so does the environment variable ACCELCAL_LOG=1.",
 )
 """An option of every command."""
 
@@ -83,5 +83,5 @@ def program() -> None:
 
     Results go to standard output, everything else to standard error.
 
-    Exit codes: 0 done; 1 done, but a verdict failed; 2 unusable input or options.
+    Exit codes: 0 done; 1 done, but a verdict failed; 2 input or options cannot be used.
     """

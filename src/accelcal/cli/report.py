@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     type=FileToRead(),
     multiple=True,
     metavar="DATA",
-    help="Table of the readings of a discovery, to draw the signatures over; may be repeated.",
+    help="Readings of a discovery, for the pictures of the effects; may be repeated.",
 )
 @click.option("--serial", metavar="TEXT", help="Report this serial number only.")
 @click.option(
@@ -54,11 +54,11 @@ def report(
     certificate: str | None,
     laboratory: str | None,
 ) -> None:
-    """Report the calibration or discovery RESULT.json on a page.
+    """Make a page of the calibration or discovery RESULT.json.
 
-    The page is one file: HTML for screen, phone and paper, in light and dark, Markdown, or a PDF
-    that a browser of this machine prints. It needs no network. A calibration can be written as a
-    digital calibration certificate (DCC, XML) as well.
+    The page is one file: HTML for screen, phone and paper, Markdown, or a PDF that a browser on
+    this machine prints. It needs no network. A calibration can also be written as a digital
+    calibration certificate (DCC, XML).
 
     \b
     Examples:

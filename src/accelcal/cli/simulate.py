@@ -40,7 +40,7 @@ def settings(text: str) -> Settings:
     type=settings,
     multiple=True,
     metavar="ID=VALUE[,NAME=VALUE...]",
-    help="An effect that the model does not have; may be given several times.",
+    help="An effect that the model does not have; may be repeated.",
 )
 @effects_option
 @click.option("--list-effects", is_flag=True, help="List the effects with their units, and stop.")
@@ -52,43 +52,52 @@ def settings(text: str) -> Settings:
     type=words,
     multiple=True,
     metavar="SIDE,...",
-    help="Mountings o+, o-, p+ or p- in their order, each taken through all temperatures [o+].",
+    help="Mountings o+, o-, p+ or p-, each at all temperatures [default: o+].",
 )
-@click.option("--delta0", type=fixture_angle, metavar="RAD", help="Fixture angle [0 rad].")
-@click.option("--reading-noise", type=number, metavar="G", help="Noise of a reading [5e-6 g].")
+@click.option("--delta0", type=fixture_angle, metavar="RAD", help="Fixture angle [default: 0 rad].")
 @click.option(
-    "--head-error", type=number, metavar="RAD", help="Error of a head position [6.7e-6 rad]."
+    "--reading-noise", type=number, metavar="G", help="Noise of a reading [default: 5e-6 g]."
+)
+@click.option(
+    "--head-error",
+    type=number,
+    metavar="RAD",
+    help="Error of a head position [default: 6.7e-6 rad].",
 )
 @click.option(
     "--launch-shift",
     type=number,
     metavar="G",
-    help="Shift of the bias from run to run [6.7e-6 g].",
+    help="Shift of the bias from run to run [default: 6.7e-6 g].",
 )
 @click.option(
     "--launch-sf-shift",
     type=number,
     metavar="REL",
-    help="Relative shift of the scale factor from run to run [5e-6].",
+    help="Relative shift of the scale factor from run to run [default: 5e-6].",
 )
 @click.option(
     "--temperature-error",
     type=number,
     metavar="DEG",
-    help="True minus recorded temperature, from run to run [0 degC].",
+    help="True minus recorded temperature, from run to run [default: 0 degC].",
 )
 @click.option(
     "--resolution",
     type=number,
     default=1e-7,
     metavar="MA",
-    help="Step of the output, 0 for none [1e-7 mA].",
+    help="Step of the output, 0 for none [default: 1e-7 mA].",
 )
 @click.option("--times", "timed", is_flag=True, help="Write a column of times.")
-@click.option("--undeclared", is_flag=True, help="Leave out the header lines on uncertainties.")
-@click.option("--g", "local_gravity", type=number, metavar="M_S2", help="Local gravity to declare.")
+@click.option("--undeclared", is_flag=True, help="Do not declare the uncertainties in the header.")
 @click.option(
-    "--serial", metavar="TEXT", help="Serial number [AL-15]; of several in MODEL.json, its unit."
+    "--g", "local_gravity", type=number, metavar="M_S2", help="Local gravity to declare [m/s^2]."
+)
+@click.option(
+    "--serial",
+    metavar="TEXT",
+    help="Serial number [default: AL-15]; selects the unit if MODEL.json holds several.",
 )
 @click.option(
     "--model",
@@ -97,7 +106,7 @@ def settings(text: str) -> Settings:
     help="Simulate the accelerometer, noise and effects of this discovery.",
 )
 def simulate(path: str | None, list_effects: bool, **options: Any) -> None:
-    """Simulate a tumble test of an AL-15, as the paper has it.
+    """Simulate a tumble test, of the AL-15 of the paper by default.
 
     Each reading is computed from the true head angle and temperature, with random errors that are
     given as standard deviations. A stroke ends with the return to its first position. Without -o

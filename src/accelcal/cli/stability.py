@@ -52,7 +52,7 @@ def probability(text: str) -> float | None:
     default="3",
     show_default=True,
     metavar="P",
-    help="3 takes t_P = 3; a probability such as 0.99 or 0.9973 takes Student's factor.",
+    help="Factor t_P: 3, or Student's factor for a probability such as 0.99 or 0.9973.",
 )
 @click.option(
     "--window",
@@ -60,7 +60,7 @@ def probability(text: str) -> float | None:
     default="600",
     show_default=True,
     metavar="T",
-    help="Start of each launch whose mean makes sigma_L, such as 600 or 10min [s].",
+    help="Length of the start of each launch; its means give sigma_L, such as 600 or 10min [s].",
 )
 @click.option(
     "--times",
@@ -70,7 +70,7 @@ def probability(text: str) -> float | None:
     metavar="T,...",
     help="Times at which (3) is evaluated, such as 600, 10min or 12h [s].",
 )
-@click.option("--average", type=duration, metavar="S", help="Average the samples over S first [s].")
+@click.option("--average", type=duration, metavar="S", help="First average the samples over S [s].")
 @click.option(
     "--launch-gap", type=duration, metavar="S", help="A longer pause begins a new launch [s]."
 )
@@ -90,9 +90,9 @@ def stability(
     picture: str | None,
     form: str,
 ) -> None:
-    """Tell the random part of the error from the records DATA.
+    """Estimate drift, noise and launch-to-launch bias from DATA.
 
-    A record has the columns time (s, or ISO 8601) and output, and where there are such temperature,
+    A record has the columns time (s, or ISO 8601) and output and, if available, temperature,
     launch, and input (applied acceleration in g). Several files are several launches. Gives the
     launch-to-launch bias sigma_L, the drift gamma_D, the fluctuation sigma_F, the bound (3), and
     the overlapping Allan deviation, all with 95 % intervals.

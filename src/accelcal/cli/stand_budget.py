@@ -49,30 +49,33 @@ stand_options = together(
         "--stand",
         type=FileToRead(),
         metavar="STAND.toml",
-        help="Budget of this stand instead: the uncertainty of each coefficient by its errors.",
+        help="Budget of this stand instead: uncertainty of each coefficient due to its errors.",
     ),
     click.option(
         "--test",
         type=FileToRead(),
         metavar="DATA.csv",
-        help="With --stand: the test as it was made in this table.",
+        help="With --stand: the test is that of this table.",
     ),
     plan_options("With --stand: "),
     click.option(
         "--mountings",
         type=words,
         metavar="SIDE,...",
-        help="With --stand: mountings o+, o-, p+, p- in their order [o+].",
+        help="With --stand: mountings o+, o-, p+, p- in their order [default: o+].",
     ),
     click.option(
-        "--delta0", type=fixture_angle, metavar="RAD", help="With --stand: fixture angle [0 rad]."
+        "--delta0",
+        type=fixture_angle,
+        metavar="RAD",
+        help="With --stand: fixture angle [default: 0 rad].",
     ),
     click.option(
         "--monte-carlo",
         type=_trials,
         default="0",
         metavar="N",
-        help="With --stand: propagate distributions with so many trials, or `adaptive`.",
+        help="With --stand: Monte Carlo with this number of trials, or `adaptive`.",
     ),
     click.option(
         "--seed",
@@ -86,14 +89,14 @@ stand_options = together(
         type=_target,
         multiple=True,
         metavar="NAME=SIZE",
-        help="With --stand: wanted expanded uncertainty, such as K1=5ppm or k0=10ug: what must"
-        " each instrument be? May be given several times.",
+        help="With --stand: wanted expanded uncertainty, such as K1=5ppm or k0=10ug; gives what"
+        " each instrument must be. May be repeated.",
     ),
     click.option(
         "--spec",
         type=FileToRead(),
         metavar="SPEC.toml",
-        help="With --stand: does it suffice for the limits of this data sheet?",
+        help="With --stand: is the stand good enough for the limits of this data sheet?",
     ),
 )
 """Of a budget of the stand."""

@@ -37,12 +37,12 @@ def triad(
     serial: str | None,
     form: str,
 ) -> None:
-    """Calibrate three accelerometers in one block from its attitudes.
+    """Calibrate three accelerometers in one block.
 
-    DATA has a row for each attitude in which the block stood still: its mean outputs x, y, z. Where
-    the attitudes are known it has also up_x, up_y, up_z (acceleration along the axes of the block,
-    in g), or shaft (x, y, z, -x ...) and angle (deg). Where they are not, |a| = g is the only
-    truth, and the triad is known but for its rotation.
+    DATA has one row for each attitude in which the block stood still: its mean outputs x, y, z. If
+    the attitudes are known, also up_x, up_y, up_z (acceleration along the axes of the block, in g),
+    or shaft (x, y, z, -x ...) and angle (deg). If not, only |a| = g is used, and the rotation of
+    the triad stays unknown.
 
     \b
     Examples:
