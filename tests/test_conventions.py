@@ -47,6 +47,11 @@ def test_verdicts_are_coloured_where_colour_is_wanted():
     assert re.sub(r"\x1b\[[\d;]*m", "", coloured) == plain
 
 
+def test_warnings_of_a_head_are_coloured():
+    coloured = accelcal_process("head", "examples/al15.csv", FORCE_COLOR="1").stdout
+    assert "\x1b[33m\x1b[1mWARNING\x1b[0m" in coloured
+
+
 def test_no_color_wins():
     done = accelcal_process(*JUDGED, FORCE_COLOR="1", NO_COLOR="1")
     assert ESCAPE not in done.stdout

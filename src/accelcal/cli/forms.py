@@ -7,6 +7,8 @@ from typing import Any, Protocol
 
 from accelcal.cli.deliver import deliver
 
+Rows = Sequence[Mapping[str, Any]]
+
 
 class Result(Protocol):
     """What can be shown in each form; as a string it is the text."""
@@ -14,11 +16,11 @@ class Result(Protocol):
     def to_document(self) -> Mapping[str, Any]:
         """Return the JSON document."""
 
-    def rows(self) -> Sequence[Mapping[str, Any]]:
+    def rows(self) -> Rows:
         """Return the rows of the CSV."""
 
 
-def in_form(found: Result, form: str) -> str:
+def in_form(found: Result, form: str, rows: Rows | None = None) -> str:
     """Write a result in the form that was asked for.
 
     Parameters
@@ -27,6 +29,8 @@ def in_form(found: Result, form: str) -> str:
         The result.
     form : {"text", "json", "csv"}
         The form.
+    rows : sequence of mapping, optional
+        Rows of the CSV, where they are not those of the result.
 
     Returns
     -------
@@ -36,13 +40,13 @@ def in_form(found: Result, form: str) -> str:
     if form == "text":
         return str(found)
     if form == "csv":
-        return csv_of(found.rows())
+        return csv_of(found.rows() if rows is None else rows)
     from accelcal.results.json_text import json_text
 
     return json_text(found.to_document())
 
 
-def deliver_result(found: Result, path: str | None, form: str) -> None:
+def deliver_result(found: Result, path: str | None, form: str, rows: Rows | None = None) -> None:
     """Write a result as JSON to a file, and show it unless the file is standard output.
 
     Parameters
@@ -53,11 +57,13 @@ def deliver_result(found: Result, path: str | None, form: str) -> None:
         The file; ``"-"`` is standard output.
     form : {"text", "json", "csv"}
         The form in which it is shown.
+    rows : sequence of mapping, optional
+        Rows of the CSV, where they are not those of the result.
     """
     if path is not None:
         deliver(in_form(found, "json"), path)
     if path != "-":
-        deliver(in_form(found, form), words=form == "text")
+        deliver(in_form(found, form, rows), words=form == "text")
 
 
 def one_below_the_other(texts: Iterable[str]) -> str:
@@ -65,7 +71,7 @@ def one_below_the_other(texts: Iterable[str]) -> str:
     return ("\n\n" + "=" * 100 + "\n\n").join(texts)
 
 
-def csv_of(rows: Sequence[Mapping[str, Any]]) -> str:
+def csv_of(rows: Rows) -> str:
     r"""Write rows as CSV, under the names of the first one.
 
     Parameters

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from accelcal.cli.deliver import deliver, refuse_stdin_twice
+from accelcal.cli.deliver import refuse_stdin_twice
 from accelcal.cli.files import JSON, Command
+from accelcal.cli.forms import Rows, deliver_result
 from accelcal.cli.options import (
     data_argument,
     fixture_angle_option,
@@ -59,17 +60,13 @@ def head(
     declared = {"head_uncertainty": head_uncertainty}
     records = [record for source in data for record in read_tables(source, overrides=declared)]
     found = calibrate_head(records, delta0=delta0)
-    if path is not None:
-        deliver(found.to_json(), path)
-    if path != "-":
-        deliver(_shown(found, form))
+    deliver_result(found, path, form, _certificate(found))
 
 
-def _shown(found: HeadCalibration, form: str) -> str:
-    if form == "json":
-        return found.to_json()
-    if form == "text":
-        return str(found)
-    rows = zip(found.angles_deg, found.quantities(), strict=True)
-    lines = [f"{angle!r},{q.value!r},{q.standard_uncertainty!r}" for angle, q in rows]
-    return "\n".join(["angle [deg],error [rad],uncertainty [rad]", *lines])
+def _certificate(found: HeadCalibration) -> Rows:
+    """Rows of a CSV that `accelcal.read_head` takes as a certificate."""
+    names = ("angle [deg]", "error [rad]", "uncertainty [rad]")
+    return [
+        dict(zip(names, (angle, error.value, error.standard_uncertainty), strict=True))
+        for angle, error in zip(found.angles_deg, found.quantities(), strict=True)
+    ]
