@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import click
 
 from accelcal.cli.deliver import deliver, refuse_stdin_twice
 from accelcal.cli.files import Command, FileToRead
 from accelcal.cli.options import apparatus_options, data_argument, effects_option, format_option
-
-if TYPE_CHECKING:
-    from accelcal.results.disagreement import Disagreement
 
 
 @click.command(cls=Command)
@@ -52,19 +47,12 @@ def compare(
     from accelcal.io.calibrations import read_calibrations
     from accelcal.io.of_serial import records_of_serial
     from accelcal.io.tables import read_tables
+    from accelcal.results.result import all_to_json
 
     known = read_calibrations(calibration)
     found = [
         simulate_and_compare(known.choose(serial or record.serial), record, same_head=same_head)
         for record in records_of_serial(read_tables(data, overrides=declared), serial)
     ]
-    deliver(_json(found) if form == "json" else "\n\n".join(map(str, found)), words=form == "text")
-
-
-def _json(found: list[Disagreement]) -> str:
-    if len(found) == 1:
-        return found[0].to_json()
-    from accelcal.results.json_text import json_text
-
-    documents = [each.to_document() for each in found]
-    return json_text({"schema": documents[0]["schema"], "comparisons": documents})
+    text = all_to_json(found, "comparisons") if form == "json" else "\n\n".join(map(str, found))
+    deliver(text, words=form == "text")

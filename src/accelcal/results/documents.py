@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from accelcal.results.calibration import SCHEMA, Calibration
-from accelcal.results.json_text import json_text
-from accelcal.results.result import all_of
+from accelcal.results.calibration import Calibration
+from accelcal.results.result import all_of, all_to_json
 
 if TYPE_CHECKING:
     from accelcal.results.discovery import Discovery
@@ -30,10 +29,7 @@ def calibrations_to_json(calibrations: Sequence[Calibration]) -> str:
     str
         The document of the calibration, or one with the key ``"calibrations"`` for several.
     """
-    if len(calibrations) == 1:
-        return calibrations[0].to_json()
-    document = {"schema": SCHEMA, "calibrations": [c.to_document() for c in calibrations]}
-    return json_text(document)
+    return all_to_json(calibrations, "calibrations")
 
 
 def calibrations_from_json(text: str) -> tuple[Calibration, ...]:
@@ -75,12 +71,7 @@ def discoveries_to_json(
         The document of the discovery, or one with the keys ``"discoveries"`` and ``"stand"`` for
         several.
     """
-    if len(discoveries) == 1:
-        return discoveries[0].to_json()
-    documents = [each.to_document() for each in discoveries]
-    of_stand = None if stand is None else stand.to_document()
-    document = {"schema": documents[0]["schema"], "discoveries": documents, "stand": of_stand}
-    return json_text(document)
+    return all_to_json(discoveries, "discoveries", stand=stand)
 
 
 def discoveries_from_json(text: str) -> tuple[Discovery, ...]:

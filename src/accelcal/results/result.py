@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
@@ -12,13 +12,15 @@ from accelcal.errors import InputError
 from accelcal.results.checked import checked, list_of, schema_of
 from accelcal.results.damage import DamageError, read_as
 from accelcal.results.json_text import json_text, parse_json, read_json
+from accelcal.results.mapping import document_of
 
 if TYPE_CHECKING:
     from os import PathLike
 
     import pandas as pd
 
-__all__ = ["JsonResult", "StoredResult", "TabularResult", "all_of", "part_of", "parts_of"]
+__all__ = ["JsonResult", "StoredResult", "TabularResult"]
+__all__ += ["all_of", "all_to_json", "part_of", "parts_of"]
 
 Result = TypeVar("Result", bound="StoredResult")
 
@@ -173,6 +175,29 @@ def parts_of(kind: type[Result], document: Any, key: str) -> tuple[Result, ...]:
     if isinstance(document, Mapping) and key in document:
         return checked(document, key, list_of(partial(part_of, kind), 1))
     return (part_of(kind, document),)
+
+
+def all_to_json(results: Sequence[JsonResult], key: str, **others: JsonResult | None) -> str:
+    """Write a result as its document, or several of a kind in one document.
+
+    Parameters
+    ----------
+    results : sequence of JsonResult
+        One or more.
+    key : str
+        Key of the list in which several stand.
+    **others : JsonResult or None
+        What stands beside several, by its key.
+
+    Returns
+    -------
+    str
+        The JSON text.
+    """
+    documents = [each.to_document() for each in results]
+    if len(documents) == 1:
+        return json_text(documents[0])
+    return json_text({"schema": documents[0]["schema"], key: documents, **document_of(others)})
 
 
 def all_of(kind: type[Result], text: str, key: str) -> tuple[Result, ...]:
