@@ -45,6 +45,7 @@ class Regime:
     laws: str = ""
     aside: str = ""
     returns: bool = True
+    robust: bool = False
 
 
 HEAD = 2e-5
@@ -85,6 +86,17 @@ REGIMES = (
             NO_HEAD | {"resolution": NOISE / share},
         )
         for share in (0.2, 0.5, 1.0)
+    ),
+    *(
+        Regime(
+            f"robust, {strokes} strokes, {share:g} % of the readings wrong",
+            Stand(wrong=share / 100.0),
+            NO_HEAD,
+            strokes=strokes,
+            robust=True,
+        )
+        for strokes in (3, 4, 6)
+        for share in (2, 10)
     ),
     Regime("launch declared", Stand(launch=1e-5, launch_sf=1e-5), NO_HEAD | LAUNCH),
     Regime("launch estimated from 6 runs", Stand(launch=1e-5, launch_sf=1e-5), NO_HEAD, REPEATED),
@@ -262,7 +274,9 @@ def one_table(
     instead = patch(choice.what, choice.value) if choice else nullcontext()
     with instead:
         calibration = accelcal.fit(
-            record_of(columns, regime.declared), temperature_laws=regime.laws or "tables"
+            record_of(columns, regime.declared),
+            temperature_laws=regime.laws or "tables",
+            robust=regime.robust,
         )
     compared = (
         laws_against_truth(calibration, unit)

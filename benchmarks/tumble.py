@@ -54,6 +54,7 @@ class Stand:
     launch_sf: float = 0.0
     step: float = 0.0
     temperature: float = 0.0  # of a run, degC
+    wrong: float = 0.0  # share of the readings that are off by up to 30 standard deviations
 
 
 def readings(
@@ -97,6 +98,8 @@ def readings(
                     + k["M_ip"] * a_i * a_p
                     + k["K1"] * stand.reading * rng.standard_normal()
                 )
+                if stand.wrong and rng.random() < stand.wrong:
+                    output += k["K1"] * stand.reading * rng.uniform(-30.0, 30.0)
                 if stand.step:
                     output = stand.step * round(output / stand.step)
                 row = (run, temperature, 360.0 * j / positions, stroke, output)

@@ -12,6 +12,7 @@ from accelcal.errors import DesignError
 from accelcal.estimate import robust
 from accelcal.estimate.robust import pseudo_values
 from accelcal.estimate.tables import prepare
+from accelcal.numerics.probability import student_quantile
 
 SIGMA = 5e-6
 ANGLES = turn(8, 6)
@@ -95,6 +96,39 @@ def test_an_outlier_of_two_readings_stays_in_the_uncertainty(where):
     found = estimate_of_record([prepared], Apparatus(head_uncertainty=0.0), robust=True)
     uncertainty = np.sqrt(np.diagonal(found.components["reading"].covariance))
     assert np.all(np.abs(found.coefficients[0] - AL15) < 2.23 * uncertainty)  # Student, 10 dof
+
+
+@pytest.mark.parametrize("wrong", [(200.0, 150.0), (200.0, -150.0), (10.0, 20.0)])
+@pytest.mark.parametrize("where", range(1, 8))
+def test_two_wrong_readings_of_four_stay_in_the_noise(where, wrong):
+    """No three agree: their scatter stays, about a centre in the middle."""
+    angles = turn(8, 4)
+    y = forward(AL15, angles) + SIGMA * np.random.default_rng(9).standard_normal(angles.size)
+    places = np.mod(angles, 360.0)
+    own = places == 45.0 * where
+    y[np.flatnonzero(own)[:2]] += np.array(wrong) * SIGMA
+    pseudo = pseudo_values(y, places)
+    assert_allclose(pseudo[own] - pseudo[own].mean(), y[own] - y[own].mean(), atol=1e-15)
+    assert np.abs(pseudo[own].mean() - np.median(y[own])) < 0.4 * np.ptp(np.sort(y[own])[1:3])
+    assert np.ptp((pseudo - y)[~own]) < 5.0 * SIGMA
+
+
+@pytest.mark.parametrize("strokes", [3, 4, 6])
+def test_coverage_with_a_tenth_of_the_readings_wrong(strokes):
+    """The intervals of 2000 tables; of two wrong readings bent alike they held 89 % of four."""
+    rng = np.random.default_rng(10)
+    angles = turn(8, strokes)
+    design = np.stack([forward(unit, angles) for unit in np.eye(6)], axis=1)
+    y = rng.standard_normal((2000, angles.size))
+    y += rng.uniform(-30.0, 30.0, y.shape) * (rng.random(y.shape) < 0.1)
+    _, cell = np.unique(np.mod(angles, 360.0), return_inverse=True)
+    pseudo = pseudo_values(y, cell)
+    means = np.stack([pseudo[:, cell == k].mean(axis=1) for k in range(8)], axis=1)[:, cell]
+    dof = angles.size - 8
+    noise = np.sqrt(((pseudo - means) ** 2).sum(axis=1) / dof)
+    found = np.abs(pseudo @ np.linalg.pinv(design).T)
+    width = noise[:, None] * np.sqrt(np.diagonal(np.linalg.inv(design.T @ design)))
+    assert 0.935 < np.mean(found < student_quantile(0.95, dof) * width) < 0.965
 
 
 # -- clean data ------------------------------------------------------------------------------------

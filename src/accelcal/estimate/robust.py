@@ -31,6 +31,7 @@ _PARTNERS = 32  # pairs of each replicate; all pairs tell the scale hardly bette
 _ROUNDS = 100  # at most, of the M-estimate of each centre
 _SETTLED = 1e-9  # the last step is smaller than this, in standard deviations of a centre
 _TELLING = 3  # readings at one position that tell which of them is wrong
+_AGREES = 2.5  # standard deviations from the centre within which a reading bears it out
 
 
 def pseudo_values(output: Array, cell: Array, scatter: ArrayLike = 1.0) -> Array:
@@ -60,8 +61,9 @@ def pseudo_values(output: Array, cell: Array, scatter: ArrayLike = 1.0) -> Array
     All positions of a table share one scale, from the differences of all pairs of replicates, or
     where a position has more than 66, of each with 64 of the others. Of two readings at a position
     nothing tells which one is wrong, so an outlier is made harmless only where there are three or
-    more; fewer stay as they are, and what they scatter stays in the noise. Where more than half of
-    all these pairs are equal, each position takes its median.
+    more; fewer stay as they are, and what they scatter stays in the noise. It stays there too where
+    no majority of the readings bears out the centre that they have. Where more than half of all
+    these pairs are equal, each position takes its median.
 
     Examples
     --------
@@ -84,7 +86,7 @@ def pseudo_values(output: Array, cell: Array, scatter: ArrayLike = 1.0) -> Array
     medians = np.concatenate([_medians(y[:, place]) for place in places], axis=1)
     cells = _Cells(index, members)
     centre = _settled(np.nan_to_num(y), unit, np.nan_to_num(medians), cells)
-    pseudo = _pseudo(y, unit, centre[:, index], cells)
+    pseudo = _pseudo(y, unit, centre, cells)
     return np.asarray(np.where(np.isnan(y), np.nan, pseudo)).reshape(output.shape)
 
 
@@ -98,10 +100,14 @@ class _Cells(NamedTuple):
         """Sum over the readings of each cell, from shape (T, n) to shape (T, cells)."""
         return sums_of_groups(values.T, self.cell, self.members).T
 
+    def information(self, unit: Array) -> Array:
+        """Sum of the weights of each cell, shape (T, cells)."""
+        return np.maximum(self.sums(unit**2), np.finfo(float).tiny)
+
 
 def _settled(y: Array, unit: Array, centre: Array, cells: _Cells) -> Array:
     """M-estimate of the centre of each cell, shape (T, cells); what has settled moves no more."""
-    information = np.maximum(cells.sums(unit**2), np.finfo(float).tiny)
+    information = cells.information(unit)
     moving = np.arange(len(y))
     for _ in range(_ROUNDS):
         u = unit[moving]
@@ -116,19 +122,23 @@ def _settled(y: Array, unit: Array, centre: Array, cells: _Cells) -> Array:
 
 
 def _pseudo(y: Array, unit: Array, centre: Array, replicates: _Cells) -> Array:
-    residual = unit * (y - centre)
+    residual = unit * (y - centre[:, replicates.cell])
     known = unit > 0.0
     has = replicates.sums(known.astype(np.float64))
-    judged = known & (has >= _TELLING)[:, replicates.cell]
+    agree = replicates.sums((known & (np.abs(residual) < _AGREES)).astype(np.float64))
+    told = (has >= _TELLING) & (agree > 0.5 * has)
+    judged = known & told[:, replicates.cell]
     readings = np.maximum(judged.sum(axis=1, keepdims=True), 1)
-    cells = (has >= _TELLING).sum(axis=1, keepdims=True)
+    cells = told.sum(axis=1, keepdims=True)
     straight = (judged & (np.abs(residual) < _BEND)).sum(axis=1, keepdims=True) / readings
     # mean of the derivative of psi, Huber (7.6.10)
     straight = np.maximum(straight, 1.0 / readings)
     straight = straight / (1.0 + cells / readings * (1.0 - straight) / straight)
-    bent = np.clip(residual, -_BEND, _BEND)
-    # Bending two alike would hide an outlier in the noise, and leave it in their mean.
-    return np.where(known & ~judged, y, centre + bent / np.where(known, straight * unit, 1.0))
+    bent = np.clip(residual, -_BEND, _BEND) / np.where(known, straight * unit, 1.0)
+    # Bending would hide an outlier in the noise where nothing tells which reading it is.
+    off = replicates.sums(unit * residual) / replicates.information(unit)
+    whole = y - np.where(has < _TELLING, 0.0, off)[:, replicates.cell]
+    return np.where(known & ~judged, whole, centre[:, replicates.cell] + bent)
 
 
 def _scale(y: Array, weight: Array, places: list[Places]) -> Array:
