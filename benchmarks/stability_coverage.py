@@ -95,6 +95,9 @@ def flicker_by_spectrum(random):
 
 TERMS = {
     "N": lambda random: random.normal(size=RECORD),
+    "N, with flicker of 0.14": lambda random: (
+        random.normal(size=RECORD) + 0.14 * flicker_by_spectrum(random).mean(axis=1)
+    ),
     "B": lambda random: flicker_by_spectrum(random).mean(axis=1),
     "R": lambda random: 100.0 * random.normal(size=RECORD) + np.arange(float(RECORD)),
     "K": lambda random: walk(random).mean(axis=1),
@@ -127,7 +130,7 @@ def main():
     for name, make in NOISES.items():
         print(f"{name:24s}" + "".join(f"{share:10.3f}" for share in covered(make, launches)))
     for name in TERMS:
-        print(f"coefficient {name:12s}{covered_term(name, launches):10.3f}")
+        print(f"coefficient {name:24s}{covered_term(name, launches):10.3f}")
 
 
 if __name__ == "__main__":

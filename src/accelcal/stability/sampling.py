@@ -21,11 +21,6 @@ MOST_FILLED = 0.01
 """Part of the samples that may be filled in."""
 
 _GAP = LONGEST_FILLED + 1.5
-_UNEVEN = 0.5
-"""Excess of the variance by spans of unequal numbers of samples, times the root of their number:
-white noise is then too large by half its standard uncertainty or less."""
-_KEPT = 0.9
-"""Part of the samples that wider spans must keep."""
 
 
 class EvenSeries(NamedTuple):
@@ -47,11 +42,10 @@ class EvenSeries(NamedTuple):
 
 
 class _Piece(NamedTuple):
-    """Evenly spaced output, how many samples it was made of, and how many in each span."""
+    """Evenly spaced output, and how many samples it was made of."""
 
     output: Array
     samples: int
-    in_spans: Array
 
 
 def even_series(launches: Sequence[Launch]) -> EvenSeries:
@@ -71,9 +65,10 @@ def even_series(launches: Sequence[Launch]) -> EvenSeries:
     -----
     Samples on a common raster stay as they are. A few missing ones, at most `MOST_FILLED` of all
     and `LONGEST_FILLED` in a row, are filled in by a straight line; a longer gap ends the piece.
-    Samples off the raster are averaged over equal spans, each wide enough to hold at least one. A
-    mean of n samples of white noise has a variance by 1/n, and the mean of 1/n exceeds one over
-    the mean n: spans are doubled until that matters little.
+    Samples off the raster are taken as evenly spaced at their mean interval, each brought to its
+    time by the slope of its piece. White noise and a ramp stay what they are, and a random walk
+    does on the average. Means over equal spans would hold unlike numbers of samples, which makes
+    white noise too large.
 
     Examples
     --------
@@ -88,22 +83,26 @@ def even_series(launches: Sequence[Launch]) -> EvenSeries:
         note = f"launch {', '.join(others)}: left out, sampled at another interval"
         return series._replace(notes=(*series.notes, note))
     steps = np.concatenate([np.diff(launch.time) for launch in launches])
-    ratio = steps / interval
-    inside = ratio <= _GAP
-    gaps = int(np.sum(~inside))
-    notes = [f"{counted(gaps, 'gap')}: the series is cut there"] if gaps else []
-    if np.all(np.abs(ratio[inside] - np.round(ratio[inside])) <= JITTER):
-        missing = int(np.sum(np.round(ratio[inside]) - 1))
+    inside = steps[steps <= _GAP * interval] / interval
+    if np.all(np.abs(inside - np.round(inside)) <= JITTER):
+        missing = int(np.sum(np.round(inside) - 1))
         longest = LONGEST_FILLED if missing <= MOST_FILLED * steps.size else 0
+        notes = _of_gaps(steps.size - inside.size)
         if missing:
             done = "filled in by a straight line" if longest else "taken as gaps"
             notes.append(f"{counted(missing, 'missing sample')} in short gaps: {done}")
         filled = [p for launch in launches for p in _on_raster(launch, interval, longest + 1.5)]
         return _series(interval, filled, notes, launches)
-    shortest = float(steps[inside].max()) * (1.0 + 1e-9)
-    width, spans = _even_enough(launches, shortest, _GAP * interval)
-    notes.append(f"irregular times: averaged over spans of {width:.4g} s")
-    return _series(width, spans, notes, launches)
+    most = _GAP * interval * float(inside.mean())
+    interval = float(steps[steps <= most].mean())
+    notes = _of_gaps(int(np.sum(steps > most)))
+    notes.append(f"irregular times: taken as even, {interval:.4g} s apart as on the average")
+    evened = [p for launch in launches for p in _evened(launch, interval, most)]
+    return _series(interval, evened, notes, launches)
+
+
+def _of_gaps(gaps: int) -> list[str]:
+    return [f"{counted(gaps, 'gap')}: the series is cut there"] if gaps else []
 
 
 def _series(
@@ -113,7 +112,7 @@ def _series(
     total = sum(launch.time.size for launch in launches)
     lost = total - sum(piece.samples for piece in pieces)
     if lost:
-        where = "in pieces shorter than three means, or in the last span of a piece"
+        where = "in pieces of fewer than three"
         notes.append(f"{lost} of {counted(total, 'sample')} not used, {where}")
     return EvenSeries(interval, tuple(piece.output for piece in pieces), tuple(notes))
 
@@ -130,32 +129,15 @@ def _on_raster(launch: Launch, interval: float, steps: float) -> list[_Piece]:
     for time, output in _pieces(launch, steps * interval):
         place = np.concatenate([[0.0], np.cumsum(np.round(np.diff(time) / interval))])
         output = np.interp(np.arange(place[-1] + 1.0), place, output)
-        even.append(_Piece(output, time.size, np.ones(output.size)))
+        even.append(_Piece(output, time.size))
     return even
 
 
-def _even_enough(
-    launches: Sequence[Launch], width: float, longest: float
-) -> tuple[float, list[_Piece]]:
-    """Means over spans of that width, or of wider ones whose numbers of samples are alike."""
-    spans = [piece for launch in launches for piece in _in_spans(launch, width, longest)]
-    samples = np.concatenate([np.zeros(0), *(piece.in_spans for piece in spans)])
-    if not samples.size:
-        return width, spans
-    excess = float(samples.mean() * (1.0 / samples).mean()) - 1.0
-    if excess <= _UNEVEN / samples.size**0.5:
-        return width, spans
-    wider = _even_enough(launches, 2.0 * width, longest)
-    kept = sum(piece.samples for piece in wider[1]) >= _KEPT * samples.sum()
-    return wider if kept else (width, spans)
-
-
-def _in_spans(launch: Launch, width: float, longest: float) -> list[_Piece]:
+def _evened(launch: Launch, interval: float, longest: float) -> list[_Piece]:
     even = []
     for time, output in _pieces(launch, longest):
-        span = np.floor((time - time[0]) / width).astype(np.int64)
-        count = np.bincount(span)
-        means = np.bincount(span, weights=output) / np.maximum(count, 1)
-        whole = count[:-1].astype(np.float64)  # the last span is not complete
-        even.append(_Piece(means[:-1], int(whole.sum()), whole))
-    return [piece for piece in even if piece.output.size >= 3]
+        from_middle = time - time.mean()
+        slope = from_middle @ output / (from_middle @ from_middle)
+        late = interval * np.arange(time.size) - time
+        even.append(_Piece(output + slope * (late - late.mean()), time.size))
+    return even
