@@ -16,7 +16,7 @@ from accelcal.cli.options import (
     data_argument,
     effects_option,
     mounting_option,
-    number,
+    number_option,
     output_option,
     serial_option,
 )
@@ -30,9 +30,7 @@ if TYPE_CHECKING:
 @click.argument("calibration", type=FileToRead(), metavar="CAL.json")
 @data_argument()
 @output_option("the accelerations as CSV", metavar="OUT.csv", file=CSV)
-@click.option(
-    "--temperature", type=number, metavar="DEG", help="Temperature of all samples [degC]."
-)
+@number_option("--temperature", "DEG", "Temperature of all samples [degC].")
 @click.option(
     "--in",
     "unit",
@@ -41,30 +39,22 @@ if TYPE_CHECKING:
     show_default=True,
     help="Unit of the accelerations; g is local g at the place of calibration.",
 )
-@click.option(
-    "--g",
-    "gravity",
-    type=number,
-    metavar="M_S2",
-    help="Gravity at the place of calibration [m/s^2].",
-)
+@number_option("--g", "M_S2", "Gravity at the place of calibration [m/s^2].", name="gravity")
 @click.option("--unit", "output_unit", metavar="UNIT", help="Unit of the outputs in DATA.")
 @serial_option
 @click.option("--run", metavar="TEXT", help="Use the table of this run only.")
 @mounting_option
-@click.option(
+@number_option(
     "--output-uncertainty",
-    type=number,
+    "U",
+    "Standard uncertainty of an output, its noise included [output unit].",
     default=0.0,
-    metavar="U",
-    help="Standard uncertainty of an output, its noise included [output unit].",
 )
-@click.option(
+@number_option(
     "--temperature-uncertainty",
-    type=number,
+    "DEG",
+    "Standard uncertainty of the temperatures [degC].",
     default=0.0,
-    metavar="DEG",
-    help="Standard uncertainty of the temperatures [degC].",
 )
 @click.option(
     "--extrapolate", is_flag=True, help="Accept temperatures outside the calibrated range."

@@ -11,9 +11,10 @@ from accelcal.cli.files import JSON, Command, FileToRead
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     durations,
+    file_option,
     format_option,
     mounting_option,
-    number,
+    number_option,
     numbers,
     output_option,
     picture_option,
@@ -40,12 +41,8 @@ if TYPE_CHECKING:
     metavar="G,...",
     help="Accelerations a_i along the input axis [local g].",
 )
-@click.option(
-    "--a-p", type=number, default=0.0, metavar="G", help="Along the pendulous axis [local g]."
-)
-@click.option(
-    "--a-o", type=number, default=0.0, metavar="G", help="Along the output axis [local g]."
-)
+@number_option("--a-p", "G", "Along the pendulous axis [local g].", default=0.0)
+@number_option("--a-o", "G", "Along the output axis [local g].", default=0.0)
 @click.option(
     "--temperature", type=numbers, metavar="DEG,...", help="Temperatures [degC; default: T0]."
 )
@@ -57,37 +54,25 @@ if TYPE_CHECKING:
     metavar="T,...",
     help="Times since the start of the launch, such as 600, 10min or 12h [s].",
 )
-@click.option(
-    "--stability",
-    type=FileToRead(),
-    metavar="STABILITY.json",
-    help="Result of accelcal stability.",
-)
-@click.option("--launch", type=number, metavar="G", help="Launch-to-launch bias k0L [g].")
-@click.option("--drift-rate", type=number, metavar="G_PER_H", help="Drift gamma_D [g/h].")
-@click.option("--fluctuation", type=number, metavar="G", help="Fluctuation k0F [g].")
-@click.option("--hysteresis", type=number, metavar="G", help="Hysteresis h_T [g].")
-@click.option("--threshold", type=number, metavar="G", help="Threshold p [g].")
-@click.option(
-    "--scale-factor-instability",
-    type=number,
-    metavar="REL",
-    help="Instability k1 of the scale factor, relative.",
-)
-@click.option(
+@file_option("--stability", "STABILITY.json", "Result of accelcal stability.")
+@number_option("--launch", "G", "Launch-to-launch bias k0L [g].")
+@number_option("--drift-rate", "G_PER_H", "Drift gamma_D [g/h].")
+@number_option("--fluctuation", "G", "Fluctuation k0F [g].")
+@number_option("--hysteresis", "G", "Hysteresis h_T [g].")
+@number_option("--threshold", "G", "Threshold p [g].")
+@number_option("--scale-factor-instability", "REL", "Instability k1 of the scale factor, relative.")
+@number_option(
     "--factor",
-    type=number,
+    "T_P",
+    "Number of standard deviations that k0L, k0F, h_T and k1 stand for.",
     default=3.0,
     show_default=True,
-    metavar="T_P",
-    help="Number of standard deviations that k0L, k0F, h_T and k1 stand for.",
 )
-@click.option(
+@number_option(
     "--temperature-uncertainty",
-    type=number,
+    "DEG",
+    "Standard uncertainty of the temperature [degC].",
     default=0.0,
-    metavar="DEG",
-    help="Standard uncertainty of the temperature [degC].",
 )
 @click.option("--exact", is_flag=True, help="Use (K1 - K1N)/K1 of (2), not its first order.")
 @click.option(

@@ -14,6 +14,7 @@ from accelcal.cli.options import (
     effects_option,
     format_option,
     number,
+    number_option,
     numbers,
     output_option,
     picture_option,
@@ -80,35 +81,22 @@ def target(text: str) -> tuple[str, float]:
     metavar="SIDE,...",
     help="Mountings o+, o-, p+ or p- in their order [default: o+]; may be repeated.",
 )
-@click.option("--reading-time", type=number, metavar="S", help="Time of a reading [default: 60 s].")
-@click.option(
-    "--turn-time", type=number, metavar="S", help="Time between positions [default: 30 s]."
-)
-@click.option(
-    "--soak-time", type=number, metavar="H", help="Time to reach a temperature [default: 2 h]."
-)
-@click.option(
-    "--mount-time", type=number, metavar="H", help="Time to mount the unit [default: 1 h]."
-)
-@click.option("--noise", type=number, metavar="G", help="Noise of a reading [default: 5e-6 g].")
+@number_option("--reading-time", "S", "Time of a reading [default: 60 s].")
+@number_option("--turn-time", "S", "Time between positions [default: 30 s].")
+@number_option("--soak-time", "H", "Time to reach a temperature [default: 2 h].")
+@number_option("--mount-time", "H", "Time to mount the unit [default: 1 h].")
+@number_option("--noise", "G", "Noise of a reading [default: 5e-6 g].")
 @apparatus_options
-@click.option(
+@number_option(
     "--temperature-uncertainty",
-    type=number,
-    metavar="DEG",
-    help="Standard uncertainty of the temperature of a run [default: 0 degC].",
+    "DEG",
+    "Standard uncertainty of the temperature of a run [default: 0 degC].",
 )
-@click.option(
-    "--resolution",
-    type=number,
-    default=0.0,
-    metavar="G",
-    help="Step of the readings [default: 0 g].",
-)
+@number_option("--resolution", "G", "Step of the readings [default: 0 g].", default=0.0)
 @click.option(
     "--undeclared", is_flag=True, help="The errors of the stand will not be declared to the fit."
 )
-@click.option("--hours", type=number, metavar="H", help="Longest duration; strokes fill it [h].")
+@number_option("--hours", "H", "Longest duration; strokes fill it [h].")
 @click.option(
     "--target",
     "targets",
@@ -122,11 +110,8 @@ def target(text: str) -> tuple[str, float]:
     metavar="WHAT",
     help="Find the best angles within --hours: D, A, or one coefficient such as K1.",
 )
-@click.option(
-    "--spacing",
-    type=number,
-    metavar="DEG",
-    help="Smallest distance of two positions for --optimal [default: 15 deg].",
+@number_option(
+    "--spacing", "DEG", "Smallest distance of two positions for --optimal [default: 15 deg]."
 )
 @click.option(
     "--seed", type=click.IntRange(0), default=0, metavar="N", help="Seed of --optimal [default: 0]."

@@ -14,7 +14,7 @@ from accelcal.cli.options import (
     data_argument,
     fixture_angle_option,
     format_option,
-    number,
+    number_option,
     output_option,
 )
 
@@ -25,11 +25,10 @@ if TYPE_CHECKING:
 @click.command(cls=Command)
 @data_argument(many=True)
 @output_option("the calibration of the head as JSON", metavar="HEAD.json", file=JSON)
-@click.option(
+@number_option(
     "--head-uncertainty",
-    type=number,
-    metavar="G",
-    help="Standard uncertainty of one head position before the test [rad, or g].",
+    "G",
+    "Standard uncertainty of one head position before the test [rad, or g].",
 )
 @fixture_angle_option
 @format_option("text", "json", "csv")

@@ -12,7 +12,7 @@ from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     format_option,
     mounting_option,
-    number,
+    number_option,
     output_option,
     picture_option,
 )
@@ -23,19 +23,15 @@ from accelcal.cli.options import (
 @output_option("the history as JSON", metavar="HISTORY.json", file=JSON)
 @click.option("--serial", metavar="TEXT", help="Unit to follow; not needed if there is only one.")
 @mounting_option
-@click.option(
-    "--temperature",
-    type=number,
-    metavar="DEG",
-    help="Temperature at which to compare [degC; default: that of most dates].",
+@number_option(
+    "--temperature", "DEG", "Temperature at which to compare [degC; default: that of most dates]."
 )
-@click.option(
+@number_option(
     "--alpha",
-    type=number,
+    "P",
+    "A jump is named if its p-value is below this.",
     default="0.01",
     show_default=True,
-    metavar="P",
-    help="A jump is named if its p-value is below this.",
 )
 @picture_option("the history (png, svg or pdf)")
 @format_option("text", "json", "csv")

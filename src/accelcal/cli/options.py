@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
-from functools import wraps
+from functools import partial, wraps
 from typing import Any, TypeVar, cast
 
 import click
@@ -110,6 +110,42 @@ def output_option(
     )
 
 
+def _valued_option(
+    kind: Any, flag: str, metavar: str, told: str, *, name: str | None = None, **attributes: Any
+) -> Callable[[Function], Function]:
+    """Make an option that has a value.
+
+    Parameters
+    ----------
+    kind : callable or click.ParamType
+        What makes the value of the text.
+    flag : str
+        Such as ``"--g"``.
+    metavar : str
+        Its unit, symbol or kind of file, as the help shows it.
+    told : str
+        Its help.
+    name : str, optional
+        Parameter of the command, where it is not that of the flag.
+    **attributes : Any
+        Others of `click.option`.
+
+    Returns
+    -------
+    callable
+        A decorator of commands.
+    """
+    names = [flag] if name is None else [flag, name]
+    return click.option(*names, type=kind, metavar=metavar, help=told, **attributes)
+
+
+number_option = partial(_valued_option, number)
+"""An option that is a number."""
+
+file_option = partial(_valued_option, FileToRead())
+"""An option that names a file to be read."""
+
+
 def picture_option(what: str) -> Callable[[Function], Function]:
     """Option ``--plot``: the file that a picture is drawn into; it is called ``picture``."""
     return click.option("--plot", "picture", type=PICTURE, metavar="FILE", help=f"Draw {what}.")
@@ -129,13 +165,12 @@ def together(*options: Callable[[Function], Function]) -> Callable[[Function], F
 def effects_option(function: Function) -> Function:
     """Option ``--effects``: effects of the user's own, in the catalogue while the command runs."""
 
-    @click.option(
+    @file_option(
         "--effects",
-        "effect_files",
-        type=FileToRead(),
+        "FILE.toml",
+        "Your own effects, in addition to the catalogue; may be repeated.",
+        name="effect_files",
         multiple=True,
-        metavar="FILE.toml",
-        help="Your own effects, in addition to the catalogue; may be repeated.",
     )
     @wraps(function)
     def command(*arguments: Any, effect_files: tuple[str, ...], **options: Any) -> Any:
@@ -162,17 +197,11 @@ def format_option(*forms: str) -> Callable[[Function], Function]:
     )
 
 
-reference_temperature_option = click.option(
-    "--t0",
-    "reference_temperature",
-    type=number,
-    metavar="DEG",
-    help="Reference temperature T0 [degC].",
+reference_temperature_option = number_option(
+    "--t0", "DEG", "Reference temperature T0 [degC].", name="reference_temperature"
 )
 
-local_gravity_option = click.option(
-    "--g", "local_gravity", type=number, metavar="M_S2", help="Local gravity [m/s^2]."
-)
+local_gravity_option = number_option("--g", "M_S2", "Local gravity [m/s^2].", name="local_gravity")
 
 fixture_angle_option = click.option(
     "--delta0",
@@ -181,11 +210,8 @@ fixture_angle_option = click.option(
     help="Fixture angle between head zero and input axis, taken as given [rad].",
 )
 
-specification_option = click.option(
-    "--spec",
-    type=FileToRead(),
-    metavar="SPEC.toml",
-    help="Judge against this data sheet; the exit code is 1 if a limit fails.",
+specification_option = file_option(
+    "--spec", "SPEC.toml", "Judge against this data sheet; the exit code is 1 if a limit fails."
 )
 
 report_option = click.option(
@@ -242,23 +268,18 @@ def plan_options(lead: str = "") -> Callable[[Function], Function]:
 
 
 apparatus_options = together(
-    click.option(
+    number_option(
         "--head-uncertainty",
-        type=number,
-        metavar="G",
-        help="Standard uncertainty of one head position [rad, or g: the same number].",
+        "G",
+        "Standard uncertainty of one head position [rad, or g: the same number].",
     ),
-    click.option(
-        "--launch-uncertainty",
-        type=number,
-        metavar="G",
-        help="Standard uncertainty of the bias from run to run [g].",
+    number_option(
+        "--launch-uncertainty", "G", "Standard uncertainty of the bias from run to run [g]."
     ),
-    click.option(
+    number_option(
         "--launch-sf-uncertainty",
-        type=number,
-        metavar="REL",
-        help="Relative standard uncertainty of the scale factor from run to run.",
+        "REL",
+        "Relative standard uncertainty of the scale factor from run to run.",
     ),
 )
 """What is declared of head and launch, as by the header lines of a table."""
@@ -280,15 +301,10 @@ calibration_options = together(
     local_gravity_option,
     fixture_angle_option,
     apparatus_options,
-    click.option(
-        "--temperature-uncertainty",
-        type=number,
-        metavar="DEG",
-        help="Standard uncertainty of a temperature [degC].",
+    number_option(
+        "--temperature-uncertainty", "DEG", "Standard uncertainty of a temperature [degC]."
     ),
-    click.option(
-        "--resolution", type=number, metavar="U", help="Step of the output [output unit]."
-    ),
+    number_option("--resolution", "U", "Step of the output [output unit]."),
     click.option("--unit", metavar="UNIT", help="Unit of the output, such as mA."),
     click.option("--positions", type=click.IntRange(1), metavar="N", help="Positions in a turn."),
     click.option(
@@ -309,17 +325,15 @@ calibration_options = together(
         show_default=True,
         help="Fit the temperature laws to the coefficients of the tables or to all readings.",
     ),
-    click.option(
+    file_option(
         "--model",
-        type=FileToRead(),
-        metavar="MODEL.json",
-        help="Remove the effects of this discovery; their sizes are fitted again.",
+        "MODEL.json",
+        "Remove the effects of this discovery; their sizes are fitted again.",
     ),
-    click.option(
+    file_option(
         "--head",
-        type=FileToRead(),
-        metavar="HEAD.json|CERT.csv",
-        help="Correct for the errors of the head, from accelcal head or a certificate.",
+        "HEAD.json|CERT.csv",
+        "Correct for the errors of the head, from accelcal head or a certificate.",
     ),
     specification_option,
 )

@@ -9,7 +9,12 @@ import click
 
 from accelcal.cli.deliver import deliver
 from accelcal.cli.files import Command, FileToRead, FileToWrite
-from accelcal.cli.options import effects_option, output_option, specification_option
+from accelcal.cli.options import (
+    effects_option,
+    file_option,
+    output_option,
+    specification_option,
+)
 from accelcal.cli.verdicts import exit_where_failed, judged
 from accelcal.errors import InputError
 
@@ -22,12 +27,11 @@ if TYPE_CHECKING:
 @click.argument("result", type=FileToRead(), metavar="RESULT.json")
 @output_option("the report", metavar="FILE.(html|md|pdf)")
 @specification_option
-@click.option(
+@file_option(
     "--data",
-    type=FileToRead(),
+    "DATA",
+    "Readings of a discovery, for the pictures of the effects; may be repeated.",
     multiple=True,
-    metavar="DATA",
-    help="Readings of a discovery, for the pictures of the effects; may be repeated.",
 )
 @click.option("--serial", metavar="TEXT", help="Report this serial number only.")
 @click.option(
@@ -37,12 +41,11 @@ if TYPE_CHECKING:
     metavar="FILE.xml",
     help="Write a digital calibration certificate here.",
 )
-@click.option(
+@file_option(
     "--dcc-data",
-    "laboratory",
-    type=FileToRead(),
-    metavar="LAB.toml",
-    help="Laboratory, customer and persons of the certificate; without it they are not stated.",
+    "LAB.toml",
+    "Laboratory, customer and persons of the certificate; without it they are not stated.",
+    name="laboratory",
 )
 @effects_option
 def report(

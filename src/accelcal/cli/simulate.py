@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from accelcal.cli.deliver import deliver
-from accelcal.cli.files import CSV, Command, FileToRead
+from accelcal.cli.files import CSV, Command
 from accelcal.cli.options import (
     effects_option,
+    file_option,
     fixture_angle,
-    number,
+    number_option,
     output_option,
     plan_options,
     setting,
@@ -55,55 +56,32 @@ def settings(text: str) -> Settings:
     help="Mountings o+, o-, p+ or p-, each at all temperatures [default: o+].",
 )
 @click.option("--delta0", type=fixture_angle, metavar="RAD", help="Fixture angle [default: 0 rad].")
-@click.option(
-    "--reading-noise", type=number, metavar="G", help="Noise of a reading [default: 5e-6 g]."
-)
-@click.option(
-    "--head-error",
-    type=number,
-    metavar="RAD",
-    help="Error of a head position [default: 6.7e-6 rad].",
-)
-@click.option(
-    "--launch-shift",
-    type=number,
-    metavar="G",
-    help="Shift of the bias from run to run [default: 6.7e-6 g].",
-)
-@click.option(
+@number_option("--reading-noise", "G", "Noise of a reading [default: 5e-6 g].")
+@number_option("--head-error", "RAD", "Error of a head position [default: 6.7e-6 rad].")
+@number_option("--launch-shift", "G", "Shift of the bias from run to run [default: 6.7e-6 g].")
+@number_option(
     "--launch-sf-shift",
-    type=number,
-    metavar="REL",
-    help="Relative shift of the scale factor from run to run [default: 5e-6].",
+    "REL",
+    "Relative shift of the scale factor from run to run [default: 5e-6].",
 )
-@click.option(
+@number_option(
     "--temperature-error",
-    type=number,
-    metavar="DEG",
-    help="True minus recorded temperature, from run to run [default: 0 degC].",
+    "DEG",
+    "True minus recorded temperature, from run to run [default: 0 degC].",
 )
-@click.option(
-    "--resolution",
-    type=number,
-    default=1e-7,
-    metavar="MA",
-    help="Step of the output, 0 for none [default: 1e-7 mA].",
+@number_option(
+    "--resolution", "MA", "Step of the output, 0 for none [default: 1e-7 mA].", default=1e-7
 )
 @click.option("--times", "timed", is_flag=True, help="Write a column of times.")
 @click.option("--undeclared", is_flag=True, help="Do not declare the uncertainties in the header.")
-@click.option(
-    "--g", "local_gravity", type=number, metavar="M_S2", help="Local gravity to declare [m/s^2]."
-)
+@number_option("--g", "M_S2", "Local gravity to declare [m/s^2].", name="local_gravity")
 @click.option(
     "--serial",
     metavar="TEXT",
     help="Serial number [default: AL-15]; selects the unit if MODEL.json holds several.",
 )
-@click.option(
-    "--model",
-    type=FileToRead(),
-    metavar="MODEL.json",
-    help="Simulate the accelerometer, noise and effects of this discovery.",
+@file_option(
+    "--model", "MODEL.json", "Simulate the accelerometer, noise and effects of this discovery."
 )
 def simulate(path: str | None, list_effects: bool, **options: Any) -> None:
     """Simulate a tumble test, of the AL-15 of the paper by default.

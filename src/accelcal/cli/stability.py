@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING
 import click
 
 from accelcal.cli.deliver import refuse_stdin_twice
-from accelcal.cli.files import JSON, Command, FileToRead
+from accelcal.cli.files import JSON, Command
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     data_argument,
     duration,
     durations,
+    file_option,
     format_option,
     number,
+    number_option,
     output_option,
     picture_option,
 )
@@ -38,13 +40,8 @@ def probability(text: str) -> float | None:
 @click.command(cls=Command)
 @data_argument(many=True)
 @output_option("the analysis as JSON", metavar="STABILITY.json", file=JSON)
-@click.option(
-    "--calibration",
-    type=FileToRead(),
-    metavar="CAL.json",
-    help="Calibration that gives the scale factor.",
-)
-@click.option("--scale-factor", type=number, metavar="K1", help="Scale factor [output unit per g].")
+@file_option("--calibration", "CAL.json", "Calibration that gives the scale factor.")
+@number_option("--scale-factor", "K1", "Scale factor [output unit per g].")
 @click.option("--unit", metavar="UNIT", help="Unit of the output.")
 @click.option(
     "--probability",

@@ -9,8 +9,14 @@ import click
 from click.core import ParameterSource
 
 from accelcal.cli.deliver import refuse_stdin_twice
-from accelcal.cli.files import FileToRead
-from accelcal.cli.options import fixture_angle, number, plan_options, together, words
+from accelcal.cli.options import (
+    file_option,
+    fixture_angle,
+    number,
+    plan_options,
+    together,
+    words,
+)
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:
@@ -45,18 +51,12 @@ def _target(text: str) -> tuple[str, str]:
 
 
 stand_options = together(
-    click.option(
+    file_option(
         "--stand",
-        type=FileToRead(),
-        metavar="STAND.toml",
-        help="Budget of this stand instead: uncertainty of each coefficient due to its errors.",
+        "STAND.toml",
+        "Budget of this stand instead: uncertainty of each coefficient due to its errors.",
     ),
-    click.option(
-        "--test",
-        type=FileToRead(),
-        metavar="DATA.csv",
-        help="With --stand: the test is that of this table.",
-    ),
+    file_option("--test", "DATA.csv", "With --stand: the test is that of this table."),
     plan_options("With --stand: "),
     click.option(
         "--mountings",
@@ -92,11 +92,10 @@ stand_options = together(
         help="With --stand: wanted expanded uncertainty, such as K1=5ppm or k0=10ug; gives what"
         " each instrument must be. May be repeated.",
     ),
-    click.option(
+    file_option(
         "--spec",
-        type=FileToRead(),
-        metavar="SPEC.toml",
-        help="With --stand: is the stand good enough for the limits of this data sheet?",
+        "SPEC.toml",
+        "With --stand: is the stand good enough for the limits of this data sheet?",
     ),
 )
 """Of a budget of the stand."""
