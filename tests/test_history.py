@@ -13,6 +13,7 @@ import accelcal
 from accelcal.cli.main import main
 from accelcal.errors import InputError
 from accelcal.io.recalibrations import read_entries
+from accelcal.recalibrations.comparable import comparable
 from accelcal.recalibrations.entries import entries_of, year
 from accelcal.recalibrations.history import _told
 from accelcal.recalibrations.jumps import line_with_steps, search_jumps
@@ -291,6 +292,44 @@ def test_runs_of_one_test_count_once():
     assert any("averaged" in note for note in found.notes)
 
 
+def test_copies_of_a_table_count_once(tmp_path, capsys):
+    once = frame(8, scatter=20.0, sha256=[f"{n}" * 64 for n in range(8)])
+    copies = pd.concat([once, *(once[3:4].assign(source=name) for name in ("copy.csv", "b.csv"))])
+    found, expected = accelcal.history(copies), accelcal.history(once)
+    for one, other in zip(found.trends, expected.trends, strict=True):
+        assert len(one.points) == 8
+        assert one.drift.expanded_uncertainty == pytest.approx(other.drift.expanded_uncertainty)
+        assert one.scatter == pytest.approx(other.scatter)
+    told = "copy.csv (as in 2013.csv), b.csv (as in 2013.csv)"
+    assert found.notes == (f"the same readings again count once: {told}",)
+    copies.to_csv(tmp_path / "results.csv", index=False)
+    assert run(tmp_path / "results.csv") == 0
+    assert "8 calibrations" in capsys.readouterr().out
+
+
+def test_a_fit_of_what_a_batch_fitted_counts_once(tmp_path):
+    paths = [tmp_path / f"{year}.csv" for year in (2020, 2021, 2022)]
+    for number, path in enumerate(paths):
+        record = replace(accelcal.simulate(seed=number), date=f"{path.stem}-05-01")
+        accelcal.write_table(record, path)
+    tables = accelcal.batch(tmp_path).tables
+    accelcal.fit(accelcal.read_table(paths[0])).to_json(tmp_path / "2020.json")
+    tables.to_csv(tmp_path / "results.csv", index=False)
+    entries = read_entries([str(tmp_path / name) for name in ("results.csv", "2020.json")])
+    found = comparable(
+        [replace(entry, source=str(n)) for n, entry in enumerate(entries)], *3 * [None]
+    )
+    assert len(found.entries) == 3
+
+
+def test_sheets_of_one_workbook_are_no_copies():
+    dates = ["2020-01-01", "2020-01-01", *(f"{2020 + n}-01-01" for n in range(1, 7))]
+    sheets = [f"all.xlsx#{n}" for n in range(8)]
+    found = accelcal.history(frame(8, source=sheets, sha256="0" * 64, date=dates))
+    assert len(found.trends[0].points) == 8
+    assert found.notes == ()
+
+
 def test_other_levels_can_be_chosen():
     warm = frame(6, drift=50.0, temperature_degC=60.0)
     found = accelcal.history(pd.concat([frame(8), warm]), temperature=60.0)
@@ -340,7 +379,7 @@ def test_prefixes_of_units_are_converted():
 @pytest.mark.parametrize(
     ("table", "options", "message"),
     [
-        (frame(2), {}, r"serial A has 2 dated calibration\(s\) to compare, and a drift needs 3"),
+        (frame(2), {}, "serial A has calibrations of 2 dates to compare, and a drift needs 3"),
         (frame(date=None), {}, "10 of 10 tables have no date that can be read, first 2010.csv"),
         (frame(), {"serial": "B"}, "no serial 'B' in the results; there is A"),
         (frame(serial=42), {"serial": "0042"}, r"there is 42; read them .* dtype={'serial': str}"),
@@ -349,7 +388,8 @@ def test_prefixes_of_units_are_converted():
         (frame(), {"temperature": 80.0}, "no calibration at 80 degC; there is 20 degC"),
         (frame(), {"alpha": 2.0}, "alpha is 2; it is a chance from 0.001 to 1"),
         (frame(k0_standard_uncertainty=np.nan), {}, "10 of 10 tables have no uncertainty"),
-        (frame(4, output_unit=["mA", "mA", "V", "V"]), {}, "outputs in mA, V"),
+        (frame(4, output_unit=["mA", "mA", "V", "V"]), {}, "differ, mA in 2010.csv, V in 2012.csv"),
+        (frame(4, output_unit=["mA", "mA", None, None]), {}, "none given in 2012.csv; .* '# unit"),
         (frame().drop(columns="K1"), {}, "no column 'K1' in the frame"),
         (frame(0), {}, "no calibration is given"),
         (frame(temperature_degC=np.nan), {"temperature": 20.0}, "leave out the temperature"),

@@ -52,7 +52,7 @@ def _frame(text: str) -> pd.DataFrame:
     import pandas as pd
 
     options: Any = {
-        "dtype": {"serial": str, "date": str, "run": str, "source": str},
+        "dtype": {"serial": str, "date": str, "run": str, "source": str, "sha256": str},
         "keep_default_na": False,  # only what is empty is missing: a serial may be NA
         "na_values": [""],
         **exact_numbers(),

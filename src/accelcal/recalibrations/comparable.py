@@ -12,7 +12,7 @@ from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.numerics.grouping import grouped
 from accelcal.plural import counted
-from accelcal.recalibrations.entries import Entry, Numbers, listed, year
+from accelcal.recalibrations.entries import NO_UNIT, Entry, Numbers, listed, year
 from accelcal.reference import USUAL_TEMPERATURE
 from accelcal.units import conversion_factor
 
@@ -81,9 +81,10 @@ def comparable(
     chosen = _one_a_test(_whole(chosen, notes), notes)
     if len({year(entry.date) for entry in chosen}) < FEWEST:
         left_out = f" ({'; '.join(notes)})" if notes else ""
+        dates = counted(len({entry.date for entry in chosen}), "date")
         raise InputError(
-            f"{name} has {len({entry.date for entry in chosen})} dated calibration(s) to compare,"
-            f" and a drift needs {FEWEST}; add results{left_out}"
+            f"{name} has calibrations of {dates} to compare, and a drift needs {FEWEST}; add"
+            f" results{left_out}"
         )
     chosen.sort(key=lambda entry: (year(entry.date) or 0.0, entry.source))
     years = tuple(year(entry.date) or 0.0 for entry in chosen)
@@ -201,7 +202,14 @@ def _in_one_unit(entries: list[Entry], notes: list[str]) -> list[Entry]:
     common = max(units, key=lambda unit: units[unit], default="")
     factors = {unit: conversion_factor(unit, common) for unit in units}
     if None in factors.values():
-        raise InputError(f"outputs in {', '.join(units)}; give calibrations in one output unit")
+        first = {entry.unit: entry.source for entry in reversed(entries)}
+        differ = ", ".join(
+            f"{'none given' if unit == NO_UNIT else unit} in {first[unit]}" for unit in units
+        )
+        raise InputError(
+            f"output units differ, {differ}; give calibrations in one unit, declared above the"
+            " readings by '# unit: mA'"
+        )
     if len(units) > 1:
         others = ", ".join(unit for unit in units if unit != common)
         notes.append(f"scale factors of outputs in {others} are converted to {common}/g")
@@ -242,11 +250,15 @@ def _one_a_test(entries: list[Entry], notes: list[str]) -> list[Entry]:
     They share what scatters from one calibration to the next, so that they are no calibrations of
     their own.
     """
-    tests: dict[tuple[str, str | None], list[Entry]] = {}
+    tests: dict[tuple[str, ...], list[Entry]] = {}
     for entry in entries:
-        tests.setdefault((entry.source, entry.date), []).append(entry)
-    if len(tests) < len(entries):
+        tests.setdefault(entry.test, []).append(entry)
+    if len({(entry.source, entry.date) for entry in entries}) < len(entries):
         notes.append("runs of one test at the level are averaged")
+    sources = [tuple(dict.fromkeys(run.source for run in runs)) for runs in tests.values()]
+    copies = [f"{name} (as in {first})" for first, *others in sources for name in others]
+    if copies:
+        notes.append(f"the same readings again count once: {listed(copies)}")
     return [_mean(runs) for runs in tests.values()]
 
 

@@ -23,6 +23,9 @@ _NEEDED = (
     *("serial", "mounting", "date"),
     *("k0", "k0_standard_uncertainty", "K1", "K1_standard_uncertainty"),
 )
+NO_UNIT = "output unit"
+"""What stands for the output unit where none is given."""
+
 _NAMED = 8
 """Names in a sentence, before the rest are counted."""
 
@@ -52,6 +55,8 @@ class Entry:
         Gates that warn of the test.
     gravity : float or None
         Local gravity, where declared [m/s^2].
+    sha256 : str or None
+        SHA-256 of the file with the readings, where known.
     """
 
     serial: str | None
@@ -64,6 +69,14 @@ class Entry:
     unit: str
     warned: tuple[str, ...] = ()
     gravity: float | None = None
+    sha256: str | None = None
+
+    @property
+    def test(self) -> tuple[str, ...]:
+        """What all tables of one test have in common, those of a copy of its file as well."""
+        sheet = self.source.rpartition("#")[2] if "#" in self.source else ""
+        readings = (self.sha256, sheet) if self.sha256 else (self.source,)
+        return (*readings, self.date or "")
 
     @property
     def is_complete(self) -> bool:
@@ -138,11 +151,12 @@ def _of_calibration(calibration: Calibration) -> list[Entry]:
             temperature=table.temperature_degC,
             bias=_of_quantity(table.error_model["k0"]),
             scale_factor=_of_quantity(table.coefficients["K1"]),
-            unit=calibration.output_unit or "output unit",
+            unit=calibration.output_unit or NO_UNIT,
             warned=tuple(
                 gate.name for gate in (*table.gates, *calibration.gates) if gate.verdict == "warn"
             ),
             gravity=calibration.g_local_m_s2,
+            sha256=calibration.provenance.get("sha256"),
         )
         for table in calibration.tables
     ]
@@ -170,13 +184,14 @@ def _of_row(row: dict[str, Any]) -> Entry:
         temperature=_numbers(row.get("temperature_degC"))[0],
         bias=numbers("k0"),
         scale_factor=numbers("K1"),
-        unit=_text(row.get("output_unit")) or "output unit",
+        unit=_text(row.get("output_unit")) or NO_UNIT,
         warned=tuple(
             name.removeprefix("gate_").replace("_", " ")
             for name, verdict in row.items()
             if str(name).startswith("gate_") and verdict == "warn"
         ),
         gravity=_numbers(row.get("g_local_m_s2"))[0],
+        sha256=_text(row.get("sha256")),
     )
 
 
