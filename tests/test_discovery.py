@@ -174,10 +174,34 @@ def test_places_that_look_alike_are_told():
     hidden = [effect("position-error").of(8e-5, at=45.0)]
     found = accelcal.discover(accelcal.simulate(effects=hidden, seed=4, noise=NO_HEAD))
     assert ids(found) == ["position-error"]
-    (told,) = [note for note in found.notes if "looks the same here" in note]
+    (told,) = [note for note in found.notes if note.endswith("explains these readings as well")]
     places = {found.effects[0].parameters["at"].value, 45.0, 135.0}
     assert places == {45.0, 135.0}
     assert "at = 135 deg" in told or "at = 45 deg" in told
+
+
+@pytest.mark.parametrize(("positions", "certain"), [(8, False), (12, True)])
+@pytest.mark.parametrize("seed", range(3))
+def test_places_that_the_readings_hardly_tell_apart_are_told(positions, certain, seed):
+    """Under errors of the head 90 deg fits about as well as 45 deg on 8 positions."""
+    at = 90.0 if certain else 45.0
+    plan, hidden = TumblePlan(positions=positions), [effect("position-error").of(1.4e-4, at=at)]
+    found = accelcal.discover(accelcal.simulate(plan=plan, effects=hidden, seed=seed))
+    assert ids(found) == ["position-error"]
+    told = [note for note in found.notes if note.endswith("explains these readings as well")]
+    places = f"at = {found.effects[0].parameters['at'].value:g} deg " + " ".join(told)
+    assert f"at = {at:g} deg" in places
+    assert bool(told) != certain
+
+
+def test_neighbours_of_a_small_step_are_told():
+    hidden = [effect("bias-step").of(1.2e-5, reading=70.0)]
+    found = accelcal.discover(
+        accelcal.simulate(plan=TumblePlan(timed=True), effects=hidden, seed=2)
+    )
+    assert (
+        "bias-step with reading = 69 or reading = 71 explains these readings as well" in found.notes
+    )
 
 
 def test_two_effects_that_make_a_third_one_are_a_doubt():

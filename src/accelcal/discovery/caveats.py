@@ -6,11 +6,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from accelcal.discovery.candidates import Instance, column_of, direction, instances_of
+from accelcal.discovery.candidates import Instance, column_of, instances_of
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.noise import dummies
-from accelcal.discovery.other_laws import OtherLaw, other_laws
+from accelcal.discovery.other_laws import OtherLaw, OtherPlace, other_laws, other_places
 from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.wandering import LIKELY, POSSIBLE, Wandering
 from accelcal.geometry import head_positions
@@ -58,13 +58,15 @@ def caveats(
         A sentence.
     """
     yield from _of_another_size(comparison)
-    laws = list(other_laws(comparison, found[0].instances if found else ()))
+    best = found[0].instances if found else ()
+    laws, places = list(other_laws(comparison, best)), list(other_places(comparison, best))
     yield from _by_another_law(laws)
-    yield from _otherwise(comparison, found, laws)
+    yield from _at_other_places(places)
+    yield from _otherwise(comparison, found, laws, places)
     yield from _put_together(comparison, found)
     yield from _of_the_chamber(comparison, found)
     yield from _wandering(walks, named=bool(found))
-    yield from _undeclared(comparison, found[0].instances if found else ())
+    yield from _undeclared(comparison, best)
     yield from _noise(comparison)
 
 
@@ -98,8 +100,18 @@ def _by_another_law(laws: Sequence[OtherLaw]) -> Iterator[str]:
         )
 
 
+def _at_other_places(places: Sequence[OtherPlace]) -> Iterator[str]:
+    """Effects of which the readings do not tell where they are."""
+    for effect in dict.fromkeys(other.moved.effect.id for other in places):
+        where = [other.where for other in places if other.moved.effect.id == effect]
+        yield f"{effect} with {' or '.join(where)} explains these readings as well"
+
+
 def _otherwise(
-    comparison: Comparison, found: Sequence[Explanation], laws: Sequence[OtherLaw]
+    comparison: Comparison,
+    found: Sequence[Explanation],
+    laws: Sequence[OtherLaw],
+    places: Sequence[OtherPlace],
 ) -> Iterator[str]:
     """Coefficients that are others where another explanation is the true one."""
     if not found:
@@ -107,7 +119,8 @@ def _otherwise(
     bare = solution(comparison)
     best = changes(comparison, bare, solution(comparison, found[0].instances))
     rivals = [(" + ".join(sorted(other.ids)), other.instances) for other in found[1:]]
-    alike = [*_twins(comparison, found[0].instances), *((law.name, law.instances) for law in laws)]
+    alike = [(f"{other.moved.effect.id} with {other.where}", other.instances) for other in places]
+    alike += [(law.name, law.instances) for law in laws]
     for name, instances in (*alike, *rivals[:_MOST_RIVALS]):
         other = changes(comparison, bare, solution(comparison, instances))
         told = [
@@ -159,25 +172,6 @@ def _wandering(walks: Sequence[Wandering], *, named: bool) -> Iterator[str]:
                 " could as well be what these readings show; repeat the test: what comes back the"
                 " same is no noise"
             )
-
-
-def _twins(
-    comparison: Comparison, instances: Sequence[Instance]
-) -> Iterator[tuple[str, tuple[Instance, ...]]]:
-    """The same effects, one of them at another place that these readings cannot tell from it."""
-    space, c = comparison.space, comparison.model.conditions
-    for place, item in enumerate(instances):
-        own, _ = direction(item, space, c)
-        for other in instances_of(item.effect, c):
-            moved = [p for p in item.effect.shapes if other.shape[p.name] != item.shape[p.name]]
-            if not moved or not all(p.discrete for p in moved):
-                continue
-            seen = space.see(column_of(other, c))
-            norm = float(np.sqrt(seen @ seen))
-            if norm > 0.0 and abs(float(own @ seen)) > _ALIKE * norm:
-                where = ", ".join(f"{p.name} = {other.shape[p.name]:g} {p.unit}" for p in moved)
-                name = f"{item.effect.id} with {where}, which looks the same here,"
-                yield name, (*instances[:place], other, *instances[place + 1 :])
 
 
 def _apart(one: Change, other: Change) -> float:

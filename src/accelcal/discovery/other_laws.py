@@ -1,7 +1,8 @@
-"""An effect that has several laws, as a tilt linear in time or daily: which explain the readings.
+"""An effect that has several laws or places: which of them explain the readings.
 
-The amplitudes of such an effect are searched in two parts, each as an effect of its own; over a few
-hours a part of a day is nearly a straight line, and either may fit the noise a little better.
+The amplitudes of a tilt, linear in time or daily, are searched in two parts, each as an effect of
+its own; over a few hours a part of a day is nearly a straight line, and either may fit the noise a
+little better. So may one of several head positions, or a reading beside that of a step.
 """
 
 from __future__ import annotations
@@ -20,6 +21,28 @@ from accelcal.discovery.noise import orthonormal
 from accelcal.discovery.solution import parameters_of
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Disturbance
+
+
+class OtherPlace(NamedTuple):
+    """Effects, one of which is at another place than was named.
+
+    Attributes
+    ----------
+    moved : Instance
+        The one, at the other place.
+    instances : tuple of Instance
+        All of them.
+    """
+
+    moved: Instance
+    instances: tuple[Instance, ...]
+
+    @property
+    def where(self) -> str:
+        """The place."""
+        told = (p for p in self.moved.effect.shapes if p.discrete)
+        shape = self.moved.shape
+        return ", ".join(f"{p.name} = {shape[p.name]:g} {p.unit}".removesuffix(" 1") for p in told)
 
 
 class OtherLaw(NamedTuple):
@@ -69,6 +92,28 @@ def other_laws(comparison: Comparison, instances: Sequence[Instance]) -> Iterato
                 yield OtherLaw(fitted, (*before, instance_of(fitted), *after))
 
 
+def other_places(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[OtherPlace]:
+    """Find other places of some effects, which explain the readings as well.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Record and model.
+    instances : sequence of Instance
+        The effects that were named.
+
+    Yields
+    ------
+    OtherPlace
+        The same effects, one of them at another place.
+    """
+    for place, item in enumerate(instances):
+        for moved in _places(item, comparison.model.conditions):
+            others = (*instances[:place], moved, *instances[place + 1 :])
+            if not _is_needed(comparison, item, others):
+                yield OtherPlace(moved, others)
+
+
 def _fitted(comparison: Comparison, instances: Sequence[Instance], place: int) -> Disturbance:
     """One of some effects, of the size that the readings give it."""
     effect = instances[place].effect
@@ -83,6 +128,19 @@ def _laws(item: Instance, c: Conditions) -> Iterator[Instance]:
     for amplitudes, other in tried.items():
         if not set(amplitudes) & set(item.amplitudes):
             yield other._replace(shape=item.shape)
+
+
+def _places(item: Instance, c: Conditions) -> Iterator[Instance]:
+    """The effect at the places where it is not, all else about it the same."""
+    places = {p.name for p in item.effect.shapes if p.discrete}
+    tried = dict.fromkeys(
+        tuple((name, other.shape[name]) for name in sorted(places))
+        for other in instances_of(item.effect, c)
+    )
+    for where in tried:
+        moved = item._replace(shape={**item.shape, **dict(where)})
+        if moved != item:
+            yield moved
 
 
 def _is_needed(comparison: Comparison, item: Instance, others: Sequence[Instance]) -> bool:
