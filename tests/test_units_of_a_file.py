@@ -1,14 +1,17 @@
 """Files of several units: which of them a command takes, and in which unit of the output."""
 
+import io
 import json
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import accelcal
 from accelcal.cli.main import main
 from accelcal.effects.catalogue import effect
+from accelcal.io.readings import Readings
 
 HIDDEN = {"A1": effect("backlash").of(2e-5), "B2": effect("hysteresis").of(3e-5)}
 SHORT = accelcal.TumblePlan(temperatures=(20.0,))
@@ -154,3 +157,23 @@ def test_a_unit_against_that_of_the_file_is_said(run, folder, command, place):
         code, out, err = run(*command.split(), "file.csv", "--unit", unit)
         assert code == 0
         assert " ".join((out + err).split()).count(ASKED) == times
+
+
+def test_the_work_of_dividing_a_file_grows_as_its_rows_do(monkeypatch):
+    units, taken = 50, []
+    select = Readings.select
+    monkeypatch.setattr(
+        Readings, "select", lambda own, chosen: (taken.append(chosen.size), select(own, chosen))[1]
+    )
+    position = np.tile(np.arange(1, 10), units)
+    rows = {
+        "serial": np.repeat([f"S{n}" for n in range(units)], 9)[::-1],
+        "temperature": 20.0,
+        "position": position,
+        "stroke": 1,
+        "output": np.cos(np.radians(45.0 * position)),
+    }
+    records = accelcal.read_tables(io.BytesIO(pd.DataFrame(rows).to_csv(index=False).encode()))
+    assert [record.serial for record in records] == [f"S{n}" for n in range(units)][::-1]
+    assert all(record.position.tolist() == list(range(1, 10)) for record in records)
+    assert sum(taken) <= 2 * position.size

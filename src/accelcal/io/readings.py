@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arrays import Array, Ints, Mask
+from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.errors import TableError
 from accelcal.geometry import MOUNTINGS, angular_distance, is_mounting
 from accelcal.io.cells import Column, labels, numbers, whole_numbers
 from accelcal.io.columns import Table
 from accelcal.io.layout import all_outputs, listed
 from accelcal.io.times import DAY, in_seconds, times
+from accelcal.numerics.grouping import group_after_group
 from accelcal.numerics.sorting import distinct
 
 MAXIMUM_TEMPERATURE = 250.0
@@ -79,21 +80,24 @@ class Readings:
     missing: Ints
     missing_serial: Ints | None
 
-    def select(self, mask: Mask) -> Readings:
-        """Keep the readings where `mask` is true."""
+    def select(self, chosen: Mask | Places) -> Readings:
+        """Keep the readings where a mask is true, or at some places."""
         kept: dict[str, Any] = {}
         for item in fields(self):
             value = getattr(self, item.name)
             if isinstance(value, np.ndarray) and not item.name.startswith("missing"):
-                kept[item.name] = value[mask]
+                kept[item.name] = value[chosen]
         return replace(self, **kept)
 
-    def of_serial(self, index: int) -> Readings:
-        """Keep what belongs to one accelerometer."""
+    def of_each_serial(self) -> Iterator[Readings]:
+        """Divide them by accelerometer, in the order of `serials`."""
         if self.serial is None or self.missing_serial is None:
-            return self
-        missing = self.missing[self.missing_serial == index]
-        return replace(self.select(self.serial == index), missing=missing)
+            yield self
+            return
+        count = len(self.serials)
+        each = zip(_of_each(self.serial, count), _of_each(self.missing_serial, count), strict=True)
+        for own, missing in each:
+            yield replace(self.select(own), missing=self.missing[missing])
 
 
 def read_readings(table: Table, positions: int) -> Readings:
@@ -208,6 +212,12 @@ def _by_row(
         "count": _not_below(columns, "count", 1.0),
         "run": run,
     }, run_labels
+
+
+def _of_each(index: Ints, count: int) -> list[Places]:
+    """Places of each value of an index below `count`, in their order."""
+    members = np.bincount(index, minlength=count)
+    return np.split(group_after_group(index, members), np.cumsum(members)[:-1])
 
 
 def _at(values: NDArray[Any] | None, index: Ints) -> NDArray[Any] | None:

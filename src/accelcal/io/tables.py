@@ -300,8 +300,7 @@ def _records(
     layout: Layout, readings: Readings, declared: Declarations, common: dict[str, Any]
 ) -> Iterator[TumbleRecord]:
     serials = _serials(layout, readings, common["serial"])
-    for index, serial in enumerate(serials):
-        chosen = readings.of_serial(index) if len(serials) > 1 else readings
+    for serial, chosen in zip(serials, readings.of_each_serial(), strict=True):
         if chosen.output.size == 0:
             problem = f"serial {shown(str(serial))} has no output that is not missing"
             remedy = "write its outputs or delete its rows"
