@@ -16,6 +16,7 @@ from accelcal.report.calibration import (
     sizes_of,
 )
 from accelcal.report.calibration_rows import coefficient_rows, strong_correlations, temperature_laws
+from accelcal.report.lines import sentence
 from accelcal.report.numbers import significant
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Document
@@ -27,7 +28,7 @@ def place(table: Document) -> str:
     """Name a table by its run, temperature and mounting."""
     temperature = table["temperature_degC"]
     where = "" if temperature is None else f", {temperature:.4g} degC"
-    return f"Run {table['run']}{typeset(where)}, mounting {table['mounting']}"
+    return f"run {table['run']}{typeset(where)}, mounting {table['mounting']}"
 
 
 def coefficients(document: Document) -> Section:
@@ -58,7 +59,9 @@ def _of_table(table: Document, local_gravity: float | None) -> Iterator[Block]:
     plain = (r._replace(standard=_plain(r.standard)) for r in found)
     rows = [(r.name, r.symbol, *r[3:]) for r in plain]
     count = f"{table['readings']} readings, {counted(table['dof'], 'degree')} of freedom"
-    yield Table(f"{place(table)} ({count})", _HEADINGS, _set(rows), frozenset({2, 3, 5, 6}))
+    yield Table(
+        f"{sentence(place(table))} ({count})", _HEADINGS, _set(rows), frozenset({2, 3, 5, 6})
+    )
     said = [f"{r.symbol} stands for {r.meaning}" for r in found if r.meaning]
     said += [line.strip() for line in scale_factor_elsewhere(table, local_gravity)]
     said += strong_correlations(table)
@@ -81,7 +84,7 @@ def _correlations(table: Document) -> Table:
         for i, name in enumerate(names)
     ]
     numeric = frozenset(range(1, len(names) + 1))
-    caption = f"Correlation of the coefficients, {place(table).replace('Run', 'run', 1)}"
+    caption = f"Correlation of the coefficients, {place(table)}"
     return Table(caption, _set([("", *names)])[0], _set(rows), numeric, folded=True)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from pathlib import PurePath
 
 from accelcal.page.blocks import (
@@ -19,7 +20,7 @@ from accelcal.page.blocks import (
     Table,
     Tone,
 )
-from accelcal.page.pictures import pictures
+from accelcal.page.pictures import picture
 from accelcal.page.typeset import typeset
 from accelcal.plural import counted
 from accelcal.record import TumbleRecord
@@ -31,8 +32,6 @@ from accelcal.report.scale import plain, readable, sized
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import FoundEffect
 from accelcal.units import MICRO
-
-_SIZE = (3.8, 2.9)
 
 
 def discovery_chapter(found: Discovery, record: TumbleRecord | None, name: str) -> Chapter:
@@ -128,12 +127,11 @@ def _where(found: Discovery, name: str) -> Section | None:
     shares = Table(caption, heading, shown, frozenset({1}))
     blocks: list[Block] = []
     if found.effects or found.unexplained:
-        draw = found.plot.where
         words = (
             "Share of the disagreement by factor of the test.",
             "Bars of the shares; the table below has the numbers.",
         )
-        blocks.append(Gallery([*pictures(f"{name}where", draw, [words], _SIZE), shares]))
+        blocks.append(Gallery([picture(f"{name}where", found.plot.where, words), shares]))
     else:
         said = "No factor of the test has more than noise would give it."
         blocks += [Paragraph(said), shares]
@@ -163,8 +161,9 @@ def _effect(found: Discovery, place: int, record: TumbleRecord | None, name: str
     elif effect.id in (earlier.id for earlier in found.effects[:place]):  # one picture has both
         blocks.append(size)
     else:
-        drawn = _signature(found, effect, record, f"{name}signature-{place}")
-        blocks.append(Gallery([*drawn, size]))
+        blocks.append(
+            Gallery([_signature(found, effect, record, f"{name}signature-{place}"), size])
+        )
     if effect.indistinguishable:
         blocks.append(_aliases(effect))
     return Section(f"{sentence(effect.name)} ({effect.id})", blocks)
@@ -177,18 +176,12 @@ def _parameters(effect: FoundEffect) -> list[tuple[str, str]]:
     ]
 
 
-def _signature(
-    found: Discovery, effect: FoundEffect, record: TumbleRecord, name: str
-) -> list[Figure]:
+def _signature(found: Discovery, effect: FoundEffect, record: TumbleRecord, name: str) -> Figure:
     words = (
         f"Signature of {effect.name} over the residuals that it explains.",
         "Points are readings less the model without this effect; the line is what it adds.",
     )
-
-    def draw(ax: object) -> object:
-        return found.plot.signature(record, effect.id, ax)  # type: ignore[arg-type]
-
-    return pictures(name, draw, [words], _SIZE)
+    return picture(name, partial(found.plot.signature, record, effect.id), words)
 
 
 def _aliases(effect: FoundEffect) -> Note:
@@ -217,7 +210,7 @@ def _gap(found: Discovery, name: str) -> Section:
             " a reading.",
             "The gap before and after, fitted and left out; the table below has the numbers.",
         )
-        blocks = [Gallery([*pictures(f"{name}gap", found.plot.gap, [words], _SIZE), table])]
+        blocks = [Gallery([picture(f"{name}gap", found.plot.gap, words), table])]
     return Section(title, blocks)
 
 
@@ -235,8 +228,8 @@ def _changes(found: Discovery, name: str) -> Section | None:
     rows = [tuple(map(typeset, change_row(item))) for item in found.coefficients]
     headings = ("coefficient", "before", "after", "change", "unit")
     table = Table("Coefficients over K₁", headings, rows, frozenset({1, 2, 3}))
-    drawn = pictures(f"{name}changes", found.plot.changes, [words], (3.8, 3.4))
-    return Section("What it changes in the coefficients", [Gallery([*drawn, table])])
+    drawn = picture(f"{name}changes", found.plot.changes, words, (3.8, 3.4))
+    return Section("What it changes in the coefficients", [Gallery([drawn, table])])
 
 
 def _open(found: Discovery) -> Section:

@@ -9,6 +9,7 @@ from accelcal.page.blocks import (
     Block,
     Bullets,
     Facts,
+    Figure,
     Gallery,
     Paragraph,
     Section,
@@ -17,7 +18,7 @@ from accelcal.page.blocks import (
     narrowed,
 )
 from accelcal.page.coefficients import place
-from accelcal.page.pictures import pictures
+from accelcal.page.pictures import picture
 from accelcal.page.typeset import typeset
 from accelcal.report.calibration import error_rows
 from accelcal.report.calibration_rows import residual_grid, table_title
@@ -97,7 +98,7 @@ def residuals(calibration: Calibration, document: Document, name: str) -> Sectio
     return Section("Residuals", blocks)
 
 
-def _residual_pictures(calibration: Calibration, name: str, tables: list[Document]) -> Any:
+def _residual_pictures(calibration: Calibration, name: str, tables: list[Document]) -> list[Figure]:
     plot, strokes = calibration.plot, sum(len(residual_grid(table)[0]) for table in tables)
     words = {
         "map": (
@@ -117,9 +118,9 @@ def _residual_pictures(calibration: Calibration, name: str, tables: list[Documen
     }
     size = (3.8, 3.0) if strokes <= _NARROW else (7.6, 3.3)
     return [
-        *pictures(f"{name}map", plot.residual_map, [words["map"]], size),
-        *pictures(f"{name}tumble", plot.tumble, [words["tumble"]], (3.8, 3.6), polar=True),
-        *pictures(f"{name}angles", plot.residuals, [words["angles"]], (3.8, 3.0)),
+        picture(f"{name}map", plot.residual_map, words["map"], size),
+        picture(f"{name}tumble", plot.tumble, words["tumble"], (3.8, 3.6), polar=True),
+        picture(f"{name}angles", plot.residuals, words["angles"], (3.8, 3.0)),
     ]
 
 
@@ -133,7 +134,7 @@ def _residual_table(table: Document) -> Table:
         (f"{angle:g}°", *("" if v is None else typeset(f"{MICRO * v + 0.0:.1f}") for v in values))
         for angle, values in rows
     ]
-    caption = f"Residuals [µg], {place(table).replace('Run', 'run', 1)}"
+    caption = f"Residuals [µg], {place(table)}"
     headings = ("angle", *(f"stroke {k}" for k in strokes))
     return Table(caption, headings, cells, frozenset(range(len(headings))), folded=True)
 
@@ -161,9 +162,8 @@ def budget(calibration: Calibration, document: Document, name: str) -> Section:
     if any(table["budget"] for table in document["tables"]):
         caption = "Shares of the variance of each coefficient by source of error."
         seen = "Stacked bars of the shares; the tables below have the numbers."
-        draw = calibration.plot.budget
-        drawn = pictures(f"{name}budget", draw, [(caption, seen)], (3.8, 3.2))
-        blocks = [Gallery([*drawn, sources])]
+        drawn = picture(f"{name}budget", calibration.plot.budget, (caption, seen), (3.8, 3.2))
+        blocks = [Gallery([drawn, sources])]
     blocks += [_shares(table) for table in document["tables"] if table["budget"]]
     return Section("Uncertainty budget", blocks)
 
@@ -181,7 +181,7 @@ def _shares(table: Document) -> Table:
         total = sum(size**2 for size in own.values())
         shares = [own.get(source, 0.0) ** 2 / total if total > 0.0 else 0.0 for source in sources]
         rows.append((typeset(name), *(f"{100.0 * share:.0f} %" for share in shares)))
-    caption = f"Shares of the variance, {place(table).replace('Run', 'run', 1)}"
+    caption = f"Shares of the variance, {place(table)}"
     headings = ("coefficient", *(_NAMES.get(source, source) for source in sources))
     return Table(caption, headings, rows, frozenset(range(1, len(headings))), folded=True)
 

@@ -20,6 +20,19 @@ _NOT_IN_A_PAGE = re.compile(
 )
 
 
+def picture(
+    name: str,
+    draw: Callable[[Any], Any],
+    told: tuple[str, str],
+    size: tuple[float, float] = (3.8, 2.9),
+    *,
+    polar: bool = False,
+) -> Figure:
+    """Prepare one picture; as `pictures`, but for what is told of it alone."""
+    (found,) = pictures(name, draw, [told], size, polar=polar)
+    return found
+
+
 def pictures(
     name: str,
     draw: Callable[[Any], Any],

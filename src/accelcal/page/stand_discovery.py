@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from accelcal.page.blocks import Block, Bullets, Chapter, Gallery, Note, Paragraph, Section, Table
-from accelcal.page.pictures import pictures
+from accelcal.page.pictures import picture
 from accelcal.page.typeset import typeset
 from accelcal.plural import counted
 from accelcal.report.findings import chance, probability
 from accelcal.report.lines import sentence
 from accelcal.report.scale import sized
-from accelcal.report.stand_discovery import gain_rows, head_rows
+from accelcal.report.stand_discovery import NOTHING, SHARED, WHOSE, gain_rows, head_rows
 from accelcal.results.stand_discovery import StandDiscovery, StandEffect
-
-_WHOSE = {
-    "stand": "of the stand, with one value in all units",
-    "unit": "of single units, not of the stand",
-    "undecided": "undecided, of the stand or of the units",
-}
-_SIZE = (3.8, 2.9)
 
 
 def stand_chapter(found: StandDiscovery, name: str) -> Chapter:
@@ -55,9 +50,9 @@ def stand_chapter(found: StandDiscovery, name: str) -> Chapter:
 
 
 def _lede(found: StandDiscovery) -> str:
-    said = [f"{sentence(effect.name)} is {_WHOSE[effect.verdict]}." for effect in found.effects]
+    said = [f"{sentence(effect.name)} is {WHOSE[effect.verdict]}." for effect in found.effects]
     if not said and found.common.unexplained is None:
-        said = ["Nothing that the units share is missing, and none has anything of its own."]
+        said = [NOTHING]
     return " ".join(said) or "The units share a pattern that no known effect explains."
 
 
@@ -69,14 +64,11 @@ def _effect(found: StandDiscovery, effect: StandEffect, name: str) -> Section:
     ]
     sizes = [(what, typeset(sized(quantity))) for what, quantity in rows]
     words = (f"Size of {effect.name}, unit by unit.", "The table below has the numbers.")
-
-    def draw(ax: object) -> object:
-        return found.plot.sizes(effect.id, ax)  # type: ignore[arg-type]
-
+    drawn = picture(name, partial(found.plot.sizes, effect.id), words)
     table = Table("Sizes", ("of", "value (95 %)"), sizes)
     blocks: list[Block] = [
-        Paragraph(f"It is {_WHOSE[effect.verdict]}. {p}"),
-        Gallery([*pictures(name, draw, [words], _SIZE), table]),
+        Paragraph(f"It is {WHOSE[effect.verdict]}. {p}"),
+        Gallery([drawn, table]),
     ]
     if effect.indistinguishable:
         other = f"It could as well be: {', '.join(effect.indistinguishable)}."
@@ -88,9 +80,7 @@ def _unexplained(found: StandDiscovery) -> Section | None:
     if found.common.unexplained is None:
         return None
     pattern = typeset(found.common.unexplained.structure)
-    return Section(
-        "What the units share, and no known effect explains", [Note("bad", "Pattern", [pattern])]
-    )
+    return Section(SHARED, [Note("bad", "Pattern", [pattern])])
 
 
 def _head(found: StandDiscovery, name: str) -> Section | None:
@@ -101,10 +91,7 @@ def _head(found: StandDiscovery, name: str) -> Section | None:
     headings = ("head angle", "error [µrad]", "U (95 %)")
     caption = "True minus nominal, of what does not look like coefficients"
     table = Table(caption, headings, rows, frozenset({1, 2}))
-    blocks: list[Block] = [
-        Gallery([*pictures(f"{name}head", found.plot.head, [words], _SIZE), table])
-    ]
-    return Section("The head", blocks)
+    return Section("The head", [Gallery([picture(f"{name}head", found.plot.head, words), table])])
 
 
 def _gains(found: StandDiscovery) -> Section | None:

@@ -6,12 +6,22 @@ from collections.abc import Iterator
 from statistics import median
 
 from accelcal.report.findings import chance, probability
-from accelcal.report.lines import aligned, notes, sections, wrapped
+from accelcal.report.lines import aligned, notes, sections, sentence, wrapped
 from accelcal.report.numbers import in_small_unit, matching_digits, significant
 from accelcal.report.scale import told
 from accelcal.results.findings import Change
 from accelcal.results.stand_discovery import StandDiscovery, StandEffect
 from accelcal.units import MICRO
+
+WHOSE = {
+    "stand": "of the stand, with one value in all units",
+    "unit": "of single units, not of the stand",
+    "undecided": "undecided, of the stand or of the units",
+}
+"""What the verdict on an effect says."""
+
+NOTHING = "Nothing that the units share is missing, and none has anything of its own."
+SHARED = "What the units share, and no known effect explains"
 
 _WORTH_TELLING = 0.005
 """Part by which an uncertainty shrinks that is told as a gain."""
@@ -44,18 +54,11 @@ def _head(found: StandDiscovery) -> Iterator[str]:
     yield from wrapped(f"STAND  {len(found.units)} units: {', '.join(found.units)}")
     yield ""
     if not found.effects and found.common.unexplained is None:
-        yield "Nothing that the units share is missing, and none has anything of its own."
-    for verdict, said in _VERDICTS.items():
+        yield NOTHING
+    for verdict, said in WHOSE.items():
         names = [effect.name for effect in found.effects if effect.verdict == verdict]
         if names:
-            yield from wrapped(f"{said}: {' and '.join(names)}.")
-
-
-_VERDICTS = {
-    "stand": "Of the stand, with one value in all units",
-    "unit": "Of single units, not of the stand",
-    "undecided": "Undecided, of the stand or of the units",
-}
+            yield from wrapped(f"{sentence(said)}: {' and '.join(names)}.")
 
 
 def _effect(found: StandDiscovery, effect: StandEffect) -> Iterator[str]:
@@ -77,7 +80,7 @@ def _effect(found: StandDiscovery, effect: StandEffect) -> Iterator[str]:
 
 def _unexplained(found: StandDiscovery) -> Iterator[str]:
     if found.common.unexplained:
-        yield "What the units share, and no known effect explains"
+        yield SHARED
         yield from wrapped(found.common.unexplained.structure, "  ")
 
 
