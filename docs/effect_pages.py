@@ -84,7 +84,7 @@ def _entry(effect: Effect) -> Iterator[str]:
     yield f"{effect.physics}\n"
     yield f"- Term: `{effect.formula}`; acts on {_ACTS_ON[effect.acts_on]}."
     if effect.static:
-        yield "- In use: `accelcal apply` takes it up, where the calibration has it."
+        yield "- In use: `accelcal apply` includes it, if the calibration has it."
     yield f"- Looks like: {effect.signature}"
     yield f"- Told apart by: {effect.to_tell_apart}."
     yield from (f"- {_parameter(item)}" for item in effect.parameters)
@@ -103,16 +103,16 @@ def page(effect: Effect) -> str:
 def _lines(effect: Effect) -> Iterator[str]:
     yield described(effect).replace("### `", "# `", 1)
     if effect not in searched_among(catalogue()):
-        yield "\nIt adds nothing in proportion to its size: it is found as a fault of the readings,"
-        yield "by their replicates, before physics is looked for ([discovery](../discovery.md))."
+        yield "\nIt is no term that grows in proportion to its size. It is found as a fault of the readings,"
+        yield "from their replicates, before other effects are searched ([discovery](../discovery.md))."
         return
     yield f"\n## What it looks like\n\n![Signature of {effect.name}]({effect.id}.svg)\n"
-    yield "Left, the mean of what the effect adds to readings, over its largest in one of them."
-    yield "Right, what the base model leaves when it took up what it can, on 24 and 8 positions.\n"
+    yield "Left: the mean effect on the readings, relative to its largest value in one of them."
+    yield "Right: what is left of it after a fit of the base model, on 24 and 8 positions.\n"
     yield "## What a test sees of it\n"
     yield f"Computed for tests of 4 strokes at {', '.join(f'{level:g}' for level in LEVELS)} degC,"
-    yield "with times. *The same as*: cosine above 0.999, no test of this design tells them apart."
-    yield "*Hard to tell from*: above 0.9.\n"
+    yield "with times. *The same as*: the cosine between the two is above 0.999, and no test of this"
+    yield "design can separate them. *Hard to tell from*: the cosine is above 0.9.\n"
     yield "| positions | seen | the same as | hard to tell from |"
     yield "| --- | --- | --- | --- |"
     yield from (_row(effect, positions) for positions in POSITIONS)
@@ -122,7 +122,7 @@ def _row(effect: Effect, positions: int) -> str:
     shown = design(positions)
     if effect.id in shown.absorbed:
         taken = ", ".join(shown.absorbed[effect.id]) or "the base model"
-        return f"| {positions} | no, taken up by {taken} | | |"
+        return f"| {positions} | no, absorbed by {taken} | | |"
     alike = shown.alike[effect.id]
     near = [f"{_link(name)} {cosine:.2f}" for name, cosine in alike.near]
     same = [_link(name) for name in alike.exact]
