@@ -103,15 +103,15 @@ def page(effect: Effect) -> str:
 def _lines(effect: Effect) -> Iterator[str]:
     yield described(effect).replace("### `", "# `", 1)
     if effect not in searched_among(catalogue()):
-        yield "\nIt is no term that grows in proportion to its size. It is found as a fault of the readings,"
-        yield "from their replicates, before other effects are searched ([discovery](../discovery.md))."
+        yield "\nIt is no term that is proportional to its size. It is found as a fault of the readings"
+        yield "from replicates, before other effects are searched ([discovery](../discovery.md))."
         return
     yield f"\n## What it looks like\n\n![Signature of {effect.name}]({effect.id}.svg)\n"
     yield "Left: the mean effect on the readings, relative to its largest value in one of them."
     yield "Right: what is left of it after a fit of the base model, on 24 and 8 positions.\n"
     yield "## What a test sees of it\n"
     yield f"Computed for tests of 4 strokes at {', '.join(f'{level:g}' for level in LEVELS)} degC,"
-    yield "with times. *The same as*: the cosine between the two is above 0.999, and no test of this"
+    yield "with times. *The same as*: the cosine between the two is above 0.999, no test of this"
     yield "design can separate them. *Hard to tell from*: the cosine is above 0.9.\n"
     yield "| positions | seen | the same as | hard to tell from |"
     yield "| --- | --- | --- | --- |"
