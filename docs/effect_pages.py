@@ -111,7 +111,7 @@ def _lines(effect: Effect) -> Iterator[str]:
     yield "Right: what is left of it after a fit of the base model, on 24 and 8 positions.\n"
     yield "## What a test sees of it\n"
     yield f"Computed for tests of 4 strokes at {', '.join(f'{level:g}' for level in LEVELS)} degC,"
-    yield "with times. *The same as*: the cosine between the two is above 0.999, no test of this"
+    yield "with times. *The same as*: the cosine of the two is above 0.999, and no test of this"
     yield "design can separate them. *Hard to tell from*: the cosine is above 0.9.\n"
     yield "| positions | seen | the same as | hard to tell from |"
     yield "| --- | --- | --- | --- |"
