@@ -103,8 +103,8 @@ def page(effect: Effect) -> str:
 def _lines(effect: Effect) -> Iterator[str]:
     yield described(effect).replace("### `", "# `", 1)
     if effect not in searched_among(catalogue()):
-        yield "\nIt is no term that is proportional to its size. It is found as a fault of the readings"
-        yield "from replicates, before other effects are searched ([discovery](../discovery.md))."
+        yield "\nIt is no term in proportion to its size. It is found as a fault of the readings, from"
+        yield "replicates, before other effects are searched ([discovery](../discovery.md))."
         return
     yield f"\n## What it looks like\n\n![Signature of {effect.name}]({effect.id}.svg)\n"
     yield "Left: the mean effect on the readings, relative to its largest value in one of them."
