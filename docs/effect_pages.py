@@ -103,7 +103,7 @@ def page(effect: Effect) -> str:
 def _lines(effect: Effect) -> Iterator[str]:
     yield described(effect).replace("### `", "# `", 1)
     if effect not in searched_among(catalogue()):
-        yield "\nIt is no term in proportion to its size. It is found as a fault of the readings, from"
+        yield "\nIt is no term in proportion to its size. It is found as a fault of readings, by"
         yield "replicates, before other effects are searched ([discovery](../discovery.md))."
         return
     yield f"\n## What it looks like\n\n![Signature of {effect.name}]({effect.id}.svg)\n"
