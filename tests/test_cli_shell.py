@@ -310,6 +310,25 @@ def test_a_full_device_is_one_line(arguments):
     assert re.fullmatch("error: .*No space left on device.*\n", done.stderr)
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the full device is Linux's")
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (["fit", "nofile.csv"], 2),
+        (["fit", "--no-such-option"], 2),
+        (["fit", "examples/al15.csv", "--method", "printed"], 0),
+        (["batch", "examples/al15.csv", "-o", "{}/r.csv"], 0),
+        (["fit", "examples/al15.csv", "--spec", "examples/al15.toml", "--format", "csv"], 1),
+    ],
+    ids=lambda value: " ".join(value[:2]) if isinstance(value, list) else str(value),
+)
+def test_the_exit_code_is_the_same_where_standard_error_is_full(tmp_path, arguments, code):
+    with Path("/dev/full").open("wb") as full:
+        streams = {"capture_output": False, "stdout": subprocess.DEVNULL, "stderr": full}
+        done = accelcal(*(part.format(tmp_path) for part in arguments), cwd=ROOT, **streams)
+    assert done.returncode == code
+
+
 @posix_only
 @pytest.mark.parametrize(
     ("arguments", "code"),

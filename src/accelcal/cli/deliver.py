@@ -77,7 +77,30 @@ def remark(text: str) -> None:
     text : str
         The line.
     """
-    click.echo(visible(by_options(text)), file=sys.stderr)
+    say(visible(by_options(text)))
+
+
+def say(text: str, *, color: bool | None = None) -> None:
+    """Write a line to standard error, as far as it takes one: the exit code says the rest.
+
+    Parameters
+    ----------
+    text : str
+        The line.
+    color : bool, optional
+        As of `click.echo`.
+
+    Raises
+    ------
+    BrokenPipeError
+        If its reader left.
+    """
+    try:
+        click.echo(text, file=sys.stderr, color=color)
+    except BrokenPipeError:
+        raise
+    except OSError:  # a full disk
+        discard(sys.stderr)
 
 
 @contextmanager
@@ -102,16 +125,22 @@ def standard_output() -> Iterator[TextIO]:
     except BrokenPipeError:
         raise
     except OSError as error:
-        discard_output()
+        discard(sys.stdout)
         raise InputError(
             f"standard output cannot be written: {error.strerror}; name a file with -o"
         ) from error
 
 
-def discard_output() -> None:
-    """Let the interpreter flush into nothing what standard output does not take."""
+def discard(stream: TextIO) -> None:
+    """Let the interpreter flush into nothing what a standard stream does not take.
+
+    Parameters
+    ----------
+    stream : text file
+        The stream.
+    """
     with suppress(io.UnsupportedOperation):  # it is no file
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def refuse_stdin_twice(sources: Sequence[str]) -> None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from accelcal.cli.deliver import deliver, refuse_stdin_twice, remark
+from accelcal.cli.deliver import deliver, refuse_stdin_twice, remark, say
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.fit_arguments import fit_arguments, models_in, specification_in
 from accelcal.cli.forms import csv_of, one_below_the_other
@@ -112,7 +111,8 @@ def _shown(calibrations: Sequence[Calibration], form: str) -> str:
         return _json(calibrations)
     if form == "csv":
         verdicts = [str(found.verdict) for found in calibrations if found.verdict is not None]
-        click.echo("\n\n".join(verdicts), file=sys.stderr, nl=bool(verdicts))
+        if verdicts:
+            say("\n\n".join(verdicts))
         return _csv(calibrations)
     return one_below_the_other(map(str, calibrations))
 

@@ -15,7 +15,7 @@ from typing import TextIO
 
 import click
 
-from accelcal.cli.deliver import discard_output
+from accelcal.cli.deliver import discard, say
 from accelcal.cli.program import program
 from accelcal.cli.wording import by_options
 from accelcal.errors import MEMORY_FULL, AccelcalError, AccelcalWarning
@@ -58,13 +58,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except AccelcalError as error:
         _tell("error", error, prefix=getattr(error, "source", None) is None)
     except BrokenPipeError:
-        discard_output()
+        discard(sys.stdout)
         return READER_LEFT
     except (OSError, MemoryError) as error:
-        discard_output()
+        discard(sys.stdout)
         _tell("error", MEMORY_FULL if isinstance(error, MemoryError) else error)
     except KeyboardInterrupt:
-        click.echo(err=True)  # the prompt of the shell starts below the ^C
+        say("")  # the prompt of the shell starts below the ^C
         return INTERRUPTED
     except Exception as error:
         _report_bug(error)
@@ -124,7 +124,7 @@ def _tell(kind: str, message: object, *, prefix: bool = True) -> None:
 
     label = click.style(f"{kind}: ", fg={"error": "red", "warning": "yellow"}[kind], bold=True)
     line = visible(" ".join(str(message).splitlines()))
-    click.echo(f"{label}{line}" if prefix else line, file=sys.stderr, color=_colour())
+    say(f"{label}{line}" if prefix else line, color=_colour())
 
 
 def _in_a_line(error: click.ClickException) -> str:
