@@ -453,10 +453,41 @@ def test_text_tells_what_the_test_would_show(discovery):
 def test_text_reads_like_a_finding(discovery):
     text = str(discovery)
     told = " ".join(text.split())
-    assert "What is missing: hysteresis of the sensor and scale factor asymmetry." in told
+    missing = "hysteresis of the sensor and scale factor asymmetry (or fourth-order nonlinearity)"
+    assert f"What is missing: {missing}." in told
     assert "It could as well be: fourth-order nonlinearity." in told
     assert all(len(line) <= 100 for line in text.splitlines())
     assert repr(discovery) == "<Discovery serial AL-15: hysteresis, scale-factor-asymmetry>"
+
+
+@pytest.mark.parametrize(
+    ("hidden", "plan", "declare", "missing"),
+    [
+        (effect("backlash").of(4e-5), TumblePlan(), True, "backlash of the head"),
+        (
+            effect("position-error").of(1.4e-4, at=45.0),
+            TumblePlan(),
+            True,
+            "error of one head position (not sure)",
+        ),
+        (
+            effect("cross-axis-cubic").of(2e-4),
+            TumblePlan(positions=16),
+            False,
+            "cubic cross-axis sensitivity (not sure)",
+        ),
+        (
+            effect("scale-factor-drift").of(6e-5),
+            TumblePlan(temperatures=(20.0,), timed=True),
+            True,
+            "drift of the scale factor (not sure)",
+        ),
+    ],
+)
+def test_the_first_sentence_says_what_is_not_sure(hidden, plan, declare, missing):
+    record = accelcal.simulate(plan=plan, effects=[hidden], seed=1, noise=NO_HEAD, declare=declare)
+    told = " ".join(str(accelcal.discover(record)).split())
+    assert f"What is missing: {missing}." in told
 
 
 # -- the loop: fit with it, compare with it, simulate it ---------------------------------------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,9 @@ from accelcal.results.findings import Change, Detectable, FoundEffect
 
 if TYPE_CHECKING:
     from accelcal.effects.effect import Effect
+
+_DOUBTS = (" is not sure: ", " would look like ", " could as well be the cause of ")
+"""Words of the notes on effects that something else looks like."""
 
 
 def discovery_text(found: Discovery) -> str:
@@ -63,11 +67,26 @@ def _verdict(found: Discovery) -> Iterator[str]:
 def outcome(found: Discovery, p: str) -> str:
     """Tell in a sentence what was discovered, with the chance of noise as it is written."""
     if found.effects:
-        names = " and ".join(effect.name for effect in found.effects)
+        names = " and ".join(_named(found, effect) for effect in found.effects)
         return f"Model and readings disagree ({p}). What is missing: {names}."
     if found.unexplained:
         return f"Model and readings disagree ({p}), and no known effect explains it."
     return f"Model and readings agree ({p}): nothing is missing that shows."
+
+
+def _named(found: Discovery, effect: FoundEffect) -> str:
+    """Name of an effect, and in brackets what makes it uncertain."""
+    doubts = ["not sure"] if any(_doubts(note, effect.id) for note in found.notes) else []
+    others = len(effect.indistinguishable)
+    if others:
+        doubts.append(f"or {alias_names(effect) if others == 1 else f'one of {others} others'}")
+    return f"{effect.name} ({', '.join(doubts)})" if doubts else effect.name
+
+
+def _doubts(note: str, name: str) -> bool:
+    """Whether a note says that something outside the catalogue could as well be an effect."""
+    about = re.search(rf"(?<![\w-]){re.escape(name)}(?![\w-])", note)
+    return about is not None and any(words in note for words in _DOUBTS)
 
 
 def _gap(found: Discovery) -> Iterator[str]:
