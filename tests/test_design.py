@@ -11,9 +11,10 @@ import pytest
 
 import accelcal
 from accelcal.errors import DesignError, InputError
+from accelcal.model import SLOPES
 from accelcal.planning.compare import POSITIONS, design_of
 from accelcal.planning.pace import Pace, hours_of, strokes_within
-from accelcal.planning.prediction import AT_T0, SLOPES, figures, forecasts
+from accelcal.planning.prediction import AT_T0, figures, forecasts
 from accelcal.planning.targets import target_value
 from accelcal.planning.visibility import visibility
 from accelcal.simulation import AL15, NoiseComponents, TumblePlan, simulate

@@ -41,13 +41,16 @@ __all__ = [
     "COEFFICIENTS",
     "ERROR_TERMS",
     "ERROR_UNITS",
+    "LAWS",
     "POWERS",
     "SCALE_FACTOR",
     "SEEN_IN_MOUNTING",
+    "SLOPES",
     "acceleration_error",
     "bias_bound",
     "coefficient_unit",
     "design_matrix",
+    "law_units",
     "output",
 ]
 
@@ -85,6 +88,18 @@ ERROR_UNITS: Mapping[str, str] = MappingProxyType(
 )
 """Coefficient of the error model (2) -> its unit."""
 
+LAWS: Mapping[str, str] = MappingProxyType({"k0": "lam", "K1": "beta", "delta": "gam"})
+"""What follows a bilinear law of temperature in (4) -> symbol of the slopes of this law."""
+
+SLOPES: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        f"{symbol}{number}": (law, side)
+        for law, symbol in LAWS.items()
+        for number, side in ((1, "above"), (2, "below"))
+    }
+)
+"""Symbol of a slope -> its law, and its side of T0."""
+
 SEEN_IN_MOUNTING: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "o": ("K0", "K1", "K2", "K3", "M_O", "M_ip"),
@@ -117,6 +132,31 @@ def coefficient_unit(name: str, output_unit: str | None = None) -> str:
     power = POWERS[name]
     suffix = {0: "", 1: "/g"}.get(power, f"/g^{power}")
     return f"{output_unit or 'output unit'}{suffix}"
+
+
+def law_units(output_unit: str | None = None) -> dict[str, tuple[str, str]]:
+    """Units of the laws of temperature.
+
+    Parameters
+    ----------
+    output_unit : str, optional
+        Output unit.
+
+    Returns
+    -------
+    dict of str to tuple of str
+        Law -> unit of its value at T0, and of its slopes; those of K1 are relative.
+
+    Examples
+    --------
+    >>> law_units("mA")["K1"]
+    ('mA/g', '1/degC')
+    """
+    return {
+        "k0": ("g", "g/degC"),
+        "K1": (coefficient_unit("K1", output_unit), "1/degC"),
+        "delta": ("rad", "rad/degC"),
+    }
 
 
 def output(coefficients: Mapping[str, float], acceleration: Acceleration) -> Array:

@@ -16,10 +16,10 @@ from accelcal.arrays import Places
 from accelcal.calibrate.columns import mountings_of, numbers_of, verdict_codes
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.gates.verdict import VERDICTS
+from accelcal.model import law_units
 from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
 from accelcal.results.table import mountings_of_laws
-from accelcal.temperature.bilinear import law_units
 from accelcal.temperature.from_tables import LawsOfRecords
 from accelcal.version import SOFTWARE
 

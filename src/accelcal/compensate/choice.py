@@ -38,6 +38,7 @@ from accelcal.effects.left_in_use import left_in_use
 from accelcal.effects.static import how_taken_up, static_effects
 from accelcal.errors import InputError
 from accelcal.geometry import accelerations
+from accelcal.model import LAWS
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import rows_of
 from accelcal.results.quantity import Quantity
@@ -218,7 +219,7 @@ def _by_laws(
     common: Mapping[str, TableCalibration],
 ) -> Compensation:
     """What the laws of one axis tell, and for `_COMMON` a table each."""
-    laws = {name: _law(getattr(model, name), name) for name in ("k0", "K1", "delta")}
+    laws = {name: _law(getattr(model, name), name) for name in LAWS}
     alone = {name: own.error_model[name] for name, own in common.items()}
     values = {name: quantity.value or 0.0 for name, quantity in alone.items()}
     return Compensation(

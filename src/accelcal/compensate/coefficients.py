@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array, Mask
 from accelcal.effects.static import StaticEffects
+from accelcal.model import LAWS
 
 __all__ = [
     "ACCELERATION_MARGIN",
@@ -26,9 +27,7 @@ __all__ = [
 PARAMETERS = ("k0", "K1", "k2", "k3", "delta", "delta_ip")
 """Parameters at T0, first in the order of the covariance; that of K1 is relative."""
 
-SLOPES = tuple(
-    f"{name}_slope_{side}" for side in ("above", "below") for name in ("k0", "K1", "delta")
-)
+SLOPES = tuple(f"{name}_slope_{side}" for side in ("above", "below") for name in LAWS)
 """Their slopes, behind them in the covariance; those of K1 are relative."""
 
 TEMPERATURE_MARGIN = 1.0

@@ -9,13 +9,13 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Law
-from accelcal.model import ERROR_TERMS
+from accelcal.model import ERROR_TERMS, LAWS
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
 
-_IN_MODEL = {name: f"{name} at_T0" for name in ("k0", "K1", "delta")} | {
+_IN_MODEL = {name: f"{name} at_T0" for name in LAWS} | {
     name: name.replace("_slope_", " ") for name in SLOPES
 }
 """Error of the compensation -> its name in the covariance of the temperature laws."""
@@ -127,7 +127,7 @@ def freedom_of_laws(model: TemperatureModel, common: Mapping[str, Quantity]) -> 
         The degrees of freedom.
     """
     known: dict[str, Quantity | None] = dict(common)
-    for name in ("k0", "K1", "delta"):
+    for name in LAWS:
         law = getattr(model, name)
         known |= {name: law.at_T0, f"{name}_slope_above": law.above}
         known |= {f"{name}_slope_below": law.below}

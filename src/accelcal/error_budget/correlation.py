@@ -11,6 +11,7 @@ from accelcal.arrays import Array
 from accelcal.error_budget.coefficients import Coefficients
 from accelcal.error_budget.components import SLOPES, sensitivity
 from accelcal.error_budget.conditions import Conditions
+from accelcal.model import LAWS
 from accelcal.results.error_budget import ErrorComponent
 
 _SIDES = ("above", "below")
@@ -83,7 +84,7 @@ def _correlations(coefficients: Coefficients, side: str) -> dict[tuple[str, str]
         known = coefficients.at_T0.keys()
         return {pair: r for pair, r in coefficients.correlations.items() if set(pair) <= known}
     symbols = {name: name for name in ("k2", "k3")}
-    for name, law in zip(coefficients.slopes, ("k0", "K1", "delta"), strict=False):
+    for name, law in zip(coefficients.slopes, LAWS, strict=False):
         symbols |= {f"{law} at_T0": name, f"{law} {side}": SLOPES[name][1]}
     main_axis = list(coefficients.slopes)[2]
     symbols["delta_ip"] = {"delta_O": "delta_ip", "delta_P": "delta_io"}[main_axis]

@@ -17,6 +17,7 @@ from accelcal.compensate.coefficients import (
 )
 from accelcal.effects.left_in_use import static_in_use
 from accelcal.errors import InputError
+from accelcal.model import law_units
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.calibration import Calibration
 from accelcal.results.mapping import finite_or_none
@@ -153,7 +154,7 @@ def covariance_rows(found: Compensation) -> list[tuple[str, list[float]]]:
 
 def coefficients(found: Compensation) -> list[dict[str, Any]]:
     """List the coefficients, a dictionary each: symbol, value, uncertainties, unit, meaning."""
-    unit = found.output_unit or "output unit"
+    units = law_units(found.output_unit)
     at_T0 = np.sqrt(np.diagonal(found.covariance))[: len(PARAMETERS)]
     sigma = dict(zip(found.symbols, at_T0, strict=False))
     sigma["K1"] *= abs(found.K1.at_T0)
@@ -162,14 +163,14 @@ def coefficients(found: Compensation) -> list[dict[str, Any]]:
         sigma |= {found.other.delta_symbol: spread[0], found.other.coupling_symbol: spread[1]}
     freedom = _freedom(found)
     rows = [
-        *_law_rows("k0", found.k0, ("g", "g/degC"), "bias"),
-        *_law_rows("K1", found.K1, (f"{unit}/g", "1/degC"), "scale factor"),
+        *_law_rows("k0", found.k0, units["k0"], "bias"),
+        *_law_rows("K1", found.K1, units["K1"], "scale factor"),
         _row("k2", found.k2, "g/g^2", "second-order nonlinearity"),
         _row("k3", found.k3, "g/g^3", "third-order nonlinearity"),
     ]
     for axis in found.axes:
         meaning = f"misalignment, times {axis.name}"
-        rows += _law_rows(axis.delta_symbol, axis.delta, ("rad", "rad/degC"), meaning)
+        rows += _law_rows(axis.delta_symbol, axis.delta, units["delta"], meaning)
         coupling = f"cross-coupling, times a_i {axis.name}"
         rows.append(_row(axis.coupling_symbol, axis.delta_ip, "g/g^2", coupling))
     for row in rows:

@@ -16,23 +16,13 @@ from accelcal.accelerometer import Accelerometer
 from accelcal.calibrate.fit import fit
 from accelcal.estimate.estimability import estimability
 from accelcal.geometry import accelerations
-from accelcal.model import ERROR_TERMS, POWERS, design_matrix
+from accelcal.model import ERROR_TERMS, POWERS, SLOPES, design_matrix
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.calibration import Calibration
 from accelcal.results.designs import Forecast
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
 from accelcal.simulation import NOISE_FREE, NoiseComponents, TumblePlan, simulate
-
-SLOPES = {
-    "lam1": ("k0", "above", "g/degC"),
-    "lam2": ("k0", "below", "g/degC"),
-    "beta1": ("K1", "above", "1/degC"),
-    "beta2": ("K1", "below", "1/degC"),
-    "gam1": ("delta", "above", "rad/degC"),
-    "gam2": ("delta", "below", "rad/degC"),
-}
-"""Name of a slope -> law, side and unit."""
 
 AT_T0 = {"k0 at T0": ("k0", "g"), "K1 at T0": ("K1", "1"), "delta at T0": ("delta", "rad")}
 """Name of a value at T0, from the runs at all levels -> law and unit."""
@@ -280,13 +270,11 @@ def _of_laws(laws: TemperatureModel | None, mounting: str) -> Iterator[tuple[Key
             scale = value.value if law == "K1" else 1.0
             variance = ((value.standard_uncertainty or 0.0) / scale) ** 2
             yield (name, mounting), Figure(value.value, variance, unit)
-    for name, (law, side, unit) in SLOPES.items():
+    for name, (law, side) in SLOPES.items():
         slope = None if laws is None else getattr(getattr(laws, law), side)
         if slope is not None and slope.value is not None:
-            yield (
-                (name, mounting),
-                Figure(slope.value, (slope.standard_uncertainty or 0.0) ** 2, unit),
-            )
+            variance = (slope.standard_uncertainty or 0.0) ** 2
+            yield (name, mounting), Figure(slope.value, variance, slope.unit)
 
 
 def _degrees_of_freedom(test: _Test, *, declared: bool) -> dict[str, float | None]:

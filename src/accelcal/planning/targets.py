@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_choice, mapping_of
 from accelcal.errors import InputError
-from accelcal.model import COEFFICIENTS, ERROR_TERMS
-from accelcal.planning.prediction import AT_T0, SLOPES
+from accelcal.model import COEFFICIENTS, ERROR_TERMS, SLOPES
+from accelcal.planning.prediction import AT_T0
 from accelcal.results.designs import Forecast, TestDesign
 
 NAMES = (*COEFFICIENTS, *ERROR_TERMS.values(), *AT_T0, *SLOPES, "delta0")

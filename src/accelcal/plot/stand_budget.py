@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from accelcal.errors import InputError
+from accelcal.model import SLOPES
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, own_panels, palette, styled
 from accelcal.report.scale import written
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
 
 _DRAWN = ("K1", "k0", "k2", "k3", "delta", "delta_ip")
-_SLOPES = ("lam1", "lam2", "beta1", "beta2", "gam1", "gam2")
 _BARS = 6
 _COLUMNS = 3
 _REST = "all others"
@@ -72,7 +72,7 @@ class StandBudgetPlot(Pictures):
 def _places(document: Document) -> list[int]:
     """Coefficients that are drawn, in the order of the panels."""
     coefficients = document["coefficients"]
-    wanted = (*_DRAWN, *_SLOPES)
+    wanted = (*_DRAWN, *SLOPES)
     places = [
         i
         for i, own in enumerate(coefficients)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from accelcal.model import COEFFICIENTS
+from accelcal.model import COEFFICIENTS, ERROR_TERMS, SLOPES
 from accelcal.report.lines import aligned, visible_lines
 from accelcal.report.numbers import SMALL_UNITS, in_small_unit, significant
 from accelcal.results.designs import DesignComparison, Forecast, TestDesign, Visibility
 from accelcal.units import MICRO
 
-_SLOPES = ("lam1", "lam2", "beta1", "beta2", "gam1", "gam2")
 _OTHERS = ("k0 at T0", "K1 at T0", "delta at T0", "delta0")
 _LETTERS = {
     "reading": "r",
@@ -24,14 +23,8 @@ _UNITS = {"launch": "g", "reading": "g", "resolution": "g", "head": "rad", "laun
 _LARGE_FACTOR = 2.2
 _ABREAST = 7
 _NAMED = 3
-_SYMBOLS = {
-    "K0 above T0": "lam1",
-    "K0 below T0": "lam2",
-    "K1 above T0": "beta1",
-    "K1 below T0": "beta2",
-    "M above T0": "gam1",
-    "M below T0": "gam2",
-}
+_OF_LAW = {"K1": "K1"} | {error: name for name, error in ERROR_TERMS.items()}
+_SYMBOLS = {f"{_OF_LAW[law]} {side} T0": symbol for symbol, (law, side) in SLOPES.items()}
 _NEARLY = 1.1
 
 
@@ -59,7 +52,7 @@ def _lines(found: DesignComparison) -> Iterator[str]:
         f" {found.pace['soak']:g} h, a mounting {found.pace['mount']:g} h"
     )
     told = set(found.names())
-    for names in (COEFFICIENTS, _SLOPES, _shown_others(found)):
+    for names in (COEFFICIENTS, SLOPES, _shown_others(found)):
         chosen = [name for name in names if name in told]
         if chosen:
             yield ""
@@ -168,7 +161,7 @@ def _booking(found: DesignComparison) -> Iterator[str]:
         else:
             yield f"None of these meets {wanted}; more strokes would, as no floor is above it"
         yield ""
-    names = (*COEFFICIENTS, *_SLOPES, *_shown_others(found))
+    names = (*COEFFICIENTS, *SLOPES, *_shown_others(found))
     fronts = {name: [found.designs[i] for i in found.front(name)] for name in names}
     rows = [_worth(name, front) for name, front in fronts.items() if front]
     if rows:

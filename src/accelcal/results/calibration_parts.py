@@ -80,7 +80,11 @@ def _with_units(
     found: Calibration,
 ) -> Iterator[tuple[str, Quantity | None, tuple[str | int, ...]]]:
     """Quantities with the unit that each must have, and the way to them."""
-    from accelcal.model import ERROR_UNITS, coefficient_unit  # here, as numpy comes with it
+    from accelcal.model import (  # here, as numpy comes with it
+        ERROR_UNITS,
+        coefficient_unit,
+        law_units,
+    )
 
     for i, table in enumerate(found.tables):
         for name, quantity in table.coefficients.items():
@@ -88,21 +92,15 @@ def _with_units(
             yield unit, quantity, ("tables", i, "coefficients", name)
         for name, quantity in table.error_model.items():
             yield ERROR_UNITS[name], quantity, ("tables", i, "error_model", name)
-    scale_factor = coefficient_unit("K1", found.output_unit)
     for name in ("temperature_model", "second_axis_model"):
         if (model := getattr(found, name)) is not None:
-            laws = _of_laws(model, scale_factor)
+            laws = _of_laws(model, law_units(found.output_unit))
             yield from ((unit, part, (name, *way)) for unit, part, way in laws)
 
 
 def _of_laws(
-    model: TemperatureModel, scale_factor: str
+    model: TemperatureModel, units: Mapping[str, tuple[str, str]]
 ) -> Iterator[tuple[str, Quantity | None, tuple[str, ...]]]:
-    units = {
-        "k0": ("g", "g/degC"),
-        "K1": (scale_factor, "1/degC"),
-        "delta": ("rad", "rad/degC"),
-    }
     for symbol, (at_T0, slope) in units.items():
         law = getattr(model, symbol)
         yield at_T0, law.at_T0, (symbol, "at_T0")

@@ -17,7 +17,7 @@ from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.linear import METHODS, linear_estimator
 from accelcal.estimate.tables import prepare
-from accelcal.model import ERROR_TERMS, ERROR_UNITS, POWERS
+from accelcal.model import ERROR_TERMS, ERROR_UNITS, LAWS, POWERS, law_units
 from accelcal.record import TumbleRecord
 from accelcal.results.stand_budget import BudgetedCoefficient
 from accelcal.stand_uncertainty.readings import Readings
@@ -25,7 +25,6 @@ from accelcal.stand_uncertainty.readings import Readings
 _LEAST_RISE = 5.0
 """Levels closer to T0 than this tell no slope [degC]."""
 
-_SLOPES = {"lam": "g/degC", "beta": "1/degC", "gam": "rad/degC"}
 _LAWFUL = {"K0", "K1", "M"}
 """What a table must have determined to take part in the temperature laws."""
 _SEEN = {"o": "O", "p": "P"}
@@ -150,15 +149,15 @@ class Estimator:
         levels = [t for t in self.tables if t.mounting == mounting and set(t.names) >= _LAWFUL]
         sides, matrix = _law(np.array([table.rise for table in levels]))
         values = {
-            "lam": [table.quotient("K0") for table in levels],
-            "beta": [table.value("K1") for table in levels],
-            "gam": [table.quotient("M") for table in levels],
+            "k0": [table.quotient("K0") for table in levels],
+            "K1": [table.value("K1") for table in levels],
+            "delta": [table.quotient("M") for table in levels],
         }
-        for symbol, unit in _SLOPES.items():
+        for law, (_, unit) in law_units().items():
             for side, row in zip(sides, matrix[1:], strict=True):
-                named = BudgetedCoefficient(f"{symbol}{side}", "", unit)
-                over = matrix[0] if symbol == "beta" else None
-                yield named, _weighted(values[symbol], row, over)
+                named = BudgetedCoefficient(f"{LAWS[law]}{side}", "", unit)
+                over = matrix[0] if law == "K1" else None
+                yield named, _weighted(values[law], row, over)
 
     def _reversals(self) -> Iterator[Rule]:
         """Misalignment and fixture angle, which changes its sign in M - K1 d0 of the other side."""

@@ -15,13 +15,10 @@ from accelcal.estimate.uncertainty import (
     interval_stack,
     propagate,
 )
-from accelcal.model import coefficient_unit
+from accelcal.model import LAWS, law_units
 from accelcal.results.covariance import rows_of
 from accelcal.results.quantity import Quantity
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
-
-LAWS = ("k0", "K1", "delta")
-"""Quantities that follow laws, in the order of their parameters."""
 
 _SAME = 1e-9  # degC, the rounding errors of a mean
 
@@ -123,32 +120,6 @@ def local_slopes(rise: Array, sides: Sequence[str]) -> Array:
         "below": np.where(near, 0.5, rise < 0.0),
     }
     return np.stack([np.zeros_like(rise), *(parts[side] for side in sides)], axis=-1)
-
-
-def law_units(unit: str | None) -> dict[str, tuple[str, str]]:
-    """Units of the laws.
-
-    Parameters
-    ----------
-    unit : str or None
-        Output unit.
-
-    Returns
-    -------
-    dict of str to tuple of str
-        Law -> unit of its value at T0, and of its slopes.
-
-    Examples
-    --------
-    >>> law_units("mA")["K1"]
-    ('mA/g', '1/degC')
-    """
-    of_scale_factor = coefficient_unit("K1", unit)
-    return {
-        "k0": ("g", "g/degC"),
-        "K1": (of_scale_factor, "1/degC"),
-        "delta": ("rad", "rad/degC"),
-    }
 
 
 class LawStack(NamedTuple):

@@ -11,9 +11,9 @@ from accelcal.arrays import Array, Mask
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
-from accelcal.model import COEFFICIENTS
+from accelcal.model import COEFFICIENTS, LAWS
 from accelcal.numerics.grouping import grouped
-from accelcal.temperature.bilinear import LAWS, LEAST_RISE
+from accelcal.temperature.bilinear import LEAST_RISE
 from accelcal.temperature.from_tables import LawsOfRecords, tables_of_one_mounting
 
 _K0, _K1, _M = (COEFFICIENTS.index(name) for name in ("K0", "K1", "M"))

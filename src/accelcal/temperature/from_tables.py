@@ -17,6 +17,7 @@ from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, Intervals, combined, propagate
+from accelcal.model import LAWS
 from accelcal.numerics.probability import f_survival
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.sentences import of_each
@@ -43,7 +44,7 @@ from accelcal.temperature.weaknesses import NO_LEVEL_NEAR_T0, law_sentences
 
 _SIGNIFICANT = 0.001  # chance below which levels off their law are told
 _ROUNDING = 1e-9  # g, relative or rad: below it a misfit is of no interest
-_PARTS = [f"{law} {part}" for law in ("k0", "K1", "delta") for part in ("at_T0", "above", "below")]
+_PARTS = [f"{law} {part}" for law in LAWS for part in ("at_T0", "above", "below")]
 _NAMES = (*_PARTS, "hysteresis")
 _WITHOUT, _UNDETERMINED = -1, -2  # for the group of a record that has no laws, or unknown ones
 

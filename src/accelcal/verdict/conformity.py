@@ -16,6 +16,7 @@ import numpy as np
 
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.estimate.launch import SAME_LEVEL
+from accelcal.model import LAWS
 from accelcal.results.verdict import OUTCOMES
 from accelcal.specification import (
     PLACES,
@@ -39,9 +40,7 @@ ANOTHER_TEST = MappingProxyType(
 )
 """Symbols of what no tumble test tells."""
 
-_LAWS = MappingProxyType(
-    {"k0": "k0", "lam": "k0", "K1": "K1", "beta": "K1"} | {"delta": "delta", "gam": "delta"}
-)
+_LAWS = {law: law for law in LAWS} | {symbol: law for law, symbol in LAWS.items()}
 _OF_AN_AXIS = frozenset({"delta", "gam", "delta_ip"})  # the cross axis in the plane has its own
 
 SECOND_AXIS = "second axis "
