@@ -311,6 +311,17 @@ def test_batch_takes_workbooks_of_a_folder_as_fit_does(tmp_path, monkeypatch):
     assert found.errors["message"][0].startswith("lab/3.xlsx#60: serial 'AL-15' again,")
 
 
+def test_batch_takes_a_sheet_by_its_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    book_of("a.xlsx", {"20 degC": ROWS[:60], "warm#2": [*ROWS[:10], *ROWS[64:118]]})
+    sheets = ["a.xlsx#20 degC", "a.xlsx#warm#2"]
+    found = accelcal.batch([*sheets, sheets[0]])
+    assert found.tables["source"].tolist() == sheets
+    assert found.tables["temperature_degC"].tolist() == [20.0, 80.0]
+    (wrong,) = accelcal.batch(["a.xlsx#cold", sheets[0]]).errors["message"]
+    assert wrong == "a.xlsx: no sheet 'cold'; name one of '20 degC', 'warm#2'"
+
+
 def test_check_and_fit_at_the_shell(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     book_of("a.xlsx", {"Notes": NOTES, "Test": ROWS})

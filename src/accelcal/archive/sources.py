@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeVar
 from accelcal.archive.failures import reason
 from accelcal.archive.replaceable import may_be_replaced
 from accelcal.errors import InputError, not_installed
-from accelcal.io.text import WORKBOOK_SUFFIXES
+from accelcal.io.text import WORKBOOK_SUFFIXES, file_and_sheet
 
 SUFFIXES = (".csv", ".csv.gz", ".txt", ".tsv", ".parquet", *WORKBOOK_SUFFIXES)
 """Ends of the names of the files that are taken from a folder."""
@@ -76,8 +76,8 @@ def find_sources(paths: Sequence[str], aside: Collection[str] = ()) -> Sources:
     Parameters
     ----------
     paths : sequence of str
-        Files, folders (with all that is below them), globs such as ``2024/**/*.csv``, and URLs of
-        fsspec such as ``s3://bucket/folder``.
+        Files, sheets such as ``a.xlsx#60 degC``, folders (with all that is below them), globs such
+        as ``2024/**/*.csv``, and URLs of fsspec such as ``s3://bucket/folder``.
     aside : collection of str
         Files that are left out where a folder or glob holds them: the results themselves.
 
@@ -168,7 +168,7 @@ def read_bytes(path: str, size: int = 0) -> bytes:
 def _measured(path: str) -> SourceFile:
     """The file of a path; one that is lost is told of when it is read."""
     try:
-        status = os.stat(path)  # noqa: PTH116
+        status = os.stat(file_and_sheet(path)[0])  # noqa: PTH116
     except OSError:  # a link to nowhere or to itself, or gone meanwhile
         return SourceFile(path, -1, "")
     return SourceFile(path, status.st_size, str(status.st_mtime_ns))
@@ -182,7 +182,7 @@ def _of_path(path: str, aside: Collection[str]) -> tuple[list[str], dict[str, st
     if os.path.isdir(path):  # noqa: PTH112
         found = sorted(_without(aside, _in_folder(path, unreadable)))
         return _some(found, path, unreadable), unreadable
-    if os.path.isfile(path):  # noqa: PTH113
+    if os.path.isfile(file_and_sheet(path)[0]):  # noqa: PTH113
         return [path], unreadable
     if os.path.exists(path):  # noqa: PTH110
         raise InputError(f"{path} is a pipe or device, which accelcal fit reads; batch takes files")
