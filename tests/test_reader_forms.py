@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import accelcal
 from accelcal.errors import InputError, TableError
 from accelcal.io.description import describe, summary
 from accelcal.io.tables import read_table, read_tables, survey
@@ -170,6 +171,27 @@ def test_capital_t_is_temperature_and_small_t_time():
     record = read(long_table(headings=("T", "J", "k", "Y", "t"), rows=rows))
     assert record.temperature.tolist() == REFERENCE.temperature.tolist()
     assert record.time.tolist() == list(range(len(ROWS)))
+
+
+@pytest.mark.parametrize(
+    ("heading", "step", "told"),
+    [
+        ("time", 60.0 / 86400.0, "162 readings in 0.112 s"),  # the days of a spreadsheet
+        ("time", 60.0 / 3600.0, "162 readings in 2.68 s"),
+        ("time", 1.0, ""),
+        ("time [d]", 60.0 / 86400.0, ""),
+    ],
+)
+def test_times_that_no_head_is_quick_enough_for_are_told(tmp_path, heading, step, told):
+    frame = accelcal.simulate(seed=1).to_frame().drop(columns="angle")
+    frame[heading] = step * np.arange(len(frame))
+    path = tmp_path / "a.csv"
+    frame.to_csv(path, index=False)
+    notes = [note for note in accelcal.read_table(path).notes if "quickly" in note]
+    remedy = "and no head turns so quickly; name the unit of the time in its heading, such as"
+    assert notes == ([f"{told}, {remedy} time [d]"] if told else [])
+    (of_batch,) = set(accelcal.batch(path).tables["notes"])
+    assert of_batch == "".join(notes)
 
 
 @pytest.mark.parametrize(("heading", "factor"), [("time", 1), ("t [min]", 60), ("time_ms", 1e-3)])

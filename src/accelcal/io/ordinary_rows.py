@@ -19,7 +19,7 @@ from accelcal.geometry import MOUNTINGS
 from accelcal.io.cell_blocks import CellBlock
 from accelcal.io.ordinary_parts import Leading, Parts, Stretches, leading_of, parts_of
 from accelcal.io.ordinary_plans import PLANNED, Plans, read_plans, without_gaps
-from accelcal.io.readings import FEWEST_IN_TURN, MARKERS
+from accelcal.io.readings import FEWEST_IN_TURN, MARKERS, QUICKEST
 from accelcal.record import TumbleRecord
 
 
@@ -134,6 +134,8 @@ def _readings(group: Group, parts: Parts) -> tuple[dict[str, Any], Mask]:
     odd = parts.rows.any(odd_row) | parts.again | _is_constant(output, parts.rows)
     if time is not None and "run" not in cells.codes:
         odd |= parts.rows.any(_goes_back(time, parts.rows))
+    if time is not None:
+        odd |= parts.rows.highest(time) - parts.rows.lowest(time) < QUICKEST * (parts.rows.size - 1)
     if "" in cells.labels.get("serial", ()):
         odd |= parts.code == cells.labels["serial"].index("")
     # a table with clampings is left to the general reader

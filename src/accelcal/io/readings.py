@@ -32,6 +32,9 @@ overload and for what is not a number."""
 FEWEST_IN_TURN = 5
 """Positions from 1 to the return, where a turn is to be told from a few."""
 
+QUICKEST = 0.1
+"""Mean time from reading to reading that no head is quick enough for [s]."""
+
 _FAR = 10.0
 """One of `MARKERS` is no reading where it is so many times the largest other output."""
 
@@ -191,6 +194,30 @@ def notes_of_midnight(readings: Readings) -> list[str]:
     found[1:] &= np.diff(days) != 0
     where = listed(readings.line[found])
     return [f"the clock passes midnight: another day begins at {where}"] if found.any() else []
+
+
+def notes_of_pace(time: NDArray[Any] | None) -> list[str]:
+    """Say where times are in another unit than s, such as the days of a spreadsheet.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,), or None
+        Times of the readings of a record, numbers [s] or as in `Readings`.
+
+    Returns
+    -------
+    list of str
+        A sentence, where numbers follow each other by less than `QUICKEST` on the mean.
+    """
+    if time is None or time.dtype.kind != "f":
+        return []
+    span = float(np.ptp(time))
+    if not 0.0 < span < QUICKEST * (time.size - 1):
+        return []
+    return [
+        f"{time.size} readings in {span:.3g} s, and no head turns so quickly; name the unit of the"
+        " time in its heading, such as time [d]"
+    ]
 
 
 def _by_row(

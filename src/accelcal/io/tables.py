@@ -26,7 +26,13 @@ from accelcal.io.declarations import (
 )
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split, is_bulk
 from accelcal.io.layout import Layout, listed, read_layout, shown, were
-from accelcal.io.readings import Readings, notes_of_midnight, notes_of_turn, read_readings
+from accelcal.io.readings import (
+    Readings,
+    notes_of_midnight,
+    notes_of_pace,
+    notes_of_turn,
+    read_readings,
+)
 from accelcal.io.runs import runs_of
 from accelcal.io.text import Source, SourceText, read_texts
 from accelcal.io.units_row import with_units_below
@@ -231,8 +237,7 @@ def _read_by(
     readings = read_readings(table, declared.record["positions"])
     turn = notes_of_turn(readings, declared.record["positions"])
     notes = [*text.notes, *layout.notes, *table.notes, *turn, *notes_of_midnight(readings)]
-    written = (own for own, *_ in _written_units(layout, table))
-    notes += notes_of_unit(str(unit), written, overrides)
+    notes += notes_of_unit(str(unit), (own for own, *_ in _written_units(layout, table)), overrides)
     common = {**declared.record, "source": layout.source, "notes": tuple(notes)}
     common |= {"sha256": text.sha256, "date": table.date or common["date"]}
     records = tuple(_records(layout, readings, declared, common))
@@ -329,6 +334,7 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
     if not kept.all():
         notes.append(_left_out(readings.line[~kept], "repeated reading"))
     readings = readings.select(kept)
+    notes += notes_of_pace(readings.time)
     _require_change(readings, common["source"])
     time, start = _seconds(readings.time, common["date"])
     values = common | {name: getattr(readings, name) for name in (*_NEEDED, *_OPTIONAL)}
