@@ -190,6 +190,21 @@ REGIMES = (
         for positions in (8, 9, 12, 16, 20)
         for text, stand in (("no head error", Stand()), ("head 2e-5", Stand(head=HEAD)))
     ),
+    *(
+        Regime(
+            f"* laws of {text}, launches not declared",
+            Stand(head=HEAD, launch=1e-5, launch_sf=1e-5),
+            {"head_uncertainty": HEAD},
+            temperatures,
+            strokes=4,
+            laws="tables",
+            aside="no honest interval: the report says so",
+        )
+        for text, temperatures in (
+            ("3 temperatures", THREE),
+            ("3 temperatures there and back", (20.0, 80.0, 20.0, -40.0, 20.0)),
+        )
+    ),
     Regime(
         "* launch neither declared nor repeated",
         Stand(launch=1e-5),

@@ -460,6 +460,27 @@ def test_reference_is_given_or_the_level_nearest_to_20(temperatures, given, T0):
     assert said is (given is None)
 
 
+@pytest.mark.parametrize(
+    ("declared", "unknown"),
+    [
+        ({}, "launch_uncertainty and launch_sf_uncertainty not declared"),
+        ({"launch_uncertainty": 1e-5}, "launch_sf_uncertainty not declared"),
+        ({"launch_uncertainty": 1e-5, "launch_sf_uncertainty": 0.0}, None),
+    ],
+)
+def test_shifts_that_nothing_tells_are_not_in_the_laws(declared, unknown):
+    calibration = accelcal.fit(record(THREE, **declared))
+    said = [s for s in calibration.warnings if "U of the laws holds no such shift" in s]
+    assert len(said) == (unknown is not None)
+    assert all(s.startswith(f"{unknown}: ") for s in said)
+
+
+def test_shifts_are_in_the_laws_of_runs_that_repeat_a_level():
+    for temperatures in (2 * THREE, (20.0,)):
+        said = accelcal.fit(record(temperatures)).warnings
+        assert not [s for s in said if "U of the laws holds no such shift" in s]
+
+
 def test_an_uncertain_temperature_enters_the_slopes():
     sharp = laws(THREE, noise=5e-6, head_uncertainty=0.0)
     vague = laws(THREE, noise=5e-6, head_uncertainty=0.0, temperature_uncertainty=0.1)

@@ -312,10 +312,25 @@ def _of_laws(fitted: Fitted) -> Iterator[Sentence]:
     yield Sentence(
         has_laws & fitted.is_chosen, "T0 was not given: it is the level nearest to 20 degC"
     )
+    if unknown := _unknown_shifts(fitted.estimate):
+        yield Sentence(
+            has_laws,
+            f"{' and '.join(unknown)} not declared: U of the laws holds no such shift from run to"
+            " run, which makes their slopes less certain",
+        )
     main, second = mountings_of_laws([table.mounting for table in fitted.tables])
     if len(_mountings(fitted.tables)) > 1:
         apart = f"; those of {second}, the other axis, stand apart" if second else ""
         yield Sentence(has_laws, f"the temperature laws are those of mounting {main}{apart}")
+
+
+def _unknown_shifts(estimate: JointEstimate) -> list[str]:
+    """What declares the shifts from run to run that nothing tells."""
+    shifts = {
+        "launch_uncertainty": estimate.bias_shift,
+        "launch_sf_uncertainty": estimate.scale_factor_shift,
+    }
+    return [name for name, shift in shifts.items() if shift.source == "none"]
 
 
 def _of_temperature(fitted: Fitted) -> Iterator[Sentence]:
