@@ -61,7 +61,7 @@ class TriadCalibration(StoredResult, TabularResult):
     attitudes : int
         Number of attitudes.
     dof : int
-        Degrees of freedom.
+        Degrees of freedom of the residuals; each quantity has its own.
     residual_rms : float
         Of the length of a less 1, or of the channels over their scale factors where attitudes were
         known [g].

@@ -54,7 +54,8 @@ def calibrate_triad(
     Raises
     ------
     InputError
-        If the arrays have other shapes, or `up` comes with a record.
+        If the arrays have other shapes, `up` comes with a record, or, with known attitudes, an
+        output never changes or two outputs are one.
     DesignError
         If the attitudes are too few or too alike; the message names what they leave open.
 
@@ -147,38 +148,38 @@ def _quantities(
 ) -> dict[str, Quantity]:
     """Functions of the parameters with their uncertainty, to first order."""
     theta = np.concatenate([found.bias, found.sensitivity.ravel()])
-    values = function(theta)
-    standard = _standard(found, function, theta)
-    factor = student_quantile(LEVEL, found.dof) if found.dof else None
+    gradients = _gradients(found, function, theta)
     return {
-        name: Quantity(
-            float(value),
-            u,
-            unit,
-            None if u is None or factor is None else factor * u,
-            float(found.dof) if u else None,
+        name: _quantity(float(value), unit, found, gradient)
+        for (name, value), unit, gradient in zip(
+            function(theta).items(), units, gradients, strict=True
         )
-        for (name, value), u, unit in zip(values.items(), standard, units, strict=True)
     }
 
 
-def _standard(
+def _gradients(
     found: Solution, function: Callable[[Array], Mapping[str, Array]], theta: Array
-) -> list[float | None]:
-    if found.covariance is None:
-        return [None] * len(function(theta))
+) -> Array:
+    """By a step in the complex plane, which loses no digits."""
     tiny = 1e-100
-    derivative = [  # by a step in the complex plane, which loses no digits
+    by_parameter = [
         np.array(list(function(theta + 1j * tiny * (np.arange(12) == i)).values())).imag / tiny
         for i in found.free
     ]
-    jacobian = np.array(derivative).T
-    variance = np.einsum("ij,jk,ik->i", jacobian, found.covariance, jacobian)
-    return [float(u) for u in np.sqrt(np.maximum(variance, 0.0))]
+    return np.array(by_parameter).T
+
+
+def _quantity(value: float, unit: str, found: Solution, gradient: Array) -> Quantity:
+    if found.covariance is None:
+        return Quantity(value, None, unit)
+    standard = float(np.sqrt(np.maximum(gradient @ found.covariance @ gradient, 0.0)))
+    if not standard:
+        return Quantity(value, 0.0, unit, 0.0)
+    dof = found.degrees(gradient)
+    return Quantity(value, standard, unit, student_quantile(LEVEL, dof) * standard, dof)
 
 
 def _covariance(found: Solution) -> Covariance:
     if found.covariance is None:
         return (), ()
-    names = tuple(NAMES[i] for i in found.free)
-    return names, rows_of(found.covariance)
+    return tuple(NAMES[i] for i in found.free), rows_of(found.covariance)

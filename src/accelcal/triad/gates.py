@@ -9,12 +9,12 @@ import numpy as np
 from accelcal.errors import DesignError
 from accelcal.numerics.probability import f_survival, student_quantile
 from accelcal.results.quantity import Gate
-from accelcal.triad.record import TriadRecord
+from accelcal.triad.record import AXES, TriadRecord
 from accelcal.triad.solution import Solution
 from accelcal.triad.unknown import from_unknown_attitudes
 
 _WORST_CONDITION = 10.0
-"""Attitudes spread evenly over the sphere have 3 to 4."""
+"""Attitudes spread evenly over the sphere have 3 to 4, and 1.7 where they are known."""
 
 _FEW_DOF = 3
 _FALSE_ALARM = 0.01
@@ -35,11 +35,12 @@ def gates_of(record: TriadRecord, found: Solution, frame: str) -> tuple[Gate, ..
     Returns
     -------
     tuple of Gate
-        Number of attitudes, their spread, the largest residual, and whether the misalignments
-        show.
+        Number of attitudes, their spread, the largest residual, and the sensitive axes: where
+        they point, or whether their misalignments show.
     """
     gates = [_number(record, found), _spread(found), _outlier(record, found)]
-    return (*gates, *([] if record.up is not None else _misalignment(record, found, frame)))
+    axes = _misalignment(record, found, frame) if record.up is None else [_axes(found)]
+    return (*gates, *axes)
 
 
 def _number(record: TriadRecord, found: Solution) -> Gate:
@@ -52,11 +53,12 @@ def _number(record: TriadRecord, found: Solution) -> Gate:
 
 
 def _spread(found: Solution) -> Gate:
-    told = f"condition number {found.condition:.1f}"
-    if found.condition <= _WORST_CONDITION:
+    told = f"condition number {found.design.condition:.1f}"
+    if found.design.condition <= _WORST_CONDITION:
         return Gate("spread of attitudes", "pass", told)
-    worst = f"worst told: {', '.join(found.weakness)}"
-    advice = f"{told}, {worst}; attitudes spread over all directions have 3 to 4"
+    worst = f"worst told: {', '.join(found.design.weakness)}"
+    even = "3 to 4" if found.scatter else "1.7"
+    advice = f"{told}, {worst}; attitudes spread over all directions have {even}"
     return Gate("spread of attitudes", "warn", advice)
 
 
@@ -78,6 +80,19 @@ def _outlier(record: TriadRecord, found: Solution) -> Gate:
     size = 1e3 * residual[row]
     told = f"attitude {row + 1}{place}: {size:.3g} mg, t = {t.max():.1f}, limit {limit:.1f}"
     return Gate("largest residual", "warn" if t.max() > limit else "pass", told)
+
+
+def _axes(found: Solution) -> Gate:
+    """Tell channels that are turned round, or in the column of another."""
+    odd = []
+    for i, row in enumerate(found.sensitivity):
+        j = int(np.argmax(np.abs(row)))
+        if row[i] < np.abs(row[j]):
+            sign = "-" if row[j] < 0.0 else ""
+            odd.append(f"channel {AXES[i]} answers along {sign}{AXES[j]} of the block")
+    if not odd:
+        return Gate("sensitive axes", "pass", "each channel answers along its own axis")
+    return Gate("sensitive axes", "warn", f"{', '.join(odd)}; check signs, columns and attitudes")
 
 
 def _misalignment(record: TriadRecord, found: Solution, frame: str) -> Iterator[Gate]:

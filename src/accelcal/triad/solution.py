@@ -9,6 +9,7 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.errors import DesignError
 from accelcal.triad.record import AXES
+from accelcal.triad.scatter import Scatter
 
 NAMES = (*(f"b_{i}" for i in AXES), *(f"S_{i}{j}" for i in AXES for j in AXES))
 """Bias of each channel, and its sensitivity to the acceleration along each axis of the block."""
@@ -18,6 +19,27 @@ _WORST = 1e-3
 
 _PART = 0.3
 """Share of the largest entry from which a name belongs to a combination."""
+
+
+class Design(NamedTuple):
+    """How attitudes tell parameters.
+
+    Attributes
+    ----------
+    basis : ndarray, shape (n, k)
+        Orthonormal columns that span the design.
+    inverse : ndarray, shape (k, n)
+        What 1 g in an attitude does to each parameter [g].
+    weakness : tuple of str
+        Names of the combination that the attitudes tell worst.
+    condition : float
+        Largest over smallest singular value.
+    """
+
+    basis: Array
+    inverse: Array
+    weakness: tuple[str, ...]
+    condition: float
 
 
 class Solution(NamedTuple):
@@ -33,43 +55,49 @@ class Solution(NamedTuple):
         Which of `NAMES` were estimated.
     covariance : ndarray, shape (k, k), or None
         Of those; None where nothing is left to tell the noise.
-    dof : int
-        Degrees of freedom of the covariance.
     residual : ndarray, shape (n,) or (n, 3)
         What is left: of the length of the acceleration, or of each channel over its scale [g].
-    leverage : ndarray, shape (n,)
-        Part of its own residual that each attitude has fitted away.
-    weakness : tuple of str
-        Names of the combination that the attitudes tell worst.
-    condition : float
-        Largest over smallest singular value of the design in units of g.
+    design : Design
+        How the attitudes tell the parameters.
+    scatter : Scatter or None
+        What the attitudes leave, where the variance of each is its own.
     """
 
     bias: Array
     sensitivity: Array
     free: tuple[int, ...]
     covariance: Array | None
-    dof: int
     residual: Array
-    leverage: Array
-    weakness: tuple[str, ...]
-    condition: float
+    design: Design
+    scatter: Scatter | None = None
+
+    @property
+    def dof(self) -> int:
+        """Degrees of freedom of the residuals."""
+        return len(self.design.basis) - len(self.design.inverse)
+
+    @property
+    def leverage(self) -> Array:
+        """Part of its own residual that each attitude has fitted away, shape (n,)."""
+        return np.asarray(np.sum(self.design.basis**2, axis=1))
 
     @property
     def rms(self) -> float:
         """Root mean square of the residuals [g]."""
         return float(np.sqrt(np.mean(self.residual**2)))
 
+    def degrees(self, gradient: Array) -> float:
+        """Degrees of freedom of a function of the parameters with this gradient, shape (k,)."""
+        return float(self.dof) if self.scatter is None else self.scatter.degrees(gradient)
 
-def refuse_rank(
-    design: Array, names: tuple[str, ...], remedy: str
-) -> tuple[tuple[str, ...], float]:
+
+def design_of(matrix: Array, names: tuple[str, ...], remedy: str) -> Design:
     """Refuse attitudes that leave a combination of parameters open; else tell the worst one.
 
     Parameters
     ----------
-    design : ndarray, shape (n, k)
-        Derivatives of the residuals [g] by the parameters, in g.
+    matrix : ndarray, shape (n, k)
+        Derivatives of the outputs [g] by the parameters, in g.
     names : tuple of str
         Names of the parameters.
     remedy : str
@@ -77,24 +105,22 @@ def refuse_rank(
 
     Returns
     -------
-    weakness : tuple of str
-        Names of the worst combination.
-    condition : float
-        Largest over smallest singular value.
+    Design
+        Its basis and inverse, and the worst combination.
 
     Raises
     ------
     DesignError
         If the design has not full rank.
     """
-    _, found, directions = np.linalg.svd(design, full_matrices=True)
-    values = np.pad(found, (0, len(names) - found.size))
+    basis, values, directions = np.linalg.svd(matrix, full_matrices=False)
     open_ = values < _WORST * values[0]
     worst = np.linalg.norm(directions[-max(1, int(open_.sum())) :], axis=0)
     told = tuple(n for n, part in zip(names, worst, strict=True) if part > _PART * worst.max())
     if open_.any():
         raise DesignError(
-            f"{len(design)} attitudes do not tell {', '.join(told)}"
+            f"{len(matrix)} attitudes do not tell {', '.join(told)}"
             f"{' apart' if len(told) > 1 else ''}; {remedy}"
         )
-    return told, float(values[0] / values[-1])
+    inverse = directions.T / values @ basis.T
+    return Design(basis, inverse, told, float(values[0] / values[-1]))

@@ -20,7 +20,8 @@ import numpy as np
 from accelcal.arguments.options import check_choice
 from accelcal.arrays import Array
 from accelcal.errors import DesignError
-from accelcal.triad.solution import NAMES, Solution, refuse_rank
+from accelcal.triad.scatter import Scatter
+from accelcal.triad.solution import NAMES, Solution, design_of
 
 FRAMES = {"x": "S is lower triangular", "z": "S is upper triangular"}
 
@@ -71,8 +72,9 @@ def from_unknown_attitudes(output: Array, frame: str, *, aligned: bool = False) 
 
     Notes
     -----
-    The noise is taken as alike in all channels, once each is divided by its scale factor. The
-    mean of |a + noise| is 1 + s^2 g, with s the noise of a channel in g: S is divided by it.
+    The channels count alike, once each is divided by its scale factor; the intervals are to hold
+    where noise is alike in all of them, and where it is that of one channel alone. The mean of
+    |a + noise| is 1 + s^2 g, with s the noise of a channel in g: S is divided by it.
     """
     free = _free(frame, aligned)
     if len(output) < len(free):
@@ -178,25 +180,25 @@ def _solution(
     sensitivity = half[:, None] * _sensitivity(parameters)
     scale = np.linalg.norm(sensitivity, axis=1)
     found = _distance(output, np.concatenate([bias, sensitivity.ravel()]), 1.0 / scale)
-    jacobian = found.jacobian[:, list(free)]
     unit = np.concatenate([scale, np.repeat(scale, 3)])[list(free)]  # 1 g in each channel
     names = tuple(NAMES[i] for i in free)
-    weakness, condition = refuse_rank(jacobian * unit, names, _REMEDY)
-    dof = len(output) - len(free)
-    inverse = np.linalg.inv((jacobian * unit).T @ (jacobian * unit))
-    variance = found.cost / dof if dof else 0.0
-    leverage = np.einsum("ij,jk,ik->i", jacobian * unit, inverse, jacobian * unit)
-    sensitivity = sensitivity / (1.0 + variance)
+    design = design_of(found.jacobian[:, list(free)] * unit, names, _REMEDY)
+    normal = found.jacobian[:, :3] * scale
+    scatter = Scatter(
+        left=found.value,
+        reach=unit[:, None] * design.inverse,
+        basis=design.basis,
+        shapes=np.vstack([np.ones(len(output)), normal.T**2]),
+    )
+    sensitivity = sensitivity / (1.0 + found.cost / max(scatter.dof, 1))
     return Solution(
         bias=bias,
         sensitivity=sensitivity,
         free=free,
-        covariance=variance * inverse * np.outer(unit, unit) if dof else None,
-        dof=dof,
+        covariance=scatter.covariance(),
         residual=_lengths(output, bias, sensitivity) - 1.0,
-        leverage=leverage,
-        weakness=weakness,
-        condition=condition,
+        design=design,
+        scatter=scatter,
     )
 
 
