@@ -52,11 +52,12 @@ class CommandHelp(Directive):
     def run(self) -> list[nodes.Node]:
         """Insert the help as a literal block."""
         name = self.arguments[0]
-        group = click.Context(program, info_name="accelcal", terminal_width=80)
+        settings = {"terminal_width": 100, **program.context_settings}
+        group = click.Context(program, info_name="accelcal", **settings)
         command = program.get_command(group, name)
         if command is None:
             raise self.error(f"there is no command {name!r}")
-        context = click.Context(command, group, name, terminal_width=80)
+        context = click.Context(command, group, name)
         text = command.get_help(context)
         return [nodes.literal_block(text, text, language="text")]
 
