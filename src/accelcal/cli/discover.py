@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     type=click.IntRange(1, 5),
     default=3,
     show_default=True,
-    help="Largest number of effects to name.",
+    help="Largest number of effects at once.",
 )
 @reference_temperature_option
 @fixture_angle_option

@@ -57,7 +57,7 @@ def probability(text: str) -> float | None:
     default="600",
     show_default=True,
     metavar="T",
-    help="Length of the start of each launch; its means give sigma_L, such as 600 or 10min [s].",
+    help="Initial window of each launch whose mean gives sigma_L, such as 600 or 10min [s].",
 )
 @click.option(
     "--times",
