@@ -137,6 +137,10 @@ GOOD = {"position": [1, 5], "stroke": 1, "temperature": 20.0, "output": [1.3, -1
     [
         ([1.0, 2.0], "list in place of columns; give a mapping"),
         ("table.csv", "str in place of columns"),
+        (
+            type("DataFrame", (), {"to_pandas": None})(),  # as of polars
+            "DataFrame in place of columns; give its .to_pandas\\(\\), a mapping",
+        ),
         (GOOD | {"output": [1.0, 2.0, 3.0]}, r"different shapes, position \(2,\).*shape \(n,\)"),
         (GOOD | {"output": [[1.0], [2.0]]}, r"output \(2, 1\)"),
         ({}, "headings|empty|readings"),

@@ -118,6 +118,14 @@ ERRORS = {
         H.replace(",", ";") + "20;1;1;1;3\n",
         "2: 5 fields under 4 column headings; give every column a heading",
     ),
+    "thousands mark of France": (
+        H.replace(",", ";") + "20;1;1;1\u202f354,7\n",
+        r"2: output '1\u202f354,7' has a thousands mark; write numbers without them",
+    ),
+    "thousands mark of Switzerland": (
+        H.replace(",", ";") + "20;1;1;1'354.7\n",
+        '2: Y "1\'354.7" has a thousands mark; write numbers without them',
+    ),
     "too few fields": (
         OK + "20,7,1\n",
         "5: 3 fields, but output is field 4; complete the row or delete it",
@@ -181,11 +189,13 @@ ERRORS = {
     ),
     "cold": (
         OK + "-300,7,1,1\n",
-        "5: temperature '-300' is no temperature of a test; write temperatures in degC",
+        "5: temperature '-300' is no temperature of a test, from -273.15 to 250 degC;"
+        " write temperatures in degC",
     ),
     "hot": (
         "# temperature: 293\nJ,k,Y\n1,1,1\n",
-        "1: temperature '293' is no temperature of a test; write temperatures in degC",
+        "1: temperature '293' is no temperature of a test, from -273.15 to 250 degC;"
+        " write temperatures in degC",
     ),
     "position 0": (OK + "20,0,1,1\n", f"5: position '0' is not a whole number from 1; {TURN}"),
     "position 1.5": (
@@ -256,16 +266,19 @@ ERRORS = {
     "clock of no day": (
         "T,J,k,Y,time\n20,1,1,1,10:01:05\n20,2,1,2,24:00:00\n",
         "3: time '24:00:00' is no clock time;"
-        " write it as in the first row, such as 14:30:00, in every row",
+        " write it as in the first row, such as 14:30:00, in every row, or times in"
+        " seconds",
     ),
     "clocks of 12 and 24 hours": (
         "T,J,k,Y,time\n20,1,1,1,10:01 AM\n20,2,1,2,10:02\n",
         "3: time '10:02' is no clock time;"
-        " write it as in the first row, such as 14:30:00, in every row",
+        " write it as in the first row, such as 14:30:00, in every row, or times in"
+        " seconds",
     ),
     "clock missing": (
         "T,J,k,Y,time\n20,1,1,1,10:01\n20,2,1,2,\n",
-        "3: time is no clock time; write it as in the first row, such as 14:30:00, in every row",
+        "3: time is no clock time;"
+        " write it as in the first row, such as 14:30:00, in every row, or times in seconds",
     ),
     "day": (
         "T,J,k,Y,date,time\n20,1,1,1,2024-05-31,10:01\n20,2,1,2,5/31/2024,10:02\n",

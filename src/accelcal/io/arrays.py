@@ -95,9 +95,11 @@ def _declared(record: TumbleRecord, declared: Mapping[str, Any]) -> TumbleRecord
 def _arrays(columns: Mapping[str, Any] | pd.DataFrame) -> list[tuple[str, NDArray[Any]]]:
     """Columns with their names, single values repeated."""
     if not hasattr(columns, "items"):
+        convertible = hasattr(columns, "to_pandas")  # a frame of polars, or a table of pyarrow
         raise InputError(
-            f"{type(columns).__name__} in place of columns; give a mapping of names to arrays, or a"
-            " DataFrame"
+            f"{type(columns).__name__} in place of columns; give"
+            f"{' its .to_pandas(),' if convertible else ''} a mapping of names to arrays, or a"
+            " DataFrame of pandas"
         )
     found = _with_index(columns)
     refuse_other_order(dict(found))

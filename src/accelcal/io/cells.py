@@ -240,5 +240,7 @@ def _not_a_number(column: Column, index: int) -> TableError:
         problem = f"{{}} does not fit the decimal mark {column.decimal!r}"
         remedy = "write numbers without thousands marks and with one decimal mark"
         return column.refuse(index, problem, remedy)
+    if re.fullmatch(r"[+-]?[0-9]{1,3}([ '\u2019][0-9]{3})+([.,][0-9]*)?", re.sub(r"\s", " ", cell)):
+        return column.refuse(index, "{} has a thousands mark", "write numbers without them")
     usual = "write a number, or nothing where it is missing"
     return column.refuse(index, "{} is not a number", _REMEDIES.get(column.role, usual))

@@ -281,7 +281,8 @@ def _temperature(column: Column) -> Array:
         blank = np.array([cell == "" for cell in column.cells])
     column.check(~blank, "{} is empty", "write it in every row, 'unknown' where it is not known")
     outside = (values < -273.15) | (values > MAXIMUM_TEMPERATURE)
-    column.check(~outside, "{} is no temperature of a test", "write temperatures in degC")
+    problem = "{} is no temperature of a test, from -273.15 to 250 degC"
+    column.check(~outside, problem, "write temperatures in degC")
     return values
 
 

@@ -186,7 +186,7 @@ def _days(column: Column) -> NDArray[np.datetime64]:
 
 def _clock_times(column: Column, form: re.Pattern[str]) -> NDArray[np.timedelta64]:
     found = [form.fullmatch(str(cell)) for cell in column.cells]
-    remedy = "write it as in the first row, such as 14:30:00, in every row"
+    remedy = "write it as in the first row, such as 14:30:00, in every row, or times in seconds"
     column.check(np.array([match is not None for match in found]), "{} is no clock time", remedy)
     return np.array([_microseconds(match) for match in found if match], dtype="timedelta64[us]")
 
