@@ -690,9 +690,28 @@ def test_a_drift_that_bends_is_not_called_a_straight_one():
     record = accelcal.simulate(plan=plan, effects=[bent.of(4e-5)], seed=3)
     found = accelcal.discover(record)
     assert found.effects == ()
-    assert found.unexplained.structure.startswith("along the time")
+    told = found.unexplained.structure
+    assert told.startswith(
+        "beside bias-drift and bias-step, nearest in the catalogue but not accept"
+    )
+    assert "along the time" in told
     straight = accelcal.simulate(plan=plan, effects=[effect("bias-drift").of(2e-5)], seed=3)
     assert [each.id for each in accelcal.discover(straight).effects] == ["bias-drift"]
+
+
+@pytest.mark.parametrize("s", [4.0, 8.0])
+def test_what_leaves_only_noise_is_nearest_and_told_why_it_is_not_accepted(tmp_path, s):
+    """The first run warms up otherwise, by chance."""
+    case, _, record = hidden_record(tmp_path, "pair", s=s, seed=[2026, 156900969, 4])
+    assert set(case.hidden) == {"warm-up", "chamber-drift"}
+    found = accelcal.discover(record)
+    assert ids(found) == []
+    told = found.unexplained.structure
+    assert told.startswith("along the time in each run")
+    assert told.endswith(
+        "; nearest in the catalogue, but not accepted: chamber-drift and warm-up, as the readings"
+        " do not follow the law of warm-up"
+    )
 
 
 def test_a_run_in_another_unit_is_said():

@@ -358,19 +358,26 @@ def _unexplained(look: _Look, alpha: float) -> Unexplained | None:
     shape = pattern(space, seen, block, taken)
     c, labels = look.comparison.model.conditions, look.comparison.record.run_labels
     told = structure(c, labels, block.factor, shape)
-    if near is not None:
-        names = " and ".join(sorted(near.ids))
-        told += f"; nearest in the catalogue, but not accepted: {names}"
+    if near is not None and taken is not None:
+        told = f"beside {_named(near)}, nearest in the catalogue but not accepted: {told}"
+    elif near is not None:
+        told += f"; nearest in the catalogue, but not accepted: {_named(near)}"
+        if near.bent:
+            told += f", as the readings do not follow the law of {' and '.join(near.bent)}"
     return Unexplained(told, share, p_value)
+
+
+def _named(near: Explanation) -> str:
+    return " and ".join(sorted(near.ids))
 
 
 def _worst(look: _Look) -> tuple[Block, Array | None, float]:
     """Factor that disagrees most beside the nearest effects, these, and the chance of noise.
 
-    Effects that leave nothing, and have no name as noise could be their cause, are not taken out.
+    Effects that leave nothing, and have no name for another reason, are not taken out.
     """
     near = look.findings.nearest
-    if near is not None and near.passes and near.straight:
+    if near is not None and near.passes:
         near = None
     taken = None if near is None else orthonormal(near.directions)
     judged = judge(look.family, look.comparison.seen, taken)

@@ -40,8 +40,8 @@ class Explanation(NamedTuple):
         For each one, the chance that noise makes it look as needed beside the others.
     passes : bool
         Whether all are needed as those of a rival are, and nothing disagrees with what they leave.
-    straight : bool
-        Whether none that passes claims a law straighter than the readings have it.
+    bent : tuple of str
+        Of effects that pass, the ids of those whose law is straighter than the readings have it.
     """
 
     instances: tuple[Instance, ...]
@@ -49,7 +49,7 @@ class Explanation(NamedTuple):
     squares: float
     p_values: tuple[float, ...]
     passes: bool
-    straight: bool = True
+    bent: tuple[str, ...] = ()
 
     @property
     def ids(self) -> frozenset[str]:
@@ -144,7 +144,9 @@ def explanation(
         squares=_squares(directions, seen),
         p_values=p_values,
         passes=passes,
-        straight=not (passes and any(_is_bent(family, seen, c, e, taken) for e in instances)),
+        bent=tuple(
+            e.effect.id for e in instances if passes and _is_bent(family, seen, c, e, taken)
+        ),
     )
 
 

@@ -68,13 +68,18 @@ def search(
         passing = sorted((e for e in tried if e.passes), key=lambda e: not _is_sure(e, alpha))
         if passing and _is_sure(passing[0], alpha):
             return Findings(before, tuple(passing), None)
-        nearest = needed[0] if needed else nearest
+        nearest = max([*needed, *filter(None, [nearest])], key=_nearness, default=None)
         beam = [_indices(family, e) for e in tried[:_BEAM]]
     return Findings(before, (), nearest)
 
 
+def _nearness(found: Explanation) -> tuple[bool, float]:
+    """Sets that leave only noise come nearest, whatever larger sets take up."""
+    return found.passes, found.squares
+
+
 def _is_sure(found: Explanation, alpha: float) -> bool:
-    return found.straight and max(found.p_values) < alpha
+    return not found.bent and max(found.p_values) < alpha
 
 
 def _indices(family: Family, found: Explanation) -> frozenset[int]:
