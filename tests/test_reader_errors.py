@@ -124,7 +124,7 @@ ERRORS = {
     ),
     "thousands mark of Switzerland": (
         H.replace(",", ";") + "20;1;1;1'354.7\n",
-        '2: Y "1\'354.7" has a thousands mark; write numbers without them',
+        '2: output "1\'354.7" has a thousands mark; write numbers without them',
     ),
     "too few fields": (
         OK + "20,7,1\n",
