@@ -15,13 +15,20 @@ from accelcal.report.calibration import (
     scale_factor_elsewhere,
     sizes_of,
 )
-from accelcal.report.calibration_rows import coefficient_rows, strong_correlations, temperature_laws
+from accelcal.report.calibration_rows import (
+    HEADINGS,
+    LAW_HEADINGS,
+    coefficient_rows,
+    strong_correlations,
+    temperature_laws,
+)
 from accelcal.report.lines import sentence
 from accelcal.report.numbers import significant
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Document
 
-_HEADINGS = ("coefficient", "symbol", "value", "U (95 %)", "unit", "u", "U/u", "mostly from")
+_HEADINGS = ("coefficient", "symbol", *HEADINGS[2:])
+_LAW_HEADINGS = ("quantity", "symbol", *LAW_HEADINGS[2:])
 
 
 def place(table: Document) -> str:
@@ -112,12 +119,11 @@ def temperature(calibration: Calibration, document: Document, name: str) -> Sect
     model = document["temperature_model"]
     if not model:
         return None
-    headings = ("quantity", "symbol", "value", "U (95 %)", "unit")
     told = []
     for whose, found in temperature_laws(document):
         caption = f"Bilinear laws{whose} about T0 = {document['T0_degC']:g} degC"
         rows = [(row[0].strip(), *row[1:]) for row in found]
-        told.append(Table(typeset(caption), headings, _set(_sided(rows)), frozenset({2, 3})))
+        told.append(Table(typeset(caption), _LAW_HEADINGS, _set(_sided(rows)), frozenset({2, 3})))
     blocks: list[Block] = [Gallery([*_temperature_pictures(calibration, name), told[0]]), *told[1:]]
     if model["warnings"]:
         blocks.append(Bullets([typeset(sentence) for sentence in model["warnings"]]))
@@ -169,8 +175,9 @@ def fixture_angles(document: Document) -> Section | None:
     for found in document.get("fixture_angle", ()):
         told = reversed_mountings(found)
         caption = f"Mountings {told}, the misalignment free of the fixture angle"
-        headings = ("quantity", "symbol", "value", "U (95 %)", "unit")
-        blocks.append(Table(caption, headings, _set(fixture_angle_rows(found)), frozenset({2, 3})))
+        blocks.append(
+            Table(caption, _LAW_HEADINGS, _set(fixture_angle_rows(found)), frozenset({2, 3}))
+        )
     return Section("Fixture angle", blocks) if blocks else None
 
 

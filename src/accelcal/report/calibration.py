@@ -7,6 +7,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from accelcal.escapes import visible
 from accelcal.plural import counted, plural
 from accelcal.report.calibration_rows import (
+    HEADINGS,
+    LAW_HEADINGS,
     alarms,
     coefficient_rows,
     strong_correlations,
@@ -98,9 +100,8 @@ def _degrees(dof: float) -> str:
 
 def _coefficients(table: Document) -> Iterator[str]:
     found = coefficient_rows(table)
-    heading = ("", "", "value", "U (95 %)", "unit", "u", "U/u", "mostly from")
     rows = [(r.name, r.symbol + " *" * bool(r.meaning), *r[3:]) for r in found]
-    yield from aligned([heading, *rows], right={2, 3, 5, 6}, indent="  ")
+    yield from aligned([HEADINGS, *rows], right={2, 3, 5, 6}, indent="  ")
     yield from (f"  * {r.symbol} stands for {r.meaning}" for r in found if r.meaning)
 
 
@@ -127,10 +128,9 @@ def _correlations(table: Document) -> Iterator[str]:
 
 
 def _temperature(document: Document) -> Iterator[str]:
-    heading = ("", "", "value", "U (95 %)", "unit")
     for whose, rows in temperature_laws(document):
         yield f"Temperature laws{whose}, bilinear about T0 = {document['T0_degC']:g} degC"
-        yield from aligned([heading, *rows], right={2, 3}, indent="  ")
+        yield from aligned([LAW_HEADINGS, *rows], right={2, 3}, indent="  ")
     yield from _items("note", (document["temperature_model"] or {}).get("warnings", ()))
 
 
@@ -138,8 +138,7 @@ def _fixture_angles(angles: Sequence[Document]) -> Iterator[str]:
     """What both sides of an axis tell; the tables above hold M with the angle in it."""
     for found in angles:
         yield f"Fixture angle apart from the misalignment, mountings {reversed_mountings(found)}"
-        heading = ("", "", "value", "U (95 %)", "unit")
-        yield from aligned([heading, *fixture_angle_rows(found)], right={2, 3}, indent="  ")
+        yield from aligned([LAW_HEADINGS, *fixture_angle_rows(found)], right={2, 3}, indent="  ")
 
 
 def reversed_mountings(found: Document) -> str:

@@ -22,6 +22,12 @@ SHOWN_COEFFICIENTS = (
     ("misalignment", "delta", "M", 1e6, "urad"),
     ("cross-coupling", "delta_ip", "M_ip", 1e6, "ug/g^2"),
 )
+HEADINGS = ("", "", "value", "U (95 %)", "unit", "u", "U/u", "mostly from")
+"""Of the rows of coefficients."""
+
+LAW_HEADINGS = HEADINGS[:5]
+"""Of the rows of temperature laws and fixture angles."""
+
 _SOURCES = {"reading": "readings", "launch": "launches", "launch_sf": "launches"}
 _STRONG = 0.8
 _DIGITS_OF_UNKNOWN = 4

@@ -7,6 +7,8 @@ from typing import Any
 
 from accelcal.report.calibration import fixture_angle_rows, reversed_mountings
 from accelcal.report.calibration_rows import (
+    HEADINGS,
+    LAW_HEADINGS,
     alarms,
     coefficient_rows,
     temperature_laws,
@@ -14,9 +16,6 @@ from accelcal.report.calibration_rows import (
 )
 from accelcal.report.html import heading, items, safe, table
 from accelcal.report.notebook_results import verdict_html
-
-_HEADINGS = ("", "", "value", "U (95 %)", "unit", "u", "U/u", "mostly from")
-_LAW_HEADINGS = _HEADINGS[:5]
 
 
 def calibration_html(document: Mapping[str, Any]) -> str:
@@ -38,10 +37,10 @@ def calibration_html(document: Mapping[str, Any]) -> str:
     parts += [table_html(found) for found in document["tables"]]
     for whose, rows in temperature_laws(document):
         caption = f"temperature laws{whose}, T0 = {document['T0_degC']:g} °C"
-        parts.append(table(caption, _LAW_HEADINGS, rows))
+        parts.append(table(caption, LAW_HEADINGS, rows))
     for found in document.get("fixture_angle", ()):
         caption = f"fixture angle apart from the misalignment, {reversed_mountings(found)}"
-        parts.append(table(caption, _LAW_HEADINGS, fixture_angle_rows(found)))
+        parts.append(table(caption, LAW_HEADINGS, fixture_angle_rows(found)))
     model = document["temperature_model"] or {}
     told = [w for part in (*document["tables"], model) for w in part.get("warnings", ())]
     parts.append(items(map(safe, [*told, *document["warnings"]])))
@@ -71,4 +70,4 @@ def table_html(found: Mapping[str, Any]) -> str:
     where = "" if temperature is None else f", {temperature:.2f} °C"
     caption = f"run {found['run']}{where}, mounting {found['mounting']}"
     rows = [(r.name, r.meaning or r.symbol, *r[3:]) for r in coefficient_rows(found)]
-    return table(caption, _HEADINGS, rows)
+    return table(caption, HEADINGS, rows)

@@ -21,7 +21,7 @@ from accelcal.results.checked import (
 from accelcal.results.covariance import covariance, covariance_document
 from accelcal.results.damage import DamageError
 from accelcal.results.levels import nearest_level
-from accelcal.results.mapping import FrozenMapping, document_of
+from accelcal.results.mapping import document_of, freeze
 from accelcal.results.quantity import Document, Gate, Quantity, Residuals
 
 if TYPE_CHECKING:
@@ -84,12 +84,7 @@ class TableCalibration:
     warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        freeze = object.__setattr__  # the fields are frozen: so is what they hold
-        freeze(self, "coefficients", FrozenMapping(self.coefficients))
-        freeze(self, "error_model", FrozenMapping(self.error_model))
-        freeze(self, "stands_for", FrozenMapping(self.stands_for))
-        parts = {name: FrozenMapping(sources) for name, sources in self.budget.items()}
-        freeze(self, "budget", FrozenMapping(parts))
+        freeze(self)
 
     @property
     def covariance(self) -> Array:
