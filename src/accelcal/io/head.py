@@ -10,7 +10,7 @@ from accelcal.arrays import Array
 from accelcal.errors import TableError, located
 from accelcal.geometry import head_positions
 from accelcal.io.cells import Column, complete_numbers
-from accelcal.io.small_table import SmallTable, read_small_table
+from accelcal.io.small_table import SmallTable, small_table
 from accelcal.io.text import Source, read_document
 from accelcal.io.vocabulary import Heading, split_unit
 from accelcal.results.covariance import rows_of
@@ -80,11 +80,7 @@ def read_head(source: Source) -> HeadCalibration:
     given, stored = read_document(source, "head", _stored)
     if stored is not None:
         return stored
-    import io
-
-    text = io.StringIO(given.text)
-    text.name = given.name
-    table = read_small_table(text, _heading, ("angle",), _REMEDY, "head")
+    table = small_table(given, _heading, ("angle",), _REMEDY)
     return located(_certificate, table, source=table.source)
 
 

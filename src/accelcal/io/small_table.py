@@ -9,7 +9,7 @@ from accelcal.errors import TableError
 from accelcal.io.cells import Column
 from accelcal.io.engines import columns_by_split
 from accelcal.io.layout import Declared, Layout, listed, shown, split_line
-from accelcal.io.text import Source, read_text, refuse_document
+from accelcal.io.text import SourceText, refuse_document
 from accelcal.io.vocabulary import Heading, canonical_key, split_unit
 
 Recognise = Callable[[str], Heading]
@@ -44,23 +44,21 @@ class SmallTable(NamedTuple):
         return TableError(problem, remedy, source=self.source, line=self.headings_line)
 
 
-def read_small_table(
-    source: Source, recognise: Recognise, needed: Sequence[str], remedy: str, what: str = "table"
+def small_table(
+    given: SourceText, recognise: Recognise, needed: Sequence[str], remedy: str
 ) -> SmallTable:
-    """Read a small table.
+    """Take a small table out of a text.
 
     Parameters
     ----------
-    source : path, "-" or file object
-        The table.
+    given : SourceText
+        The text.
     recognise : callable
         What tells the meaning of a heading.
     needed : sequence of str
         Roles that must be there.
     remedy : str
         What the headings should be.
-    what : str, default "table"
-        What it is, for messages.
 
     Returns
     -------
@@ -73,7 +71,6 @@ def read_small_table(
         If there are no headings or rows, a column is missing or there twice, or a row is too long
         or too short.
     """
-    given = read_text(source, what)
     refuse_document(given.text, given.name)
     layout = _layout(given.text.split("\n"), given.name, recognise, remedy)
     places = places_of(layout, needed, remedy)

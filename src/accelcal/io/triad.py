@@ -11,8 +11,8 @@ from accelcal.arrays import Array
 from accelcal.errors import InputError, TableError, located
 from accelcal.io.cells import Column, complete_numbers
 from accelcal.io.declarations import declared_number, notes_of_unit, unit_and_serial
-from accelcal.io.small_table import SmallTable, read_small_table, uniform
-from accelcal.io.text import Source
+from accelcal.io.small_table import SmallTable, small_table, uniform
+from accelcal.io.text import Source, read_text
 from accelcal.io.vocabulary import Heading, has_unit, split_unit
 from accelcal.triad.record import AXES, TriadRecord, up_of_turn
 from accelcal.units import is_output_unit, output_unit
@@ -64,7 +64,7 @@ def read_triad(
     >>> accelcal.read_triad(io.StringIO("ax_V,ay_V,az_V\n0.1,0.0,1.0\n0.1,1.0,0.0\n")).unit
     'V'
     """
-    table = read_small_table(source, _heading, tuple(AXES), _REMEDY)
+    table = small_table(read_text(source), _heading, tuple(AXES), _REMEDY)
     given, named = unit_and_serial(overrides), table.declared.get("serial")
     channels = [table.columns[axis] for axis in AXES]
     unit = _unit(table, channels, given.get("unit"))
