@@ -322,6 +322,31 @@ def test_batch_takes_a_sheet_by_its_name(tmp_path, monkeypatch):
     assert wrong == "a.xlsx: no sheet 'cold'; name one of '20 degC', 'warm#2'"
 
 
+def test_apply_takes_a_sheet_as_the_csv_file_of_its_cells(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    accelcal.fit(accelcal.read_table(EXAMPLES / "al15.csv")).to_json("cal.json")
+    rows = [["temperature", "output [mA]"], [20.0, 1.35], [25.5, -0.9], [30.0, 0.004]]
+    Path("a.csv").write_text("".join(f"{','.join(map(str, row))}\n" for row in rows))
+    book_of("a.xlsx", {"cover": NOTES, "flight 1": rows, "flight 2": rows[:2]})
+
+    def applied(name):
+        code = main(["apply", "cal.json", name])
+        out, err = capsys.readouterr()
+        return code, [line for line in out.splitlines() if line[:1] != "#"], err
+
+    code, expected, _ = applied("a.csv")
+    assert (code, len(expected)) == (0, 4)
+    assert applied("a.xlsx#flight 1")[:2] == (0, expected)
+    assert applied("a.xlsx#flight 2")[1] == expected[:2]
+    code, _, err = applied("a.xlsx")
+    names = "name one of a.xlsx#flight 1, a.xlsx#flight 2"
+    assert (code, err) == (2, f"a.xlsx: several sheets have tables; {names}\n")
+    book_of("one.xlsx", {"cover": NOTES, "flight": rows})
+    code, found, err = applied("one.xlsx")
+    assert (code, found) == (0, expected)
+    assert "note: sheet 'flight' is read; there is no table in 'cover'\n" in err
+
+
 def test_check_and_fit_at_the_shell(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     book_of("a.xlsx", {"Notes": NOTES, "Test": ROWS})

@@ -77,11 +77,11 @@ def apply(
 ) -> None:
     """Turn the outputs in DATA into accelerations, using CAL.json.
 
-    DATA is CSV of any length with a column output and, if available, temperature, time, a_p and
-    a_o. The result has for each sample the acceleration along the input axis, its standard and
-    expanded uncertainty (95 %), and a flag that says whether the sample is inside the calibrated
-    ranges. The uncertainty includes the shift to a new launch, if the calibration has it. "-" reads
-    standard input; without -o the result goes to standard output.
+    DATA is CSV of any length, or a sheet of a workbook, with a column output and, if available,
+    temperature, time, a_p and a_o. The result has for each sample the acceleration along the input
+    axis, its standard and expanded uncertainty (95 %), and a flag that says whether the sample is
+    inside the calibrated ranges. The uncertainty includes the shift to a new launch, if the
+    calibration has it. "-" reads standard input; without -o the result goes to standard output.
 
     \b
     Examples:

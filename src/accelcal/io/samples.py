@@ -1,5 +1,7 @@
 """Streams of samples as CSV: read block by block in bounded memory, however long they are.
 
+A sheet of a workbook is read whole, as the text of its cells.
+
 Above the samples stand header lines ``# key: value`` and one line of column headings: ``output``,
 and as far as there are any ``temperature``, ``time``, ``a_p`` and ``a_o``.
 """
@@ -21,7 +23,15 @@ from accelcal.io.cells import MISSING, Column, numbers
 from accelcal.io.engines import decimal_mark, pandas_options
 from accelcal.io.layout import split_line
 from accelcal.io.sample_headings import SampleHeadings, read_sample_headings
-from accelcal.io.text import PARQUET, WORKBOOKS, refuse_foreign, standard_input
+from accelcal.io.text import (
+    PARQUET,
+    WORKBOOKS,
+    file_and_sheet,
+    named_bytes,
+    read_text,
+    refuse_foreign,
+    standard_input,
+)
 from accelcal.plural import counted
 
 __all__ = ["BLOCK", "SampleBlock", "SampleReader", "open_samples"]
@@ -62,12 +72,15 @@ class SampleReader:
         What stands above the samples.
     size : int or None
         Bytes of the file; None where it is no file.
+    notes : tuple of str
+        What is to be told of how it was read.
     """
 
     headings: SampleHeadings
     size: int | None
     _text: io.TextIOBase
     _raw: IO[bytes]
+    notes: tuple[str, ...] = ()
     _line: int = field(init=False)
     _carry: str = field(init=False)
     _decimal: str = field(default=".", init=False)
@@ -197,7 +210,8 @@ def open_samples(source: str) -> Iterator[SampleReader]:
     Parameters
     ----------
     source : str
-        Path of a CSV file, plain or gzip; ``"-"`` is standard input.
+        Path of a CSV file, plain or gzip, or of a workbook, with the name of a sheet behind ``#``
+        where it has several; ``"-"`` is standard input.
 
     Yields
     ------
@@ -220,12 +234,15 @@ def open_samples(source: str) -> Iterator[SampleReader]:
     ...         [block.values["output"].tolist() for block in samples.blocks()]
     [[1.25, 1.26]]
     """
-    raw = standard_input() if source == "-" else _opened(source)
+    raw = standard_input() if source == "-" else _opened(file_and_sheet(source)[0])
     name = "<stdin>" if source == "-" else source
     try:
         stream = _unpacked(raw)
         start = _guarded(stream.peek, 1, name)
-        refuse_foreign(start, name, (PARQUET, "a Parquet file"), *WORKBOOKS)
+        refuse_foreign(start, name, (PARQUET, "a Parquet file"))
+        if start.startswith(tuple(mark for mark, _ in WORKBOOKS)):
+            yield _of_workbook(_guarded(stream.read, -1, name), name, raw)
+            return
         encoding = _encoding(start)
         text = io.TextIOWrapper(stream, encoding, errors="replace")
         headings = read_sample_headings(lambda: _guarded(text.readline, _LONGEST_LINE, name), name)
@@ -235,6 +252,14 @@ def open_samples(source: str) -> Iterator[SampleReader]:
     finally:
         if source != "-":
             raw.close()
+
+
+def _of_workbook(content: bytes, name: str, raw: IO[bytes]) -> SampleReader:
+    sheet = read_text(named_bytes(content, name))
+    text = io.StringIO(sheet.text)
+    return SampleReader(
+        read_sample_headings(text.readline, sheet.name), None, text, raw, sheet.notes
+    )
 
 
 def _opened(path: str) -> IO[bytes]:
