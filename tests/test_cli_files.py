@@ -146,3 +146,11 @@ def test_every_file_of_a_command_is_known_as_one(name):
         if re.search(r"^(DATA|RESULTS|FILE)(\.|$)|\.(csv|json|toml|xml|\()", shown):
             known = isinstance(param.type, FileToRead | FileToWrite)
             assert known, (param.name, shown)
+
+
+@pytest.mark.parametrize(
+    "arguments", [["fit", ""], ["apply", "", "a.csv"], ["history", ""]], ids=str
+)
+def test_an_empty_name_is_shown(capsys, arguments):
+    assert main(arguments) == 2
+    assert capsys.readouterr().err.startswith("'': no such file; give the path of a ")

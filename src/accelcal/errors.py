@@ -185,7 +185,8 @@ def not_installed(what: str, package: str, extra: str) -> InputError:
 
 
 def _place(source: str, line: int | None) -> str:
-    return source if line is None else f"{source}:{line}"
+    name = source or "''"  # as of a variable of the shell that is not set
+    return name if line is None else f"{name}:{line}"
 
 
 def _rebuild_table_error(problem: str, remedy: str, source: str, line: int | None) -> TableError:
