@@ -23,13 +23,16 @@ def declared(std, count):
 
 def averaged(rng, samples, spread):
     """Table whose readings are means of few samples, of one scatter or of scatters of their own."""
-    own = SIGMA * rng.uniform(1.0 / spread, spread, ANGLES.size)
-    noise = own[:, None] * rng.standard_normal((ANGLES.size, samples))
+    return averages(rng, ANGLES, samples, rng.uniform(1.0 / spread, spread, ANGLES.size))
+
+
+def averages(rng, angles, samples, size):
+    noise = SIGMA * size[:, None] * rng.standard_normal((angles.size, samples))
     return record(
-        ANGLES,
-        forward(AL15, ANGLES) + noise.mean(axis=1),
+        angles,
+        forward(AL15, angles) + noise.mean(axis=1),
         std=noise.std(axis=1, ddof=1),
-        count=np.full(ANGLES.size, float(samples)),
+        count=np.full(angles.size, float(samples)),
     )
 
 
@@ -45,6 +48,21 @@ def test_deviations_of_few_samples_give_honest_uncertainties(samples, spread):
         variances.append(np.diagonal(found.components["reading"].covariance))
     ratio = np.mean(variances, axis=0) / np.mean(np.square(errors), axis=0)
     assert np.all((ratio > 0.75) & (ratio < 1.35))  # 1 within 3 sigma; by each alone 0.4 to 0.7
+
+
+@pytest.mark.parametrize("samples", [3, 5, 10])
+def test_noise_that_follows_the_angle_is_that_of_the_position(samples):
+    """Each reading by itself, variances were told from 0.57 to 2.7 times as large as they are."""
+    rng, angles = np.random.default_rng(12), turn(8, 6)
+    size = 1.0 + 4.0 * np.abs(np.cos(np.radians(angles)))
+    errors, variances = [], []
+    for _ in range(300):
+        prepared = prepare(averages(rng, angles, samples, size))
+        found = estimate_of_record([prepared], Apparatus(head_uncertainty=0.0))
+        errors.append(found.coefficients[0] - AL15)
+        variances.append(np.diagonal(found.components["reading"].covariance))
+    ratio = np.mean(variances, axis=0) / np.mean(np.square(errors), axis=0)
+    assert np.all((ratio > 0.78) & (ratio < 1.6))
 
 
 def test_deviations_that_scatter_by_chance_are_pooled():

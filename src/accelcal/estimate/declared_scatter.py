@@ -2,7 +2,8 @@
 
 A standard deviation of few samples scatters itself. Weights by it would favour the readings whose
 samples happen to agree, and promise more than they give. So the deviations of a table are compared
-with each other, and each is drawn to the others by what chance alone makes of it.
+with each other, and each is drawn to the others by what chance alone makes of it; those at one
+position count as one, as far as they scatter by chance.
 
 References
 ----------
@@ -20,7 +21,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Places
+from accelcal.geometry import head_positions
+from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
 
 _FEWEST = 3.0
@@ -28,6 +31,9 @@ _FEWEST = 3.0
 
 _ALMOST_ALIKE = 0.04
 """Variance of log sigma^2 up to which deviations count by their samples: sigma within 10 %."""
+
+_SURE = 3.0
+"""Standard deviations of chance beyond which readings at one position differ in their noise."""
 
 
 class DeclaredScatter(NamedTuple):
@@ -75,8 +81,25 @@ def declared_scatter(record: TumbleRecord) -> DeclaredScatter:
     if not some.any():
         return DeclaredScatter(np.sqrt(squares / record.count), np.inf, sure)
     if np.ptp(squares[some]) > 0.0:
-        squares[some], doubt[some] = _moderated(squares[some], dof[some])
+        _, place, _ = grouped(head_positions(record.angle[some]))
+        squares[some], doubt[some] = _compared(squares[some], dof[some], place)
     return DeclaredScatter(np.sqrt(squares / record.count), float(dof.sum()), doubt)
+
+
+def _compared(squares: Array, dof: Array, place: Places) -> tuple[Array, Array]:
+    """Variances of samples, moderated; one for all readings at a position, if chance allows it.
+
+    Noise that follows the angle is alike at one position. Each reading by itself would be drawn to
+    the middle of all positions, and promise too much where the noise is large.
+    """
+    logs, chance = np.log(squares) + _bias_of_log(dof), _variance_of_log(dof)
+    excess, expected = _excess(logs, chance, place)
+    repeats = place.size - 1 - int(place.max())
+    if excess > _SURE * expected * (2.0 / max(repeats, 1)) ** 0.5:
+        return _moderated(squares, dof)
+    whole = np.asarray(np.bincount(place, dof), dtype=np.float64)
+    found, doubt = _moderated(np.bincount(place, dof * squares) / whole, whole)
+    return found[place], doubt[place]
 
 
 def _moderated(squares: Array, dof: Array) -> tuple[Array, Array]:
@@ -100,9 +123,17 @@ def _moderated(squares: Array, dof: Array) -> tuple[Array, Array]:
 def _beyond_chance(values: Array, chance: Array) -> float:
     """Variance of values beyond those of chance, 0 at least (DerSimonian and Kacker 2007)."""
     weight = 1.0 / (_ALMOST_ALIKE + chance)
-    away = values - np.average(values, weights=weight)
-    free = weight * (1.0 - weight / weight.sum())
-    return max(float(weight @ away**2 - free @ chance), 0.0) / float(free.sum())
+    excess, _ = _excess(values, chance, np.zeros(values.size, dtype=np.intp))
+    return max(excess, 0.0) / float((weight * (1.0 - weight / weight.sum())).sum())
+
+
+def _excess(values: Array, chance: Array, group: Places) -> tuple[float, float]:
+    """Weighted squares of values about the means of their groups, beyond those of chance."""
+    weight = 1.0 / (_ALMOST_ALIKE + chance)
+    whole = np.bincount(group, weight)
+    away = values - (np.bincount(group, weight * values) / whole)[group]
+    expected = float(weight * (1.0 - weight / whole[group]) @ chance)
+    return float(weight @ away**2) - expected, expected
 
 
 def _variance_of_log(dof: Array) -> Array:
