@@ -13,7 +13,12 @@ import click
 from accelcal.cli.deliver import remark
 from accelcal.cli.files import Command
 from accelcal.cli.fit_arguments import fit_arguments, models_in, specification_in
-from accelcal.cli.options import calibration_options, effects_option, output_option
+from accelcal.cli.options import (
+    calibration_options,
+    count_option,
+    effects_option,
+    output_option,
+)
 from accelcal.errors import InputError
 from accelcal.plural import counted
 
@@ -24,12 +29,7 @@ if TYPE_CHECKING:
 @click.command(cls=Command)
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True)
 @output_option("the rows of all tables", metavar="RESULTS.(csv|csv.gz|parquet)", required=True)
-@click.option(
-    "--jobs",
-    type=click.IntRange(1),
-    metavar="N",
-    help="Number of processes [default: all processors].",
-)
+@count_option("--jobs", "N", "Number of processes [default: all processors].")
 @click.option("--resume", is_flag=True, help="Continue an interrupted batch.")
 @click.option(
     "--dask",

@@ -18,6 +18,7 @@ from accelcal.cli.options import (
     numbers,
     output_option,
     picture_option,
+    seed_option,
     words,
 )
 from accelcal.errors import InputError
@@ -113,9 +114,7 @@ def target(text: str) -> tuple[str, float]:
 @number_option(
     "--spacing", "DEG", "Smallest distance of two positions for --optimal [default: 15 deg]."
 )
-@click.option(
-    "--seed", type=click.IntRange(0), default=0, metavar="N", help="Seed of --optimal [default: 0]."
-)
+@seed_option("Seed of --optimal [default: 0].", default=0)
 @click.option(
     "--sheet",
     type=FileToWrite("CSV", ".csv"),

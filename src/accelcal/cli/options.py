@@ -145,6 +145,12 @@ number_option = partial(_valued_option, number)
 file_option = partial(_valued_option, FileToRead())
 """An option that names a file to be read."""
 
+count_option = partial(_valued_option, click.IntRange(1))
+"""An option that counts something."""
+
+seed_option = partial(_valued_option, click.IntRange(0), "--seed", "N")
+"""Option ``--seed``, by its help."""
+
 
 def picture_option(what: str) -> Callable[[Function], Function]:
     """Option ``--plot``: the file that a picture is drawn into; it is called ``picture``."""
@@ -240,24 +246,14 @@ def plan_options(lead: str = "") -> Callable[[Function], Function]:
         return lead + text if lead else text[0].upper() + text[1:]
 
     return together(
-        click.option(
-            "--positions",
-            type=click.IntRange(1),
-            metavar="N",
-            help=told("positions in a turn [default: 8]."),
-        ),
+        count_option("--positions", "N", told("positions in a turn [default: 8].")),
         click.option(
             "--angles",
             type=numbers,
             metavar="DEG,...",
             help=told("head angles instead of positions [deg]."),
         ),
-        click.option(
-            "--strokes",
-            type=click.IntRange(1),
-            metavar="N",
-            help=told("strokes in a run [default: 6]."),
-        ),
+        count_option("--strokes", "N", told("strokes in a run [default: 6].")),
         click.option(
             "--temperatures",
             type=numbers,
@@ -306,7 +302,7 @@ calibration_options = together(
     ),
     number_option("--resolution", "U", "Step of the output [output unit]."),
     click.option("--unit", metavar="UNIT", help="Unit of the output, such as mA."),
-    click.option("--positions", type=click.IntRange(1), metavar="N", help="Positions in a turn."),
+    count_option("--positions", "N", "Positions in a turn."),
     click.option(
         "--coefficients",
         default="K0,K1,K2,K3,M,M_ip",

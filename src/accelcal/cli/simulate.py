@@ -15,6 +15,7 @@ from accelcal.cli.options import (
     number_option,
     output_option,
     plan_options,
+    seed_option,
     setting,
     words,
 )
@@ -45,7 +46,7 @@ def settings(text: str) -> Settings:
 )
 @effects_option
 @click.option("--list-effects", is_flag=True, help="List the effects with their units, and stop.")
-@click.option("--seed", type=click.IntRange(0), metavar="N", help="Seed of the random errors.")
+@seed_option("Seed of the random errors.")
 @plan_options()
 @click.option(
     "--mounting",

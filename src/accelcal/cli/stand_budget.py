@@ -14,6 +14,7 @@ from accelcal.cli.options import (
     fixture_angle,
     number,
     plan_options,
+    seed_option,
     together,
     words,
 )
@@ -77,12 +78,7 @@ stand_options = together(
         metavar="N",
         help="With --stand: Monte Carlo with this number of trials, or `adaptive`.",
     ),
-    click.option(
-        "--seed",
-        type=click.IntRange(0),
-        metavar="N",
-        help="With --stand: seed of the Monte Carlo trials.",
-    ),
+    seed_option("With --stand: seed of the Monte Carlo trials."),
     click.option(
         "--target",
         "targets",
