@@ -486,8 +486,12 @@ def test_text_reads_like_a_finding(discovery):
 )
 def test_the_first_sentence_says_what_is_not_sure(hidden, plan, declare, missing):
     record = accelcal.simulate(plan=plan, effects=[hidden], seed=1, noise=NO_HEAD, declare=declare)
-    told = " ".join(str(accelcal.discover(record)).split())
-    assert f"What is missing: {missing}." in told
+    found = accelcal.discover(record)
+    assert f"What is missing: {missing}." in " ".join(str(found).split())
+    doubtful = (found.effects[0].id,) if "not sure" in missing else ()
+    assert found.doubtful == doubtful
+    assert all(any(name in note for note in found.notes) for name in doubtful)
+    assert accelcal.Discovery.from_json(found.to_json()) == found
 
 
 # -- the loop: fit with it, compare with it, simulate it ---------------------------------------

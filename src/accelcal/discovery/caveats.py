@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +20,8 @@ from accelcal.units import MICRO
 
 _LIKE_THE_HEAD = 0.9
 """Part of an effect's squares that errors of the head positions must be able to take up."""
+
+_LIKE_ANY = ": errors of the head look like effects of the position alone"
 
 _OTHERWISE = 2.0
 """Standard uncertainties by which a coefficient must differ to be told."""
@@ -38,9 +41,24 @@ one counts."""
 _TOLD = {"g": "ug", "1": "ppm", "rad": "urad", "g/g^2": "ug/g^2", "g/g^3": "ug/g^3"}
 
 
+class Caveat(NamedTuple):
+    """What a reader must know.
+
+    Attributes
+    ----------
+    text : str
+        A sentence.
+    doubted : sequence of str
+        Ids of the named effects of which something outside the catalogue could be the cause.
+    """
+
+    text: str
+    doubted: Sequence[str] = ()
+
+
 def caveats(
     comparison: Comparison, found: Sequence[Explanation], walks: Sequence[Wandering]
-) -> Iterator[str]:
+) -> Iterator[Caveat]:
     """Tell what a reader must know.
 
     Parameters
@@ -54,20 +72,20 @@ def caveats(
 
     Yields
     ------
-    str
-        A sentence.
+    Caveat
+        A sentence, and which effects it makes uncertain.
     """
-    yield from _of_another_size(comparison)
+    yield from map(Caveat, _of_another_size(comparison))
     best = found[0].instances if found else ()
     laws, places = list(other_laws(comparison, best)), list(other_places(comparison, best))
-    yield from _by_another_law(laws)
-    yield from _at_other_places(places)
-    yield from _otherwise(comparison, found, laws, places)
+    yield from map(Caveat, _by_another_law(laws))
+    yield from map(Caveat, _at_other_places(places))
+    yield from map(Caveat, _otherwise(comparison, found, laws, places))
     yield from _put_together(comparison, found)
     yield from _of_the_chamber(comparison, found)
     yield from _wandering(walks, named=bool(found))
     yield from _undeclared(comparison, best)
-    yield from _noise(comparison)
+    yield from map(Caveat, _noise(comparison))
 
 
 def _of_another_size(comparison: Comparison) -> Iterator[str]:
@@ -132,7 +150,7 @@ def _otherwise(
             yield f"if it is {name} in truth: {', '.join(told)}"
 
 
-def _put_together(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[str]:
+def _put_together(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[Caveat]:
     """Effects at one of several places, all of which two effects could make where few show."""
     space, c = comparison.space, comparison.model.conditions
     for item in found[0].instances if found else ():
@@ -143,34 +161,37 @@ def _put_together(comparison: Comparison, found: Sequence[Explanation]) -> Itera
         patterns = vectors[:, sizes > _FAINT * sizes[0]]
         named = ((patterns.T @ found[0].directions) ** 2).sum(axis=0) > _ALIKE
         if named.sum() < patterns.shape[1] <= _FEW_PATTERNS:
-            yield (
+            yield Caveat(
                 f"{item.effect.id} is not sure: of what depends on the position alone these"
                 f" positions show no more than {patterns.shape[1]} patterns, and two effects of it"
                 " together could make this one, as |a_i| and a_p^3; positions 22.5 or 30 deg apart"
-                " would tell"
+                " would tell",
+                [item.effect.id],
             )
 
 
-def _of_the_chamber(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[str]:
+def _of_the_chamber(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[Caveat]:
     """Slow effects that a drift of the chamber would look like, where no slopes are known."""
     slow = [item.effect.id for item in found[0].instances if item.effect.bend] if found else []
     if slow and not comparison.model.conditions.per_degree.any():
-        yield (
+        yield Caveat(
             "one level tells no slopes with the temperature: a drift of the chamber could as well"
-            f" be the cause of {' and '.join(slow)}; log the temperature of each reading"
+            f" be the cause of {' and '.join(slow)}; log the temperature of each reading",
+            slow,
         )
 
 
-def _wandering(walks: Sequence[Wandering], *, named: bool) -> Iterator[str]:
+def _wandering(walks: Sequence[Wandering], *, named: bool) -> Iterator[Caveat]:
     """Effects that a bias without any law would look like."""
     verdict, bound = ("not sure", POSSIBLE) if named else ("not named", LIKELY)
     for walk in walks:
         if walk.is_as_likely(bound):
-            yield (
+            yield Caveat(
                 f"{walk.instead_of.effect.id} is {verdict}: a bias that wanders, as a random walk,"
                 f" flicker noise or noise with a memory, of {walk.rms * MICRO:.2g} ug rms in a run,"
                 " could as well be what these readings show; repeat the test: what comes back the"
-                " same is no noise"
+                " same is no noise",
+                [walk.instead_of.effect.id] if named else [],
             )
 
 
@@ -186,33 +207,35 @@ def _value(change: Change) -> str:
     return f"{change.coefficient} {value:.4g} {_TOLD[change.after.unit]}"
 
 
-def _undeclared(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[str]:
+def _undeclared(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
     record = comparison.record
     declared = record.apparatus
     if declared.head_uncertainty is None:
-        yield "head_uncertainty is not declared and taken as zero" + _like_the_head(
-            comparison, instances
-        )
+        like = list(_like_the_head(comparison, instances))
+        told = "".join(text for _, text in like) or _LIKE_ANY
+        names = [name for name, _ in like]
+        yield Caveat(f"head_uncertainty is not declared and taken as zero{told}", names)
     if declared.launch_uncertainty is None:
-        yield (
+        yield Caveat(
             "launch_uncertainty is not declared: the bias is free in each run, and effects on the"
             " bias from run to run cannot be seen"
         )
     if declared.launch_sf_uncertainty is None:
-        yield (
+        yield Caveat(
             "launch_sf_uncertainty is not declared: the scale factor is free in each run, and"
             " effects on it from run to run cannot be seen"
         )
     if record.time is None:
-        yield "no times: one reading a minute is assumed, in the order of the strokes"
+        yield Caveat("no times: one reading a minute is assumed, in the order of the strokes")
 
 
-def _like_the_head(comparison: Comparison, instances: Sequence[Instance]) -> str:
-    """Which effects errors of the head positions would look like, and how large they would be."""
+def _like_the_head(
+    comparison: Comparison, instances: Sequence[Instance]
+) -> Iterator[tuple[str, str]]:
+    """Effects that errors of the head positions would look like, and how large they would be."""
     c, space = comparison.model.conditions, comparison.space
     acting = (c.gain * c.per_radian)[:, None] * dummies(head_positions(comparison.record.angle))
     head = space.see(acting[:, np.abs(acting).max(axis=0) > _LIKE_THE_HEAD / 10.0])
-    told = []
     for item in instances:
         effect = space.see(column_of(item, c))
         size = float(effect @ comparison.seen) / float(effect @ effect)
@@ -220,8 +243,8 @@ def _like_the_head(comparison: Comparison, instances: Sequence[Instance]) -> str
         missed = size * effect - head @ errors
         if missed @ missed < (1.0 - _LIKE_THE_HEAD) * size**2 * float(effect @ effect):
             rms = float(np.sqrt(np.mean(errors**2))) * MICRO
-            told.append(f"; head errors of {rms:.2g} urad rms would look like {item.effect.id}")
-    return "".join(told) or ": errors of the head look like effects of the position alone"
+            name = item.effect.id
+            yield name, f"; head errors of {rms:.2g} urad rms would look like {name}"
 
 
 def _noise(comparison: Comparison) -> Iterator[str]:

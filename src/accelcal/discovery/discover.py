@@ -230,12 +230,11 @@ def _discovery(
     instances = named.instances if named else ()
     bare, within = solution(comparison), solution(comparison, instances)
     steps = list(_steps(comparison, named, question))
-    before = _gap(bare, steps[0].held_out)
-    if found:
-        before = _gap_as_given(record, question, comparison.noise)
+    said = list(caveats(comparison, findings.explanations, walks))
+    as_given = _gap_as_given(record, question, comparison.noise) if found else None
     return Discovery(
         noise=sources(comparison.noise, record.apparatus, record, free=("launch", "launch_sf")),
-        before=before,
+        before=as_given or _gap(bare, steps[0].held_out),
         after=_gap(within, steps[-1].held_out),
         where=shares(
             comparison.seen,
@@ -251,7 +250,8 @@ def _discovery(
         scale_factor=comparison.model.nominal,
         output_unit=record.unit,
         next_measurement=_next_measurement(look, named, question) if named else "",
-        notes=tuple(caveats(comparison, findings.explanations, walks)),
+        notes=tuple(caveat.text for caveat in said),
+        doubtful=tuple(dict.fromkeys(name for caveat in said for name in caveat.doubted)),
         p_value=findings.before.p_value,
         alpha=question.alpha,
         serial=record.serial,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
@@ -16,9 +15,6 @@ from accelcal.results.findings import Change, Detectable, FoundEffect
 
 if TYPE_CHECKING:
     from accelcal.effects.effect import Effect
-
-_DOUBTS = (" is not sure: ", " would look like ", " could as well be the cause of ")
-"""Words of the notes on effects that something else looks like."""
 
 
 def discovery_text(found: Discovery) -> str:
@@ -76,17 +72,11 @@ def outcome(found: Discovery, p: str) -> str:
 
 def _named(found: Discovery, effect: FoundEffect) -> str:
     """Name of an effect, and in brackets what makes it uncertain."""
-    doubts = ["not sure"] if any(_doubts(note, effect.id) for note in found.notes) else []
+    doubts = ["not sure"] if effect.id in found.doubtful else []
     others = len(effect.indistinguishable)
     if others:
         doubts.append(f"or {alias_names(effect) if others == 1 else f'one of {others} others'}")
     return f"{effect.name} ({', '.join(doubts)})" if doubts else effect.name
-
-
-def _doubts(note: str, name: str) -> bool:
-    """Whether a note says that something outside the catalogue could as well be an effect."""
-    about = re.search(rf"(?<![\w-]){re.escape(name)}(?![\w-])", note)
-    return about is not None and any(words in note for words in _DOUBTS)
 
 
 def _gap(found: Discovery) -> Iterator[str]:

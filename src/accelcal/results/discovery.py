@@ -72,6 +72,9 @@ class Discovery(StoredResult, TabularResult):
         What to measure next; empty where nothing is open.
     notes : tuple of str
         What a reader must know.
+    doubtful : tuple of str
+        Ids of the effects of which something outside the catalogue could be the cause as well; the
+        notes tell what.
     p_value : float
         Chance that noise alone disagrees as much with the model, over all that was searched.
     alpha : float
@@ -117,6 +120,7 @@ class Discovery(StoredResult, TabularResult):
     output_unit: str | None = None
     next_measurement: str = ""
     notes: tuple[str, ...] = ()
+    doubtful: tuple[str, ...] = ()
     p_value: float = 1.0
     alpha: float = 0.01
     serial: str | None = None
@@ -233,6 +237,7 @@ class Discovery(StoredResult, TabularResult):
             "coefficients": document_of(self.coefficients),
             "next_measurement": self.next_measurement,
             "notes": list(self.notes),
+            "doubtful": list(self.doubtful),
         }
 
     @classmethod
@@ -258,6 +263,7 @@ class Discovery(StoredResult, TabularResult):
             output_unit=checked(document, "output_unit", text_or_none, None),
             next_measurement=checked(document, "next_measurement", text, ""),
             notes=checked(document, "notes", list_of(text), ()),
+            doubtful=checked(document, "doubtful", list_of(text), ()),
             p_value=checked(document, "p_value", number, 1.0),
             alpha=checked(document, "alpha", number, 0.01),
             serial=checked(document, "serial", text_or_none, None),
