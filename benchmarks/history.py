@@ -8,7 +8,7 @@
 The units are drawn here, without accelcal: dates at random over ten years, stated uncertainties
 that differ, a part of each error that all calibrations of a unit share, and a scatter from one
 calibration to the next that nobody has stated, normal or with heavy tails (Student, 4 degrees of
-freedom).
+freedom). Every other calibration may state five times as much, truly or not.
 """
 
 from __future__ import annotations
@@ -20,12 +20,13 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from scipy.optimize import minimize_scalar
 from scipy.stats import binomtest
 
 import accelcal
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.recalibrations.jumps import FEWEST
-from accelcal.recalibrations.regression import fit_line, scatter_beyond
+from accelcal.recalibrations.regression import fit_line, scatter_where
 
 UG = 1e-6
 
@@ -38,6 +39,13 @@ class Kind(NamedTuple):
     shared: float = 0.0
     heavy: bool = False
     jump: float = 0.0
+    unlike: float = 1.0  # every other calibration states so many times as much
+    truly: bool = False  # and errs so many times as much
+
+    def __str__(self) -> str:
+        """Columns of the tables."""
+        unlike = "no" if self.unlike == 1.0 else f"{self.unlike:g}x{' true' * self.truly}"
+        return f"{self.count:12d}  {self.scatter:10g}  {self.shared:6g}  {unlike:>7}"
 
 
 KINDS = (
@@ -47,10 +55,17 @@ KINDS = (
         for scatter, shared in ((0.0, 0.0), (0.0, 0.7), (10.0, 0.0), (40.0, 0.0))
     ),
     Kind(12, 40.0, heavy=True),
+    *(
+        Kind(count, scatter, unlike=5.0, truly=truly)
+        for count in (5, 8)
+        for scatter in (0.0, 10.0, 40.0)
+        for truly in (False, True)
+    ),
 )
 
 JUMPS = tuple(Kind(count, 10.0, jump=size) for count in (6, 12) for size in (50.0, 100.0, 200.0))
 
+HEADING = "calibrations  scatter/ug  shared   unlike"
 DRIFT = 5.0  # ug a year
 STATED = 10.0  # ug, the median standard uncertainty
 
@@ -59,8 +74,10 @@ def unit(kind: Kind, rng: np.random.Generator) -> pd.DataFrame:
     """Draw the recalibrations of one unit, as the frame of a batch has them."""
     days = np.sort(rng.choice(3653, kind.count, replace=False))
     stated = STATED * np.exp(rng.normal(0.0, 0.4, kind.count))
+    factor = np.where(np.arange(kind.count) % 2, kind.unlike, 1.0)
     own = math.sqrt(1.0 - kind.shared**2)
     error = stated * (own * rng.standard_normal(kind.count) + kind.shared * rng.standard_normal())
+    error = error * factor if kind.truly else error
     tails = rng.standard_t(4, kind.count) / math.sqrt(2.0) if kind.heavy else None
     error = error + kind.scatter * (rng.standard_normal(kind.count) if tails is None else tails)
     step = kind.jump * (np.arange(kind.count) >= kind.count // 2)
@@ -75,7 +92,7 @@ def unit(kind: Kind, rng: np.random.Generator) -> pd.DataFrame:
             "date": np.datetime_as_string(start + days.astype("timedelta64[D]"), unit="D"),
             "temperature_degC": 20.0,
             "k0": UG * bias,
-            "k0_standard_uncertainty": UG * stated,
+            "k0_standard_uncertainty": UG * factor * stated,
             "K1": gain,
             "K1_standard_uncertainty": 1.35e-5,
         }
@@ -102,7 +119,7 @@ def line_without_search(frame: pd.DataFrame) -> bool:
     time = pd.to_datetime(frame["date"]).to_numpy("datetime64[D]").astype(float) / 365.25
     columns = np.stack([np.ones(time.size), time - time.mean()], axis=1)
     fit = fit_line(columns, frame["k0"].to_numpy(), frame["k0_standard_uncertainty"].to_numpy())
-    half = student_quantile(LEVEL, fit.dof) * fit.covariance[1, 1] ** 0.5
+    half = student_quantile(LEVEL, fit.dof) * fit.uncertainties[1]
     return bool(abs(fit.coefficients[1] - UG * DRIFT) <= half)
 
 
@@ -124,34 +141,33 @@ def trial(kind: Kind, rng: np.random.Generator) -> tuple[bool, ...]:
     )
 
 
-def paule_mandel(columns: np.ndarray, values: np.ndarray, uncertainty: np.ndarray) -> float:
-    """Scatter beyond the stated uncertainties by Paule and Mandel (1982), by bisection."""
-    dof = values.size - columns.shape[1]
+def restricted(columns: np.ndarray, values: np.ndarray, uncertainty: np.ndarray) -> float:
+    """Scatter beyond the stated uncertainties by restricted maximum likelihood."""
 
-    def squares(tau: float) -> float:
+    def loss(tau: float) -> float:
         weights = 1.0 / (uncertainty**2 + tau**2)
         normal = columns.T @ (weights[:, None] * columns)
         residual = values - columns @ np.linalg.solve(normal, columns.T @ (weights * values))
-        return float(weights @ residual**2)
+        return float(weights @ residual**2 - np.log(weights).sum() + np.linalg.slogdet(normal)[1])
 
-    low, high = 0.0, 2.0 * float(np.ptp(values))
-    if squares(0.0) <= dof:
-        return 0.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if squares(middle) > dof else (low, middle)
-    return high
+    best = minimize_scalar(loss, bounds=(0.0, float(np.ptp(values))), method="bounded").x
+    return float(best) if loss(best) < loss(0.0) else 0.0
+
+
+def paule_mandel(columns: np.ndarray, values: np.ndarray, uncertainty: np.ndarray) -> float:
+    """Scatter beyond the stated uncertainties as accelcal has it."""
+    return scatter_where(columns, values, uncertainty, values.size - columns.shape[1])
 
 
 def choices(kind: Kind, rng: np.random.Generator) -> list[bool]:
-    """Whether each of five intervals of the drift holds the truth."""
+    """Whether each of the intervals of the drift that were tried holds the truth."""
     frame = unit(kind, rng)
     time = pd.to_datetime(frame["date"]).to_numpy("datetime64[D]").astype(float) / 365.25
     columns = np.stack([np.ones(time.size), time - time.mean()], axis=1)
     values = frame["k0"].to_numpy()
     uncertainty = frame["k0_standard_uncertainty"].to_numpy()
-    dof, found = kind.count - 2, []
-    for estimate in (scatter_beyond, paule_mandel):
+    dof, found = kind.count - 2, [line_without_search(frame)]
+    for estimate in (restricted, paule_mandel):
         weights = 1.0 / (uncertainty**2 + estimate(columns, values, uncertainty) ** 2)
         inverse = np.linalg.inv(columns.T @ (weights[:, None] * columns))
         coefficients = inverse @ (columns.T @ (weights * values))
@@ -165,28 +181,25 @@ def choices(kind: Kind, rng: np.random.Generator) -> list[bool]:
 def print_choices(units: int) -> None:
     """Print the coverage of the intervals that were tried."""
     print(f"{units} units a line; percent whose 95 % interval of the drift holds the truth")
-    print("                              REML          Paule-Mandel")
-    print("calibrations  scatter  shared    KH   >= 1     KH   >= 1  normal")
+    print(f"{'REML':>57}{'Paule-Mandel':>18}")
+    print(f"{HEADING}   mean     KH   >= 1     KH   >= 1  normal")
     for number, kind in enumerate(KINDS):
         rng = np.random.default_rng([30, number])
         share = 100.0 * np.array([choices(kind, rng) for _ in range(units)]).mean(axis=0)
         cells = "".join(f"{one:7.1f}" for one in share)
-        print(f"{kind.count:12d}  {kind.scatter:7g}  {kind.shared:6g}{cells}")
+        print(f"{kind}{cells}", flush=True)
 
 
 def print_alarms(units: int) -> None:
     """Print how often a jump is named where none is, with limits of Clopper and Pearson."""
     print(f"{units} units a line without a jump; percent in which one is named, with 95 % limits")
-    print("calibrations  scatter/ug  shared  false alarms")
+    print(f"{HEADING}  false alarms")
     counts = []
     for number, kind in enumerate(kind for kind in KINDS if kind.count == FEWEST):
         rng = np.random.default_rng([40, number])
         counts.append(sum(has_jump(unit(kind, rng)) for _ in range(units)))
-        cells = (
-            f"{kind.count:12d}  {kind.scatter:10g}  {kind.shared:6g}  {share(counts[-1], units)}"
-        )
-        print(cells, flush=True)
-    print(f"{'together':>32}  {share(sum(counts), units * len(counts))}")
+        print(f"{kind}  {share(counts[-1], units)}", flush=True)
+    print(f"{'together':>41}  {share(sum(counts), units * len(counts))}")
 
 
 def has_jump(frame: pd.DataFrame) -> bool:
@@ -211,7 +224,7 @@ def lines(kinds: tuple[Kind, ...], units: int) -> Iterator[tuple[Kind, list[floa
 def main() -> None:
     """Print both tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--smoke", action="store_true", help="60 units a line, four lines")
+    parser.add_argument("--smoke", action="store_true", help="60 units a line, six lines")
     parser.add_argument("--units", type=int, default=400, help="units a line")
     parser.add_argument("--choices", action="store_true", help="intervals that were tried")
     parser.add_argument("--alarms", action="store_true", help="false alarms of few calibrations")
@@ -226,14 +239,13 @@ def main() -> None:
     print(f"{units} units a line; stated standard uncertainty about {STATED:g} ug")
     print(f"Percent of units whose 95 % interval of the drift ({DRIFT:g} ug/year) holds the truth,")
     print("and of units without a jump in which one is named")
-    print(
-        "calibrations  scatter/ug  shared  tails   history  line alone  stated only  false alarms"
-    )
-    for kind, share in lines(KINDS[:16:5] if asked.smoke else KINDS, units):
+    print(f"{HEADING}  tails   history  line alone  stated only  false alarms")
+    for kind, share in lines(KINDS[:26:5] if asked.smoke else KINDS, units):
         tails = "heavy" if kind.heavy else "normal"
         print(
-            f"{kind.count:12d}  {kind.scatter:10g}  {kind.shared:6g}  {tails:6}  {share[0]:7.1f}"
-            f"  {share[1]:10.1f}  {share[2]:11.1f}  {share[3]:12.1f}"
+            f"{kind}  {tails:6}  {share[0]:7.1f}  {share[1]:10.1f}  {share[2]:11.1f}"
+            f"  {share[3]:12.1f}",
+            flush=True,
         )
     print("Percent of units whose jump in the middle is named; scatter 10 ug")
     print("calibrations  jump/ug  named  at its place  its size held  drift holds the truth")

@@ -11,6 +11,7 @@ import numpy as np
 from accelcal.numerics.probability import NORMAL_FACTOR
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, entitled, palette, styled
+from accelcal.report.findings import p_value
 from accelcal.report.scale import readable
 
 if TYPE_CHECKING:
@@ -89,8 +90,13 @@ def _draw_line(ax: Axes, trend: Trend, dates: Any, line: Any) -> None:
         ax.plot(dates[part], line[part], color=colours.series[1], label=label)
     for number, jump in enumerate(trend.jumps):
         span = date.fromisoformat(jump.after), date.fromisoformat(jump.before)
-        label = f"jump, p = {jump.p_value:.2g}" if number == 0 else None
+        label = _jumps_told(trend) if number == 0 else None
         ax.axvspan(*span, color=colours.series[3], alpha=0.25, lw=0, label=label)  # type: ignore[arg-type]
+
+
+def _jumps_told(trend: Trend) -> str:
+    count, largest = len(trend.jumps), p_value(max(jump.p_value for jump in trend.jumps))
+    return f"jump, {largest}" if count == 1 else f"{count} jumps, the least sure {largest}"
 
 
 def _date_ticks(ax: Axes) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from datetime import UTC
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -115,6 +115,28 @@ def entries_of(calibrations: pd.DataFrame | Iterable[Calibration]) -> list[Entry
     return [entry for each in given for entry in _of_calibration(each)]
 
 
+def day(date: str | None) -> str:
+    """Tell the day of a date, where the test was.
+
+    Parameters
+    ----------
+    date : str or None
+        As of `year`, and one that can be read.
+
+    Returns
+    -------
+    str
+        The day, ISO 8601; the first of a month or year.
+
+    Examples
+    --------
+    >>> day("2024-05-31T00:30+02:00"), day("2024-05")
+    ('2024-05-31', '2024-05-01')
+    """
+    found = _read(date)
+    return "" if found is None else found.date().isoformat()
+
+
 def year(date: str | None) -> float | None:
     """Tell a date as a number of years.
 
@@ -133,12 +155,16 @@ def year(date: str | None) -> float | None:
     >>> year("1971-01-01T06:00"), year("yesterday")
     (1.0, None)
     """
-    text = (date or "").strip()
-    found = date_of(text) or date_of(f"{text}-01") or date_of(f"{text}-01-01")
+    found = _read(date)
     if found is None:
         return None
     found = found if found.tzinfo else found.replace(tzinfo=UTC)
     return float(found.timestamp()) / YEAR
+
+
+def _read(date: str | None) -> datetime | None:
+    text = (date or "").strip()
+    return date_of(text) or date_of(f"{text}-01") or date_of(f"{text}-01-01")
 
 
 def _of_calibration(calibration: Calibration) -> list[Entry]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from datetime import UTC, datetime
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -14,7 +13,7 @@ from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.recalibrations.comparable import Comparable, comparable
-from accelcal.recalibrations.entries import Entry, entries_of, listed
+from accelcal.recalibrations.entries import Entry, day, entries_of, listed
 from accelcal.recalibrations.jumps import (
     FEWEST,
     SMALLEST_CHANCE,
@@ -26,7 +25,6 @@ from accelcal.recalibrations.regression import Fit, fit_line
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.unit_history import History, Jump, Point, Trend
-from accelcal.units import YEAR
 from accelcal.version import SOFTWARE
 
 if TYPE_CHECKING:
@@ -143,9 +141,7 @@ def _few(chosen: Comparable) -> tuple[str, ...]:
 
 def _warned(chosen: Comparable) -> tuple[str, ...]:
     found = [
-        f"{_date(years)} ({', '.join(entry.warned)})"
-        for years, entry in zip(chosen.years, chosen.entries, strict=True)
-        if entry.warned
+        f"{day(entry.date)} ({', '.join(entry.warned)})" for entry in chosen.entries if entry.warned
     ]
     return (f"checks of a calibration warn: {listed(found)}",) if found else ()
 
@@ -190,9 +186,8 @@ def _trend(followed: _Followed, chosen: Comparable, alpha: float) -> Trend:
     fit = fit_line(columns, values, uncertainty)
     line = columns @ fit.coefficients
     points = tuple(
-        Point(_date(t), entry.source, Quantity(v, u, unit, wide), middle)
-        for t, entry, v, u, wide, middle in zip(
-            chosen.years,
+        Point(day(entry.date), entry.source, Quantity(v, u, unit, wide), middle)
+        for entry, v, u, wide, middle in zip(
             chosen.entries,
             *(part.tolist() for part in (values, uncertainty, expanded, line)),
             strict=True,
@@ -203,6 +198,7 @@ def _trend(followed: _Followed, chosen: Comparable, alpha: float) -> Trend:
         symbol=followed.symbol,
         drift=_told(fit, 1, f"{unit}/year"),
         scatter=fit.scatter,
+        scatter_limits=fit.scatter_limits,
         jumps=_jumps(search, fit, chosen, unit),
         no_other_jump=None if search.rest is None else min(1.0, _QUANTITIES * search.rest),
         points=points,
@@ -214,8 +210,8 @@ def _trend(followed: _Followed, chosen: Comparable, alpha: float) -> Trend:
 def _jumps(search: Search, fit: Fit, chosen: Comparable, unit: str) -> tuple[Jump, ...]:
     found = [
         Jump(
-            after=_date(chosen.years[place - 1]),
-            before=_date(chosen.years[place]),
+            after=day(chosen.entries[place - 1].date),
+            before=day(chosen.entries[place].date),
             size=_told(fit, 2 + number, unit, searched=search.gaps),
             p_value=min(1.0, _QUANTITIES * chance),
         )
@@ -230,11 +226,7 @@ def _told(fit: Fit, place: int, unit: str, searched: int = 1) -> Quantity:
     The largest of several jumps is rather too large, and its scatter too small: its interval is
     that of a level that those of all gaps hold at once (Bonferroni).
     """
-    uncertainty = float(fit.covariance[place, place]) ** 0.5
+    uncertainty = float(fit.uncertainties[place])
     factor = student_quantile(1.0 - (1.0 - LEVEL) / searched, fit.dof)
     value = float(fit.coefficients[place])
     return Quantity(value, uncertainty, unit, factor * uncertainty, float(fit.dof))
-
-
-def _date(years: float) -> str:
-    return datetime.fromtimestamp(round(years * YEAR), UTC).date().isoformat()

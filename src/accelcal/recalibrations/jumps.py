@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Places
-from accelcal.recalibrations.regression import fit_line
+from accelcal.recalibrations.regression import ROUNDING, proportions, shares
 
 FEWEST = 5
 """Calibrations that a jump needs: three for line and step, and two to see the scatter."""
@@ -25,16 +25,11 @@ third of itself, and as the draws are the same each time, so would be the rate o
 _AT_A_TIME = 100_000
 """Values drawn at a time, which the caches of a processor hold."""
 
-_ROUNDING = 1e-12
-"""Sum of squares about the line, over the variances, below which it is rounding: the values are a
-millionth of their standard deviations off the line."""
-
 _MOST = 5
-_SCATTERS = 15
 
 
 class _Measure(NamedTuple):
-    """What tests the steps where the standard deviations are those of one tau.
+    """What tests the steps where the standard deviations are in one proportion.
 
     `roots`, shape (n,), are their inverses; `base`, shape (n, p), is an orthonormal basis of the
     line in the values times `roots`, and `norms` are the lengths of the steps apart from it.
@@ -56,20 +51,20 @@ class _Measure(NamedTuple):
         constant = -np.log(sigma).sum() - np.log(np.abs(np.diagonal(triangle))).sum()
         return cls(1.0 / sigma, base, places, norms, float(constant))
 
-    def likelihood(self, values: Array) -> Array:
-        """Logarithm of the restricted likelihood of each row of values."""
-        in_line = values @ (self.roots[:, None] * self.base)
-        squares = values**2 @ self.roots**2 - (in_line**2).sum(axis=1)
-        return np.asarray(self.constant - 0.5 * squares)
+    def likelihoods(self, values: Array) -> tuple[Array, Array]:
+        """Logarithms of the restricted likelihood of the line, and of it with each step.
 
-    def ratios(self, values: Array) -> Array:
-        """F of each step, but for a factor, in each row of values."""
+        Of each row of values, whose size is free, so that it takes the place of a variance.
+        """
         whitened = values * self.roots
         left = whitened - (whitened @ self.base) @ self.base.T
         squares = (left**2).sum(axis=1, keepdims=True)
         behind = np.cumsum((left * self.roots)[:, ::-1], axis=1)[:, ::-1]
         taken = (behind[:, self.places] / self.norms) ** 2
-        return np.asarray(taken / np.maximum(squares - taken, _ROUNDING))
+        dof = values.shape[1] - self.base.shape[1]
+        line = self.constant - 0.5 * dof * np.log(np.maximum(squares, ROUNDING))
+        stepped = self.constant - 0.5 * dof * np.log(np.maximum(squares - taken, ROUNDING))
+        return line[:, 0], stepped
 
 
 class Search(NamedTuple):
@@ -112,11 +107,12 @@ def search_jumps(time: Array, values: Array, uncertainty: Array, alpha: float) -
 
     Notes
     -----
-    For each gap between dates with two calibrations or more on both sides, F compares the line
-    with and without a step. The largest F of all gaps is held against the largest F of values that
-    are drawn from the line alone, with the stated uncertainties and the scatter beyond them, so
-    that the chance counts the search. The scatter is estimated anew for each of them, as it is for
-    the values. The draws are the same each time.
+    For each gap between dates with two calibrations or more on both sides, the likelihoods of the
+    line with and without a step are compared, each the mean over proportions of the variances from
+    as stated to all alike; where they are alike, that is F. The largest ratio of all gaps is held
+    against that of values that are drawn from the line alone, so that the chance counts the
+    search. Each is drawn in one of the proportions, by how likely the values make it. The draws
+    are the same each time.
     """
     places: list[int] = []
     p_values: list[float] = []
@@ -162,25 +158,25 @@ def _next_jump(
     tried = np.array(_places_to_try(time, places), dtype=np.intp)
     if not tried.size or time.size - columns.shape[1] - 1 < _SIDE:
         return None
-    line = fit_line(columns, values, uncertainty)
-    scales = _scatters_to_try(values, uncertainty, line.scatter)
-    measures = [_Measure.of(columns, tried, np.hypot(uncertainty, tau)) for tau in scales]
-    off_line = values - columns @ line.coefficients
-    largest, place = _largest_ratio(measures, off_line[None, :])
-    random, sigma = np.random.default_rng(0), np.hypot(uncertainty, line.scatter)
+    line = np.linalg.lstsq(columns, values, rcond=None)[0]
+    sigma = np.sqrt(proportions(uncertainty**2))
+    measures = [_Measure.of(columns, tried, each) for each in sigma]
+    found, likelihood = _log_ratios(measures, (values - columns @ line)[None, :])
+    shared = shares(likelihood[:, 0])
+    random = np.random.default_rng(0)
     drawn = larger = 0
     chance = 0.0
     for draws in (_DRAWS, _MORE_DRAWS):
         if chance > _NEAR:
             break
         for rows in _in_parts(draws, time.size):
-            by_noise, _ = _largest_ratio(
-                measures, sigma * random.standard_normal((rows, time.size))
-            )
-            larger += int((by_noise >= largest[0]).sum())
+            drawn_from = random.choice(len(sigma), rows, p=shared)
+            noise = sigma[drawn_from] * random.standard_normal((rows, time.size))
+            by_noise, _ = _log_ratios(measures, noise)
+            larger += int((by_noise.max(axis=1) >= found.max()).sum())
         drawn += draws
         chance = (1 + larger) / (1 + drawn)
-    return int(tried[place[0]]), chance
+    return int(tried[found.argmax()]), chance
 
 
 def _in_parts(draws: int, values: int) -> list[int]:
@@ -200,21 +196,12 @@ def _places_to_try(time: Array, places: list[int]) -> list[int]:
     ]
 
 
-def _scatters_to_try(values: Array, uncertainty: Array, scatter: float) -> Array:
-    """Values of tau that the observed values and the drawn ones choose from."""
-    low, high = 0.3 * float(uncertainty.min()), max(3.0 * scatter, float(np.ptp(values)))
-    return np.concatenate([[0.0], np.geomspace(low, max(high, 10.0 * low), _SCATTERS)])
+def _log_ratios(measures: Sequence[_Measure], values: Array) -> tuple[Array, Array]:
+    """Logarithms of the likelihood with each step over that of the line, and those of the line.
 
-
-def _largest_ratio(measures: Sequence[_Measure], values: Array) -> tuple[Array, Places]:
-    """Largest F over the steps, and its step, for each row of values, which are off the line.
-
-    Each row has its own tau, of the largest restricted likelihood.
+    Of each row of values, which are off the line: shape (rows, steps), and (measures, rows).
     """
-    best = np.argmax([measure.likelihood(values) for measure in measures], axis=0)
-    largest, place = np.zeros(len(values)), np.zeros(len(values), dtype=np.intp)
-    for number, measure in enumerate(measures):
-        rows = np.flatnonzero(best == number)
-        ratios = measure.ratios(values[rows])
-        largest[rows], place[rows] = ratios.max(axis=1), ratios.argmax(axis=1)
-    return largest, place
+    both = [measure.likelihoods(values) for measure in measures]
+    line, stepped = (np.array(each) for each in zip(*both, strict=True))
+    ratios = np.logaddexp.reduce(stepped) - np.logaddexp.reduce(line)[:, None]
+    return np.asarray(ratios), line

@@ -2,28 +2,40 @@
 
 A value y_i of one calibration is a straight line in time, plus steps, plus two errors: one of the
 stated standard uncertainty u_i, and one of a standard deviation tau that all share and nobody has
-stated: from launch to launch, from stand to stand. tau is estimated by restricted maximum
-likelihood. The covariance of the coefficients is that of Knapp and Hartung (2003), scaled by the
-scatter about the fit, with Student's quantile of n - p degrees of freedom.
+stated: from launch to launch, from stand to stand. tau is that of Paule and Mandel (1982). The
+covariance of the coefficients is that of Knapp and Hartung (2003), scaled by the scatter about the
+fit, with Student's quantile of n - p degrees of freedom.
+
+Whether a calibration of larger u_i scatters more is not known: calibrations of one head share its
+error, however large they state it. The fit is the mean over proportions of the variances from as
+stated to all alike, each weighted by its restricted likelihood (Hoeting 1999).
 
 References
 ----------
+Hoeting, J. A., et al. (1999), Statistical Science 14, 382-417: averages over models.
 Knapp, G., Hartung, J. (2003), Statistics in Medicine 22, 2693-2710.
-Viechtbauer, W. (2005), J. Educational and Behavioral Statistics 30, 261-293.
+Paule, R. C., Mandel, J. (1982), J. Res. Natl. Bur. Stand. 87, 377-385.
+Viechtbauer, W. (2007), Statistics in Medicine 26, 37-52: the interval of tau.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.numerics.probability import LEVEL, student_quantile
+from accelcal.numerics.probability import LEVEL, f_quantile, student_quantile
+
+ROUNDING = 1e-12
+"""Sum of squares about the line, over the variances, below which it is rounding: the values are a
+millionth of their standard deviations off the line."""
 
 _ROUNDS = 4
 _GRID = 41
-_TOLD_APART = 1e-7  # of a likelihood, whose rounding is smaller
+_PROPORTIONS = 6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,19 +44,20 @@ class Fit:
 
     Attributes
     ----------
-    coefficients : ndarray, shape (p,)
-        The coefficients.
-    covariance : ndarray, shape (p, p)
-        Their covariance, after Knapp and Hartung.
+    coefficients, uncertainties : ndarray, shape (p,)
+        The coefficients and their standard uncertainties.
     scatter : float
         tau, the standard deviation beyond the stated uncertainties [unit of the values].
+    scatter_limits : tuple of float
+        Ends of its 95 % interval.
     dof : int
         n - p, of Student's quantile.
     """
 
     coefficients: Array
-    covariance: Array
+    uncertainties: Array
     scatter: float
+    scatter_limits: tuple[float, float]
     dof: int
 
 
@@ -66,9 +79,9 @@ def fit_line(columns: Array, values: Array, uncertainty: Array) -> Fit:
     Notes
     -----
     The factor of Knapp and Hartung, sum w r^2 / (n - p), may be below 1: stated uncertainties have
-    parts that all calibrations share, which do not scatter. It is not below 1/t^2, with Student's
-    t for 95 %, so that no interval is narrower than the standard uncertainty by what is stated:
-    values on a line by chance do not make it certain.
+    parts that all calibrations share, which do not scatter. No uncertainty is below 1/t of that by
+    what is stated, with Student's t for 95 %, so that no interval is narrower than the standard
+    uncertainty by what is stated: values on a line by chance do not make it certain.
 
     Examples
     --------
@@ -77,18 +90,57 @@ def fit_line(columns: Array, values: Array, uncertainty: Array) -> Fit:
     >>> fit.coefficients.round(2), fit.dof
     (array([1.03, 1.98]), 2)
     """
-    scatter = scatter_beyond(columns, values, uncertainty)
-    weights = 1.0 / (uncertainty**2 + scatter**2)
-    inverse = np.linalg.inv(columns.T @ (weights[:, None] * columns))
-    coefficients = inverse @ (columns.T @ (weights * values))
-    residual = values - columns @ coefficients
     dof = values.size - columns.shape[1]
-    factor = max(float(weights @ residual**2) / dof, student_quantile(LEVEL, dof) ** -2.0)
-    return Fit(coefficients, factor * inverse, scatter, dof)
+    scatter, *limits = (
+        scatter_where(columns, values, uncertainty, squares) for squares in (dof, *_expected(dof))
+    )
+    fits = _Weighted.of(columns, values, proportions(uncertainty**2 + scatter**2))
+    chances = shares(fits.log_size - 0.5 * dof * np.log(np.maximum(fits.squares, ROUNDING)))
+    variances = np.diagonal(fits.inverse, axis1=1, axis2=2)
+    mean = chances @ fits.coefficients
+    within = fits.squares[:, None] / dof * variances
+    found = chances @ (within + (fits.coefficients - mean) ** 2)
+    least = variances[0] / student_quantile(LEVEL, dof) ** 2
+    uncertainties = np.sqrt(np.maximum(found, least))
+    return Fit(mean, uncertainties, scatter, (limits[0], limits[1]), dof)
 
 
-def scatter_beyond(columns: Array, values: Array, uncertainty: Array) -> float:
-    """Estimate the scatter beyond the stated uncertainties by restricted maximum likelihood.
+def proportions(variance: Array) -> Array:
+    """List variances between those given and their mean, alike for all.
+
+    Parameters
+    ----------
+    variance : ndarray, shape (n,)
+        Variances as stated.
+
+    Returns
+    -------
+    ndarray, shape (k, n)
+        The first as given, the last all alike, the others evenly between.
+    """
+    alike = np.linspace(0.0, 1.0, _PROPORTIONS)[:, None]
+    return np.asarray((1.0 - alike) * variance + alike * variance.mean())
+
+
+def shares(likelihood: Array) -> Array:
+    """Turn logarithms of likelihoods along the first axis into shares that add up to 1.
+
+    Parameters
+    ----------
+    likelihood : ndarray, shape (k, ...)
+        The logarithms.
+
+    Returns
+    -------
+    ndarray, shape (k, ...)
+        The shares.
+    """
+    relative = np.exp(likelihood - likelihood.max(axis=0))
+    return np.asarray(relative / relative.sum(axis=0))
+
+
+def scatter_where(columns: Array, values: Array, uncertainty: Array, squares: float) -> float:
+    """Find the scatter beyond the stated uncertainties with which the weighted squares add up.
 
     Parameters
     ----------
@@ -96,34 +148,53 @@ def scatter_beyond(columns: Array, values: Array, uncertainty: Array) -> float:
         What the values depend on.
     values, uncertainty : ndarray, shape (n,)
         Values and their standard uncertainties.
+    squares : float
+        Sum of w r^2 with w = 1 / (u^2 + tau^2): n - p tells tau (Paule and Mandel 1982), quantiles
+        of chi-squared its interval (Viechtbauer 2007).
 
     Returns
     -------
     float
         tau, 0 where the stated uncertainties explain the scatter [unit of the values].
     """
-    largest = float(np.ptp(values)) or float(uncertainty.max())
-    tried = np.linspace(0.0, largest, _GRID)
+    low, high = 0.0, float(np.std(values)) * math.sqrt(values.size / squares)
     for _ in range(_ROUNDS):
-        likelihood = _restricted_likelihood(columns, values, uncertainty, tried)
-        best = int(np.argmax(likelihood))
-        low, high = tried[max(best - 1, 0)], tried[min(best + 1, _GRID - 1)]
         tried = np.linspace(low, high, _GRID)
-    ends = np.array([0.0, tried[_GRID // 2]])
-    none, best_found = _restricted_likelihood(columns, values, uncertainty, ends)
-    return float(ends[1]) if best_found > none + _TOLD_APART else 0.0
+        variance = uncertainty**2 + tried[:, None] ** 2
+        above = _Weighted.of(columns, values, variance).squares > squares
+        number = int(np.count_nonzero(above))  # as they fall with tau
+        if number == 0:
+            return low
+        low, high = tried[number - 1], tried[min(number, _GRID - 1)]
+    return float(0.5 * (low + high))
 
 
-def _restricted_likelihood(
-    columns: Array, values: Array, uncertainty: Array, scatter: Array
-) -> Array:
-    """Logarithm of the restricted likelihood at some tau, shape as of `scatter`."""
-    variance = uncertainty**2 + scatter[:, None] ** 2
-    weighted = columns / variance[:, :, None]
-    normal = np.einsum("kij,il->kjl", weighted, columns)
-    right = np.einsum("kij,i->kj", weighted, values)
-    coefficients = np.linalg.solve(normal, right[:, :, None])[:, :, 0]
-    residual = values - coefficients @ columns.T
-    squares = (residual**2 / variance).sum(axis=1)
-    of_design = np.linalg.slogdet(normal)[1]
-    return np.asarray(-0.5 * (np.log(variance).sum(axis=1) + of_design + squares))
+def _expected(dof: int) -> tuple[float, float]:
+    """Ends of the interval that holds a sum of squares of `dof` degrees in 95 %, larger first."""
+    tail = 0.5 * (1.0 - LEVEL)
+    return dof * f_quantile(tail, dof, math.inf), dof * f_quantile(1.0 - tail, dof, math.inf)
+
+
+class _Weighted(NamedTuple):
+    """Fits with weights of k sets of variances.
+
+    `coefficients`, shape (k, p), `inverse`, shape (k, p, p), of the normal matrix, and of shape
+    (k,) the weighted `squares` about the fit, and `log_size`, the logarithm of the restricted
+    likelihood but for them.
+    """
+
+    coefficients: Array
+    inverse: Array
+    squares: Array
+    log_size: Array
+
+    @classmethod
+    def of(cls, columns: Array, values: Array, variance: Array) -> _Weighted:
+        """Fit with each row of variances, shape (k, n)."""
+        weighted = columns / variance[:, :, None]
+        normal = np.einsum("kij,il->kjl", weighted, columns)
+        inverse = np.linalg.inv(normal)
+        coefficients = np.einsum("kjl,kil,i->kj", inverse, weighted, values)
+        squares = ((values - coefficients @ columns.T) ** 2 / variance).sum(axis=1)
+        log_size = -0.5 * (np.log(variance).sum(axis=1) + np.linalg.slogdet(normal)[1])
+        return cls(coefficients, inverse, squares, np.asarray(log_size))

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from accelcal.escapes import visible
 from accelcal.plural import counted
+from accelcal.report.findings import p_value
 from accelcal.report.lines import aligned, hanging, visible_lines
 from accelcal.report.numbers import SMALL_UNITS, matching_digits, significant
 from accelcal.results.quantity import Quantity
@@ -52,14 +53,15 @@ def _trend(trend: Trend, alpha: float) -> Iterator[str]:
     where = "" if not trend.reference else f", from {trend.reference:.9g} {trend.reference_unit}"
     yield f"{trend.name} {trend.symbol}{where} [{unit}]"
     yield f"  drift    {_interval(trend.drift)} {unit}/year{_significance(trend.drift)}"
-    scatter = significant(MICRO * trend.scatter, 2) if trend.scatter else "0"
-    yield f"  scatter  {scatter} {unit} from one calibration to the next, beyond what is stated"
+    scatter = f"{_scatter(trend)} {unit}"
+    yield f"  scatter  {scatter} from one calibration to the next, beyond what is stated"
     for jump in trend.jumps:
-        size, chance = _interval(jump.size), _p(jump.p_value)
+        size, chance = _interval(jump.size), p_value(jump.p_value)
         yield f"  JUMP     between {jump.after} and {jump.before}: {size} {unit}, {chance}"
     if trend.no_other_jump is not None:
         other = "other " if trend.jumps else ""
-        yield f"  no {other}jump at alpha = {alpha:g}; the largest has {_p(trend.no_other_jump)}"
+        largest = p_value(trend.no_other_jump)
+        yield f"  no {other}jump at alpha = {alpha:g}; the largest has {largest}"
     yield from (f"    {line}" for line in _points(trend))
 
 
@@ -87,5 +89,9 @@ def _significance(quantity: Quantity) -> str:
     return ", which may be none"
 
 
-def _p(chance: float) -> str:
-    return f"p = {significant(chance, 2)}"
+def _scatter(trend: Trend) -> str:
+    value, low, high = (
+        significant(MICRO * number, 2) if number else "0"
+        for number in (trend.scatter, *trend.scatter_limits)
+    )
+    return f"{value} ({low} to {high})"

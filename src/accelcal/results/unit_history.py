@@ -93,6 +93,8 @@ class Trend:
     scatter : float
         Standard deviation from calibration to calibration beyond the stated uncertainties, as from
         launch to launch [unit of the points].
+    scatter_limits : tuple of float
+        Ends of its 95 % interval [unit of the points].
     jumps : tuple of Jump
         In the order of their dates.
     no_other_jump : float or None
@@ -110,6 +112,7 @@ class Trend:
     symbol: str
     drift: Quantity
     scatter: float
+    scatter_limits: tuple[float, float]
     jumps: tuple[Jump, ...]
     no_other_jump: float | None
     points: tuple[Point, ...]
@@ -126,7 +129,12 @@ class Trend:
             "symbol": self.symbol,
             "reference": {"value": self.reference, "unit": self.reference_unit},
             "drift": self.drift.to_document(),
-            "scatter": {"value": self.scatter, "unit": self.points[0].measured.unit},
+            "scatter": {
+                "value": self.scatter,
+                "low": self.scatter_limits[0],
+                "high": self.scatter_limits[1],
+                "unit": self.points[0].measured.unit,
+            },
             "jumps": document_of(self.jumps),
             "no_other_jump_p_value": self.no_other_jump,
             "points": document_of(self.points),
