@@ -308,7 +308,7 @@ def test_help_tells_the_defaults_of_the_library():
     told = {
         option.name: float(found[1])
         for option in command.simulate.params
-        if (found := re.search(r"\[([0-9.e-]+)", option.help or ""))
+        if (found := re.search(r"\[default: ([0-9.e-]+)", option.help or ""))
     }
     noise, plan = NoiseComponents(), TumblePlan()
     for option, component in command._NOISE.items():

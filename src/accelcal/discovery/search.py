@@ -98,4 +98,9 @@ def _larger(
     fitted.sort(key=lambda item: -item[1])
     kept = fitted if beam == [frozenset()] else fitted[:_TRIED]
     found = [explanation(family, seen, c, places, alpha) for places, _ in kept]
-    return sorted(found, key=lambda e: -e.squares)
+    return sorted(found, key=_rank)
+
+
+def _rank(found: Explanation) -> tuple[float, float, list[str]]:
+    """The better fit first; of equal ones, which rounding would order, what noise makes rarer."""
+    return -float(f"{found.squares:.9g}"), max(found.p_values), sorted(found.ids)
