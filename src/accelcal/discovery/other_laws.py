@@ -7,7 +7,7 @@ little better. So may one of several head positions, or a reading beside that of
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -83,13 +83,9 @@ def other_laws(comparison: Comparison, instances: Sequence[Instance]) -> Iterato
     OtherLaw
         The same effects, one of them by another law.
     """
-    for place, item in enumerate(instances):
-        before, after = instances[:place], instances[place + 1 :]
-        for law in _laws(item, comparison.model.conditions):
-            others = (*before, law, *after)
-            if not _is_needed(comparison, item, others):
-                fitted = _fitted(comparison, others, place)
-                yield OtherLaw(fitted, (*before, instance_of(fitted), *after))
+    for place, others in _instead(comparison, instances, _laws):
+        fitted = _fitted(comparison, others, place)
+        yield OtherLaw(fitted, (*others[:place], instance_of(fitted), *others[place + 1 :]))
 
 
 def other_places(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[OtherPlace]:
@@ -107,11 +103,21 @@ def other_places(comparison: Comparison, instances: Sequence[Instance]) -> Itera
     OtherPlace
         The same effects, one of them at another place.
     """
+    for place, others in _instead(comparison, instances, _places):
+        yield OtherPlace(others[place], others)
+
+
+def _instead(
+    comparison: Comparison,
+    instances: Sequence[Instance],
+    others_of: Callable[[Instance, Conditions], Iterator[Instance]],
+) -> Iterator[tuple[int, tuple[Instance, ...]]]:
+    """Sets with another in place of one that is not needed beside it, and where in the set."""
     for place, item in enumerate(instances):
-        for moved in _places(item, comparison.model.conditions):
-            others = (*instances[:place], moved, *instances[place + 1 :])
+        for other in others_of(item, comparison.model.conditions):
+            others = (*instances[:place], other, *instances[place + 1 :])
             if not _is_needed(comparison, item, others):
-                yield OtherPlace(moved, others)
+                yield place, others
 
 
 def _fitted(comparison: Comparison, instances: Sequence[Instance], place: int) -> Disturbance:
