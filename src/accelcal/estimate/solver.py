@@ -30,6 +30,7 @@ from accelcal.errors import DesignError
 from accelcal.estimate.memory import Memory
 from accelcal.estimate.replicates import Means, Replicates
 from accelcal.estimate.residuals import CutDesign, twice_precise_residual
+from accelcal.numerics.one_thread import multiply
 
 _Step = Callable[[Array], tuple[Array, Array]]
 
@@ -37,10 +38,6 @@ _MEMORY = Memory()
 
 _MANY = 0.5
 """Where more than this share of the tables have gaps, all are solved in the way made for gaps."""
-
-# Multiplications in a product of matrices up to which OpenBLAS works in one thread. Larger ones it
-# shares among threads, which here spend more time on waiting for one another than they save.
-_ALONE = 2**18
 
 _REFINEMENTS = 3
 """Steps of iterative refinement."""
@@ -264,7 +261,7 @@ class LeastSquares:
         products = rows[:, :, None] * rows[:, None, :] * self._precision[:, None, None]
         normal = products.reshape(-1, size**2).T
         left = _MEMORY.array("normal equations", (2 * size, size, tables))
-        _multiply(normal, weight, left[:size].reshape(-1, tables))
+        multiply(normal, weight, left[:size].reshape(-1, tables))
         left[size:] = self._back[:, :, None]
         diagonal = np.einsum("iit->it", left[:size])
         clear = _CLEAR_PIVOT * diagonal
@@ -300,14 +297,6 @@ class LeastSquares:
 
     def _through_triangle(self, right: Array) -> Array:
         return np.asarray(np.linalg.solve(self._triangle, right.T).T)
-
-
-def _multiply(matrix: Array, values: Array, out: Array) -> None:
-    """Product with values of many tables, shape (k, T), by one thread."""
-    step = max(_ALONE // matrix.size, 1)
-    for at in range(0, values.shape[1], step):
-        some = slice(at, at + step)
-        np.matmul(matrix, values[:, some], out=out[:, some])
 
 
 def _determined(normal: Array) -> Mask:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Places
+from accelcal.numerics.one_thread import multiply
 from accelcal.numerics.sorting import distinct
 
 _CACHED = 2**17
@@ -224,7 +225,7 @@ def sums_of_groups(
     """
     if index.size * members.size <= _SMALL:  # a product is faster, but grows as m n
         own = np.arange(members.size)[:, None] == index
-        return np.asarray(np.where(own, weight, 0.0) @ values)
+        return multiply(np.where(own, weight, 0.0), values)
     starts = np.cumsum(members) - members
     order = group_after_group(index, members)
     weighted = np.take(values * np.reshape(weight, (-1, 1)), order, axis=-2)

@@ -1,0 +1,46 @@
+"""Products of matrices that stay in one thread."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from accelcal.arrays import Array
+
+# Multiplications in a product of matrices up to which OpenBLAS works in one thread. Larger ones it
+# shares among threads, which here spend more time on waiting for one another than they save.
+_ALONE = 2**18
+
+
+def multiply(matrix: Array, values: Array, out: Array | None = None) -> Array:
+    """Multiply a small matrix by one of many columns, in one thread.
+
+    Parameters
+    ----------
+    matrix : ndarray, shape (j, k)
+        The small one.
+    values : ndarray, shape (..., k, n)
+        The other, or a stack of them.
+    out : ndarray, shape (..., j, n), optional
+        Where the product goes.
+
+    Returns
+    -------
+    ndarray, shape (..., j, n)
+        The product.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> multiply(np.array([[1.0, 2.0]]), np.array([[3.0, 4.0], [5.0, 6.0]])).tolist()
+    [[13.0, 16.0]]
+    """
+    columns = values.shape[-1]
+    step = max(_ALONE // max(matrix.size, 1), 1)
+    if columns <= step:
+        return np.asarray(np.matmul(matrix, values, out=out))
+    if out is None:
+        out = np.empty((*values.shape[:-2], len(matrix), columns))
+    for at in range(0, columns, step):
+        some = slice(at, at + step)
+        np.matmul(matrix, values[..., some], out=out[..., some])
+    return out
