@@ -195,6 +195,12 @@ def test_numbers_have_units_that_are_easily_read(discovery):
     assert "<td>34.0</td><td>4.60</td><td>ug</td>" in html
 
 
+def test_an_effect_that_is_not_sure_says_so_beside_its_name(discovery):
+    assert "<td>backlash of the head</td>" in discovery._repr_html_()
+    unsure = replace(discovery, doubtful=("backlash",))._repr_html_()
+    assert "<td>backlash of the head (not sure)</td>" in unsure
+
+
 PLAIN = str.maketrans({"µ": "u", "·": "*", "°": None})
 
 

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from accelcal.effects.effect import Effect
 
 
+NOT_SURE = "not sure"
+
+
 def discovery_text(found: Discovery) -> str:
     """Tell a discovery.
 
@@ -72,7 +75,7 @@ def outcome(found: Discovery, p: str) -> str:
 
 def _named(found: Discovery, effect: FoundEffect) -> str:
     """Name of an effect, and in brackets what makes it uncertain."""
-    doubts = ["not sure"] if effect.id in found.doubtful else []
+    doubts = [NOT_SURE] if effect.id in found.doubtful else []
     others = len(effect.indistinguishable)
     if others:
         doubts.append(f"or {alias_names(effect) if others == 1 else f'one of {others} others'}")

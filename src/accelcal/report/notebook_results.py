@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from accelcal.plural import counted
 from accelcal.report.disagreement import run_rows
-from accelcal.report.discovery import gap_rows
+from accelcal.report.discovery import NOT_SURE, gap_rows
 from accelcal.report.findings import factor_cells, p_value
 from accelcal.report.html import heading, items, safe, table
 from accelcal.report.numbers import matching_digits, significant
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from accelcal.results.disagreement import Disagreement
     from accelcal.results.discovery import Discovery
     from accelcal.results.error_budget import ErrorBudget
-    from accelcal.results.findings import Share
+    from accelcal.results.findings import FoundEffect, Share
     from accelcal.results.stability import Stability
     from accelcal.results.stand_discovery import StandDiscovery
     from accelcal.results.unit_history import History
@@ -48,7 +48,11 @@ def discovery_html(discovery: Discovery) -> str:
     """
     name = discovery.serial or discovery.source
     parts = [heading(f"Discovery in {name}", counted(discovery.readings, "reading"))]
-    effects = [row for effect in discovery.effects for row in _effect_rows(effect)]
+    effects = [
+        row
+        for effect in discovery.effects
+        for row in _effect_rows(effect, sure=effect.id not in discovery.doubtful)
+    ]
     headings = ("effect", "parameter", *_INTERVAL, "p", "looks alike")
     parts.append(table("effects", headings, effects))
     if not effects:
@@ -290,12 +294,13 @@ def effect_html(effect: Effect) -> str:
 # -- parts -----------------------------------------------------------------------------------------
 
 
-def _effect_rows(effect: Any) -> Iterator[tuple[str, ...]]:
+def _effect_rows(effect: FoundEffect, *, sure: bool) -> Iterator[tuple[str, ...]]:
+    title = effect.name if sure else f"{effect.name} ({NOT_SURE})"
     alike = ", ".join(effect.indistinguishable)
     for number, (name, quantity) in enumerate(effect.parameters.items()):
         first = number == 0
         told = (p_value(effect.p_value), alike) if first else ("", "")
-        yield (effect.name if first else "", name, *_interval(quantity), *told)
+        yield (title if first else "", name, *_interval(quantity), *told)
 
 
 def _where(found: Sequence[Share]) -> str:
