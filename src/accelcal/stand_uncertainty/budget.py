@@ -32,7 +32,7 @@ from accelcal.stand_uncertainty.monte_carlo import Linear, monte_carlo
 from accelcal.stand_uncertainty.nominal import accelerometer_of
 from accelcal.stand_uncertainty.readings import Readings, readings_of
 from accelcal.stand_uncertainty.requirements import requirements
-from accelcal.stand_uncertainty.sizes import BASE_UNITS
+from accelcal.stand_uncertainty.sizes import ERROR_QUANTITIES
 from accelcal.stand_uncertainty.stand import Stand, StandComponent
 from accelcal.stand_uncertainty.sufficiency import sufficiency
 from accelcal.units import HOUR
@@ -186,7 +186,7 @@ def _share(part: StandComponent, effect: Propagated, readings: Readings) -> Stan
         name=part.name,
         kind=part.kind,
         standard_uncertainty=part.distribution.standard,
-        unit=BASE_UNITS[kind.quantity],
+        unit=ERROR_QUANTITIES[kind.quantity].unit,
         dof=part.distribution.dof,
         varies=part.varies,
         errors=readings.groups(part.varies)[1],

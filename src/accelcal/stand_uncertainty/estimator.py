@@ -17,7 +17,14 @@ from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.linear import METHODS, linear_estimator
 from accelcal.estimate.tables import prepare
-from accelcal.model import ERROR_TERMS, ERROR_UNITS, LAWS, POWERS, law_units
+from accelcal.model import (
+    COEFFICIENTS,
+    ERROR_TERMS,
+    ERROR_UNITS,
+    LAWS,
+    coefficient_unit,
+    law_units,
+)
 from accelcal.record import TumbleRecord
 from accelcal.results.stand_budget import BudgetedCoefficient
 from accelcal.stand_uncertainty.readings import Readings
@@ -130,8 +137,8 @@ class Estimator:
     def _of_table(self, table: _Table) -> Iterator[Rule]:
         where = "" if table is self.tables[0] else table.label
         for name in table.names:
-            per = {0: "", 1: "/g"}.get(POWERS[name], f"/g^{POWERS[name]}")
-            yield BudgetedCoefficient(name, where, f"{self.unit}{per}"), table.value(name)
+            unit = coefficient_unit(name, self.unit)
+            yield BudgetedCoefficient(name, where, unit), table.value(name)
         for name in table.names:
             if name in ERROR_TERMS:
                 symbol = ERROR_TERMS[name]
@@ -250,7 +257,7 @@ def estimator_of(
         tables.append(_table(readings, mask, estimator.names, sum(len(t.names) for t in tables)))
         places.append(np.flatnonzero(mask))
         maps.append(estimator.map)
-        designs.append(table.design[:, [list(POWERS).index(name) for name in estimator.names]])
+        designs.append(table.design[:, [COEFFICIENTS.index(name) for name in estimator.names]])
     return Estimator(
         map=_assembled(maps, places, len(record)),
         fitted=_assembled([design.T for design in designs], places, len(record)).T,

@@ -22,7 +22,7 @@ class Kind:
     channel : str
         What it changes, one of `accelcal.stand_uncertainty.readings.CHANNELS`.
     quantity : str
-        What its size is, one of `accelcal.stand_uncertainty.sizes.SIZES`.
+        What its size is, one of `accelcal.stand_uncertainty.sizes.ERROR_QUANTITIES`.
     varies : tuple of str
         For what a new error is drawn, where the file does not say.
     pattern : callable

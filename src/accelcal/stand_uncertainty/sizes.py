@@ -1,58 +1,58 @@
-"""Units of the errors of a stand."""
+"""Quantities that the errors of a stand have, and their units."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import NamedTuple
 
 from accelcal.errors import InputError
 from accelcal.specification import UNITS
 
 _ANGLES = UNITS["angle"]
 
-SIZES: Mapping[str, Mapping[str, float]] = MappingProxyType(
-    {  # an angle error acts on a horizontal input axis as so many g: 1 rad is 1 g
-        **UNITS,
-        "angle": {**_ANGLES, **UNITS["acceleration"]},
-        "angle/day": {f"{unit}/day": size for unit, size in _ANGLES.items()}
-        | {f"{unit}/h": 24.0 * size for unit, size in _ANGLES.items()},
-        "voltage": {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "nV": 1e-9},
-    }
-)
-"""Quantity -> unit -> its size in that of `BASE_UNITS`."""
 
-LARGEST: Mapping[str, float] = MappingProxyType(
+class ErrorQuantity(NamedTuple):
+    """What the size of an error is.
+
+    Attributes
+    ----------
+    name : str
+        What it is called, with its article.
+    unit : str
+        Unit in which it is calculated.
+    largest : float
+        Standard uncertainty in this unit that no instrument reaches.
+    sizes : mapping of str to float
+        Units in which it may be written, with their sizes in `unit`.
+    """
+
+    name: str
+    unit: str
+    largest: float
+    sizes: Mapping[str, float]
+
+
+ERROR_QUANTITIES: Mapping[str, ErrorQuantity] = MappingProxyType(
     {
-        "angle": 0.1,
-        "angle/day": 0.1,
-        "acceleration": 1.0,
-        "ratio": 0.5,
-        "temperature": 100.0,
-        "voltage": 1000.0,
+        # an angle error acts on a horizontal input axis as so many g: 1 rad is 1 g
+        "angle": ErrorQuantity("an angle", "rad", 0.1, {**_ANGLES, **UNITS["acceleration"]}),
+        "angle/day": ErrorQuantity(
+            "an angle in time",
+            "rad/day",
+            0.1,
+            {f"{unit}/day": size for unit, size in _ANGLES.items()}
+            | {f"{unit}/h": 24.0 * size for unit, size in _ANGLES.items()},
+        ),
+        "acceleration": ErrorQuantity("an acceleration", "g", 1.0, UNITS["acceleration"]),
+        "ratio": ErrorQuantity("a ratio", "1", 0.5, UNITS["ratio"]),
+        "temperature": ErrorQuantity("a temperature", "degC", 100.0, UNITS["temperature"]),
+        "voltage": ErrorQuantity(
+            "a voltage", "V", 1000.0, {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "nV": 1e-9}
+        ),
     }
 )
-"""Quantity -> standard uncertainty that no instrument reaches, in the units of `BASE_UNITS`."""
-
-BASE_UNITS: Mapping[str, str] = MappingProxyType(
-    {
-        "angle": "rad",
-        "angle/day": "rad/day",
-        "acceleration": "g",
-        "ratio": "1",
-        "temperature": "degC",
-        "voltage": "V",
-    }
-)
-"""Quantity -> unit in which it is calculated."""
-
-_NAMES = {
-    "angle": "an angle",
-    "angle/day": "an angle in time",
-    "acceleration": "an acceleration",
-    "ratio": "a ratio",
-    "temperature": "a temperature",
-    "voltage": "a voltage",
-}
+"""Quantity of a `accelcal.stand_uncertainty.kinds.Kind` -> what there is to know of it."""
 
 
 def size_of_unit(unit: str, quantity: str) -> float:
@@ -63,7 +63,7 @@ def size_of_unit(unit: str, quantity: str) -> float:
     unit : str
         The unit as written.
     quantity : str
-        What it is a unit of, of `SIZES`.
+        What it is a unit of, of `ERROR_QUANTITIES`.
 
     Returns
     -------
@@ -80,7 +80,7 @@ def size_of_unit(unit: str, quantity: str) -> float:
     >>> size_of_unit("ppm", "ratio")
     1e-06
     """
-    units = SIZES[quantity]
-    if unit not in units:
-        raise InputError(f"unit {unit!r} is none of {_NAMES[quantity]}; use {', '.join(units)}")
-    return units[unit]
+    name, _, _, sizes = ERROR_QUANTITIES[quantity]
+    if unit not in sizes:
+        raise InputError(f"unit {unit!r} is none of {name}; use {', '.join(sizes)}")
+    return sizes[unit]

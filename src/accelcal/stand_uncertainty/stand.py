@@ -15,7 +15,7 @@ from accelcal.plural import counted
 from accelcal.stand_uncertainty.distribution import Distribution
 from accelcal.stand_uncertainty.kinds import KINDS
 from accelcal.stand_uncertainty.readings import CLASSES, StandConditions
-from accelcal.stand_uncertainty.sizes import BASE_UNITS, LARGEST
+from accelcal.stand_uncertainty.sizes import ERROR_QUANTITIES
 
 __all__ = ["Stand", "StandComponent"]
 
@@ -76,11 +76,11 @@ class StandComponent:
                     f"varies by {name!r}, which is unknown; there are {', '.join(CLASSES)}, or"
                     ' "never" alone for one error in the whole test'
                 )
-        largest = LARGEST[KINDS[self.kind].quantity]
-        if not self.distribution.standard < largest:
+        quantity = ERROR_QUANTITIES[KINDS[self.kind].quantity]
+        if not self.distribution.standard < quantity.largest:
             raise InputError(
-                f"standard uncertainty {self.distribution.standard:.3g}; it is below {largest:g}"
-                f" {BASE_UNITS[KINDS[self.kind].quantity]}, so check the unit"
+                f"standard uncertainty {self.distribution.standard:.3g}; it is below"
+                f" {quantity.largest:g} {quantity.unit}, so check the unit"
             )
         if self.kind == "local-gravity" and self.varies:
             raise InputError('local gravity does not vary in a test; write varies = "never"')
