@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +20,7 @@ from accelcal.reference import fixture_angle
 from accelcal.results.calibration import Calibration
 from accelcal.results.stand_budget import StandBudget, StandShare
 from accelcal.specification import Specification
+from accelcal.stand_uncertainty.acting import Acting, acting
 from accelcal.stand_uncertainty.estimator import Estimator, estimator_of
 from accelcal.stand_uncertainty.kinds import KINDS
 from accelcal.stand_uncertainty.linear import (
@@ -33,7 +34,7 @@ from accelcal.stand_uncertainty.nominal import accelerometer_of
 from accelcal.stand_uncertainty.readings import Readings, readings_of
 from accelcal.stand_uncertainty.requirements import requirements
 from accelcal.stand_uncertainty.sizes import ERROR_QUANTITIES
-from accelcal.stand_uncertainty.stand import Stand, StandComponent
+from accelcal.stand_uncertainty.stand import Stand
 from accelcal.stand_uncertainty.sufficiency import sufficiency
 from accelcal.units import HOUR
 
@@ -111,13 +112,14 @@ def stand_budget(
     _check_options(trials, seed, specification)
     readings = readings_of(test, accelerometer, stand.conditions, fixture_angle(test))
     estimator = estimator_of(readings, method, stand.conditions.gravity)
-    budget = _linear(stand, readings, estimator)
+    parts = [acting(component, readings) for component in stand.components]
+    budget = _linear(stand, parts, readings, estimator)
     if targets is not None:
         budget = replace(budget, requirements=requirements(budget, targets))
     if specification is not None:
         limits = sufficiency(budget, specification, readings.unit)
         budget = replace(budget, data_sheet=limits)
-    return budget if trials == 0 else _tried(budget, stand, readings, estimator, trials, seed)
+    return budget if trials == 0 else _tried(budget, parts, readings, estimator, trials, seed)
 
 
 def _check_options(
@@ -132,7 +134,7 @@ def _check_options(
 
 def _tried(
     budget: StandBudget,
-    stand: Stand,
+    parts: Sequence[Acting],
     readings: Readings,
     estimator: Estimator,
     trials: int | None,
@@ -141,7 +143,7 @@ def _tried(
     """Add the Monte Carlo result."""
     dust = estimator.dust(readings.scale_factor)
     found = monte_carlo(
-        stand.components,
+        parts,
         readings,
         estimator,
         Linear(budget.nominal, budget.expanded_uncertainty, dust),
@@ -151,13 +153,13 @@ def _tried(
     return replace(budget, monte_carlo=found, warnings=(*budget.warnings, *_unstable(found.stable)))
 
 
-def _linear(stand: Stand, readings: Readings, estimator: Estimator) -> StandBudget:
+def _linear(
+    stand: Stand, parts: Sequence[Acting], readings: Readings, estimator: Estimator
+) -> StandBudget:
     coefficients = estimator.map @ readings.output({})
     slopes = jacobian(estimator, coefficients)
-    found = [propagated(part, readings, estimator, slopes) for part in stand.components]
-    shares = tuple(
-        _share(part, effect, readings) for part, effect in zip(stand.components, found, strict=True)
-    )
+    found = [propagated(part, readings, estimator, slopes) for part in parts]
+    shares = tuple(map(_share, parts, found))
     covariance = np.sum([effect.through @ effect.through.T for effect in found], axis=0)
     standard = np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
     dof = effective_dof([part.contributions for part in shares], [part.dof for part in shares])
@@ -178,23 +180,23 @@ def _linear(stand: Stand, readings: Readings, estimator: Estimator) -> StandBudg
     )
 
 
-def _share(part: StandComponent, effect: Propagated, readings: Readings) -> StandShare:
-    kind = KINDS[part.kind]
+def _share(part: Acting, effect: Propagated) -> StandShare:
+    own = part.component
     through = effect.through
     single = through.shape[1] == 1
     return StandShare(
-        name=part.name,
-        kind=part.kind,
-        standard_uncertainty=part.distribution.standard,
-        unit=ERROR_QUANTITIES[kind.quantity].unit,
-        dof=part.distribution.dof,
-        varies=part.varies,
-        errors=readings.groups(part.varies)[1],
-        averages=part.averages,
-        fixed=part.fixed,
+        name=own.name,
+        kind=own.kind,
+        standard_uncertainty=own.distribution.standard,
+        unit=ERROR_QUANTITIES[KINDS[own.kind].quantity].unit,
+        dof=own.distribution.dof,
+        varies=own.varies,
+        errors=part.errors,
+        averages=own.averages,
+        fixed=own.fixed,
         contributions=through[:, 0] + 0.0 if single else np.linalg.norm(through, axis=1),
         residual=effect.residual,
-        origin=part.origin,
+        origin=own.origin,
     )
 
 

@@ -7,11 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.arrays import Array, Places
+from accelcal.arrays import Array
+from accelcal.stand_uncertainty.acting import Acting
 from accelcal.stand_uncertainty.estimator import Estimator
-from accelcal.stand_uncertainty.kinds import KINDS
 from accelcal.stand_uncertainty.readings import Readings
-from accelcal.stand_uncertainty.stand import StandComponent
 
 _STEP = 1e-4
 """Step of the central difference of a channel; its rounding error is 1e-12 of the slope."""
@@ -76,14 +75,14 @@ def jacobian(estimator: Estimator, coefficients: Array) -> Array:
 
 
 def propagated(
-    component: StandComponent, readings: Readings, estimator: Estimator, by_coefficient: Array
+    part: Acting, readings: Readings, estimator: Estimator, by_coefficient: Array
 ) -> Propagated:
     """Bring one component through readings and estimator.
 
     Parameters
     ----------
-    component : StandComponent
-        The component.
+    part : Acting
+        The component on the readings.
     readings : Readings
         The test.
     estimator : Estimator
@@ -96,15 +95,13 @@ def propagated(
     Propagated
         Its effect.
     """
-    kind = KINDS[component.kind]
-    slopes = channel_slopes(readings, kind.channel)
-    pattern = component.distribution.standard * kind.pattern(readings, component.order)
-    index, count = readings.groups(component.varies)
-    effects = [slopes[:-1] * phase for phase in pattern.T]
-    on_coefficients = [_by_group(estimator.map * effect, index, count) for effect in effects]
-    along_fit = [_by_group(estimator.fitted.T * effect, index, count) for effect in effects]
-    gravity = np.zeros((1, count * len(effects)))
-    gravity[0, 0] = slopes[-1] * component.distribution.standard
+    slopes = channel_slopes(readings, part.channel)
+    standard = part.component.distribution.standard
+    effects = [slopes[:-1] * phase for phase in (standard * part.pattern).T]
+    on_coefficients = [_by_error(estimator.map * effect, part) for effect in effects]
+    along_fit = [_by_error(estimator.fitted.T * effect, part) for effect in effects]
+    gravity = np.zeros((1, part.errors * len(effects)))
+    gravity[0, 0] = slopes[-1] * standard
     known = np.vstack([np.hstack(on_coefficients), gravity])
     return Propagated(
         through=by_coefficient @ known,
@@ -112,9 +109,9 @@ def propagated(
     )
 
 
-def _by_group(values: Array, index: Places, count: int) -> Array:
-    """Sums of the columns that share an error, shape (p, count)."""
-    return np.stack([np.bincount(index, row, minlength=count) for row in values])
+def _by_error(values: Array, part: Acting) -> Array:
+    """Sums of the columns that share an error, shape (p, errors)."""
+    return np.stack([np.bincount(part.error, row, minlength=part.errors) for row in values])
 
 
 def _part_left(

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.arrays import Array, Places
+from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.results.stand_budget import MonteCarlo
-from accelcal.stand_uncertainty.distribution import Distribution
+from accelcal.stand_uncertainty.acting import Acting
 from accelcal.stand_uncertainty.estimator import Estimator
-from accelcal.stand_uncertainty.kinds import KINDS
 from accelcal.stand_uncertainty.readings import Readings
-from accelcal.stand_uncertainty.stand import StandComponent
 
 FEWEST = 1000
 MOST = 1_000_000
@@ -44,7 +41,7 @@ class Linear(NamedTuple):
 
 
 def monte_carlo(
-    components: Sequence[StandComponent],
+    parts: Sequence[Acting],
     readings: Readings,
     estimator: Estimator,
     linear: Linear,
@@ -56,8 +53,8 @@ def monte_carlo(
 
     Parameters
     ----------
-    components : sequence of StandComponent
-        The errors.
+    parts : sequence of Acting
+        The components on the readings.
     readings : Readings
         The test.
     estimator : Estimator
@@ -91,12 +88,11 @@ def monte_carlo(
     if seed is None:
         seed = int(np.random.default_rng().integers(2**32))
     random = np.random.default_rng(seed)
-    drawn = [_drawn(component, readings) for component in components]
     batches: list[Array] = []
     summaries: list[Array] = []
     stable = False
     for size in _batch_sizes(trials, most):
-        batches.append(_batch(drawn, readings, estimator, random, size))
+        batches.append(_batch(parts, readings, estimator, random, size))
         summaries.append(_summary(batches[-1]))
         stable = _are_stable(summaries)
         if stable and trials is None:
@@ -138,7 +134,7 @@ def _batch_sizes(trials: int | None, most: int) -> list[int]:
 
 
 def _batch(
-    drawn: Sequence[_Drawn],
+    parts: Sequence[Acting],
     readings: Readings,
     estimator: Estimator,
     random: np.random.Generator,
@@ -146,42 +142,26 @@ def _batch(
 ) -> Array:
     """Estimates of one batch of trials, shape (size, q)."""
     step = max(1, _AT_ONCE // readings.angle.size)
-    parts = [min(step, size - start) for start in range(0, size, step)]
     found = []
-    for part in parts:
-        errors = _errors(drawn, random, part)
-        gravity = 1.0 + errors.get("gravity", np.zeros((part, 1)))[:, :1]
+    for start in range(0, size, step):
+        trials = min(step, size - start)
+        errors = _errors(parts, random, trials)
+        gravity = 1.0 + errors.get("gravity", np.zeros((trials, 1)))[:, :1]
         coefficients = readings.output(errors) @ estimator.map.T
-        known = np.hstack([np.broadcast_to(coefficients, (part, estimator.map.shape[0])), gravity])
+        shape = (trials, estimator.map.shape[0])
+        known = np.hstack([np.broadcast_to(coefficients, shape), gravity])
         found.append(estimator.estimates(known))
     return np.concatenate(found)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Drawn:
-    """How the errors of a component are drawn and spread over the readings."""
-
-    channel: str
-    distribution: Distribution
-    pattern: Array
-    index: Places
-    count: int
-
-
-def _drawn(component: StandComponent, readings: Readings) -> _Drawn:
-    kind = KINDS[component.kind]
-    pattern = kind.pattern(readings, component.order)
-    index, count = readings.groups(component.varies)
-    return _Drawn(kind.channel, component.distribution, pattern, index, count)
-
-
-def _errors(drawn: Sequence[_Drawn], random: np.random.Generator, trials: int) -> dict[str, Array]:
+def _errors(parts: Sequence[Acting], random: np.random.Generator, trials: int) -> dict[str, Array]:
     """Errors of each channel in each trial, shape (trials, n)."""
     found: dict[str, Array] = {}
-    for own in drawn:
-        draws = own.distribution.draws(random, (trials, own.count, own.pattern.shape[1]))
-        errors = np.einsum("tnk,nk->tn", draws[:, own.index], own.pattern)
-        found[own.channel] = found.get(own.channel, 0.0) + errors
+    for part in parts:
+        shape = (trials, part.errors, part.pattern.shape[1])
+        draws = part.component.distribution.draws(random, shape)
+        errors = np.einsum("tnk,nk->tn", draws[:, part.error], part.pattern)
+        found[part.channel] = found.get(part.channel, 0.0) + errors
     return found
 
 
