@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from accelcal.cli.deliver import deliver_picture
 from accelcal.cli.files import JSON, Command, FileToRead
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
@@ -121,8 +122,7 @@ def budget(
     else:
         assert chosen is not None
         found = _budget(chosen, _random(chosen, options), options)
-    if picture is not None:
-        _draw(picture, found)
+    deliver_picture(lambda: _drawn(found), picture)
     deliver_result(found, path, form)
 
 
@@ -182,9 +182,7 @@ def _budget(calibration: Calibration, random: RandomPart, options: dict[str, Any
     return found
 
 
-def _draw(path: str, found: ErrorBudget | StandBudget) -> None:
-    from accelcal.cli.deliver import deliver_picture
+def _drawn(found: ErrorBudget | StandBudget) -> Any:
     from accelcal.results.stand_budget import StandBudget
 
-    draw = found.plot.pareto if isinstance(found, StandBudget) else found.plot.stack
-    deliver_picture(draw, path)
+    return found.plot.pareto() if isinstance(found, StandBudget) else found.plot.stack()

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import click
 
-from accelcal.cli.deliver import deliver
 from accelcal.cli.files import Command
+from accelcal.cli.forms import deliver_forms, json_of
 from accelcal.cli.options import data_argument, format_option
 
 
@@ -26,10 +26,9 @@ def check(data: str, form: str) -> None:
     from accelcal.report.lines import visible_lines
 
     written, records = survey(data)
-    if form == "json":
-        from accelcal.results.json_text import json_text
-
-        deliver(json_text(summary(records, written)))
-    else:
-        told = "\n\n".join(describe(record, written) for record in records)
-        deliver(visible_lines(told.split("\n")), words=True)
+    told = "\n\n".join(describe(record, written) for record in records)
+    forms = {
+        "text": lambda: visible_lines(told.split("\n")),
+        "json": lambda: json_of(summary(records, written)),
+    }
+    deliver_forms(forms, None, form)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import click
 
-from accelcal.cli.deliver import deliver, refuse_stdin_twice
+from accelcal.cli.deliver import refuse_stdin_twice
 from accelcal.cli.files import Command, FileToRead
+from accelcal.cli.forms import deliver_forms
 from accelcal.cli.options import apparatus_options, data_argument, effects_option, format_option
 
 
@@ -54,5 +55,8 @@ def compare(
         simulate_and_compare(known.choose(serial or record.serial), record, same_head=same_head)
         for record in records_of_serial(read_tables(data, overrides=declared), serial)
     ]
-    text = all_to_json(found, "comparisons") if form == "json" else "\n\n".join(map(str, found))
-    deliver(text, words=form == "text")
+    forms = {
+        "text": lambda: "\n\n".join(map(str, found)),
+        "json": lambda: all_to_json(found, "comparisons"),
+    }
+    deliver_forms(forms, None, form)

@@ -47,14 +47,14 @@ def deliver(text: str, path: str | None = None, *, words: bool = False) -> None:
     write_text(path, text)
 
 
-def deliver_picture(draw: Callable[[], Any], path: str) -> None:
-    """Draw a picture into a file.
+def deliver_picture(draw: Callable[[], Any], path: str | None) -> None:
+    """Draw a picture into a file, where one is asked for.
 
     Parameters
     ----------
     draw : callable
         What draws, and returns axes.
-    path : str
+    path : str or None
         File to write; its ending names the form.
 
     Raises
@@ -62,6 +62,8 @@ def deliver_picture(draw: Callable[[], Any], path: str) -> None:
     InputError
         If the form is another, matplotlib is not installed, or the file cannot be written.
     """
+    if path is None:
+        return
     from accelcal.atomic import write_atomically
     from accelcal.plot.style import form_of, picture
 

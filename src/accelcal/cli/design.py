@@ -145,8 +145,7 @@ def design(
     found = _optimum(options, given) if options["optimal"] else _comparison(given)
     if sheet is not None:
         _write_sheet(found, given, sheet)
-    if picture is not None:
-        deliver_picture(lambda: found.plot.hours(), picture)
+    deliver_picture(lambda: found.plot.hours(), picture)
     deliver_result(found, path, form)
 
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from accelcal.cli.deliver import deliver, refuse_stdin_twice
+from accelcal.cli.deliver import refuse_stdin_twice
 from accelcal.cli.files import JSON, Command
-from accelcal.cli.forms import one_below_the_other
+from accelcal.cli.forms import deliver_forms, one_below_the_other
 from accelcal.cli.options import (
     apparatus_options,
     data_argument,
@@ -110,16 +110,16 @@ def discover(
     ) as shown:
         found = [search(record, empirical=empirical, **asked) for record in shown]
     stand, why_not = _stand(records, asked) if len(records) > 1 else (None, "")
-    if path is not None:
-        deliver(discoveries_to_json(found, stand), path)
     if page is not None:
         from accelcal.page.write import write_report
 
         write_report([*found, *filter(None, [stand])], page, records=records)
-    if path != "-":
-        told = [*map(str, found), *([str(stand or why_not)] if len(records) > 1 else [])]
-        text = one_below_the_other(told)
-        deliver(discoveries_to_json(found, stand) if form == "json" else text, words=form == "text")
+    told = [*map(str, found), *([str(stand or why_not)] if len(records) > 1 else [])]
+    forms = {
+        "text": lambda: one_below_the_other(told),
+        "json": lambda: discoveries_to_json(found, stand),
+    }
+    deliver_forms(forms, path, form)
 
 
 def _stand(

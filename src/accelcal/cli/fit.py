@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from accelcal.cli.deliver import deliver, refuse_stdin_twice, remark, say
+from accelcal.cli.deliver import refuse_stdin_twice, remark, say
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.fit_arguments import fit_arguments, models_in, specification_in
-from accelcal.cli.forms import csv_of, one_below_the_other
+from accelcal.cli.forms import csv_of, deliver_forms, one_below_the_other
 from accelcal.cli.options import (
     calibration_options,
     data_argument,
@@ -72,12 +72,16 @@ def fit(
     )
     if specification is not None:
         calibrations = judged(calibrations, specification)
-    if path is not None:
-        deliver(_json(calibrations), path)
     if page is not None:
-        _report(calibrations, page)
-    if path != "-":
-        deliver(_shown(calibrations, form), words=form == "text")
+        from accelcal.page.write import write_report
+
+        write_report(calibrations, page)
+    forms = {
+        "text": lambda: one_below_the_other(map(str, calibrations)),
+        "json": lambda: _json(calibrations),
+        "csv": lambda: _csv(calibrations),
+    }
+    deliver_forms(forms, path, form)
     exit_where_failed(calibrations)
 
 
@@ -100,23 +104,6 @@ def _model_of(record: TumbleRecord, models: DiscoveryFile) -> Discovery:
     return found
 
 
-def _report(calibrations: Sequence[Calibration], path: str) -> None:
-    from accelcal.page.write import write_report
-
-    write_report(calibrations, path)
-
-
-def _shown(calibrations: Sequence[Calibration], form: str) -> str:
-    if form == "json":
-        return _json(calibrations)
-    if form == "csv":
-        verdicts = [str(found.verdict) for found in calibrations if found.verdict is not None]
-        if verdicts:
-            say("\n\n".join(verdicts))
-        return _csv(calibrations)
-    return one_below_the_other(map(str, calibrations))
-
-
 def _json(calibrations: Sequence[Calibration]) -> str:
     from accelcal.results.documents import calibrations_to_json
 
@@ -124,10 +111,9 @@ def _json(calibrations: Sequence[Calibration]) -> str:
 
 
 def _csv(calibrations: Sequence[Calibration]) -> str:
-    return csv_of(
-        [
-            {"source": calibration.source, **row}
-            for calibration in calibrations
-            for row in calibration.rows()
-        ]
-    )
+    """Rows of all tables; the verdicts, which have no column, go to standard error."""
+    verdicts = [str(found.verdict) for found in calibrations if found.verdict is not None]
+    if verdicts:
+        say("\n\n".join(verdicts))
+    rows = [{"source": found.source, **row} for found in calibrations for row in found.rows()]
+    return csv_of(rows)

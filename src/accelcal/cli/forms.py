@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Protocol
 
 from accelcal.cli.deliver import deliver
@@ -20,50 +20,53 @@ class Result(Protocol):
         """Return the rows of the CSV."""
 
 
-def in_form(found: Result, form: str, rows: Rows | None = None) -> str:
-    """Write a result in the form that was asked for.
+Forms = Mapping[str, Callable[[], str]]
+"""Form, ``"text"``, ``"json"`` or ``"csv"`` -> what writes a result in it."""
+
+
+def deliver_forms(forms: Forms, path: str | None, form: str) -> None:
+    """Write what was found as JSON to a file, and show it unless the file is standard output.
 
     Parameters
     ----------
-    found : Result
-        The result.
-    form : {"text", "json", "csv"}
-        The form.
-    rows : sequence of mapping, optional
-        Rows of the CSV, where they are not those of the result.
-
-    Returns
-    -------
-    str
-        The result.
+    forms : mapping of str to callable
+        What writes it in each form that there is.
+    path : str or None
+        The file; ``"-"`` is standard output.
+    form : str
+        The form in which it is shown.
     """
-    if form == "text":
-        return str(found)
-    if form == "csv":
-        return csv_of(found.rows() if rows is None else rows)
-    from accelcal.results.json_text import json_text
-
-    return json_text(found.to_document())
+    if path is not None:
+        deliver(forms["json"](), path)
+    if path != "-":
+        deliver(forms[form](), words=form == "text")
 
 
 def deliver_result(found: Result, path: str | None, form: str, rows: Rows | None = None) -> None:
-    """Write a result as JSON to a file, and show it unless the file is standard output.
+    """Deliver one result in the forms that all have.
 
     Parameters
     ----------
     found : Result
         The result.
-    path : str or None
-        The file; ``"-"`` is standard output.
-    form : {"text", "json", "csv"}
-        The form in which it is shown.
+    path, form
+        As of `deliver_forms`.
     rows : sequence of mapping, optional
         Rows of the CSV, where they are not those of the result.
     """
-    if path is not None:
-        deliver(in_form(found, "json"), path)
-    if path != "-":
-        deliver(in_form(found, form, rows), words=form == "text")
+    forms = {
+        "text": lambda: str(found),
+        "json": lambda: json_of(found.to_document()),
+        "csv": lambda: csv_of(found.rows() if rows is None else rows),
+    }
+    deliver_forms(forms, path, form)
+
+
+def json_of(document: Mapping[str, Any]) -> str:
+    """Write a document as JSON."""
+    from accelcal.results.json_text import json_text
+
+    return json_text(document)
 
 
 def one_below_the_other(texts: Iterable[str]) -> str:

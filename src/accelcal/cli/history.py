@@ -62,6 +62,5 @@ def history(
     found = history_of(
         read_entries(results), serial, mounting=mounting, temperature=temperature, alpha=alpha
     )
-    if picture is not None:
-        deliver_picture(found.plot.trends, picture)
+    deliver_picture(lambda: found.plot.trends(), picture)
     deliver_result(found, path, form)

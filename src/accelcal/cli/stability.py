@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from accelcal.cli.deliver import refuse_stdin_twice
+from accelcal.cli.deliver import deliver_picture, refuse_stdin_twice
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
@@ -115,8 +115,7 @@ def stability(
     result = analyse(
         record, scale_factor=scale_factor, probability=probability, window=window, times=times
     )
-    if picture is not None:
-        _draw(picture, result, record)
+    deliver_picture(lambda: _drawn(result, record), picture)
     deliver_result(result, path, form)
 
 
@@ -133,8 +132,7 @@ def _calibrated(path: str, scale_factor: float | None, record: StabilityRecord) 
     return scale_factor_from(chosen, record)
 
 
-def _draw(path: str, result: Stability, record: StabilityRecord) -> None:
-    from accelcal.cli.deliver import deliver_picture
+def _drawn(result: Stability, record: StabilityRecord) -> Any:
     from accelcal.plot.stability import both
 
-    deliver_picture(lambda: both(result, record), path)
+    return both(result, record)
