@@ -39,6 +39,7 @@ from accelcal.geometry import Acceleration
 
 __all__ = [
     "COEFFICIENTS",
+    "COEFFICIENT_OF",
     "ERROR_TERMS",
     "ERROR_UNITS",
     "LAWS",
@@ -82,6 +83,11 @@ ERROR_TERMS: Mapping[str, str] = MappingProxyType(
     {"K0": "k0", "K2": "k2", "K3": "k3", "M": "delta", "M_ip": "delta_ip"}
 )
 """Coefficient of (1) -> coefficient of the error model (2), which is its quotient by K1."""
+
+COEFFICIENT_OF: Mapping[str, str] = MappingProxyType(
+    {"K1": "K1", **{error: name for name, error in ERROR_TERMS.items()}}
+)
+"""The other way round; K1 stands in both."""
 
 ERROR_UNITS: Mapping[str, str] = MappingProxyType(
     {"k0": "g", "k2": "g/g^2", "k3": "g/g^3", "delta": "rad", "delta_ip": "g/g^2"}

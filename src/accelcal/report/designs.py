@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from accelcal.model import COEFFICIENTS, ERROR_TERMS, SLOPES
+from accelcal.model import COEFFICIENT_OF, COEFFICIENTS, SLOPES
 from accelcal.report.lines import aligned, visible_lines
 from accelcal.report.numbers import SMALL_UNITS, in_small_unit, significant
 from accelcal.results.designs import DesignComparison, Forecast, TestDesign, Visibility
@@ -23,8 +23,7 @@ _UNITS = {"launch": "g", "reading": "g", "resolution": "g", "head": "rad", "laun
 _LARGE_FACTOR = 2.2
 _ABREAST = 7
 _NAMED = 3
-_OF_LAW = {"K1": "K1"} | {error: name for name, error in ERROR_TERMS.items()}
-_SYMBOLS = {f"{_OF_LAW[law]} {side} T0": symbol for symbol, (law, side) in SLOPES.items()}
+_SYMBOLS = {f"{COEFFICIENT_OF[law]} {side} T0": symbol for symbol, (law, side) in SLOPES.items()}
 _NEARLY = 1.1
 
 

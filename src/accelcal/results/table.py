@@ -125,13 +125,12 @@ class TableCalibration:
         str
             The coefficient itself, or what it cannot be told apart from as well.
         """
-        from accelcal.model import ERROR_TERMS  # here, as numpy comes with it
+        from accelcal.model import COEFFICIENT_OF, ERROR_UNITS  # here, as numpy comes with it
 
-        coefficient_of = {error: coefficient for coefficient, error in ERROR_TERMS.items()}
-        absorbed = self.stands_for.get(coefficient_of.get(name, name))
+        absorbed = self.stands_for.get(COEFFICIENT_OF.get(name, name))
         if absorbed is None:
             return name
-        return f"({absorbed})/K1" if name in coefficient_of else absorbed
+        return f"({absorbed})/K1" if name in ERROR_UNITS else absorbed
 
     def to_document(self) -> dict[str, Any]:
         """Return the table as it stands in the JSON document."""

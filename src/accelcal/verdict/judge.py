@@ -12,7 +12,7 @@ import numpy as np
 
 from accelcal.arguments.kinds import expect
 from accelcal.arrays import Array
-from accelcal.model import ERROR_TERMS
+from accelcal.model import COEFFICIENT_OF
 from accelcal.numerics.probability import LEVEL, dof_of_student_quantile, student_survival
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
@@ -31,9 +31,6 @@ from accelcal.verdict.conformity import (
 )
 
 __all__ = ["judge"]
-
-
-_COEFFICIENTS = {error: name for name, error in ERROR_TERMS.items()} | {"K1": "K1"}
 
 
 def judge(calibration: Calibration, specification: Specification) -> Verdict:
@@ -241,7 +238,7 @@ def _of_another_test(symbol: str, calibration: Calibration) -> str:
 def _remark(found: Conformity, calibration: Calibration, expanded: float | None) -> str:
     remarks = []
     if isinstance(found.place, int):
-        absorbed = calibration.tables[found.place].stands_for.get(_COEFFICIENTS[found.symbol])
+        absorbed = calibration.tables[found.place].stands_for.get(COEFFICIENT_OF[found.symbol])
         remarks = [f"the numerator is {absorbed}"] if absorbed else []
     if expanded is None:
         remarks.append("its uncertainty is unknown")
