@@ -13,10 +13,12 @@ from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import prepare
 from accelcal.gates import replicates, resolution, sizes
+from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, plan_of
 from accelcal.gates.record import RecordStack, gates_of_records
 from accelcal.gates.stack import TableStack, of_one_plan
 from accelcal.gates.table import gates_of_stack
+from accelcal.gates.trend import ReplicatePlan
 from accelcal.gates.verdict import SIGNIFICANT, VERDICTS
 from accelcal.geometry import accelerations, position_angles
 from accelcal.model import output
@@ -381,7 +383,7 @@ def minutes(i, rng):
 def test_what_directions_add_is_the_difference_of_two_fits(shape, times):
     tables = tables_of(*shape, times=times, count=24)
     stack = TableStack.of(tables, *fits_of(tables))
-    together = replicates._together(stack.plan)
+    together = ReplicatePlan.of(Cells.of(np.round(stack.plan.angle, 6)), stack.plan.columns)
     squares, part = replicates._added_by_directions(stack)
     expected = together.fit(stack.output).squares - stack.apart.squares
     rounding = 1e-9 * stack.apart.squares + 1e3 * stack.smallest**2

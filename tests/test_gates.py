@@ -216,7 +216,7 @@ def test_orders_are_judged_as_by_refitting_each():
 
 def fit_and_groups(table):
     fit = order._Basis.of(table.kept_design).fit(table.record.output[:, None])
-    return fit, order._Groups.of(table.record.stroke)
+    return fit, order._Groups.of(Cells.of(table.record.stroke))
 
 
 def test_no_order_of_a_group_is_better_than_leaving_it_out():

@@ -13,6 +13,7 @@ from accelcal.gates import replicates
 from accelcal.gates.spread import spread_of
 from accelcal.gates.stack import TableStack, of_one_plan
 from accelcal.gates.table import gates_of_stack
+from accelcal.gates.trend import ReplicatePlan
 from accelcal.geometry import accelerations, position_angles
 from accelcal.model import output
 from accelcal.numerics.decimal_steps import decimal_steps
@@ -196,7 +197,8 @@ def test_what_directions_add_is_the_difference_of_two_weighted_fits():
     std = uneven(design, 2.0, 20.0)
     stack = design.stack(std, design.clean(std, 30))
     squares, _ = replicates._added_by_directions(stack)
-    together = replicates._together(stack.plan).fit(stack.alike).squares
+    cells = stack.plan.cells(np.round(stack.plan.angle, 6))
+    together = ReplicatePlan.of(cells, stack.plan.columns).fit(stack.alike).squares
     assert squares == pytest.approx(together - stack.apart.squares, rel=1e-6)
 
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arrays import Array, Ints, Places
+from accelcal.arrays import Array, Places
 from accelcal.numerics.grouping import (
     Alike,
     group_after_group,
@@ -35,14 +35,14 @@ class Cells(NamedTuple):
         the same noise; None where they have it as they are.
     """
 
-    key: Ints
+    key: NDArray[Any]
     cell: Places
     members: Places
     weight: NDArray[Any]
     precision: Array | None = None
 
     @classmethod
-    def of(cls, keys: Ints, precision: Array | None = None) -> Cells:
+    def of(cls, keys: NDArray[Any], precision: Array | None = None) -> Cells:
         """Bring readings of one key together."""
         key, cell, members = grouped(keys)
         if precision is None:

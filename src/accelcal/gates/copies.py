@@ -107,7 +107,7 @@ def _equal(output: Array) -> tuple[int, int] | None:
 def _strokes_alike(plan: TablePlan) -> list[Places]:
     """Readings of the strokes at the same angles, by angle, shape (strokes, angles)."""
     by_angle: dict[bytes, list[Places]] = {}
-    for own in plan.cells(plan.stroke).parts:
+    for own in plan.strokes.parts:
         ordered = own[np.argsort(plan.angle[own], kind="stable")]
         by_angle.setdefault(plan.angle[ordered].tobytes(), []).append(ordered)
     return [np.stack(strokes) for strokes in by_angle.values() if len(strokes) > 1]

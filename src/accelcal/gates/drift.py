@@ -28,18 +28,16 @@ class _Parts(NamedTuple):
 
     Attributes
     ----------
-    basis : ndarray, shape (D, n, q)
-        Orthonormal columns of what each part adds to the others, those of the bias first.
-    places : list of slice
-        Columns of each part.
+    of_trend : ndarray, shape (D, q, 3 q)
+        From the trend to what each part adds to the others, along orthonormal columns; those of the
+        bias first.
     told : ndarray of bool, shape (3, D)
         Whether the readings tell it.
     dof1, dof2 : ndarray, shape (3, D)
         Degrees of freedom of the part and of what it is held against.
     """
 
-    basis: Array
-    places: list[slice]
+    of_trend: Array
     told: Mask
     dof1: Array
     dof2: Array
@@ -58,12 +56,11 @@ class _Parts(NamedTuple):
 
 @once_a_plan
 def _parts(plan: TablePlan) -> _Parts:
-    found, places = plan.apart, _places(plan.trend)
-    each = [_beside_others(found.within, found.rank, own) for own in places]
-    rank = np.stack([rank for rank, _ in each])
+    found = plan.apart
+    rank, beside = _beside_others(found.normal, found.rank, _owners(plan.trend))
     told = (rank >= 1.0) & (found.dof >= FEW)
     dof1, dof2 = np.where(told, rank, 1.0), np.where(told, found.dof, 1.0)
-    return _Parts(np.concatenate([own for _, own in each], axis=2), places, told, dof1, dof2)
+    return _Parts(np.concatenate(found.normal @ beside, axis=2), told, dof1, dof2)
 
 
 def _course(name: str, moved: float, hours: float) -> str:
@@ -128,8 +125,9 @@ def _what_is_a_mean(names: list[str]) -> str:
 
 def _ratios(stack: TableStack, parts: _Parts) -> Array:
     """Fisher's F of each part beside the others, against the pure error, shape (3, T)."""
-    along = contracted(parts.basis, stack.alike) ** 2
-    explained = np.array([along[own].sum(axis=0) for own in parts.places])
+    trend = stack.apart.trend
+    along = contracted(parts.of_trend, trend).reshape(len(_WORDS), *trend.shape)
+    explained = (along**2).sum(axis=1)
     variance = stack.apart.squares / np.maximum(stack.plan.apart.dof, 1.0)
     return np.asarray(explained / parts.dof1 / np.maximum(variance, stack.smallest**2))
 
@@ -140,14 +138,25 @@ def _places(trend: Trend) -> list[slice]:
     return [slice(*edge) for edge in pairwise(edges)]
 
 
-def _beside_others(within: Array, rank: Array, own: slice) -> tuple[Array, Array]:
-    """Rank that a part adds to the other columns, (D,), and a basis of what it adds, (D, n, s)."""
-    others = np.delete(within, own, axis=2)
-    of_others, inverse, _ = rank_and_inverse(others)
-    part, columns = rank - of_others, within[..., own]
-    added = columns - others @ (inverse @ (others.mT @ columns))
-    basis = np.linalg.svd(added, full_matrices=False)[0]
-    return part, basis * (np.arange(basis.shape[2]) < part[:, None])[:, None]
+def _owners(trend: Trend) -> Mask:
+    """Tell which columns are of each part, shape (3, q)."""
+    sizes = [part.shape[2] for part in trend]
+    return np.asarray(np.repeat(np.arange(len(sizes)), sizes) == np.arange(len(sizes))[:, None])
+
+
+def _beside_others(normal: Array, rank: Array, own: Mask) -> tuple[Array, Array]:
+    """Rank that each part adds to the other columns, (3, D), and a basis of what it adds.
+
+    The basis, (3, D, q, q), is told by the columns, of which `normal` is the normal matrix and
+    `own` tells those of each part.
+    """
+    own = own[:, None, None]
+    of_others, inverse = rank_and_inverse(np.where(own | own.mT, 0.0, normal))
+    part = rank - of_others
+    added = np.where(own, np.eye(len(normal.T)) - inverse @ normal, 0.0)
+    squares, vectors = np.linalg.eigh(added.mT @ normal @ added)  # the largest come last
+    told = np.arange(-squares.shape[2], 0) >= -part[..., None]
+    return part, added @ (vectors / np.sqrt(np.where(told, squares, np.inf))[..., None, :])
 
 
 def _moved(stack: TableStack) -> Array:

@@ -7,17 +7,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.arrays import Array, Ints, Mask, Places
+from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
 from accelcal.gates.swaps import SwapBlock, best_swap, swap_blocks
+from accelcal.gates.trend import rank_and_inverse
 from accelcal.gates.verdict import GateStack, gate_stack, times
 from accelcal.geometry import accelerations
 from accelcal.model import COEFFICIENTS, design_matrix
-from accelcal.numerics.grouping import Alike, few_at_a_time, products_of_groups
+from accelcal.numerics.grouping import products_of_groups
 from accelcal.numerics.sorting import distinct
 
 _MUCH_BETTER = 9.0  # another order must leave a ninth of the squared residuals, a third of the rms
@@ -99,8 +100,7 @@ class _Groups(NamedTuple):
     strokes: Cells
 
     @classmethod
-    def of(cls, stroke: Ints) -> _Groups:
-        strokes = Cells.of(stroke)
+    def of(cls, strokes: Cells) -> _Groups:
         numbers = strokes.key
         if numbers.size < 2:
             return cls([], slice(0, 0), np.zeros(0, dtype=np.intp), strokes)
@@ -122,16 +122,6 @@ class _Groups(NamedTuple):
         each = products_of_groups(values, columns, strokes.cell, strokes.members)
         return self._of_groups(each)
 
-    @property
-    def stacks(self) -> Iterator[Alike]:
-        """Groups of equally many readings."""
-        for stroke, readings in self.strokes.alike:
-            alone = (stroke >= self.single.start) & (stroke < self.single.stop)
-            yield Alike(stroke[alone] - self.single.start, readings[alone])
-        if self.back.size:
-            last = len(self.names) - 1
-            yield Alike(np.array([last]), np.flatnonzero(self.readings(last))[None])
-
     def _of_groups(self, of_strokes: Array) -> Array:
         single = of_strokes[self.single]
         if not self.back.size:
@@ -149,13 +139,13 @@ class _Groups(NamedTuple):
 class _LeftOut(NamedTuple):
     """What fits without each group need."""
 
-    stacks: list[Alike]  # groups
+    groups: _Groups
     inverse: Array  # (1 - B' B)^-1 of the rows B of the basis of each group, shape (groups, p, p)
 
     @classmethod
     def of(cls, basis: Array, groups: _Groups) -> _LeftOut:
         normal = np.eye(basis.shape[1]) - groups.products(basis, basis)
-        return cls(list(groups.stacks), _inverse(normal))
+        return cls(groups, rank_and_inverse(normal)[1])
 
     def squares(self, fit: _Fit) -> Array:
         """Least squared residuals of the fits without one of the groups, shape (T,).
@@ -163,16 +153,9 @@ class _LeftOut(NamedTuple):
         Where r are those of a group in the whole fit, they are less by r (1 - B B')^-1 r, which is
         r r + r B (1 - B' B)^-1 B' r.
         """
-        most = np.zeros(fit.squares.size)
-        for group, readings in self.stacks:
-            for few in few_at_a_time(readings, most.size):
-                own = readings[few]
-                residual = fit.residual.take(own, axis=0)
-                pull = fit.basis.columns.take(own, axis=0).mT @ residual
-                common = (pull * (self.inverse[group[few]] @ pull)).sum(axis=1)
-                taken = (residual**2).sum(axis=1) + common
-                np.maximum(most, taken.max(axis=0), out=most)
-        return np.asarray(fit.squares - most)
+        pull = self.groups.products(fit.residual, fit.basis.columns)
+        taken = self.groups.sums(fit.residual**2) + (pull @ self.inverse * pull).sum(axis=2)
+        return np.asarray(fit.squares - taken.max(axis=0))
 
 
 class _OrderPlan(NamedTuple):
@@ -187,7 +170,7 @@ class _OrderPlan(NamedTuple):
 
 @once_a_plan
 def _order_plan(plan: TablePlan) -> _OrderPlan:
-    basis, groups = _Basis.of(plan.design), _Groups.of(plan.stroke)
+    basis, groups = _Basis.of(plan.design), _Groups.of(plan.strokes)
     orders = list(_other_orders(plan.angle, plan.head))
     left_out, swaps = _LeftOut.of(basis.columns, groups), swap_blocks(basis.columns, groups.strokes)
     return _OrderPlan(basis, groups, orders, left_out, swaps)
@@ -337,7 +320,7 @@ def _squares_of_groups(
     given = _sums(groups, fit.basis.columns, fit.residual)
     pairs = zip(_sums(groups, basis, residual), given, strict=True)
     squares, right, normal = (other - own for other, own in pairs)
-    inverse = _inverse(np.eye(normal.shape[1]) + normal)
+    _, inverse = rank_and_inverse(np.eye(normal.shape[1]) + normal)
     return np.asarray(fit.squares[:, None] + (squares - (right @ inverse * right).sum(axis=2)).T)
 
 
@@ -348,10 +331,6 @@ def _sums(groups: _Groups, basis: Array, residual: Array) -> tuple[Array, Array,
         groups.products(residual, basis),
         groups.products(basis, basis),
     )
-
-
-def _inverse(normal: Array) -> Array:
-    return np.asarray(np.linalg.pinv(normal, rcond=1e-9, hermitian=True))
 
 
 def _squares(stack: TableStack, output: Array, order: _Order, chosen: Mask) -> Array:

@@ -8,13 +8,13 @@ from functools import cached_property, lru_cache, wraps
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from accelcal.arrays import Array, Ints, Places
+from accelcal.arrays import Array, Ints
 from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.cells import Cells
 from accelcal.gates.spread import Spread, spread_of
 from accelcal.gates.trend import ReplicatePlan, Trend, directed, moments, trend_of
-from accelcal.numerics.grouping import grouped
 
 Found = TypeVar("Found")
 
@@ -50,7 +50,7 @@ class TablePlan:
     @cached_property
     def trend(self) -> Trend:
         """Columns of a smooth drift."""
-        return trend_of(self.angle, self.stroke, self.moment)
+        return trend_of(self.angle, self.stroke, self.moment, self.directions.key.size)
 
     @property
     def size(self) -> Array:
@@ -61,23 +61,34 @@ class TablePlan:
         """Count values of readings, shape (..., n, k), in their spread: all have one noise then."""
         return values if self.spread is None else np.asarray(values / self.spread.size[:, None])
 
-    def cells(self, keys: Ints) -> Cells:
+    def cells(self, keys: NDArray[Any]) -> Cells:
         """Bring readings of one key together, to be counted in their spread."""
         return Cells.of(keys, None if self.spread is None else 1.0 / self.spread.size)
 
     @cached_property
+    def strokes(self) -> Cells:
+        """Readings of one stroke, all of one weight."""
+        return Cells.of(self.stroke)
+
+    @cached_property
+    def directions(self) -> Cells:
+        """Readings of one angle and one direction."""
+        return self.cells(directed(self.angle, self.stroke))
+
+    @cached_property
+    def columns(self) -> Array:
+        """Columns of the trend, counted in the spread, shape (D, n, q)."""
+        return self.alike(self.trend.columns)
+
+    @cached_property
     def apart(self) -> ReplicatePlan:
         """Readings of one angle and one direction, a drift set aside."""
-        return self.replicates(directed(self.angle, self.stroke))
+        return ReplicatePlan.of(self.directions, self.columns)
 
     @cached_property
     def at_head(self) -> ReplicatePlan:
         """Readings at one position of the head, a drift set aside."""
-        return self.replicates(grouped(self.head)[1])
-
-    def replicates(self, cell: Places) -> ReplicatePlan:
-        """Cells of readings that are alike but for the drift."""
-        return ReplicatePlan.of(self.cells(cell), self.alike(self.trend.columns))
+        return ReplicatePlan.of(self.cells(self.head), self.columns)
 
 
 def once_a_plan(function: Callable[[TablePlan], Found]) -> Callable[[TablePlan], Found]:

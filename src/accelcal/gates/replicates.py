@@ -13,9 +13,8 @@ from accelcal.estimate.noise import FEW
 from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
-from accelcal.gates.trend import ReplicatePlan, contracted, directed
+from accelcal.gates.trend import contracted, directed, rank_and_inverse
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack
-from accelcal.numerics.grouping import grouped
 from accelcal.numerics.probability import f_exceeds
 from accelcal.numerics.sorting import distinct
 
@@ -75,7 +74,7 @@ class _Returns(NamedTuple):
 @once_a_plan
 def _returns(plan: TablePlan) -> _Returns:
     contrasts = plan.size[:, None] * _contrasts_of_returns(plan)
-    weights = plan.apart.blind(contrasts, plan.alike(plan.trend.columns))
+    weights = plan.apart.blind(contrasts, plan.columns)
     return _Returns(bool(contrasts.any()), weights, np.sqrt((weights**2).sum(axis=1)).T)
 
 
@@ -83,7 +82,7 @@ def _contrasts_of_returns(plan: TablePlan) -> Array:
     """Weights that make return minus start, and end minus start in time, shape (n, 2)."""
     start = plan.angle.min()
     first, last = (np.abs(plan.angle - at) < 1e-6 for at in (start, start + 360.0))
-    strokes, stroke, _ = grouped(plan.stroke)
+    strokes, stroke = plan.strokes.key, plan.strokes.cell
     weight, precision = np.zeros(plan.angle.size), plan.size**-2.0
     variance = np.zeros(strokes.size)
     for own, sign in ((first, -1.0), (last, 1.0)):
@@ -163,7 +162,7 @@ def forward_against_back(stack: TableStack, level: float) -> GateStack:
         return f"mean {mean}, largest {largest} at {_at_head(plan).angle[at]:g} deg"
 
     missing = (
-        (not _at_head(plan).angle.size, "needs strokes in both directions"),
+        (not _both_ways(plan), "needs strokes in both directions"),
         (~known, "needs more positions, or two strokes in each direction"),
     )
     return gate_stack("forward against back", bad, said, missing)
@@ -193,10 +192,9 @@ class _Pairs(NamedTuple):
     variance: Array
 
     @classmethod
-    def of(cls, angle: Array, plan: TablePlan) -> _Pairs:
-        cells = plan.cells(directed(angle, plan.stroke))
+    def of(cls, angle: Array, cells: Cells, plan: TablePlan) -> _Pairs:
         back = np.flatnonzero((cells.key[:-1] % 2 == 0) & (np.diff(cells.key) == 1))
-        means = cells.means(plan.alike(plan.trend.columns))
+        means = cells.means(plan.columns)
         variance = 1.0 / cells.weight[back + 1] + 1.0 / cells.weight[back]
         where = distinct(np.round(angle, 6))[cells.key[back] // 2]
         return cls(cells, back, where, means[:, back + 1] - means[:, back], variance[:, None])
@@ -209,12 +207,14 @@ class _Pairs(NamedTuple):
 
 @once_a_plan
 def _at_head(plan: TablePlan) -> _Pairs:
-    return _Pairs.of(plan.head, plan)
+    return _Pairs.of(plan.head, plan.cells(directed(plan.head, plan.stroke)), plan)
 
 
-@once_a_plan
-def _at_angle(plan: TablePlan) -> _Pairs:
-    return _Pairs.of(plan.angle, plan)
+def _both_ways(plan: TablePlan) -> bool:
+    """Whether any place is read in both directions."""
+    at_head = plan.at_head.cells
+    forward = np.bincount(at_head.cell, plan.stroke % 2)
+    return bool(((forward > 0.0) & (forward < at_head.members)).any())
 
 
 def _difference_at_head(stack: TableStack) -> Array:
@@ -225,9 +225,10 @@ def _difference_at_head(stack: TableStack) -> Array:
 def _of_directions(stack: TableStack) -> tuple[Array, Array, Array, Array]:
     """Squares of the directions and their dof, and the same of what they are held against."""
     squares, part = _added_by_directions(stack)
-    rest, dof, pairs = stack.apart.squares, stack.plan.apart.dof, _at_head(stack.plan)
-    if (dof >= FEW).all() or not pairs.angle.size:
+    rest, dof = stack.apart.squares, stack.plan.apart.dof
+    if (dof >= FEW).all() or not _both_ways(stack.plan):
         return squares, part, rest, dof
+    pairs = _at_head(stack.plan)
     standardised = _difference_at_head(stack) / np.sqrt(pairs.variance)
     like, unlike = _backlash_like(standardised, pairs.angle)
     many = dof >= FEW
@@ -246,18 +247,29 @@ def _added_by_directions(stack: TableStack) -> tuple[Array, Array]:
     columns have X. Where N is the normal matrix of the drift within the directions, this leaves
     d d - d X (N + X X)^-1 X d more squares.
     """
-    pairs, together = _at_angle(stack.plan), _together(stack.plan)
-    spread = np.sqrt(pairs.variance)
-    difference = pairs.differences(stack.apart.means, stack.apart.trend) / spread
-    pull = contracted(pairs.of_trend / spread, difference)
-    squares = (difference**2).sum(axis=0) - (pull * contracted(together.inverse, pull)).sum(axis=0)
-    return squares, together.dof - stack.plan.apart.dof
+    added = _directions(stack.plan)
+    spread = np.sqrt(added.pairs.variance)
+    difference = added.pairs.differences(stack.apart.means, stack.apart.trend) / spread
+    pull = contracted(added.of_trend, difference)
+    squares = (difference**2).sum(axis=0) - (pull * contracted(added.inverse, pull)).sum(axis=0)
+    return squares, added.dof
+
+
+class _Directions(NamedTuple):
+    """Angles read in both directions, the X and (N + X X)^-1 of their trend, and their dof."""
+
+    pairs: _Pairs
+    of_trend: Array
+    inverse: Array
+    dof: Array
 
 
 @once_a_plan
-def _together(plan: TablePlan) -> ReplicatePlan:
-    """Readings of one angle, in both directions."""
-    return plan.replicates(grouped(np.round(plan.angle, 6))[1])
+def _directions(plan: TablePlan) -> _Directions:
+    pairs = _Pairs.of(plan.angle, plan.directions, plan)
+    own = pairs.of_trend / np.sqrt(pairs.variance)
+    rank, inverse = rank_and_inverse(plan.apart.normal + own.mT @ own)
+    return _Directions(pairs, own, inverse, pairs.back.size - (rank - plan.apart.rank))
 
 
 def _backlash_like(difference: Array, angle: Array) -> tuple[Array, Array]:

@@ -11,11 +11,12 @@ from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
+from accelcal.gates.trend import rank_and_inverse
 from accelcal.gates.turns import LARGEST_RATIOS, LARGEST_RESIDUAL, fitting_turn, fitting_turn_said
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack, times
 from accelcal.geometry import head_positions
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, SCALE_FACTOR, coefficient_unit
-from accelcal.numerics.grouping import Alike, few_at_a_time, grouped
+from accelcal.numerics.grouping import grouped, products_of_groups
 from accelcal.numerics.one_thread import multiply
 
 _TELLING = 0.3  # readings below this share of the largest tell nothing about the unit
@@ -175,40 +176,36 @@ class _Groups(NamedTuple):
         Readings on each axis of the head.
     strokes : Cells
         Readings of each stroke.
-    sines : list of tuple
-        Strokes of which enough angles are read, c of k readings each, and the weights, (c, 2, k),
-        of the cosine and the sine of a sine through them.
+    wave : ndarray, shape (n, 3)
+        One, cosine and sine of the angle of each reading.
+    inverse : ndarray, shape (S, 3, 2)
+        From their products with the readings of a stroke to its cosine and sine.
     known : ndarray of bool, shape (S,)
-        These strokes.
+        Strokes of which enough angles are read.
     """
 
     axes: list[Places]
     strokes: Cells
-    sines: list[tuple[Alike, Array]]
+    wave: Array
+    inverse: Array
     known: Mask
 
     def amplitudes(self, output: Array) -> Array:
         """Amplitudes of a sine through the readings of each known stroke, (known, T)."""
-        size = np.empty((self.known.size, output.shape[1]))
-        for (stroke, readings), weights in self.sines:
-            for few in few_at_a_time(readings, output.shape[1]):
-                part = weights[few] @ output.take(readings[few], axis=0)
-                size[stroke[few]] = np.hypot(part[:, 0], part[:, 1])
-        return np.maximum(size[self.known], _SMALLEST)
+        strokes = self.strokes
+        seen = products_of_groups(output, self.wave, strokes.cell, strokes.members)
+        size = np.hypot(*np.moveaxis(seen[self.known] @ self.inverse[self.known], 2, 0))
+        return np.asarray(np.maximum(size, _SMALLEST))
 
 
 @once_a_plan
 def _groups(plan: TablePlan) -> _Groups:
     axis = grouped(head_positions(2.0 * plan.head))[1]  # twice the angle: opposites are one
-    axes, strokes = Cells.of(axis).parts, Cells.of(plan.stroke)
-    known, sines = np.zeros(strokes.key.size, dtype=np.bool_), []
-    for stroke, readings in strokes.alike:
-        angles = np.diff(np.sort(plan.head[readings], axis=1), axis=1) > 0.0
-        enough = known[stroke] = angles.sum(axis=1) >= 2
-        if enough.any():
-            own = Alike(stroke[enough], readings[enough])
-            sines.append((own, _sines(plan.head[own.places])))
-    return _Groups(axes, strokes, sines, known)
+    strokes, th = plan.strokes, np.radians(plan.head)
+    wave = np.column_stack([np.ones_like(th), np.cos(th), np.sin(th)])
+    normal = products_of_groups(wave, wave, strokes.cell, strokes.members)
+    rank, inverse = rank_and_inverse(normal)
+    return _Groups(Cells.of(axis).parts, strokes, wave, inverse[..., 1:], rank > 2.0)
 
 
 class _Sizes(NamedTuple):
@@ -276,15 +273,6 @@ def _middle(values: Array) -> Array:
 
 def _of_other_size(ratio: Array) -> Mask:
     return np.asarray(np.abs(np.log(ratio)) > np.log(_OTHER_SIZE))
-
-
-def _sines(angle: Array) -> Array:
-    """Weights of the readings of strokes in cosine and sine of sines through them, (c, 2, k)."""
-    places: dict[bytes, int] = {}  # strokes back are at the same angles as each other
-    of_stroke = [places.setdefault(at.tobytes(), len(places)) for at in angle]
-    th = np.radians(np.frombuffer(b"".join(places)).reshape(-1, angle.shape[1]))
-    matrix = np.stack([np.ones_like(th), np.cos(th), np.sin(th)], axis=-1)
-    return np.asarray(np.linalg.pinv(matrix)[of_stroke, 1:])
 
 
 def _size_of_strokes(strokes: Ints, ratio: Array) -> str:

@@ -18,6 +18,7 @@ from accelcal.numerics.grouping import grouped
 from accelcal.numerics.sorting import distinct
 
 _HIGHEST_POWER = 3  # of a drift, however many strokes there are
+_LEAST_EIGENVALUE = 1e-9  # over the largest: smaller ones are rounding errors
 
 
 def contracted(matrix: Array, values: Array) -> Array:
@@ -40,27 +41,25 @@ def contracted(matrix: Array, values: Array) -> Array:
     return np.asarray((values.T[:, None] @ matrix)[:, 0].T)
 
 
-def rank_and_inverse(columns: Array) -> tuple[Array, Array, Array]:
-    """Rank of some columns, pseudo-inverse of their normal matrix, and what each reading pulls.
+def rank_and_inverse(normal: Array) -> tuple[Array, Array]:
+    """Rank of the normal matrices of some columns, and their pseudo-inverses.
 
     Parameters
     ----------
-    columns : ndarray, shape (D, n, q)
-        Columns.
+    normal : ndarray, shape (..., q, q)
+        Normal matrices.
 
     Returns
     -------
-    rank : ndarray, shape (D,)
+    rank : ndarray, shape (...)
         Number of independent columns.
-    inverse : ndarray, shape (D, q, q)
-        Pseudo-inverse.
-    leverage : ndarray, shape (D, n)
-        Share of each reading's error that the columns follow.
+    inverse : ndarray, shape (..., q, q)
+        Pseudo-inverses.
     """
-    inverse = np.linalg.pinv(columns.mT @ columns, rcond=1e-9, hermitian=True)
-    leverage = (columns @ inverse * columns).sum(axis=2)
-    rank: Array = np.round(leverage.sum(axis=1))
-    return rank, np.asarray(inverse), leverage
+    values, vectors = np.linalg.eigh(normal)
+    told = values > _LEAST_EIGENVALUE * values[..., -1:]
+    over = np.where(told, values, np.inf)
+    return told.sum(axis=-1, dtype=np.float64), vectors / over[..., None, :] @ vectors.mT
 
 
 class ReplicateFit(NamedTuple):
@@ -93,29 +92,34 @@ class ReplicatePlan(NamedTuple):
         The cells.
     within : ndarray, shape (D, n, q)
         The trend's columns less their means in the cells.
+    normal : ndarray, shape (D, q, q)
+        Their normal matrix.
     inverse : ndarray, shape (D, q, q)
         Covariance of the trend's coefficients over the variance of a reading.
     rank, dof : ndarray, shape (D,)
         Number of independent columns of the trend, and degrees of freedom of the residuals.
-    free : ndarray, shape (D, n)
-        Share of each reading's own error that is left in its residual.
     """
 
     cells: Cells
     within: Array
+    normal: Array
     inverse: Array
     rank: Array
     dof: Array
-    free: Array
 
     @classmethod
     def of(cls, cells: Cells, columns: Array) -> ReplicatePlan:
         """Take a mean of each cell beside a trend along columns of shape (D, n, q)."""
         within = cells.centred(columns)
-        rank, inverse, leverage = rank_and_inverse(within)
-        dof = cells.cell.size - cells.members.size - rank
-        free = np.maximum(1.0 - cells.own_share - leverage, 0.0)
-        return cls(cells, within, inverse, rank, dof, free)
+        normal = within.mT @ within
+        rank, inverse = rank_and_inverse(normal)
+        return cls(cells, within, normal, inverse, rank, cells.cell.size - cells.key.size - rank)
+
+    @property
+    def free(self) -> Array:
+        """Share of each reading's own error that is left in its residual, shape (D, n)."""
+        leverage = (self.within @ self.inverse * self.within).sum(axis=2)
+        return np.asarray(np.maximum(1.0 - self.cells.own_share - leverage, 0.0))
 
     def fit(self, output: Array) -> ReplicateFit:
         """Fit readings of shape (n, T)."""
@@ -173,7 +177,7 @@ class Trend(NamedTuple):
         return np.concatenate(self, axis=2)
 
 
-def trend_of(angle: Array, stroke: Ints, moment: Array) -> Trend:
+def trend_of(angle: Array, stroke: Ints, moment: Array, directions: int) -> Trend:
     """Columns of a smooth drift over a run: of the bias, one for each two strokes, and of the rest.
 
     Parameters
@@ -184,6 +188,8 @@ def trend_of(angle: Array, stroke: Ints, moment: Array) -> Trend:
         Its stroke.
     moment : ndarray, shape (D, n)
         When each reading was taken, in any unit.
+    directions : int
+        At how many angles, in one direction each, they were taken.
 
     Returns
     -------
@@ -196,7 +202,7 @@ def trend_of(angle: Array, stroke: Ints, moment: Array) -> Trend:
     So many powers leave the alternation of forward and back strokes almost untouched.
     """
     x = _run_time(moment)
-    free = angle.size - distinct(directed(angle, stroke)).size - FEW
+    free = angle.size - directions - FEW
     powers = min((distinct(stroke).size - 1) // 2, _HIGHEST_POWER)
     powers = max(0, min(powers, free))
     whole = powers > 0 and free >= powers + 2

@@ -54,11 +54,12 @@ class _Finding(NamedTuple):
     """Sentence of one table: why it was not assessed, or what was found."""
 
     said: Callable[[int], str]
-    missing: Sequence[tuple[Mask, str]]
+    missing: Sequence[tuple[ArrayLike, str]]
+    tables: int
 
     def text(self, index: int) -> str:
         for where, reason in self.missing:
-            if where[index]:
+            if np.broadcast_to(where, self.tables)[index]:
                 return reason or self.said(index)
         return self.said(index)
 
@@ -97,10 +98,9 @@ def gate_stack(
     (['pass', 'warn'], '30 ug')
     """
     verdict = np.where(bad, _WARN, 0)
-    masks = [(np.broadcast_to(where, verdict.shape), why) for where, why in missing]
-    for where, _ in masks:
-        verdict[where] = _NOT_ASSESSED
-    return GateStack(name, verdict, _Finding(said, masks).text)
+    for where, _ in missing:
+        np.copyto(verdict, _NOT_ASSESSED, where=np.asarray(where))
+    return GateStack(name, verdict, _Finding(said, missing, verdict.size).text)
 
 
 def acceleration(value: float) -> str:

@@ -272,20 +272,21 @@ def f_survival(ratio: Number, dof1: Number, dof2: Number) -> Number:
     """
     if isinstance(ratio, np.ndarray):
         return _f_survivals(*np.broadcast_arrays(ratio, dof1, dof2))
-    if ratio <= 0:
-        return 1.0
+    if not 0.0 < ratio < math.inf:
+        return ratio if math.isnan(ratio) else float(ratio <= 0.0)
     limited = min(float(dof2), _AS_GOOD_AS_INFINITE)
     odds = float(dof1 * ratio / limited)
     return _regularised_beta(limited / 2.0, dof1 / 2.0, 1.0 / (1.0 + odds), odds / (1.0 + odds))
 
 
 def _f_survivals(ratio: Array, dof1: Array, dof2: Array) -> Array:
+    if ratio.size < _WORTH_ARRAYS:
+        each = zip(*(part.ravel().tolist() for part in (ratio, dof1, dof2)), strict=True)
+        return np.array([f_survival(*one) for one in each]).reshape(ratio.shape)
     found = np.where(np.isnan(ratio), np.nan, np.where(ratio > 0.0, 0.0, 1.0))
     within = np.isfinite(ratio) & (ratio > 0.0)
     r, d1, d2 = (np.asarray(part[within], dtype=np.float64) for part in (ratio, dof1, dof2))
-    if r.size < _WORTH_ARRAYS:
-        each = zip(r.tolist(), d1.tolist(), d2.tolist(), strict=True)
-        found[within] = [f_survival(*one) for one in each]
+    if not r.size:
         return found
     limited = np.minimum(d2, _AS_GOOD_AS_INFINITE)
     odds = d1 * r / limited
@@ -354,8 +355,9 @@ def f_exceeds(level: ArrayLike, ratio: Array, dof1: ArrayLike, dof2: ArrayLike) 
     >>> f_exceeds(0.05, np.array([3.1, 3.3]), 2, 46).tolist()
     [False, True]
     """
-    each = np.broadcast_arrays(*map(_one_a_row, (level, dof1, dof2)))
-    if each[0].size * _WORTH_ARRAYS > ratio.size:
+    few = ratio.size < _WORTH_ARRAYS
+    each = [] if few else np.broadcast_arrays(*map(_one_a_row, (level, dof1, dof2)))
+    if few or each[0].size * _WORTH_ARRAYS > ratio.size:
         return np.asarray(f_survival(ratio, dof1, dof2) < level)
     tests = zip(*(values.ravel().tolist() for values in each), strict=True)
     limits = np.array([f_quantile(*test) for test in tests]).reshape(each[0].shape)
