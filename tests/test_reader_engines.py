@@ -72,6 +72,7 @@ REFUSED = {
 def by_engine(engine, text):
     source = read_text(io.StringIO(text))
     form, records = tables._read_by(engine, source, read_layout(source), {})
+    records = tuple(records)
     return form, records, [record.notes for record in records], [list(r.line) for r in records]
 
 
@@ -115,3 +116,21 @@ def test_a_large_table_is_read_by_pandas(monkeypatch):
     (record,) = read_tables(io.StringIO("T,J,k,Y\n" + wide))
     assert len(record) == 40000
     assert len(used) == 1
+
+
+@pytest.mark.parametrize("name", ["twice", "one output", "levels", "runs"])
+def test_an_error_of_readings_that_are_understood_needs_no_light_engine(name, monkeypatch):
+    """A stream of raw samples, ten million rows of one reading, was split once more to say so."""
+    text = {
+        "twice": REFUSED["twice"],
+        "one output": "T,J,k,Y\n20,1,1,1\n20,5,1,1\n",
+        "levels": "T,J,k,Y\n20,1,1,1\n20.9,5,1,2\n21.8,5,2,3\n22.7,1,2,2\n",
+        "runs": "# runs: a\n" + LONG,
+    }[name]
+    with pytest.raises(TableError) as light:
+        read_tables(io.StringIO(text))
+    monkeypatch.setattr(engines, "BULK_CHARACTERS", 0)
+    monkeypatch.setattr(tables, "columns_by_split", None)
+    with pytest.raises(TableError) as bulk:
+        read_tables(io.StringIO(text))
+    assert str(bulk.value) == str(light.value)

@@ -253,7 +253,7 @@ def test_a_table_in_any_form_reads_back_equal(record, form):
 
 def results(engine, data):
     text = read_text(io.BytesIO(data))
-    _, found = _read_by(engine, text, read_layout(text), {})
+    found = tuple(_read_by(engine, text, read_layout(text), {})[1])
     return found, [record.notes for record in found]
 
 

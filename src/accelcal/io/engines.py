@@ -136,7 +136,7 @@ def columns_by_pandas(layout: Layout, used: Sequence[int], needed: int) -> Colum
     decimal = "," if comma else "."
     options = pandas_options(layout.separator, len(layout.headings), used, numeric, decimal)
     try:
-        frame = pd.read_csv(io.StringIO("\n".join(rows)), **options)
+        frame = pd.read_csv(io.BytesIO("\n".join(rows).encode()), **options)
     except ValueError as error:
         raise BulkEngineGivesUp from error
     if len(frame) != len(rows):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sized
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Sized
 from typing import NamedTuple
 
 from accelcal.errors import TableError
@@ -47,7 +47,7 @@ class Layout(NamedTuple):
         ``","``, ``";"`` or tab; None for runs of blanks.
     rows : list of str
         Lines of the table that are not blank.
-    lines : list of int
+    lines : sequence of int
         Line number of each row.
     notes : tuple of str
         What was set aside.
@@ -59,7 +59,7 @@ class Layout(NamedTuple):
     headings_line: int
     separator: str | None
     rows: list[str]
-    lines: list[int]
+    lines: Sequence[int]
     notes: tuple[str, ...]
 
     def refuse(self, problem: str, remedy: str) -> TableError:
@@ -331,21 +331,28 @@ def _declare(declared: dict[str, Declared], key: str, new: Declared, name: str) 
 
 def _rows(
     lines: list[str], start: int, headings: _Headings, source: SourceText
-) -> tuple[list[str], list[int], list[int]]:
+) -> tuple[list[str], Sequence[int], list[int]]:
     """Rows with their line numbers, and the lines of comments between them."""
     blank = ' \t"' + (headings.separator or "")
-    body = lines[start:] if start else lines
-    numbers = [n for n, line in enumerate(body, start + 1) if line.strip(blank)]
-    comments = list(_comments(lines, numbers, source)) if any("#" in line for line in body) else []
+    end = len(lines)
+    while end > start and not lines[end - 1].strip(blank):
+        end -= 1
+    rows, numbers = lines[start:end], range(start + 1, end + 1)
+    kept: Sequence[int] = numbers  # a list takes 40 bytes a row
+    if not all(row.strip(blank) for row in rows):
+        kept = [n for n, row in zip(numbers, rows, strict=True) if row.strip(blank)]
+    comments = list(_comments(lines, kept, source)) if any("#" in row for row in rows) else []
     if comments:
-        numbers = sorted(set(numbers).difference(comments))
-    if not numbers:
+        kept = sorted(set(kept).difference(comments))
+    if not kept:
         problem, remedy = "column headings but no readings", "add a row for each reading"
         raise TableError(problem, remedy, source=source.name, line=headings.line)
-    return [lines[n - 1] for n in numbers], numbers, [n + source.skipped for n in comments]
+    if len(kept) < len(rows):
+        rows = [lines[n - 1] for n in kept]
+    return rows, kept, [n + source.skipped for n in comments]
 
 
-def _comments(lines: list[str], numbers: list[int], source: SourceText) -> Iterator[int]:
+def _comments(lines: list[str], numbers: Sequence[int], source: SourceText) -> Iterator[int]:
     for number in numbers:
         line = lines[number - 1]
         text = _uncomment(line)

@@ -8,6 +8,7 @@ headings and rows (`layout`), columns (`columns`, `engines`), cells (`cells`), r
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -219,17 +220,17 @@ def survey_text(text: SourceText, overrides: Mapping[str, object]) -> Survey:
         If the table is unusable.
     """
     layout = with_units_below(read_layout(text))
+    found = None
     if is_bulk(layout):
-        try:
-            return _read_by(columns_by_pandas, text, layout, overrides)
-        except (BulkEngineGivesUp, TableError):
-            pass  # the light engine words the error, or reads what pandas cannot
-    return _read_by(columns_by_split, text, layout, overrides)
+        with suppress(BulkEngineGivesUp, TableError):  # the light engine has the last word
+            found = _read_by(columns_by_pandas, text, layout, overrides)
+    form, records = found or _read_by(columns_by_split, text, layout, overrides)
+    return form, tuple(records)  # their faults are worded alike by both
 
 
 def _read_by(
     engine: Engine, text: SourceText, layout: Layout, overrides: Mapping[str, object]
-) -> Survey:
+) -> tuple[TableForm, Iterator[TumbleRecord]]:
     table = choose_columns(layout, engine)
     given = overrides.get("unit")
     unit = output_unit(str(given)) if given else _unit(layout, table)
@@ -240,8 +241,7 @@ def _read_by(
     notes += notes_of_unit(str(unit), (own for own, *_ in _written_units(layout, table)), overrides)
     common = {**declared.record, "source": layout.source, "notes": tuple(notes)}
     common |= {"sha256": text.sha256, "date": table.date or common["date"]}
-    records = tuple(_records(layout, readings, declared, common))
-    return _form(text, layout, table), records
+    return _form(text, layout, table), _records(layout, readings, declared, common)
 
 
 def _form(text: SourceText, layout: Layout, table: Table) -> TableForm:
