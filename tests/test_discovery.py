@@ -555,6 +555,16 @@ def test_fit_with_a_model_gets_the_coefficients_back(discovery):
     assert "hysteresis of the sensor: half_width = 20." in told
 
 
+def test_fit_with_a_model_says_what_else_the_effects_could_be(discovery):
+    record = accelcal.simulate(effects=[effect("scale-factor-asymmetry").of(2e-4)], seed=4)
+    assert len(discovery.otherwise) == 1
+    said = accelcal.fit(record, model=discovery).warnings
+    assert any("fourth-order + hysteresis in truth: K2 4" in told for told in said)
+    unsure = replace(discovery, doubtful=("hysteresis",), notes=())
+    added = set(accelcal.fit(record, model=unsure).warnings) - set(accelcal.fit(record).warnings)
+    assert added == {"hysteresis: not sure, as the notes of the discovery say"}
+
+
 @pytest.mark.parametrize("declared", [True, False])
 @pytest.mark.parametrize("levels", [(20.0, 80.0), (20.0, 80.0, -40.0), (60.0, 80.0, 40.0)])
 def test_slopes_of_the_scale_factor_are_over_its_value_at_t0(levels, declared):

@@ -199,6 +199,7 @@ class CalibrationStack:
                 delta0=self.delta0,
                 told_of_head=options.left_out(records),
                 moved=self.at_rest.said,
+                model=options.model,
             )
         )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from accelcal.record import TumbleRecord
 from accelcal.results.table import mountings_of_laws
 from accelcal.sentences import Sentence, first_of, of_each
 from accelcal.temperature.error_component import Slopes
+
+if TYPE_CHECKING:
+    from accelcal.results.discovery import Discovery
 
 _FEW_REPEATS = 5
 """Degrees of freedom of a variance below which a report says that it is hardly known."""
@@ -72,6 +75,8 @@ class Fitted(NamedTuple):
     moved : sequence of tuple of str
         What was done with each record where temperatures moved within the runs, see
         `accelcal.temperature.felt_deviations`.
+    model : Discovery or None
+        Whose effects were taken out of the readings.
     """
 
     tables: Sequence[PreparedTable]
@@ -82,6 +87,7 @@ class Fitted(NamedTuple):
     delta0: float
     told_of_head: Mask
     moved: Sequence[tuple[str, ...]]
+    model: Discovery | None = None
 
 
 class Warned(NamedTuple):
@@ -121,6 +127,7 @@ def warnings_of(fitted: Fitted) -> Warned:
         *_of_laws(fitted),
         *_of_temperature(fitted),
         *_of_moving(fitted.moved),
+        *_of_effects(fitted.model),
         Sentence(
             fitted.told_of_head,
             "this table told of the head: that is left out here, and the rest used; the"
@@ -136,6 +143,16 @@ def _of_moving(moved: Sequence[tuple[str, ...]]) -> Iterator[Sentence]:
     count = np.array([len(said) for said in moved])
     for place in range(int(count.max())):
         yield Sentence(count > place, lambda i, place=place: moved[i][place], [record])
+
+
+def _of_effects(model: Discovery | None) -> Iterator[Sentence]:
+    if model is None:
+        return
+    if model.doubtful:
+        names = " and ".join(model.doubtful)
+        yield Sentence(True, f"{names}: not sure, as the notes of the discovery say")
+    for note in model.otherwise:
+        yield Sentence(True, f"U does not count what else the discovery found possible: {note}")
 
 
 # -- a table ---------------------------------------------------------------------------------------

@@ -15,6 +15,7 @@ from accelcal.discovery.other_laws import OtherLaw, OtherPlace, other_laws, othe
 from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.wandering import LIKELY, POSSIBLE, Wandering
 from accelcal.geometry import head_positions
+from accelcal.results.discovery import IF_IT_IS
 from accelcal.results.findings import Change
 from accelcal.units import MICRO
 
@@ -147,7 +148,7 @@ def _otherwise(
             if _apart(old, new) > _OTHERWISE and new.after.unit in _TOLD and new.coefficient != "K1"
         ]
         if told:
-            yield f"if it is {name} in truth: {', '.join(told)}"
+            yield f"{IF_IT_IS}{name} in truth: {', '.join(told)}"
 
 
 def _put_together(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[Caveat]:

@@ -39,6 +39,9 @@ __all__ = ["SCHEMA", "Discovery"]
 
 SCHEMA = "accelcal/discovery/1"
 
+IF_IT_IS = "if it is "
+"""How a note begins that gives the coefficients for another explanation."""
+
 
 @dataclass(frozen=True, slots=True)
 class Discovery(StoredResult, TabularResult):
@@ -172,6 +175,11 @@ class Discovery(StoredResult, TabularResult):
             if fault.is_entry
         )
         return (*faults, *self.effects)
+
+    @property
+    def otherwise(self) -> tuple[str, ...]:
+        """Those of `notes` that give the coefficients for what else the effects could be."""
+        return tuple(note for note in self.notes if note.startswith(IF_IT_IS))
 
     @property
     def changes_gap(self) -> bool:
