@@ -422,6 +422,7 @@ def test_csv_of_the_command(capsys):
         ("z,90,", "w,90,", ":6: shaft 'w'; write x, y or z"),
         ("z,0,", "z,zero,", "is not a number"),
         ("x_mA", "x_V", "units V and mA in one table"),
+        ("x_mA", "x [furlong]", "bad.csv:3: unit 'furlong' is no output unit"),
         ("x_mA", "first", "no column x among"),
         ("angle,", "azimuth,", "column shaft alone"),
         ("x_mA,y_mA", "x_mA,ax_mA", "two columns mean x"),

@@ -14,7 +14,7 @@ from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.measured import MeasuredAcceleration
 from accelcal.errors import InputError, TableError
 from accelcal.escapes import ESCAPED
-from accelcal.io.declarations import notes_of_unit
+from accelcal.io.output_unit import notes_of_unit
 from accelcal.io.sample_headings import in_metres
 from accelcal.io.samples import SampleBlock, SampleReader
 from accelcal.units import canonical_unit, conversion_factor
@@ -110,7 +110,7 @@ class AccelerationStream:
         given, wanted = self._options.output_unit, self._found.output_unit
         own = self._samples.headings.units.get("output")
         if given and own:
-            self.notes += notes_of_unit(canonical_unit(given), [own], {"unit": given})
+            self.notes += notes_of_unit(canonical_unit(given), [own])
         given = given or own
         if given is None or wanted is None:
             missing, other = ("stream", wanted) if given is None else ("calibration", given)

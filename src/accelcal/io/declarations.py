@@ -18,7 +18,7 @@ from accelcal.geometry import checked_fixture_angle, checked_positions
 from accelcal.io.layout import Declared, Layout, shown, split_line
 from accelcal.io.readings import MAXIMUM_TEMPERATURE
 from accelcal.io.vocabulary import KEYS, UNITS_OF, has_unit
-from accelcal.units import canonical_unit, is_output_unit, output_unit
+from accelcal.units import canonical_unit, output_unit
 
 APPARATUS = tuple(item.name for item in fields(Apparatus))
 OVERRIDES = (*APPARATUS, "reference_temperature", "positions", "unit", "serial")
@@ -141,33 +141,6 @@ def unit_and_serial(overrides: Mapping[str, str | None] | None) -> dict[str, str
     given = {key: value for key, value in declared_by_caller(overrides).items() if value}
     _refuse_unknown(given, ("unit", "serial"))
     return given
-
-
-def notes_of_unit(
-    unit: str, written: Iterable[str], overrides: Mapping[str, object]
-) -> tuple[str, ...]:
-    """Say where a table has another unit than the one by which the caller overrides it.
-
-    Parameters
-    ----------
-    unit : str
-        The unit of the outputs, in its canonical form.
-    written : iterable of str
-        Units as the table writes them.
-    overrides : mapping of str to object
-        As for `read_tables`.
-
-    Returns
-    -------
-    tuple of str
-        A note on the first that differs; nothing where the caller overrides no unit.
-    """
-    if not overrides.get("unit"):
-        return ()
-    for own in written:
-        if not is_output_unit(own) or output_unit(own) != unit:
-            return (f"the table has outputs in {shown(own)}; they are taken as {unit}, as asked",)
-    return ()
 
 
 def _refuse_unknown(given: Iterable[str], known: Sequence[str]) -> None:

@@ -25,13 +25,13 @@ from accelcal.io.cell_blocks import (
     read_engine,
 )
 from accelcal.io.columns import CONSTANTS
-from accelcal.io.declarations import declarations, notes_of_unit
+from accelcal.io.declarations import declarations
 from accelcal.io.layout import Layout, read_layout
 from accelcal.io.ordinary_rows import Group, Plain, Rules, records_of
+from accelcal.io.output_unit import Written, unit_of_outputs, units_written
 from accelcal.io.text import SourceText
 from accelcal.io.vocabulary import KEYS, TIME_UNITS, UNITS_OF, Heading, canonical_key, has_unit
 from accelcal.record import TumbleRecord
-from accelcal.units import output_unit
 
 LABELS = frozenset({"run", "serial", "mounting"})
 _ORDINARY = frozenset(
@@ -297,15 +297,14 @@ def _numbers(
         roles = _roles(layout.headings) if layout.separator == "," else None
         if roles is None or not {"runs", *CONSTANTS}.isdisjoint(layout.declared):
             return None
-        unit = _one_unit(layout, overrides)
-        declared = declarations(layout, ".", unit, overrides)
+        unit = unit_of_outputs(_units_written(layout), overrides.get("unit"), "")
+        declared = declarations(layout, ".", unit.name, overrides)
     except InputError:
         return None
     time = next((h.unit for h in layout.headings if h.role == "time"), None)
     factor = TIME_UNITS.get((time or "s").casefold(), 1.0)
     rules = Rules(roles, declared.record["positions"], factor)
-    notes = notes_of_unit(str(unit), _written_units(layout), overrides)
-    return _Shared(rules, {**declared.record, "notes": notes}, declared.metadata)
+    return _Shared(rules, {**declared.record, "notes": unit.notes}, declared.metadata)
 
 
 def _roles(headings: Sequence[Heading]) -> tuple[str, ...] | None:
@@ -325,29 +324,13 @@ def _has_its_unit(heading: Heading) -> bool:
     return has_unit(role, heading.unit) if role in UNITS_OF else role in ("output", "std")
 
 
-def _one_unit(layout: Layout, overrides: Mapping[str, Any]) -> str | None:
-    """The output unit.
-
-    Raises
-    ------
-    InputError
-        If there are several, or one is none.
-    """
-    if overrides.get("unit"):
-        return output_unit(str(overrides["unit"]))
-    units = set(map(output_unit, _written_units(layout)))
-    if len(units) > 1:
-        raise InputError("several units; the general reader tells which")
-    return units.pop() if units else None
-
-
-def _written_units(layout: Layout) -> list[str]:
+def _units_written(layout: Layout) -> Iterator[Written]:
     """Units of the header line, the outputs and their spread, in this order."""
-    header = layout.declared.get("unit")
-    written = [header.value] if header and header.value else []
+    yield from units_written(layout, ())
     for role in ("output", "std"):
-        written += [h.unit for h in layout.headings if h.unit and h.role == role]
-    return written
+        for heading in layout.headings:
+            if heading.unit and heading.role == role:
+                yield heading.unit, layout.headings_line
 
 
 def _metadata(declared: Mapping[str, str], worded: Mapping[str, str]) -> dict[str, str]:

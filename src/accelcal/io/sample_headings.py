@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from accelcal.errors import TableError, located
+from accelcal.errors import TableError
 from accelcal.io.cells import MISSING
 from accelcal.io.layout import shown, split_line
+from accelcal.io.output_unit import unit_of_outputs
 from accelcal.io.text import refuse_document
 from accelcal.io.vocabulary import canonical_key, has_unit, read_heading, split_unit
-from accelcal.units import output_unit
 
 __all__ = ["SampleHeadings", "in_metres", "read_sample_headings"]
 
@@ -18,6 +18,7 @@ ROLES = ("output", "temperature", "time", "a_p", "a_o")
 """What a column may hold."""
 
 _LOCAL_G = ("g", "g_local")
+_TWO_UNITS = "units {} and {} for one output; name one unit"
 _JSON_LINES = 5
 """Lines in which a document says what it is."""
 
@@ -180,12 +181,9 @@ def _units(
     for role, unit in units.items():
         if remedy := _unit_to_give(role, unit):
             raise TableError(f"{role} in {unit}", f"give it in {remedy}", source=name, line=line)
-    written = [u for u in (declared.get("unit"), units.get("output")) if u]
-    given = {located(output_unit, unit, source=name, line=line) for unit in written}
-    if len(given) > 1:
-        problem = f"units {' and '.join(sorted(given))} for one output"
-        raise TableError(problem, "name one unit", source=name, line=line)
-    return {**units, "output": given.pop()} if given else units
+    written = [(unit, line) for unit in (units.get("output"), declared.get("unit")) if unit]
+    found = unit_of_outputs(written, None, name, _TWO_UNITS).name
+    return {**units, "output": found} if found else units
 
 
 def _unit_to_give(role: str, unit: str) -> str:

@@ -126,34 +126,6 @@ def places_of(
     return found
 
 
-def uniform(columns: Sequence[Column], declared: Declared | None) -> str | None:
-    """Unit of columns that have one unit, in their headings or in a header line.
-
-    Parameters
-    ----------
-    columns : sequence of Column
-        The columns.
-    declared : Declared or None
-        The header line.
-
-    Returns
-    -------
-    str or None
-        The unit as written; None where there is none.
-
-    Raises
-    ------
-    TableError
-        If there are several.
-    """
-    written = [column.unit for column in columns if column.unit]
-    written += [declared.value] if declared and declared.value else []
-    if len(set(written)) > 1:
-        problem = f"units {' and '.join(sorted(set(written)))} in one table"
-        raise TableError(problem, "write all in one unit", source=columns[0].source)
-    return written[0] if written else None
-
-
 def _layout(lines: list[str], name: str, recognise: Recognise, remedy: str) -> Layout:
     declared: dict[str, Declared] = {}
     aside: list[int] = []

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Mask
-from accelcal.errors import InputError, TableError, located
+from accelcal.errors import InputError, TableError
 from accelcal.io.cells import Column, labels, numbers
-from accelcal.io.declarations import notes_of_unit, unit_and_serial
+from accelcal.io.declarations import unit_and_serial
 from accelcal.io.engines import (
     BulkEngineGivesUp,
     Columns,
@@ -22,6 +22,7 @@ from accelcal.io.engines import (
     is_bulk,
 )
 from accelcal.io.layout import Layout, all_outputs, listed, read_layout, shown, were
+from accelcal.io.output_unit import unit_of_outputs, units_written
 from accelcal.io.small_table import places_of
 from accelcal.io.text import Source, read_text
 from accelcal.io.times import in_seconds, times
@@ -30,13 +31,14 @@ from accelcal.io.vocabulary import Heading, has_unit, split_unit
 from accelcal.plural import counted
 from accelcal.specification import UNITS
 from accelcal.stability.record import Launch, StabilityRecord
-from accelcal.units import output_unit
 
 __all__ = ["read_stability", "read_stability_records"]
 
 _OWN_HEADINGS = {"launch": "run", "start": "run", "input": "input", "acceleration": "input"}
 _ROLES = ("time", "date", "output", "temperature", "run", "input", "serial")
 _REMEDY = "name the columns time and output, and, where there are such, temperature and launch"
+
+_TWO_UNITS = "unit {} in the header, but {} in the column headings; declare one unit"
 
 _LARGEST = 1e30
 """Outputs beyond it, and below its inverse, are none [output unit]."""
@@ -135,15 +137,14 @@ def read_stability(
     columns = {name: column.take(kept) for name, column in columns.items()}
     _require_size(output[kept], columns["output"])
     _require_change(output[kept], columns["output"])
-    unit = _unit(layout, columns["output"], given.get("unit"))
-    written = (own for own, _ in _written_units(layout, columns["output"]))
-    notes += notes_of_unit(str(unit), written, given)
+    written = units_written(layout, [columns["output"]])
+    unit = unit_of_outputs(written, given.get("unit"), layout.source, _TWO_UNITS)
     return StabilityRecord(
         launches=tuple(_launches(columns, output[kept])),
-        unit=unit,
+        unit=unit.name,
         serial=given.get("serial") or _serial(layout, columns.get("serial")),
         source=layout.source,
-        notes=tuple(notes),
+        notes=(*notes, *unit.notes),
     )
 
 
@@ -263,24 +264,6 @@ def _require_change(output: Array, column: Column) -> None:
         problem = f"{all_outputs(output.size)} {output[0]:g}"
         remedy = "check the voltmeter and the output column; a real output has noise"
         raise TableError(problem, remedy, source=column.source, line=int(column.lines[0]))
-
-
-def _unit(layout: Layout, output: Column, given: str | None) -> str | None:
-    if given:
-        return output_unit(given)
-    written = _written_units(layout, output)
-    found = [located(output_unit, u, source=layout.source, line=line) for u, line in written]
-    if len(set(found)) > 1:
-        problem = f"unit {found[0]} in the header, but {found[1]} in the column headings"
-        raise layout.refuse(problem, "declare one unit")
-    return found[0] if found else None
-
-
-def _written_units(layout: Layout, output: Column) -> list[tuple[str, int]]:
-    """Units as header line and heading write them, with their lines."""
-    header = layout.declared.get("unit")
-    written = [(header.value, header.line)] if header and header.value else []
-    return written + ([(output.unit, layout.headings_line)] if output.unit else [])
 
 
 def _serial(layout: Layout, column: Column | None) -> str | None:

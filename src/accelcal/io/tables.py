@@ -19,14 +19,10 @@ from accelcal.dates import date_of
 from accelcal.errors import TableError, located
 from accelcal.io.cells import MISSING, Column
 from accelcal.io.columns import CONSTANTS, Engine, Table, choose_columns
-from accelcal.io.declarations import (
-    Declarations,
-    declarations,
-    declared_by_caller,
-    notes_of_unit,
-)
+from accelcal.io.declarations import Declarations, declarations, declared_by_caller
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split, is_bulk
 from accelcal.io.layout import Layout, listed, read_layout, shown, were
+from accelcal.io.output_unit import Written, unit_of_outputs, units_written
 from accelcal.io.readings import (
     Readings,
     notes_of_midnight,
@@ -39,7 +35,7 @@ from accelcal.io.text import Source, SourceText, read_texts
 from accelcal.io.units_row import with_units_below
 from accelcal.logs import tell
 from accelcal.record import TumbleRecord
-from accelcal.units import is_output_unit, output_unit
+from accelcal.units import is_output_unit
 
 __all__ = ["TableForm", "read_table", "read_tables", "survey", "survey_text"]
 
@@ -232,14 +228,13 @@ def _read_by(
     engine: Engine, text: SourceText, layout: Layout, overrides: Mapping[str, object]
 ) -> tuple[TableForm, Iterator[TumbleRecord]]:
     table = choose_columns(layout, engine)
-    given = overrides.get("unit")
-    unit = output_unit(str(given)) if given else _unit(layout, table)
-    declared = declarations(layout, table.decimal, unit, overrides)
+    given = str(overrides.get("unit") or "")
+    unit = unit_of_outputs(_units_written(layout, table), given, layout.source)
+    declared = declarations(layout, table.decimal, unit.name, overrides)
     readings = read_readings(table, declared.record["positions"])
     turn = notes_of_turn(readings, declared.record["positions"])
     notes = [*text.notes, *layout.notes, *table.notes, *turn, *notes_of_midnight(readings)]
-    notes += notes_of_unit(str(unit), (own for own, *_ in _written_units(layout, table)), overrides)
-    common = {**declared.record, "source": layout.source, "notes": tuple(notes)}
+    common = {**declared.record, "source": layout.source, "notes": (*notes, *unit.notes)}
     common |= {"sha256": text.sha256, "date": table.date or common["date"]}
     return _form(text, layout, table), _records(layout, readings, declared, common)
 
@@ -263,34 +258,14 @@ def _form(text: SourceText, layout: Layout, table: Table) -> TableForm:
     )
 
 
-def _unit(layout: Layout, table: Table) -> str | None:
-    """The one output unit of headings, cells, unit column and header."""
-    found = [
-        (located(output_unit, unit, source=layout.source, line=own), shared)
-        for unit, own, shared in _written_units(layout, table)
-    ]
-    for unit, at in found:
-        if unit != found[0][0]:
-            problem = f"units {shown(found[0][0])} and {shown(unit)} in one table"
-            remedy = "give all outputs in one unit"
-            raise TableError(problem, remedy, source=layout.source, line=at)
-    return found[0][0] if found else None
-
-
-def _written_units(layout: Layout, table: Table) -> Iterator[tuple[str, int, int]]:
-    """Units as written, each with its line and with that where a second unit is to be told."""
-    line = layout.headings_line
-    header = layout.declared.get("unit")
-    if header and header.value:
-        yield header.value, header.line, line
-    for column in [*table.outputs.values(), *filter(None, [table.columns.get("std")])]:
-        if column.unit:
-            yield column.unit, line if column.unit in column.heading else column.lines[0], line
+def _units_written(layout: Layout, table: Table) -> Iterator[Written]:
+    """Units of the header line, of headings and cells, and of a column of units."""
+    spread = [table.columns["std"]] if "std" in table.columns else []
+    yield from units_written(layout, [*table.outputs.values(), *spread])
     if "unit" in table.columns:
-        column = table.columns["unit"]
-        for unit, at in _first_lines(column).items():
+        for unit, line in _first_lines(table.columns["unit"]).items():
             if unit.casefold() not in MISSING or is_output_unit(unit):
-                yield unit, at, at
+                yield unit, line
 
 
 def _first_lines(column: Column) -> dict[str, int]:

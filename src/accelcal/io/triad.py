@@ -10,12 +10,13 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.errors import InputError, TableError, located
 from accelcal.io.cells import Column, complete_numbers
-from accelcal.io.declarations import declared_number, notes_of_unit, unit_and_serial
-from accelcal.io.small_table import SmallTable, small_table, uniform
+from accelcal.io.declarations import declared_number, unit_and_serial
+from accelcal.io.output_unit import unit_of_outputs, units_written
+from accelcal.io.small_table import SmallTable, small_table
 from accelcal.io.text import Source, read_text
 from accelcal.io.vocabulary import Heading, has_unit, split_unit
 from accelcal.triad.record import AXES, TriadRecord, up_of_turn
-from accelcal.units import is_output_unit, output_unit
+from accelcal.units import is_output_unit
 
 __all__ = ["read_triad"]
 
@@ -24,6 +25,7 @@ _UP = re.compile(r"up_?([xyz])(?:_g)?", re.IGNORECASE)
 _REMEDY = (
     "name the columns x, y, z and, where attitudes are known, up_x, up_y, up_z or shaft, angle"
 )
+_TWO_UNITS = "units {} and {} in one table; write all in one unit"
 
 
 def read_triad(
@@ -67,7 +69,8 @@ def read_triad(
     table = small_table(read_text(source), _heading, tuple(AXES), _REMEDY)
     given, named = unit_and_serial(overrides), table.declared.get("serial")
     channels = [table.columns[axis] for axis in AXES]
-    unit = _unit(table, channels, given.get("unit"))
+    written = units_written(table, channels)
+    unit = unit_of_outputs(written, given.get("unit"), table.source, _TWO_UNITS)
     output = np.column_stack([complete_numbers(column) for column in channels])
     return located(
         lambda: TriadRecord(
@@ -75,11 +78,11 @@ def read_triad(
             up=_up(table),
             line=channels[0].lines,
             attitude=_attitude(table),
-            unit=unit,
+            unit=unit.name,
             local_gravity=_gravity(table) if local_gravity is None else local_gravity,
             serial=given.get("serial") or (named.value or None if named else None),
             source=table.source,
-            notes=(*table.notes, *notes_of_unit(str(unit), _written(table, channels), given)),
+            notes=(*table.notes, *unit.notes),
         ),
         source=table.source,
     )
@@ -137,18 +140,6 @@ def _turned(shaft: Column, angle: Column) -> Array:
             line = int(shaft.lines[index])
             raise TableError(problem, remedy, source=shaft.source, line=line) from None
     return np.array(rows)
-
-
-def _unit(table: SmallTable, channels: list[Column], given: str | None) -> str | None:
-    written = given or uniform(channels, table.declared.get("unit"))
-    return output_unit(written) if written else None
-
-
-def _written(table: SmallTable, channels: list[Column]) -> list[str]:
-    """Units as header line and headings write them."""
-    header = table.declared.get("unit")
-    found = [header.value if header else "", *(column.unit for column in channels)]
-    return [unit for unit in found if unit]
 
 
 def _gravity(table: SmallTable) -> float | None:

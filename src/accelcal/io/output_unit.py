@@ -1,0 +1,122 @@
+"""The unit of the outputs of a file: as header line, headings and cells write it, or as asked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import NamedTuple, Protocol
+
+from accelcal.errors import TableError, located
+from accelcal.io.cells import Column
+from accelcal.io.layout import Declared, shown
+from accelcal.units import canonical_unit, output_unit
+
+Written = tuple[str, int]
+"""A unit as written, and its line."""
+
+_SEVERAL = "units {!r} and {!r} in one table; give all outputs in one unit"
+
+
+class OutputUnit(NamedTuple):
+    """The unit of the outputs.
+
+    Attributes
+    ----------
+    name : str or None
+        The unit, one of `accelcal.units.OUTPUT_UNITS`; None where none is known.
+    notes : tuple of str
+        That the file has another one, where it is so.
+    """
+
+    name: str | None
+    notes: tuple[str, ...] = ()
+
+
+class _Headed(Protocol):
+    @property
+    def declared(self) -> Mapping[str, Declared]: ...
+    @property
+    def headings_line(self) -> int: ...
+
+
+def unit_of_outputs(
+    written: Iterable[Written], given: str | None, source: str, several: str = _SEVERAL
+) -> OutputUnit:
+    """Tell the one unit of the outputs.
+
+    Parameters
+    ----------
+    written : iterable of tuple
+        Units as the file writes them, with their lines.
+    given : str or None
+        The unit that the caller asks for, which wins.
+    source : str
+        Name of the file, for messages.
+    several : str, optional
+        What is said of two units that are not the same, problem and remedy.
+
+    Returns
+    -------
+    OutputUnit
+        The unit.
+
+    Raises
+    ------
+    TableError
+        If a unit of the file is no output unit, or there are several.
+    InputError
+        If the given one is none.
+    """
+    if given:
+        unit = output_unit(given)
+        return OutputUnit(unit, notes_of_unit(unit, (own for own, _ in written)))
+    found = [(located(output_unit, own, source=source, line=line), line) for own, line in written]
+    for unit, line in found:
+        if unit != found[0][0]:
+            problem, _, remedy = several.format(found[0][0], unit).partition("; ")
+            raise TableError(problem, remedy, source=source, line=line)
+    return OutputUnit(found[0][0] if found else None)
+
+
+def units_written(table: _Headed, columns: Iterable[Column]) -> Iterator[Written]:
+    """List the units that a table writes in the header line and with some columns.
+
+    Parameters
+    ----------
+    table : Layout or SmallTable
+        The table.
+    columns : iterable of Column
+        Columns of outputs.
+
+    Yields
+    ------
+    tuple
+        A unit as written, and its line.
+    """
+    header = table.declared.get("unit")
+    if header and header.value:
+        yield header.value, header.line
+    for column in columns:
+        if column.unit:
+            in_heading = column.unit in column.heading
+            yield column.unit, table.headings_line if in_heading else int(column.lines[0])
+
+
+def notes_of_unit(unit: str, written: Iterable[str]) -> tuple[str, ...]:
+    """Say where a table has another unit than the one that is asked for.
+
+    Parameters
+    ----------
+    unit : str
+        The unit that is asked for, in its canonical form.
+    written : iterable of str
+        Units as the table writes them.
+
+    Returns
+    -------
+    tuple of str
+        A note on the first that differs.
+    """
+    for own in written:
+        if canonical_unit(own) != unit:
+            return (f"the table has outputs in {shown(own)}; they are taken as {unit}, as asked",)
+    return ()
