@@ -119,6 +119,41 @@ def test_nothing_where_there_is_nothing(regime):
     assert "Nothing that the units share is missing" in str(result)
 
 
+def test_effects_that_another_head_would_make_are_not_sure():
+    noise = accelcal.NoiseComponents(head=HEAD)  # each record draws a head of its own
+    records = [
+        replace(accelcal.simulate(noise=noise, seed=seed), serial=f"U{seed}") for seed in range(4)
+    ]
+    result = discover_stand(records)
+    assert result.effects
+    assert {item.verdict for item in result.effects} == {"unit"}
+    assert set(result.doubtful) == {item.id for item in result.effects}
+    assert any("errors of another head" in note for note in result.notes)
+    assert "scale factor asymmetry (not sure)" in " ".join(str(result).split())
+    assert "(not sure)" in result._repr_html_()
+    assert StandDiscovery.from_json(result.to_json()) == result
+
+
+def test_an_effect_that_no_head_makes_is_sure():
+    result = found("head", None, ("warm-up", 8.0))
+    assert verdicts(result) == {"warm-up": ("unit", ("S1",))}
+    assert result.doubtful == ()
+    assert not any("another head" in note for note in result.notes)
+
+
+def test_a_head_that_is_not_declared_makes_effects_of_the_stand_not_sure():
+    noise = accelcal.NoiseComponents(head=0.0)
+    hidden = [effect("cross-axis-cubic").of(1e-4)]
+    records = [
+        accelcal.simulate(noise=noise, effects=hidden, seed=seed, declare=False)
+        for seed in (1, 2, 3)
+    ]
+    result = discover_stand(records)
+    assert verdicts(result) == {"cross-axis-cubic": ("stand", ())}
+    assert result.doubtful == ("cross-axis-cubic",)
+    assert any("would look like cross-axis-cubic" in note for note in result.notes)
+
+
 def test_two_units_do_not_tell():
     result = found("iid", ("backlash", 2.0), units=2)
     assert {item.verdict for item in result.effects} == {"undecided"}

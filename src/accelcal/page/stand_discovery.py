@@ -11,7 +11,14 @@ from accelcal.plural import counted
 from accelcal.report.findings import chance, probability
 from accelcal.report.lines import sentence
 from accelcal.report.scale import sized
-from accelcal.report.stand_discovery import NOTHING, SHARED, WHOSE, gain_rows, head_rows
+from accelcal.report.stand_discovery import (
+    NOTHING,
+    SHARED,
+    WHOSE,
+    gain_rows,
+    head_rows,
+    title,
+)
 from accelcal.results.stand_discovery import StandDiscovery, StandEffect
 
 
@@ -50,7 +57,7 @@ def stand_chapter(found: StandDiscovery, name: str) -> Chapter:
 
 
 def _lede(found: StandDiscovery) -> str:
-    said = [f"{sentence(effect.name)} is {WHOSE[effect.verdict]}." for effect in found.effects]
+    said = [f"{sentence(title(found, e))} is {WHOSE[e.verdict]}." for e in found.effects]
     if not said and found.common.unexplained is None:
         said = [NOTHING]
     return " ".join(said) or "The units share a pattern that no known effect explains."

@@ -13,7 +13,7 @@ from accelcal.report.html import heading, items, safe, table
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.report.scale import readable, written
 from accelcal.report.stability import HEADING, bound_rows, component_rows, noise_rows
-from accelcal.report.stand_discovery import head_rows
+from accelcal.report.stand_discovery import head_rows, title
 from accelcal.report.verdict import limit_row, remark
 from accelcal.results.quantity import Gate, Quantity
 from accelcal.units import MICRO
@@ -108,7 +108,7 @@ def stand_html(stand: StandDiscovery) -> str:
     """
     parts = [heading("Stand", counted(len(stand.units), "unit"))]
     rows = [
-        (effect.name, effect.verdict, name, *_interval(quantity), p_value(effect.p_value))
+        (title(stand, effect), effect.verdict, name, *_interval(quantity), p_value(effect.p_value))
         for effect in stand.effects
         for name, quantity in (effect.parameters or {"": Quantity(None, None, "")}).items()
     ]
@@ -295,12 +295,12 @@ def effect_html(effect: Effect) -> str:
 
 
 def _effect_rows(effect: FoundEffect, *, sure: bool) -> Iterator[tuple[str, ...]]:
-    title = effect.name if sure else f"{effect.name} ({NOT_SURE})"
+    shown = effect.name if sure else f"{effect.name} ({NOT_SURE})"
     alike = ", ".join(effect.indistinguishable)
     for number, (name, quantity) in enumerate(effect.parameters.items()):
         first = number == 0
         told = (p_value(effect.p_value), alike) if first else ("", "")
-        yield (title if first else "", name, *_interval(quantity), *told)
+        yield (shown if first else "", name, *_interval(quantity), *told)
 
 
 def _where(found: Sequence[Share]) -> str:

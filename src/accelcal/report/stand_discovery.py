@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from statistics import median
 
+from accelcal.report.discovery import NOT_SURE
 from accelcal.report.findings import chance, probability
 from accelcal.report.lines import aligned, notes, sections, sentence, wrapped
 from accelcal.report.numbers import in_small_unit, matching_digits, significant
@@ -56,9 +57,14 @@ def _head(found: StandDiscovery) -> Iterator[str]:
     if not found.effects and found.common.unexplained is None:
         yield NOTHING
     for verdict, said in WHOSE.items():
-        names = [effect.name for effect in found.effects if effect.verdict == verdict]
+        names = [title(found, e) for e in found.effects if e.verdict == verdict]
         if names:
             yield from wrapped(f"{sentence(said)}: {' and '.join(names)}.")
+
+
+def title(found: StandDiscovery, effect: StandEffect) -> str:
+    """Name of an effect, and in brackets whether it is not sure."""
+    return f"{effect.name} ({NOT_SURE})" if effect.id in found.doubtful else effect.name
 
 
 def _effect(found: StandDiscovery, effect: StandEffect) -> Iterator[str]:

@@ -104,6 +104,9 @@ class StandDiscovery(StoredResult, TabularResult):
         What was discovered in the mean of the units.
     notes : tuple of str
         What a reader must know.
+    doubtful : tuple of str
+        Ids of effects of which something else could be the cause, such as another head; the
+        notes tell what.
     alpha : float
         False-alarm rate over all units and all that was searched.
 
@@ -127,6 +130,7 @@ class StandDiscovery(StoredResult, TabularResult):
     common: Discovery
     notes: tuple[str, ...] = ()
     alpha: float = 0.01
+    doubtful: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         freeze(self)
@@ -180,6 +184,7 @@ class StandDiscovery(StoredResult, TabularResult):
             "coefficients": document_of(self.coefficients),
             "common": self.common.to_document(),
             "notes": list(self.notes),
+            "doubtful": list(self.doubtful),
         }
 
     def rows(self) -> list[dict[str, Any]]:
@@ -208,4 +213,5 @@ class StandDiscovery(StoredResult, TabularResult):
             common=checked(document, "common", partial(part_of, Discovery)),
             notes=checked(document, "notes", list_of(text), ()),
             alpha=checked(document, "alpha", number, 0.01),
+            doubtful=checked(document, "doubtful", list_of(text), ()),
         )

@@ -236,6 +236,7 @@ def _told(
         *own_effects(level, state.own, state.shared, names, alpha),
     )
     order = {"stand": 0, "undecided": 1, "unit": 2}
+    hinging = _hinging_on_one_head(state, settings)
     of_stand = {item.id for item in effects if item.verdict == "stand"}
     shared = tuple(item for item in state.shared if item.effect.id in of_stand)
     gain = len(units) >= FEWEST and bool(shared or head)
@@ -247,9 +248,28 @@ def _told(
         if gain
         else {},
         common=common,
-        notes=tuple(_notes(state, names)),
+        notes=(*_doubts(common), *_notes(state, names, hinging)),
+        doubtful=(*common.doubtful, *_doubtful(state, hinging)),
         alpha=alpha,
     )
+
+
+def _hinging_on_one_head(state: _State, settings: _Settings) -> tuple[int, ...]:
+    """Units whose own effects a head of their own, as good as declared, could make as well."""
+    if not settings.head or len(state.units) < FEWEST:
+        return ()
+    searched, level = searched_among(settings.effects), settings.alpha / (2.0 * len(state.units))
+    looker = Looker(searched, settings.head, settings.seed, one_head=False)
+    return tuple(
+        n for n in sorted(state.own) if looker(state.units, n, state.shared).p_value >= level
+    )
+
+
+def _doubtful(state: _State, hinging: Sequence[int]) -> tuple[str, ...]:
+    """Ids of effects that hinge on one head in all units that have them alone."""
+    own = state.ids[1]
+    sure = set().union(*(ids for n, ids in own.items() if n not in hinging))
+    return tuple(sorted(set().union(*(own[n] for n in hinging)) - sure))
 
 
 def _names(records: Sequence[TumbleRecord]) -> tuple[str, ...]:
@@ -260,9 +280,20 @@ def _names(records: Sequence[TumbleRecord]) -> tuple[str, ...]:
     return tuple(f"unit {number}" for number in range(1, len(records) + 1))
 
 
-def _notes(state: _State, names: tuple[str, ...]) -> Iterator[str]:
+def _doubts(common: Discovery) -> Iterator[str]:
+    """Notes on what is not sure in the mean of the units."""
+    yield from (note for note in common.notes if any(name in note for name in common.doubtful))
+
+
+def _notes(state: _State, names: tuple[str, ...], hinging: Sequence[int]) -> Iterator[str]:
     if len(names) < FEWEST:
         yield "two units: what both have may be the stand's or the type's; measure a third"
     for number, told in state.own.items():
         if not told.complete:
             yield f"{names[number]} disagrees with the others, and no known effect explains how"
+    if hinging:
+        yield (
+            f"what is found in {' and '.join(names[n] for n in hinging)} alone is not sure: errors"
+            " of another head, or of the same one with the unit clamped at another angle, would"
+            " look like it; it holds if one head, clamped alike, has measured all units"
+        )

@@ -98,6 +98,29 @@ def known(units: Sequence[Unit], shared: Sequence[Instance], head: float, size: 
     return Knowledge(*posterior(information, pull, _LEAST))
 
 
+def of_another_head(told: Knowledge, positions: int, head: float) -> Knowledge:
+    """Forget the head positions, as for a unit on a head of its own that is as good as declared.
+
+    Parameters
+    ----------
+    told : Knowledge
+        What other units tell.
+    positions : int
+        Number of head positions, at the end of what is told.
+    head : float
+        Declared uncertainty of a head position [rad].
+
+    Returns
+    -------
+    Knowledge
+        Sizes as they were told, and nothing of the positions but the declaration.
+    """
+    sizes = told.value.size - positions
+    covariance = head**2 * np.eye(told.value.size)
+    covariance[:sizes, :sizes] = told.covariance[:sizes, :sizes]
+    return Knowledge(np.append(told.value[:sizes], np.zeros(positions)), covariance)
+
+
 def without_head(
     units: Sequence[Unit], shared: Sequence[Instance], head: float
 ) -> tuple[Unit, ...]:

@@ -11,7 +11,12 @@ from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.factors import blocks
 from accelcal.discovery.family import Family, family_of, judge
 from accelcal.discovery.search import search
-from accelcal.discovery.stand.joint_fit import beside_the_others, known, shared_columns
+from accelcal.discovery.stand.joint_fit import (
+    beside_the_others,
+    known,
+    of_another_head,
+    shared_columns,
+)
 from accelcal.discovery.stand.mean_unit import Unit
 from accelcal.effects.effect import Effect
 
@@ -55,10 +60,15 @@ class Looker:
         Declared uncertainty of a head position [rad].
     seed : int
         Of the simulated noise.
+    one_head : bool, default True
+        Whether the head positions that the others tell are those of the unit too.
     """
 
-    def __init__(self, effects: Sequence[Effect], head: float, seed: int) -> None:
+    def __init__(
+        self, effects: Sequence[Effect], head: float, seed: int, *, one_head: bool = True
+    ) -> None:
         self._effects, self._head, self._seed = effects, head, seed
+        self._one_head = one_head or not head
         self._families: dict[object, Family] = {}
 
     def __call__(self, units: Sequence[Unit], number: int, shared: Sequence[Instance]) -> OwnLook:
@@ -67,6 +77,8 @@ class Looker:
         others = [*units[:number], *units[number + 1 :]] if len(units) >= FEWEST else []
         columns = shared_columns(unit, shared, self._head)
         told = known(others, shared, self._head, columns.shape[1])
+        if not self._one_head:
+            told = of_another_head(told, unit.head.shape[1], self._head)
         comparison = beside_the_others(unit, columns, told)
         family = self._family(comparison)
         return OwnLook(comparison, family, judge(family, comparison.seen).p_value)
