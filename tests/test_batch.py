@@ -556,13 +556,11 @@ def test_rows_do_not_travel_between_processes(archive, tmp_path, monkeypatch):
 
 @pytest.mark.usefixtures("small_blocks")
 def test_frames_in_memory_come_as_files(archive, monkeypatch):
-    from accelcal.archive.handed_over import FromFiles
+    from accelcal.archive import through
 
     came = []
-    keep = FromFiles.keep
-    monkeypatch.setattr(
-        FromFiles, "keep", lambda self, block, out: (came.append(out), keep(self, block, out))
-    )
+    take = through.from_file
+    monkeypatch.setattr(through, "from_file", lambda path: (came.append(path), take(path))[1])
     found, alone = accelcal.batch(archive, jobs=2), accelcal.batch(archive)
     assert len(came) > 1
     assert max(map(len, came)) < 500

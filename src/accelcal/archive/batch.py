@@ -14,7 +14,7 @@ from accelcal.archive.cells import Columns, Labels, put_together
 from accelcal.archive.columns import ERRORS, LAWS, ROWS, FrameColumn, units_of
 from accelcal.archive.formats import form_of, require_form, results, write_errors
 from accelcal.archive.growing_results import growing_results, work_and_keep
-from accelcal.archive.handed_over import FromFiles, fit_to_file
+from accelcal.archive.handed_over import fit_to_file
 from accelcal.archive.journal import open_journal
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import Sources, find_sources, is_url
@@ -176,7 +176,7 @@ def batch(
     else:
         with TemporaryDirectory(prefix="accelcal-") as folder:
             to_file = partial(fit_to_file, settings=settings, folder=folder)
-            work_through(sources, to_file, FromFiles(kept), jobs=jobs, tell=progress)
+            work_through(sources, to_file, kept, jobs=jobs, tell=progress)
     found = kept.results
     return BatchFrames(
         _frame([part.tables for part in found], ROWS),

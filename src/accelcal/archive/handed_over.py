@@ -10,9 +10,9 @@ import pickle
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 
-from accelcal.archive.block import Block, fit_block
+from accelcal.archive.block import Block, Outcome, fit_block
+from accelcal.archive.cells import Columns
 from accelcal.archive.settings import Settings
-from accelcal.archive.through import InMemory
 from accelcal.errors import InputError
 
 
@@ -31,7 +31,7 @@ def fit_to_file(block: Block, settings: Settings, folder: str) -> str:
     Returns
     -------
     str
-        The file, for `FromFiles` of the same batch.
+        The file, for `from_file` of the same batch.
 
     Raises
     ------
@@ -50,21 +50,19 @@ def fit_to_file(block: Block, settings: Settings, folder: str) -> str:
     return file.name
 
 
-class FromFiles:
-    """Takes up such files, as a keeper of blocks.
+def from_file(path: str) -> Outcome[Columns]:
+    """Take up such a file.
 
     Parameters
     ----------
-    kept : InMemory
-        Who keeps what was in them.
+    path : str
+        What `fit_to_file` returned; it is removed.
+
+    Returns
+    -------
+    Outcome
+        What came of the block.
     """
-
-    def __init__(self, kept: InMemory) -> None:
-        self.expect, self.serials = kept.expect, kept.serials
-        self._keep = kept.keep
-
-    def keep(self, block: Block, outcome: str) -> None:
-        """Keep a finished block."""
-        path = Path(outcome)
-        self._keep(block, pickle.loads(path.read_bytes()))
-        path.unlink()
+    found: Outcome[Columns] = pickle.loads(Path(path).read_bytes())
+    Path(path).unlink()
+    return found

@@ -8,6 +8,7 @@ from typing import Any, Protocol, TypeVar
 
 from accelcal.archive.block import Block, Outcome
 from accelcal.archive.cells import Columns
+from accelcal.archive.handed_over import from_file
 from accelcal.archive.parts import comes_back, divide
 from accelcal.archive.sources import SourceFile, Sources
 from accelcal.archive.workers import completed, processors, workers
@@ -64,9 +65,9 @@ class InMemory:
         """Take note of the next block; none is finished already."""
         return False
 
-    def keep(self, block: Block, outcome: Outcome[Columns]) -> None:
-        """Keep a finished block."""
-        self._results[block.place] = outcome
+    def keep(self, block: Block, outcome: Outcome[Columns] | str) -> None:
+        """Keep a finished block; a text is the file in which its worker has put it."""
+        self._results[block.place] = from_file(outcome) if isinstance(outcome, str) else outcome
 
     def serials(self, block: Block) -> Sequence[str]:
         """Serial of each stretch of rows, where a finished block is a part of a table."""
