@@ -15,7 +15,7 @@ from accelcal.archive.columns import ERRORS, FrameColumn
 from accelcal.arguments.endings import ending_of
 from accelcal.errors import not_installed
 from accelcal.escapes import ESCAPED
-from accelcal.io.csv_text import csv_text
+from accelcal.io.csv_text import csv_text, quoted
 
 FORMS = (".csv", ".csv.gz", ".parquet")
 """Ends of the names of results."""
@@ -169,11 +169,5 @@ def _written(cells: Cells, kind: str) -> list[str]:
     """Cells as CSV has them; a label is written once however often it comes."""
     if isinstance(cells, np.ndarray):
         return ["" if cell != cell else repr(cell) for cell in cells.tolist()]  # NaN
-    write: Callable[[Any], str] = _quoted if kind == "text" else repr
+    write: Callable[[Any], str] = quoted if kind == "text" else repr
     return cells.cells(["" if value is None else write(value) for value in cells.values])
-
-
-def _quoted(text: str) -> str:
-    if any(mark in text for mark in ',"\n\r'):
-        return '"' + text.replace('"', '""') + '"'
-    return text

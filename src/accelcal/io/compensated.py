@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.measured import MeasuredAcceleration
 from accelcal.errors import InputError, TableError
 from accelcal.escapes import ESCAPED
+from accelcal.io.csv_text import needs_quotes, quoted
 from accelcal.io.output_unit import notes_of_unit
 from accelcal.io.sample_headings import in_metres
 from accelcal.io.samples import SampleBlock, SampleReader
@@ -147,21 +148,24 @@ class AccelerationStream:
         return factors
 
     def _constant_temperature(self) -> float | None:
+        """Temperature of all samples; None where a column tells it, or nobody does."""
         given = self._options.temperature
-        has_column = "temperature" in self._samples.headings.columns
-        if given is not None and has_column:
-            self.notes.append(f"column temperature is set aside for {given:g} degC")
-        if given is None and not has_column:
-            given = self._samples.headings.temperature
-        if given is None and not has_column and self._found.several_levels:
+        if "temperature" in self._samples.headings.columns:
+            if given is not None:
+                self.notes.append(f"column temperature is set aside for {given:g} degC")
+            return given
+        given = self._samples.headings.temperature if given is None else given
+        if given is not None:
+            return given
+        if self._found.several_levels:
             raise InputError(
                 f"{self._samples.source}: no column temperature, but the calibration depends on it;"
                 " give temperature=..."
             )
-        if given is None and not has_column and self._found.temperatures is not None:
+        if self._found.temperatures is not None:
             level = self._found.temperatures[0]
             self.notes.append(f"no temperature is given; the calibration holds at {level:g} degC")
-        return given
+        return None
 
     # -- the samples -------------------------------------------------------------------------------
 
@@ -253,7 +257,7 @@ class AccelerationStream:
         ]
         if block.time is None:
             return "".join(map("%.15g,%.3g,%.3g,%d\n".__mod__, zip(*columns, strict=True)))
-        time = [_cell(text) for text in block.time] if _needs_quotes(block.time) else block.time
+        time = map(quoted, block.time) if needs_quotes("".join(block.time)) else block.time
         return "".join(map("%s,%.15g,%.3g,%.3g,%d\n".__mod__, zip(time, *columns, strict=True)))
 
     # -- after the last sample ---------------------------------------------------------------------
@@ -276,12 +280,3 @@ class AccelerationStream:
             for name, text in texts.items()
             if self._counts[name]
         ]
-
-
-def _needs_quotes(cells: Iterable[str]) -> bool:
-    text = "".join(cells)
-    return "," in text or '"' in text
-
-
-def _cell(text: str) -> str:
-    return '"' + text.replace('"', '""') + '"' if _needs_quotes(text) else text
