@@ -31,6 +31,7 @@ from accelcal.io.text import (
     read_text,
     refuse_foreign,
     standard_input,
+    unreadable,
 )
 from accelcal.plural import counted
 
@@ -265,12 +266,8 @@ def _of_workbook(content: bytes, name: str, raw: IO[bytes]) -> SampleReader:
 def _opened(path: str) -> IO[bytes]:
     try:
         return open(path, "rb", buffering=1 << 16)  # noqa: PTH123  (as in text)
-    except FileNotFoundError:
-        problem, remedy = "no such file", "give the path of a file, or - for standard input"
     except (OSError, ValueError) as error:
-        problem = f"cannot be read ({getattr(error, 'strerror', None) or error})"
-        remedy = "give a file that can be read"
-    raise TableError(problem, remedy, source=path)
+        raise unreadable(error, path, "file") from None
 
 
 def _unpacked(raw: Any) -> io.BufferedReader:

@@ -185,6 +185,32 @@ def standard_input() -> IO[bytes]:
     return cast("IO[bytes]", getattr(sys.stdin, "buffer", sys.stdin))
 
 
+def unreadable(error: OSError | ValueError, path: str, what: str) -> TableError:
+    """Make the error of a file that cannot be opened or read.
+
+    Parameters
+    ----------
+    error : OSError or ValueError
+        What went wrong.
+    path : str
+        The file.
+    what : str
+        What it was to be.
+
+    Returns
+    -------
+    TableError
+        The error, to be raised.
+    """
+    if isinstance(error, FileNotFoundError):
+        remedy = f"give the path of a {what}, or - for standard input"
+        return TableError("no such file", remedy, source=path)
+    if isinstance(error, IsADirectoryError):
+        return TableError("is a folder", f"give the path of one {what}", source=path)
+    reason = getattr(error, "strerror", None) or str(error)
+    return TableError(f"cannot be read ({reason})", "give a file that can be read", source=path)
+
+
 def named_bytes(content: bytes, name: str) -> BytesIO:
     """Open content in memory like the file that it comes from.
 
@@ -315,15 +341,8 @@ def _read_path(path: str, what: str) -> bytes:
     try:
         with open(path, "rb") as file:  # noqa: PTH123  (pathlib costs start-up time)
             return file.read()
-    except FileNotFoundError:
-        remedy = f"give the path of a {what}, or - for standard input"
-        raise TableError("no such file", remedy, source=path) from None
-    except IsADirectoryError:
-        raise TableError("is a folder", f"give the path of one {what}", source=path) from None
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        remedy = "give a file that can be read"
-        raise TableError(f"cannot be read ({reason})", remedy, source=path) from None
+        raise unreadable(error, path, what) from None
 
 
 def _gunzip(content: bytes, name: str) -> bytes:
