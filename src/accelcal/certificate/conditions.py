@@ -9,6 +9,8 @@ from accelcal.certificate.xml import dcc, named, number, rich, si
 from accelcal.io.laboratory import NOT_STATED
 from accelcal.results.calibration import Calibration
 
+_METRES = r"\metre\second\tothe{-2}"
+
 
 def influence_conditions(calibration: Calibration) -> Element:
     """Make the conditions.
@@ -25,20 +27,18 @@ def influence_conditions(calibration: Calibration) -> Element:
     """
     stated = [table.temperature_degC for table in calibration.tables]
     levels = list(dict.fromkeys(level for level in stated if level is not None))
+    local = calibration.g_local_m_s2
+    gravity = _quantity("local gravity", [] if local is None else [local], _METRES)
     return dcc(
         "influenceConditions",
-        _condition(_gravity(calibration.g_local_m_s2)),
-        _condition(temperature_quantity(levels)),
+        dcc("influenceCondition", named("local gravity"), dcc("data", gravity)),
+        dcc("influenceCondition", named("temperature"), dcc("data", temperature_quantity(levels))),
     )
 
 
 def temperature_quantity(levels: Sequence[float]) -> Element:
     """Make a quantity of the temperatures of a test [degC]."""
     return _quantity("temperature", levels, r"\degreecelsius")
-
-
-def _gravity(local: float | None) -> Element:
-    return _quantity("local gravity", [] if local is None else [local], r"\metre\second\tothe{-2}")
 
 
 def _quantity(name: str, values: Sequence[float], unit: str) -> Element:
@@ -49,8 +49,3 @@ def _quantity(name: str, values: Sequence[float], unit: str) -> Element:
     written = " ".join(map(number, values))
     found = si(tag, si(f"value{ending}", written), si(f"unit{ending}", unit))
     return dcc("quantity", named(name), found)
-
-
-def _condition(quantity: Element) -> Element:
-    name = quantity.findtext(".//{*}content") or NOT_STATED
-    return dcc("influenceCondition", named(name), dcc("data", quantity))
