@@ -131,11 +131,13 @@ def _with_effects(calibration: Calibration, found: Compensation, *, taken_up: bo
 
 def _next_launch(calibration: Calibration) -> Launch:
     known = {source.name: source for source in calibration.error_sources if source.value}
-    sizes, freedom = (
-        [getattr(known.get(name), of, None) or none for name in ("launch", "launch_sf")]
-        for of, none in (("value", 0.0), ("dof", math.inf))
+    bias, scale_factor = known.get("launch"), known.get("launch_sf")
+    return Launch(
+        bias=(bias and bias.value) or 0.0,
+        scale_factor=(scale_factor and scale_factor.value) or 0.0,
+        bias_dof=(bias and bias.dof) or math.inf,
+        scale_factor_dof=(scale_factor and scale_factor.dof) or math.inf,
     )
-    return Launch(*sizes, *freedom)
 
 
 def _from_tables(calibration: Calibration, tables: Sequence[TableCalibration]) -> Compensation:
