@@ -369,6 +369,12 @@ def test_bad_streams_leave_nothing_behind(folder, capsys, monkeypatch, case, blo
     assert sorted(folder.iterdir()) == before
 
 
+def test_a_folder_is_no_stream(folder, capsys):
+    (folder / "data").mkdir()
+    assert main(["apply", "cal.json", "data"]) == 2
+    assert capsys.readouterr().err == "data: is a folder; give the path of one file\n"
+
+
 def test_a_failed_run_keeps_the_former_result(run, folder):
     run(HEAD + "output,temperature\n1,20\n")
     former = (folder / "out.csv").read_text()
