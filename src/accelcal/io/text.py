@@ -186,22 +186,7 @@ def standard_input() -> IO[bytes]:
 
 
 def unreadable(error: OSError | ValueError, path: str, what: str) -> TableError:
-    """Make the error of a file that cannot be opened or read.
-
-    Parameters
-    ----------
-    error : OSError or ValueError
-        What went wrong.
-    path : str
-        The file.
-    what : str
-        What it was to be.
-
-    Returns
-    -------
-    TableError
-        The error, to be raised.
-    """
+    """Make the error of a file, which was to be a `what`, that cannot be opened or read."""
     if isinstance(error, FileNotFoundError):
         remedy = f"give the path of a {what}, or - for standard input"
         return TableError("no such file", remedy, source=path)
