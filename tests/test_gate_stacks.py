@@ -12,7 +12,7 @@ import accelcal
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import prepare
-from accelcal.gates import replicates, resolution, sizes
+from accelcal.gates import order, replicates, resolution, sizes
 from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, plan_of
 from accelcal.gates.record import RecordStack, gates_of_records
@@ -322,6 +322,18 @@ def test_units_of_a_stack_are_judged_as_without_a_screen():
     whole = sizes._Sizes.of(stack.output, groups.amplitudes(stack.output), groups)
     assert ((sizes.units(stack).verdict == 1) == whole.bad).all()
     assert 0 < whole.bad.sum() < 300
+
+
+@pytest.mark.parametrize("shape", [*SHAPES, (2, 8, 3)])
+def test_orders_of_a_stack_are_judged_as_without_a_screen(monkeypatch, shape):
+    tables = tables_of(*shape, count=300)
+    stack = TableStack.of(tables, *fits_of(tables))
+    clear, found = order._is_clear(stack), order.order_of_positions(stack)
+    monkeypatch.setattr(order, "_is_clear", lambda stack: np.zeros(len(stack), dtype=bool))
+    unscreened = order.order_of_positions(stack)
+    assert [found.gate(i) for i in range(300)] == [unscreened.gate(i) for i in range(300)]
+    assert 0 < (found.verdict == 1).sum() < 300
+    assert clear.any() == (shape[0] > 3)
 
 
 # -- steps -----------------------------------------------------------------------------------------

@@ -162,15 +162,26 @@ class _FromAngles(NamedTuple):
 def _from_angles(
     angles: bytes, mounting: str, spread: bytes, delta0: float, asked: Sequence[str], strict: bool
 ) -> _FromAngles:
-    angle, scatter = np.frombuffer(angles), np.frombuffer(spread)
-    design = design_matrix(accelerations(angle, delta0, mounting), mounting)
+    at, place, _ = grouped(np.frombuffer(angles))
+    rows = _at_angles(at.tobytes(), mounting, delta0)
+    design, angular, head = (each[place] for each in rows)
     found = estimability(design, asked, strict=strict)
-    angular, head = angular_derivative(angle, delta0, mounting), head_positions(angle)
     at_head = grouped(head)
     for shared in (design, angular, head, *at_head):
         shared.setflags(write=False)
-    solver = LeastSquares(design[:, found.columns], scatter)
+    solver = LeastSquares(design[:, found.columns], np.frombuffer(spread))
     return _FromAngles(design, angular, head, at_head, found, solver)
+
+
+@lru_cache(maxsize=8)  # tables with other readings missing still have the same angles
+def _at_angles(angles: bytes, mounting: str, delta0: float) -> tuple[Array, Array, Array]:
+    """Rows of the design and of its derivative at some angles, and the head positions."""
+    angle = np.frombuffer(angles)
+    return (
+        design_matrix(accelerations(angle, delta0, mounting), mounting),
+        angular_derivative(angle, delta0, mounting),
+        head_positions(angle),
+    )
 
 
 def is_usable(output: Array) -> Mask:

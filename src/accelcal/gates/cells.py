@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -53,7 +54,7 @@ class Cells(NamedTuple):
     def parts(self) -> list[Places]:
         """Readings of each cell."""
         order = group_after_group(self.cell, self.members)
-        return np.split(order, np.cumsum(self.members)[:-1])
+        return [order[start:end] for start, end in pairwise([0, *np.cumsum(self.members).tolist()])]
 
     @property
     def alike(self) -> list[Alike]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -204,30 +205,55 @@ def order_of_positions(stack: TableStack) -> GateStack:
     proportion, a negative sign as a negative scale factor. A mirror turns the signs of M and M_ip
     and shows nowhere.
     """
-    plan = _order_plan(stack.plan)
-    none_left = plan.basis.columns.shape[0] <= plan.basis.columns.shape[1]
-    fit = plan.basis.fit(stack.output)
-    other = _best_order(stack, fit)
-    swap = best_swap(stack.output, fit.residual, plan.basis.columns, plan.swaps, _MUCH_BETTER)
-    best = np.maximum(np.minimum(other.squares, swap.squares), _least(stack))
-    bad = fit.squares > _MUCH_BETTER * best
+    rows = np.flatnonzero(~_is_clear(stack))
+    better = _better_orders(stack, rows) if rows.size else {}
+    bad = np.zeros(len(stack), dtype=np.bool_)
+    bad[list(better)] = True
 
     def said(index: int) -> str:
-        if not bad[index]:
-            return "no other order of positions fits far better"
-        how = f"{' and '.join(stack.place(index, i) for i in swap.pair[index].tolist())} swapped"
-        if other.squares[index] <= swap.squares[index]:
-            how = f"{plan.groups.names[other.group[index]]} {plan.orders[other.order[index]].said}"
-        ratio = times(float(np.sqrt(fit.squares[index] / best[index])))
-        return f"the residuals would be {ratio} times smaller with {how}"
+        return better[index]() if bad[index] else "no other order of positions fits far better"
 
+    none_left = len(stack.plan.design) <= stack.plan.design.shape[1]
     missing = [(none_left, "no residual to compare orders by")]
     return gate_stack("order of positions", bad, said, missing)
 
 
-def _least(stack: TableStack) -> Array:
+def _is_clear(stack: TableStack) -> Mask:
+    """Tables of which no other order can fit far better, shape (T,).
+
+    It leaves the strokes of one direction as they are. Whatever is fitted to these, the scatter of
+    their readings at one angle is left.
+    """
+    directions, back = stack.plan.directions, stack.plan.stroke % 2 == 0
+    cells = directions._replace(weight=directions.members, precision=None)
+    scatter = cells.centred(stack.output) ** 2
+    left = np.minimum(scatter[back].sum(axis=0), scatter[~back].sum(axis=0))
+    return np.asarray((stack.residual**2).sum(axis=0) <= _MUCH_BETTER * left)
+
+
+def _better_orders(stack: TableStack, rows: Places) -> dict[int, Callable[[], str]]:
+    """Tables among some that another order would fit far better, and what tells which."""
+    plan, output = _order_plan(stack.plan), stack.output[:, rows]
+    fit = plan.basis.fit(output)
+    other = _best_order(stack, output, fit)
+    swap = best_swap(output, fit.residual, plan.basis.columns, plan.swaps, _MUCH_BETTER)
+    best = np.maximum(np.minimum(other.squares, swap.squares), _least(output))
+
+    def said(at: int) -> str:
+        pair = [stack.place(int(rows[at]), reading) for reading in swap.pair[at].tolist()]
+        how = f"{' and '.join(pair)} swapped"
+        if other.squares[at] <= swap.squares[at]:
+            how = f"{plan.groups.names[other.group[at]]} {plan.orders[other.order[at]].said}"
+        ratio = times(float(np.sqrt(fit.squares[at] / best[at])))
+        return f"the residuals would be {ratio} times smaller with {how}"
+
+    bad = np.flatnonzero(fit.squares > _MUCH_BETTER * best).tolist()
+    return {int(rows[at]): partial(said, at) for at in bad}
+
+
+def _least(output: Array) -> Array:
     """Squared residuals that rounding makes, shape (T,)."""
-    return np.asarray(_NOTHING * (stack.output**2).sum(axis=0))
+    return np.asarray(_NOTHING * (output**2).sum(axis=0))
 
 
 def order_of_strokes(table: PreparedTable, delta0: float) -> OtherOrder | None:
@@ -251,9 +277,9 @@ def order_of_strokes(table: PreparedTable, delta0: float) -> OtherOrder | None:
     stack = TableStack.of([table], [nothing], [ReadingNoise(np.nan, 0.0, "none")], delta0)
     plan = _order_plan(stack.plan)
     fit = plan.basis.fit(stack.output)
-    found = _best_order(stack, fit)
+    found = _best_order(stack, stack.output, fit)
     squares, left = float(fit.squares[0]), float(found.squares[0])
-    least = max(left, float(_least(stack)[0]))
+    least = max(left, float(_least(stack.output)[0]))
     if squares <= _MUCH_BETTER * least:
         return None
     order, group = plan.orders[found.order[0]], int(found.group[0])
@@ -262,12 +288,12 @@ def order_of_strokes(table: PreparedTable, delta0: float) -> OtherOrder | None:
     return OtherOrder(said, left, chosen, order.angle, order.sign, squares / least)
 
 
-def _best_order(stack: TableStack, fit: _Fit) -> _Found:
-    """The best of the other orders of strokes of each table."""
+def _best_order(stack: TableStack, output: Array, fit: _Fit) -> _Found:
+    """The best of the other orders of strokes of each of some tables."""
     plan = _order_plan(stack.plan)
     groups, orders = plan.groups, plan.orders
-    nothing = np.zeros(len(stack), dtype=np.intp)
-    found = _Found(np.full(len(stack), np.inf), nothing, nothing.copy())
+    nothing = np.zeros(fit.squares.size, dtype=np.intp)
+    found = _Found(np.full(fit.squares.size, np.inf), nothing, nothing.copy())
     if not groups.names:
         return found
     # Leaving a group out fits at least as well as any order of it: where even that is not much
@@ -276,7 +302,7 @@ def _best_order(stack: TableStack, fit: _Fit) -> _Found:
     rows = np.flatnonzero(without <= fit.squares / _MUCH_BETTER)
     if rows.size == 0:
         return found
-    output, part = stack.output[:, rows], fit.of_tables(rows)
+    output, part = output[:, rows], fit.of_tables(rows)
     each = [_squares_of_groups(stack, output, part, order, groups) for order in orders]
     best = np.stack(each, axis=1).reshape(rows.size, -1).argmin(axis=1)
     found.order[rows], found.group[rows] = np.divmod(best, len(groups.names))

@@ -17,7 +17,6 @@ from accelcal.gates.verdict import GateStack, acceleration, gate_stack, times
 from accelcal.geometry import head_positions
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, SCALE_FACTOR, coefficient_unit
 from accelcal.numerics.grouping import grouped, products_of_groups
-from accelcal.numerics.one_thread import multiply
 
 _TELLING = 0.3  # readings below this share of the largest tell nothing about the unit
 _OTHER_SIZE = 1.3  # ratio of two strokes, or of two scale factors, above any temperature effect
@@ -47,8 +46,7 @@ def proportions(stack: TableStack) -> GateStack:
     over = np.where(turned, np.nan, scale_factor)
     columns = [COEFFICIENTS.index(name) for name in LARGEST_RATIOS]
     ratio = stack.coefficients[:, columns] / over[:, None]
-    residual = stack.output - multiply(stack.table.design, stack.coefficients.T)
-    left = np.sqrt((residual**2).mean(axis=0))
+    left = np.sqrt((stack.residual**2).mean(axis=0))
     rms = left / over
     large = (np.abs(ratio) / list(LARGEST_RATIOS.values()) > 1.0).any(axis=1)
     bad = turned | large | (rms / LARGEST_RESIDUAL > 1.0)

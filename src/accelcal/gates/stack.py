@@ -17,6 +17,7 @@ from accelcal.gates.trend import ReplicateFit
 from accelcal.gates.verdict import reading_name
 from accelcal.model import SCALE_FACTOR
 from accelcal.numerics.decimal_steps import decimal_steps
+from accelcal.numerics.one_thread import multiply
 from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
 from accelcal.units import HOUR
@@ -115,6 +116,11 @@ class TableStack:
     def alike(self) -> Array:
         """Readings counted in their spread, shape (n, T): they all have the same noise."""
         return self.plan.alike(self.output)
+
+    @cached_property
+    def residual(self) -> Array:
+        """What the coefficients leave of the readings, shape (n, T) [output unit]."""
+        return np.asarray(self.output - multiply(self.table.design, self.coefficients.T))
 
     @cached_property
     def smallest(self) -> Array:
