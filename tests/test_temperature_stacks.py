@@ -17,7 +17,7 @@ from accelcal.simulation import NoiseComponents, TumblePlan
 from accelcal.temperature.bilinear import bilinear_design
 from accelcal.temperature.generalised_least_squares import law_maps
 from accelcal.temperature.laws import laws_of_stack
-from accelcal.temperature.product_errors import errors_at, product_fit
+from accelcal.temperature.product_errors import errors_at, product_fit, sizes_at
 from accelcal.temperature.product_fit import estimator, solved
 from accelcal.temperature.recorded import RecordedTemperatures
 
@@ -215,7 +215,7 @@ def moving_fit(**declared):
 def test_product_fit_of_a_stack_is_the_least_squares_of_each_record(declared):
     fit, laws = moving_fit(**declared)
     state = solved(fit, laws)
-    errors = errors_at(fit, state, fit.readings.at(state.felt))
+    errors = errors_at(fit, state, fit.readings.at(state.felt), sizes_at(fit, state))
     positions = errors.head.position[:, None] == np.arange(errors.head.members.size)
     head = errors.head.acting[..., None] * positions
     shared = np.concatenate([head, *errors.shared.values()], axis=2)

@@ -11,7 +11,28 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Places
-from accelcal.numerics.grouping import sums_of_groups
+from accelcal.numerics.grouping import grouped, sums_of_groups
+
+
+class Block(NamedTuple):
+    """Some readings, and those of the positions that they have.
+
+    Attributes
+    ----------
+    rows : slice
+        The readings, n of them.
+    head : ndarray of int, shape (J,)
+        Their positions.
+    position : ndarray of int, shape (n,)
+        Position of each reading, as a place in `head`.
+    members : ndarray of int, shape (J,)
+        How many readings each position has.
+    """
+
+    rows: slice
+    head: Places
+    position: Places
+    members: Places
 
 
 class HeadErrors(NamedTuple):
@@ -34,6 +55,15 @@ class HeadErrors(NamedTuple):
     def of_records(self, rows: Places) -> HeadErrors:
         """Return those of some of the records."""
         return self._replace(acting=self.acting[rows])
+
+    def blocks(self, readings: int) -> list[Block]:
+        """Divide the readings into blocks of so many."""
+        cuts = [slice(i, i + readings) for i in range(0, self.position.size, readings)]
+        return [Block(rows, *grouped(self.position[rows])) for rows in cuts]
+
+    def of_block(self, block: Block) -> HeadErrors:
+        """Return those of some of the readings."""
+        return HeadErrors(self.acting[:, block.rows], block.position, block.members)
 
     def sums(self, columns: Array) -> Array:
         """Multiply columns, shape (R, n, k), with the transpose of H: shape (R, J, k)."""
@@ -63,9 +93,26 @@ class HeadErrors(NamedTuple):
         >>> np.allclose(root @ root @ (np.eye(3) + H @ H.T), np.eye(3))
         True
         """
-        own = self._replace(acting=self.acting / noise)
-        squares = own.sums(own.acting[..., None])
+        own = self.over(noise)
+        return own.freed(columns, own.common(own.sums(columns), own.squares))
+
+    def over(self, noise: Array) -> HeadErrors:
+        """Return those in units of the noise, shape (R, n)."""
+        return self._replace(acting=self.acting / noise)
+
+    @property
+    def squares(self) -> Array:
+        """Sum of the squares of `acting` of each position, shape (R, J, 1)."""
+        return self.sums(self.acting[..., None])
+
+    @staticmethod
+    def common(sums: Array, squares: Array) -> Array:
+        """What `freed` takes off, of the sums of columns over all readings of each position."""
         share = (1.0 - 1.0 / np.sqrt(1.0 + squares)) / np.where(squares > 0.0, squares, 1.0)
-        taken = (share * own.sums(columns))[:, self.position]
-        taken *= own.acting[..., None]
+        return np.asarray(share * sums)
+
+    def freed(self, columns: Array, common: Array) -> Array:
+        """Take off columns what their positions have in common, shape (R, J, k)."""
+        taken = common[:, self.position]
+        taken *= self.acting[..., None]
         return np.asarray(columns - taken)

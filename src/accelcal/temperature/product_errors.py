@@ -19,7 +19,7 @@ from accelcal.estimate.noise import FEW, ReadingNoise, noise_of_stack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.grouping import grouped
-from accelcal.temperature.apart_from_head import HeadErrors
+from accelcal.temperature.apart_from_head import Block, HeadErrors
 from accelcal.temperature.hysteresis import Branches, branches_of
 from accelcal.temperature.pooled_noise import pooled_noise
 from accelcal.temperature.product_model import Point, Readings
@@ -72,6 +72,11 @@ class ProductFit(NamedTuple):
             scale_factor=self.scale_factor[rows],
         )
 
+    def of_block(self, block: Block) -> ProductFit:
+        """Return that of some of the readings; their tables stay whole."""
+        readings = self.readings.of_rows(block.rows)
+        return self._replace(readings=readings, head=self.head.of_block(block))
+
 
 class Solution(NamedTuple):
     """Where the solution stands.
@@ -87,6 +92,27 @@ class Solution(NamedTuple):
     parameters: Array
     felt: Array
     doubt: Array
+
+
+class Sizes(NamedTuple):
+    """Sizes of the errors that all readings of a table tell.
+
+    Attributes
+    ----------
+    noise, noise_dof : ndarray, shape (R, n)
+        As in `Errors`.
+    temperature, temperature_dof : ndarray, shape (R, t)
+        Standard uncertainty of the temperatures [degC], and its degrees of freedom.
+    """
+
+    noise: Array
+    noise_dof: Array
+    temperature: Array
+    temperature_dof: Array
+
+    def of_rows(self, rows: slice) -> Sizes:
+        """Return those of some of the readings."""
+        return self._replace(noise=self.noise[:, rows], noise_dof=self.noise_dof[:, rows])
 
 
 class Errors(NamedTuple):
@@ -114,10 +140,6 @@ class Errors(NamedTuple):
     shared: Mapping[str, Array]
     felt: Array
     temperature_dof: Array
-
-    def apart(self, columns: Array) -> Array:
-        """Columns over the noise, with the errors of the head taken for noise as well."""
-        return self.head.apart(columns / self.noise[..., None], self.noise)
 
 
 def product_fit(
@@ -186,8 +208,8 @@ def product_fit(
     )
 
 
-def errors_at(fit: ProductFit, state: Solution, point: Point) -> Errors:
-    """Errors of the readings, as they act where the solution stands.
+def sizes_at(fit: ProductFit, state: Solution) -> Sizes:
+    """Sizes of the errors where the solution stands.
 
     Parameters
     ----------
@@ -195,37 +217,58 @@ def errors_at(fit: ProductFit, state: Solution, point: Point) -> Errors:
         R records.
     state : Solution
         Where it stands.
+
+    Returns
+    -------
+    Sizes
+        Those of all readings.
+    """
+    noises = _noises(fit, state, fit.readings.at(state.felt))
+    pairs = zip(noises, fit.tables, strict=True)
+    noise = np.concatenate([n.factor[:, None] * table.scatter for n, table in pairs], axis=1)
+    dof = np.stack([noise.dof for noise in noises], axis=1)[:, fit.readings.table]
+    share = unfelt_share(state.felt, state.doubt)
+    return Sizes(
+        noise, dof, *stacked_temperature_uncertainty(fit.temperatures, fit.declared, share)
+    )
+
+
+def errors_at(fit: ProductFit, state: Solution, point: Point, sizes: Sizes) -> Errors:
+    """Errors of the readings, as they act where the solution stands.
+
+    Parameters
+    ----------
+    fit : ProductFit
+        R records, or some of their readings.
+    state : Solution
+        Where it stands.
     point : Point
         Their readings at the felt temperatures.
+    sizes : Sizes
+        Those of their errors.
 
     Returns
     -------
     Errors
         By source.
     """
-    noises = _noises(fit, state, point)
     of_table = np.eye(len(fit.tables))[fit.readings.table]
     K1 = point.scale_factor(state.parameters)[..., None] * of_table
     heat = point.by_temperature(state.parameters)[..., None] * of_table
-    uncertain, dof = stacked_temperature_uncertainty(
-        fit.temperatures, fit.declared, unfelt_share(state.felt, state.doubt)
-    )
     loops = fit.loop.paired.shape[1]
     half_widths = state.parameters[:, state.parameters.shape[1] - loops :]
     return Errors(
-        noise=np.concatenate(
-            [n.factor[:, None] * t.scatter for n, t in zip(noises, fit.tables, strict=True)], axis=1
-        ),
+        noise=sizes.noise,
         head=fit.head,
-        noise_dof=np.stack([noise.dof for noise in noises], axis=1)[:, fit.readings.table],
+        noise_dof=sizes.noise_dof,
         shared={
             "launch": K1 * fit.bias[:, None, None],
             "launch_sf": K1 * fit.readings.a_i[:, None] * fit.scale_factor[:, None, None],
-            "temperature": heat * uncertain[:, None],
+            "temperature": heat * sizes.temperature[:, None],
             "hysteresis": K1 @ fit.loop.off_the_middle(half_widths),
         },
         felt=heat * (fit.readings.deviation * PRIOR)[..., None],
-        temperature_dof=dof,
+        temperature_dof=sizes.temperature_dof,
     )
 
 

@@ -16,6 +16,7 @@ step mends what the last one rounded.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -23,12 +24,22 @@ from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array, Mask
 from accelcal.errors import DesignError
-from accelcal.temperature.product_errors import PRIOR, Errors, ProductFit, Solution, errors_at
+from accelcal.temperature.apart_from_head import Block, HeadErrors
+from accelcal.temperature.product_errors import (
+    PRIOR,
+    Errors,
+    ProductFit,
+    Sizes,
+    Solution,
+    errors_at,
+    sizes_at,
+)
 from accelcal.temperature.product_model import times
 
 _MOST_STEPS = 30
 _SURE = 3.0  # standard uncertainties by which a scale factor must differ from zero
 _CONVERGED = 1e-6  # of the noise of a reading
+_AT_A_TIME = 8192  # readings; with some dozens of columns each, they take 2 MB
 
 
 def solved(fit: ProductFit, laws: Array) -> Solution:
@@ -47,10 +58,10 @@ def solved(fit: ProductFit, laws: Array) -> Solution:
         A record comes out the same whatever the others are.
     """
     state = _start(fit, laws)
-    left = np.arange(len(laws))
+    left, blocks = np.arange(len(laws)), fit.head.blocks(_AT_A_TIME)
     for _ in range(_MOST_STEPS):
         part, before = fit.of_records(left), Solution(*(values[left] for values in state))
-        after, still = _step(part, before)
+        after, still = _step(part, before, blocks)
         for whole, new in zip(state, after, strict=True):
             whole[left] = new
         left = left[~still]
@@ -90,44 +101,102 @@ def _start(fit: ProductFit, laws: Array) -> Solution:
     return Solution(parameters, part, part.copy())
 
 
-def _step(fit: ProductFit, state: Solution) -> tuple[Solution, Mask]:
+def _step(fit: ProductFit, state: Solution, blocks: Sequence[Block]) -> tuple[Solution, Mask]:
     """One step, and the records that it hardly moved."""
-    point = fit.readings.at(state.felt)
-    errors, jacobian = errors_at(fit, state, point), point.jacobian(state.parameters)
-    system = _System.of(jacobian, errors)
-    away = fit.readings.output - point.model(state.parameters)
-    away += times(errors.felt, state.felt / PRIOR - 1.0)
-    step, felt, doubt = system.solve(away)
+    sizes = sizes_at(fit, state)
+
+    def of(block: Block) -> _Columns:
+        return _Columns.of(fit.of_block(block), state, sizes.of_rows(block.rows))
+
+    columns = of if len(blocks) > 1 else _kept(of(blocks[0]))
+    step, felt, doubt = _System.of(fit.head, blocks, columns).solve()
     found = Solution(state.parameters + step, PRIOR * (1.0 + felt), PRIOR * doubt)
-    moved = times(jacobian, step) + times(errors.felt, (found.felt - state.felt) / PRIOR)
-    return found, np.asarray((np.abs(moved) < _CONVERGED * errors.noise).all(axis=1))
+    still, felt = np.ones(len(step), dtype=bool), (found.felt - state.felt) / PRIOR
+    for block in blocks:
+        still &= columns(block).hardly_moved(step, felt)
+        if not still.any():
+            break
+    return found, still
 
 
-class _System(NamedTuple):
-    """Columns of parameters, shared errors and felt parts over the noise, and what solves them."""
+class _Columns(NamedTuple):
+    """Columns over the noise: of parameters, shared errors, felt parts, and what is left.
 
-    columns: Array
-    normal: Array
-    size: Array
+    Attributes
+    ----------
+    values : ndarray, shape (R, n, k + 1)
+        The columns.
+    parameters : int
+        How many of them are of parameters.
+    errors : Errors
+        Errors of these readings.
+    """
+
+    values: Array
+    parameters: int
     errors: Errors
 
     @classmethod
-    def of(cls, jacobian: Array, errors: Errors) -> _System:
-        columns = np.concatenate([jacobian, *errors.shared.values(), errors.felt], axis=2)
-        columns = errors.apart(columns)
-        count = jacobian.shape[2]
-        size = np.sqrt(np.einsum("rnp,rnp->rp", columns[..., :count], columns[..., :count]))
-        columns[..., :count] /= size[:, None]
-        normal = columns.mT @ columns
-        prior = np.arange(count, columns.shape[2])
-        normal[:, prior, prior] += 1.0
-        return cls(columns, normal, size, errors)
+    def of(cls, fit: ProductFit, state: Solution, sizes: Sizes) -> _Columns:
+        point = fit.readings.at(state.felt)
+        errors = errors_at(fit, state, point, sizes)
+        jacobian = point.jacobian(state.parameters)
+        away = fit.readings.output - point.model(state.parameters)
+        away += times(errors.felt, state.felt / PRIOR - 1.0)
+        parts = [jacobian, *errors.shared.values(), errors.felt, away[..., None]]
+        values = np.concatenate(parts, axis=2)
+        values /= errors.noise[..., None]
+        return cls(values, jacobian.shape[2], errors)
 
-    def solve(self, away: Array) -> tuple[Array, Array, Array]:
+    @property
+    def head(self) -> HeadErrors:
+        """Errors of the head over the noise."""
+        return self.errors.head.over(self.errors.noise)
+
+    @property
+    def felt(self) -> int:
+        """Number of felt parts."""
+        return int(self.errors.felt.shape[2])
+
+    def hardly_moved(self, step: Array, felt: Array) -> Mask:
+        """Tell which records a step of the parameters and of the felt parts hardly moved."""
+        moved = times(self.values[..., : self.parameters], step)
+        moved += times(self.values[..., -1 - self.felt : -1], felt)
+        return np.asarray((np.abs(moved) < _CONVERGED).all(axis=1))
+
+
+_ColumnsOf = Callable[[Block], _Columns]
+
+
+def _kept(columns: _Columns) -> _ColumnsOf:
+    """Give the columns of the only block."""
+    return lambda _: columns
+
+
+class _System(NamedTuple):
+    """Normal equations of the columns, those of parameters of size one, and what is left."""
+
+    normal: Array
+    right: Array
+    size: Array
+    felt: int
+
+    @classmethod
+    def of(cls, head: HeadErrors, blocks: Sequence[Block], columns: _ColumnsOf) -> _System:
+        products, first = _products(head, blocks, columns), columns(blocks[0])
+        count, unknowns = first.parameters, products.shape[1] - 1
+        size = np.sqrt(np.linalg.diagonal(products)[:, :count])
+        products[:, :count] /= size[..., None]
+        products[:, :, :count] /= size[:, None]
+        prior = np.arange(count, unknowns)
+        products[:, prior, prior] += 1.0
+        return cls(products[:, :-1, :-1], products[:, :-1, -1], size, first.felt)
+
+    def solve(self) -> tuple[Array, Array, Array]:
         """Step of the parameters and of the felt parts, and the uncertainty of these."""
-        felt = self.errors.felt.shape[2]
-        right = np.zeros((*self.normal.shape[:2], 1 + felt))
-        right[..., :1] = self.columns.mT @ self.errors.apart(away[..., None])
+        felt = self.felt
+        right = np.zeros((*self.right.shape, 1 + felt))
+        right[..., 0] = self.right
         right[:, -felt:, 1:] = np.eye(felt)
         found = self._solved(right)
         of_felt = found[:, -felt:]
@@ -135,12 +204,15 @@ class _System(NamedTuple):
         doubt = np.sqrt(np.clip(variance, 0.0, 1.0))  # 1 before the fit
         return found[:, : self.size.shape[1], 0] / self.size, of_felt[..., 0], doubt
 
-    def map(self) -> Array:
+    def map(self, columns: _Columns) -> Array:
         """The step of the parameters as a matrix, shape (R, 3 p + c, n)."""
-        found = self._solved(self.columns.mT)[:, : self.size.shape[1]]
+        errors, count = columns.errors, columns.parameters
+        free = errors.head.apart(columns.values[..., :-1], errors.noise)
+        free[..., :count] /= self.size[:, None]
+        found = self._solved(free.mT)[:, :count]
         found /= self.size[..., None]
-        rows = self.errors.head.apart(found.mT, self.errors.noise)
-        return np.asarray((rows / self.errors.noise[..., None]).mT)
+        rows = errors.head.apart(found.mT, errors.noise)
+        return np.asarray((rows / errors.noise[..., None]).mT)
 
     def _solved(self, right: Array) -> Array:
         try:
@@ -149,6 +221,24 @@ class _System(NamedTuple):
             raise DesignError(
                 "the readings do not determine the temperature laws; measure at more temperatures"
             ) from None
+
+
+def _products(head: HeadErrors, blocks: Sequence[Block], columns: _ColumnsOf) -> Array:
+    """Products of the columns, with the errors of the head taken for noise as well."""
+    records, width = head.acting.shape[0], columns(blocks[0]).values.shape[2]
+    sums = np.zeros((records, head.members.size, width))
+    squares = np.zeros((records, head.members.size, 1))
+    for block in blocks:
+        own = columns(block)
+        sums[:, block.head] += own.head.sums(own.values)
+        squares[:, block.head] += own.head.squares
+    common = head.common(sums, squares)
+    products = np.zeros((records, width, width))
+    for block in blocks:
+        own = columns(block)
+        free = own.head.freed(own.values, common[:, block.head])
+        products += free.mT @ free
+    return products
 
 
 def estimator(fit: ProductFit, state: Solution) -> tuple[Array, Errors]:
@@ -168,6 +258,6 @@ def estimator(fit: ProductFit, state: Solution) -> tuple[Array, Errors]:
     errors : Errors
         Errors of the readings there.
     """
-    point = fit.readings.at(state.felt)
-    errors = errors_at(fit, state, point)
-    return _System.of(point.jacobian(state.parameters), errors).map(), errors
+    columns = _Columns.of(fit, state, sizes_at(fit, state))
+    whole = fit.head.blocks(fit.head.position.size)
+    return _System.of(fit.head, whole, _kept(columns)).map(columns), columns.errors

@@ -46,6 +46,12 @@ class Readings(NamedTuple):
         own = {name: getattr(self, name)[rows] for name in ("output", "rise", "deviation")}
         return self._replace(**own)
 
+    def of_rows(self, rows: slice) -> Readings:
+        """Return some of the readings of each record."""
+        own = {name: getattr(self, name)[rows] for name in ("a_i", "cross", "common", "table")}
+        own |= {name: getattr(self, name)[:, rows] for name in ("output", "rise", "deviation")}
+        return self._replace(**own)
+
     def at(self, felt: Array) -> Point:
         """Place the readings where each table felt a part of the deviations, shape (R, tables)."""
         rise = self.rise + self.deviation * felt[:, self.table]
