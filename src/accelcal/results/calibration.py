@@ -25,7 +25,7 @@ from accelcal.results.checked import (
 )
 from accelcal.results.damage import DamageError
 from accelcal.results.fixture_angle import FixtureAngle
-from accelcal.results.mapping import FrozenMapping, document_of
+from accelcal.results.mapping import FrozenMapping, members
 from accelcal.results.quantity import Document, ErrorSource, Gate, Quantity
 from accelcal.results.result import StoredResult, TabularResult
 from accelcal.results.table import TableCalibration, mountings_of_laws
@@ -226,31 +226,11 @@ class Calibration(StoredResult, TabularResult):
         """Return the calibration as the JSON document of schema `SCHEMA`."""
         return {
             "schema": SCHEMA,
-            "software": self.software,
-            "method": self.method,
-            "robust": self.robust,
+            **members(self, "software method robust"),
             "acceleration_unit": "g_local",
-            "g_local_m_s2": self.g_local_m_s2,
-            "output_unit": self.output_unit,
-            "serial": self.serial,
-            "date": self.date,
-            "source": self.source,
-            "T0_degC": self.T0_degC,
-            "delta0_rad": self.delta0_rad,
-            "error_sources": document_of(self.error_sources),
-            "tables": [table.to_document() for table in self.tables],
-            "temperature_model": (
-                self.temperature_model.to_document() if self.temperature_model else None
-            ),
-            "second_axis_model": (
-                self.second_axis_model.to_document() if self.second_axis_model else None
-            ),
-            "fixture_angle": [angle.to_document() for angle in self.fixture_angle],
-            "effects": document_of(self.effects),
-            "gates": document_of(self.gates),
-            "warnings": list(self.warnings),
-            "verdict": None if self.verdict is None else self.verdict.to_document(),
-            "provenance": document_of(self.provenance),
+            **members(self, "g_local_m_s2 output_unit serial date source T0_degC delta0_rad"),
+            **members(self, "error_sources tables temperature_model second_axis_model"),
+            **members(self, "fixture_angle effects gates warnings verdict provenance"),
         }
 
     @classmethod

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from accelcal.plural import counted
-from accelcal.results.mapping import freeze
+from accelcal.results.mapping import freeze, members
 from accelcal.results.result import JsonResult, TabularResult
 
 if TYPE_CHECKING:
@@ -262,11 +262,7 @@ class DesignComparison(JsonResult, TabularResult):
         """Return the comparison as a JSON document."""
         return {
             "schema": SCHEMA,
-            "stand": dict(self.stand),
-            "declared": self.declared,
-            "pace": dict(self.pace),
-            "targets": dict(self.targets),
-            "designs": [design.to_document() for design in self.designs],
+            **members(self, "stand declared pace targets designs"),
             "pareto_front": {name: list(self.front(name)) for name in self.names()},
             "meeting_targets": list(self.meeting()) if self.targets else None,
             "software": self.software,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from accelcal.escapes import visible
 from accelcal.results.findings import Share
-from accelcal.results.mapping import document_of
+from accelcal.results.mapping import members
 from accelcal.results.quantity import ErrorSource, Part, Quantity
 from accelcal.results.result import JsonResult, TabularResult
 
@@ -140,20 +140,11 @@ class Disagreement(JsonResult, TabularResult):
         """Return the comparison as the JSON document of schema `SCHEMA`."""
         return {
             "schema": SCHEMA,
-            "software": self.software,
-            "source": self.source,
-            "calibration": self.calibration,
-            "serial": self.serial,
-            "readings": self.readings,
+            **members(self, "software source calibration serial readings"),
             "noise": {source.name: source.to_document() for source in self.noise},
             "same_head": self.same_head,
-            "gap": {"rms": self.rms, "reduced_chi2": self.reduced_chi2},
-            "p_value": self.p_value,
-            "where": document_of(self.where),
-            "structure": self.structure,
-            "runs": document_of(self.runs),
-            "effects": list(self.effects),
-            "notes": list(self.notes),
+            "gap": members(self, "rms reduced_chi2"),
+            **members(self, "p_value where structure runs effects notes"),
         }
 
     def rows(self) -> list[dict[str, Any]]:

@@ -26,7 +26,7 @@ from accelcal.results.findings import (
     Undetectable,
     Unexplained,
 )
-from accelcal.results.mapping import document_of
+from accelcal.results.mapping import document_of, members
 from accelcal.results.quantity import Document, ErrorSource
 from accelcal.results.result import StoredResult, TabularResult
 
@@ -223,29 +223,15 @@ class Discovery(StoredResult, TabularResult):
         """Return the discovery as the JSON document of schema `SCHEMA`."""
         return {
             "schema": SCHEMA,
-            "software": self.software,
-            "source": self.source,
-            "sha256": self.sha256,
-            "serial": self.serial,
-            "T0_degC": self.T0_degC,
-            "delta0_rad": self.delta0_rad,
-            "readings": self.readings,
-            "alpha": self.alpha,
-            "p_value": self.p_value,
+            **members(self, "software source sha256 serial T0_degC delta0_rad readings"),
+            **members(self, "alpha p_value"),
             "noise": {source.name: source.to_document() for source in self.noise},
             "faults": document_of(self.faults),
-            "gap": document_of({"before": self.before, "after": self.after}),
+            "gap": members(self, "before after"),
             "where": document_of(self.where),
             "effects": document_of(self.named),
-            "unexplained": document_of(self.unexplained),
-            "undetectable": document_of(self.undetectable),
-            "smallest_detectable": document_of(self.smallest_detectable),
-            "scale_factor": self.scale_factor,
-            "output_unit": self.output_unit,
-            "coefficients": document_of(self.coefficients),
-            "next_measurement": self.next_measurement,
-            "notes": list(self.notes),
-            "doubtful": list(self.doubtful),
+            **members(self, "unexplained undetectable smallest_detectable scale_factor"),
+            **members(self, "output_unit coefficients next_measurement notes doubtful"),
         }
 
     @classmethod

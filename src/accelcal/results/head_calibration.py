@@ -28,7 +28,7 @@ from accelcal.results.checked import (
 )
 from accelcal.results.covariance import Rows, rows_of
 from accelcal.results.findings import Change
-from accelcal.results.mapping import document_of, freeze
+from accelcal.results.mapping import freeze, members
 from accelcal.results.quantity import Gate, Quantity, StoredPart
 from accelcal.results.result import StoredResult, TabularResult
 
@@ -303,15 +303,10 @@ class HeadCalibration(StoredResult, TabularResult):
         positions = zip(self.angles_deg, self.quantities(), strict=True)
         return {
             "schema": SCHEMA,
-            "software": self.software,
-            "origin": self.origin,
-            "source": self.source,
+            **members(self, "software origin source"),
             "declared_uncertainty_rad": self.declared_uncertainty,
             "positions": [{"angle_deg": a, "error": q.to_document()} for a, q in positions],
-            "covariance": [list(row) for row in self.covariance],
-            "harmonics": document_of(self.harmonics),
-            "units": document_of(self.units),
-            "gates": document_of(self.gates),
+            **members(self, "covariance harmonics units gates"),
         }
 
     @classmethod

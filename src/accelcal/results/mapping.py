@@ -108,6 +108,29 @@ def document_of(part: Any) -> Any:
     return part.to_document() if hasattr(part, "to_document") else part
 
 
+def members(result: Any, names: str) -> dict[str, Any]:
+    """Turn some members of a result into members of a JSON document.
+
+    Parameters
+    ----------
+    result : object
+        The result.
+    names : str
+        Names of fields or properties, with spaces between them, as the document has them.
+
+    Returns
+    -------
+    dict
+        Each name with what `document_of` makes of its value.
+
+    Examples
+    --------
+    >>> members(3 + 4j, "real imag")
+    {'real': 3.0, 'imag': 4.0}
+    """
+    return {name: document_of(getattr(result, name)) for name in names.split()}
+
+
 def finite_or_none(value: float) -> float | None:
     """Turn what JSON has no number for into None.
 

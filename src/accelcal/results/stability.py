@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
 from accelcal.plural import counted
-from accelcal.results.mapping import document_of, freeze
+from accelcal.results.mapping import document_of, freeze, members
 from accelcal.results.quantity import Gate, Part
 from accelcal.results.result import JsonResult, TabularResult
 
@@ -258,18 +258,17 @@ class Stability(JsonResult, TabularResult):
 
     def to_document(self) -> dict[str, Any]:
         """Return the analysis as the JSON document of schema `SCHEMA`."""
-        plain = "software source serial output_unit unit scale_factor coverage window_s"
         return {
             "schema": SCHEMA,
-            **{name: getattr(self, name) for name in plain.split()},
+            **members(
+                self, "software source serial output_unit unit scale_factor coverage window_s"
+            ),
             "interval_level": LEVEL,
             "components": document_of(self.components),
             "bias_bound": document_of(self.bounds),
             "launches": document_of(self.launches),
             "allan": {"level": self.allan.level, "points": self.allan.rows()},
-            "noise_terms": document_of(self.noise_terms),
-            "gates": document_of(self.gates),
-            "warnings": list(self.warnings),
+            **members(self, "noise_terms gates warnings"),
         }
 
     def rows(self) -> list[dict[str, Any]]:

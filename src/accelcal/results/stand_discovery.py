@@ -11,7 +11,7 @@ from accelcal.escapes import visible
 from accelcal.results.checked import Kind, checked, list_of, mapping_of, number, one_of, text
 from accelcal.results.discovery import SCHEMA, Discovery
 from accelcal.results.findings import Change
-from accelcal.results.mapping import document_of, freeze
+from accelcal.results.mapping import freeze, members
 from accelcal.results.quantity import Document, Quantity, StoredPart
 from accelcal.results.result import StoredResult, TabularResult, part_of
 
@@ -175,17 +175,8 @@ class StandDiscovery(StoredResult, TabularResult):
 
     def to_document(self) -> dict[str, Any]:
         """Return what was discovered as it stands in a document of schema `SCHEMA`."""
-        return {
-            "schema": SCHEMA,
-            "units": list(self.units),
-            "alpha": self.alpha,
-            "effects": document_of(self.effects),
-            "head": document_of(self.head),
-            "coefficients": document_of(self.coefficients),
-            "common": self.common.to_document(),
-            "notes": list(self.notes),
-            "doubtful": list(self.doubtful),
-        }
+        names = "units alpha effects head coefficients common notes doubtful"
+        return {"schema": SCHEMA, **members(self, names)}
 
     def rows(self) -> list[dict[str, Any]]:
         """List the size of each effect in each unit, a flat dictionary each."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from accelcal.results.mapping import members
 from accelcal.results.quantity import Part
 
 __all__ = ["InstrumentRequirement", "Requirements", "Sufficiency", "TargetReached"]
@@ -47,16 +48,7 @@ class TargetReached:
 
     def to_document(self) -> dict[str, Any]:
         """Return the target as it stands in the JSON document."""
-        return {
-            "symbol": self.symbol,
-            "unit": self.unit,
-            "target": self.target,
-            "present": self.present,
-            "floor": self.floor,
-            "reached": self.reached,
-            "reachable": self.reachable,
-            "held_up_by": list(self.held_up_by),
-        }
+        return members(self, "symbol unit target present floor reached reachable held_up_by")
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,8 +137,7 @@ class Sufficiency:
 
     def to_document(self) -> dict[str, Any]:
         """Return the limit as it stands in the JSON document."""
-        names = "name symbol unit limit expanded_uncertainty ratio verdict note"
-        return {name: getattr(self, name) for name in names.split()}
+        return members(self, "name symbol unit limit expanded_uncertainty ratio verdict note")
 
 
 _GOOD_RATIO = 4.0

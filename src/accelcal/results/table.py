@@ -21,7 +21,7 @@ from accelcal.results.checked import (
 from accelcal.results.covariance import covariance, covariance_document
 from accelcal.results.damage import DamageError
 from accelcal.results.levels import nearest_level
-from accelcal.results.mapping import document_of, freeze
+from accelcal.results.mapping import freeze, members
 from accelcal.results.quantity import Document, Gate, Quantity, Residuals
 
 if TYPE_CHECKING:
@@ -135,20 +135,10 @@ class TableCalibration:
     def to_document(self) -> dict[str, Any]:
         """Return the table as it stands in the JSON document."""
         return {
-            "run": self.run,
-            "mounting": self.mounting,
-            "temperature_degC": self.temperature_degC,
-            "readings": self.readings,
-            "dof": self.dof,
-            "residual_rms": self.residual_rms,
-            "coefficients": document_of(self.coefficients),
-            "error_model": document_of(self.error_model),
+            **members(self, "run mounting temperature_degC readings dof residual_rms"),
+            **members(self, "coefficients error_model"),
             "covariance": covariance_document(self.covariance_names, self.covariance_matrix),
-            "budget": document_of(self.budget),
-            "stands_for": dict(self.stands_for),
-            "residuals": document_of(self.residuals),
-            "gates": document_of(self.gates),
-            "warnings": list(self.warnings),
+            **members(self, "budget stands_for residuals gates warnings"),
         }
 
     @classmethod

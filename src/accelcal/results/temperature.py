@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from accelcal.results.checked import checked, list_of, or_none, text
 from accelcal.results.covariance import Covariance, covariance, covariance_document
-from accelcal.results.mapping import document_of
+from accelcal.results.mapping import members
 from accelcal.results.quantity import Document, Quantity, StoredPart
 
 if TYPE_CHECKING:
@@ -85,9 +85,7 @@ class TemperatureModel:
     def to_document(self) -> dict[str, Any]:
         """Return the model as it stands in the JSON document."""
         return {
-            **{name: document_of(getattr(self, name)) for name in ("k0", "K1", "delta")},
-            "hysteresis": document_of(self.hysteresis),
-            "warnings": list(self.warnings),
+            **members(self, "k0 K1 delta hysteresis warnings"),
             "covariance": covariance_document(self.covariance_names, self.covariance_matrix),
         }
 

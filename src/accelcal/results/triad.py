@@ -24,7 +24,7 @@ from accelcal.results.checked import (
     whole,
 )
 from accelcal.results.covariance import Covariance, covariance, covariance_document
-from accelcal.results.mapping import document_of, freeze
+from accelcal.results.mapping import freeze, members
 from accelcal.results.quantity import Gate, Quantity
 from accelcal.results.result import StoredResult, TabularResult
 
@@ -32,7 +32,6 @@ __all__ = ["SCHEMA", "TriadCalibration"]
 
 SCHEMA = "accelcal/triad/1"
 
-_PLAIN = ("attitudes", "frame", "dof", "residual_rms", "output_unit", "serial", "source")
 _GROUPS = ("parameters", "scale_factors", "misalignments", "axis_angles")
 
 
@@ -168,11 +167,10 @@ class TriadCalibration(StoredResult, TabularResult):
             "software": self.software,
             "acceleration_unit": "g_local",
             "g_local_m_s2": self.local_gravity,
-            **{name: getattr(self, name) for name in _PLAIN},
-            **{group: document_of(getattr(self, group)) for group in _GROUPS},
+            **members(self, "attitudes frame dof residual_rms output_unit serial source"),
+            **members(self, "parameters scale_factors misalignments axis_angles"),
             "covariance": covariance_document(*self.covariance),
-            "gates": document_of(self.gates),
-            "notes": list(self.notes),
+            **members(self, "gates notes"),
         }
 
     @classmethod

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
 from accelcal.plural import counted
-from accelcal.results.mapping import document_of
+from accelcal.results.mapping import document_of, members
 from accelcal.results.quantity import Quantity
 from accelcal.results.result import JsonResult, TabularResult
 
@@ -124,17 +124,14 @@ class Trend:
 
     def to_document(self) -> dict[str, Any]:
         """Return the trend as it stands in the JSON document."""
+        low, high = self.scatter_limits
+        unit = self.points[0].measured.unit
         return {
             "name": self.name,
             "symbol": self.symbol,
             "reference": {"value": self.reference, "unit": self.reference_unit},
             "drift": self.drift.to_document(),
-            "scatter": {
-                "value": self.scatter,
-                "low": self.scatter_limits[0],
-                "high": self.scatter_limits[1],
-                "unit": self.points[0].measured.unit,
-            },
+            "scatter": {"value": self.scatter, "low": low, "high": high, "unit": unit},
             "jumps": document_of(self.jumps),
             "no_other_jump_p_value": self.no_other_jump,
             "points": document_of(self.points),
@@ -206,14 +203,9 @@ class History(JsonResult, TabularResult):
         """Return the history as the JSON document of schema `SCHEMA`."""
         return {
             "schema": SCHEMA,
-            "software": self.software,
-            "serial": self.serial,
-            "mounting": self.mounting,
-            "temperature_degC": self.temperature_degC,
+            **members(self, "software serial mounting temperature_degC"),
             "interval_level": LEVEL,
-            "alpha": self.alpha,
-            "trends": [trend.to_document() for trend in self.trends],
-            "notes": list(self.notes),
+            **members(self, "alpha trends notes"),
         }
 
     def rows(self) -> list[dict[str, Any]]:

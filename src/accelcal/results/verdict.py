@@ -10,7 +10,7 @@ from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.plural import counted
 from accelcal.results.checked import Kind, checked, list_of, one_of, text
-from accelcal.results.mapping import document_of
+from accelcal.results.mapping import document_of, members
 from accelcal.results.quantity import Document, StoredPart
 from accelcal.results.result import TabularResult
 
@@ -125,11 +125,7 @@ class Verdict(TabularResult):
     def to_document(self) -> dict[str, Any]:
         """Return the verdict as it stands in the JSON document of a calibration."""
         return {
-            "specification": self.specification,
-            "source": self.source,
-            "rule": self.rule,
-            "rule_statement": self.rule_statement,
-            "outcome": self.outcome,
+            **members(self, "specification source rule rule_statement outcome"),
             "limits": document_of(self.judgements),
         }
 
