@@ -13,15 +13,7 @@ from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_written
 from accelcal.errors import InputError
 from accelcal.results.calibration import Calibration
-from accelcal.results.checked import (
-    checked,
-    freedom_or_none,
-    mapping_of,
-    number_or_none,
-    one_of,
-    schema_of,
-    text,
-)
+from accelcal.results.checked import checked, mapping_of, one_of, schema_of
 from accelcal.results.damage import read_as
 from accelcal.results.stability import DRIFTS_DIFFER, SCHEMA, Estimate, Stability
 
@@ -281,15 +273,4 @@ def _largest_drift(lower: float, upper: float, dof: float | None) -> float:
 def _stability_components(document: Any) -> dict[str, Estimate]:
     checked(document, "schema", schema_of(SCHEMA))
     checked(document, "unit", one_of("g"))
-    return checked(document, "components", mapping_of(_estimate))
-
-
-def _estimate(document: Any) -> Estimate:
-    return Estimate(
-        value=checked(document, "value", number_or_none),
-        unit=checked(document, "unit", text, ""),
-        lower=checked(document, "lower", number_or_none, None),
-        upper=checked(document, "upper", number_or_none, None),
-        dof=checked(document, "dof", freedom_or_none, None),
-        finding=checked(document, "finding", text, ""),
-    )
+    return checked(document, "components", mapping_of(Estimate.from_document))

@@ -50,8 +50,8 @@ class StoredPart(Part):
     _KINDS: ClassVar[Mapping[str, Kind[Any]]] = MappingProxyType({})
     """Field -> what it must be, where its type does not tell all of it."""
 
-    _OPTIONAL: ClassVar[frozenset[str]] = frozenset()
-    """Fields that are None where a document has no such key."""
+    _MISSING: ClassVar[Mapping[str, Any]] = MappingProxyType({})
+    """Field -> what it is where a document has no such key."""
 
     @classmethod
     def from_document(cls, document: Document) -> Self:
@@ -65,8 +65,8 @@ class StoredPart(Part):
         found = {}
         for item in fields(cls):
             kind = cls._KINDS.get(item.name) or _OF_TYPE[str(item.type)]
-            missing = [None] if item.name in cls._OPTIONAL else []
-            found[item.name] = checked(document, item.name, kind, *missing)
+            default = [cls._MISSING[item.name]] if item.name in cls._MISSING else []
+            found[item.name] = checked(document, item.name, kind, *default)
         return cls(**found)
 
 
@@ -107,7 +107,7 @@ class Quantity(StoredPart):
         "expanded_uncertainty": size_or_none,
         "dof": freedom_or_none,
     }
-    _OPTIONAL: ClassVar[frozenset[str]] = frozenset({"expanded_uncertainty", "dof"})
+    _MISSING: ClassVar[Mapping[str, Any]] = {"expanded_uncertainty": None, "dof": None}
 
     value: float | None
     standard_uncertainty: float | None
@@ -185,7 +185,7 @@ class ErrorSource(StoredPart):
     """
 
     _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"value": size_or_none, "dof": freedom_or_none}
-    _OPTIONAL: ClassVar[frozenset[str]] = frozenset({"dof"})
+    _MISSING: ClassVar[Mapping[str, Any]] = {"dof": None}
 
     name: str
     value: float | None
@@ -195,7 +195,7 @@ class ErrorSource(StoredPart):
 
 
 @dataclass(frozen=True, slots=True)
-class Residuals(Part):
+class Residuals(StoredPart):
     """Reading minus model, reading by reading.
 
     Attributes
@@ -225,11 +225,7 @@ class Residuals(Part):
     @classmethod
     def from_document(cls, document: Document) -> Residuals:
         """Read the residuals from their place in a JSON document."""
-        found = cls(
-            angle_deg=checked(document, "angle_deg", list_of(number)),
-            stroke=checked(document, "stroke", list_of(whole)),
-            value=checked(document, "value", list_of(number)),
-        )
+        found = super(Residuals, cls).from_document(document)
         if not len(found.angle_deg) == len(found.stroke) == len(found.value):
             raise DamageError("lists of different lengths")
         return found

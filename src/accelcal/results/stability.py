@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
 from accelcal.plural import counted
+from accelcal.results.checked import Kind, freedom_or_none
 from accelcal.results.mapping import document_of, freeze, members
-from accelcal.results.quantity import Gate, Part
+from accelcal.results.quantity import Gate, Part, StoredPart
 from accelcal.results.result import JsonResult, TabularResult
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ DRIFTS_DIFFER = "launches drift differently: root mean square of their slopes"
 
 
 @dataclass(frozen=True, slots=True)
-class Estimate(Part):
+class Estimate(StoredPart):
     """A value with its 95 % interval, or the reason why there is none.
 
     Attributes
@@ -42,6 +43,12 @@ class Estimate(Part):
     finding : str
         Why a value or limit is missing, or what to know before using it; empty for nothing.
     """
+
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"dof": freedom_or_none}
+    _MISSING: ClassVar[Mapping[str, Any]] = {
+        **dict.fromkeys(("lower", "upper", "dof")),
+        **dict.fromkeys(("unit", "finding"), ""),
+    }
 
     value: float | None
     unit: str
