@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +17,30 @@ from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration, known_temperatures, nearest_table
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 
-_AXES = {"o": ("delta_O", "delta_ip"), "p": ("delta_P", "delta_io")}
+
+class CrossAxis(NamedTuple):
+    """What (4) has of the cross axis that a tumble test turns through the vertical.
+
+    Attributes
+    ----------
+    name : str
+        The acceleration along it, as a field of `accelcal.geometry.Acceleration`.
+    misalignment, coupling : str
+        Its terms.
+    """
+
+    name: str
+    misalignment: str
+    coupling: str
+
+
+AXES: Mapping[str, CrossAxis] = MappingProxyType(
+    {
+        "o": CrossAxis("pendulous", "delta_O", "delta_ip"),
+        "p": CrossAxis("output", "delta_P", "delta_io"),
+    }
+)
+"""Axis along the shaft of the head -> the cross axis that is turned."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,13 +132,13 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
     found = {"k0": main.error_model["k0"], "K1": main.coefficients["K1"]}
     found |= {name: main.error_model[name] for name in ("k2", "k3")}
     for axis, table in nearest.items():
-        delta, cross = _AXES[axis]
-        found |= {delta: calibration.misalignment(table), cross: table.error_model["delta_ip"]}
-    model, delta = calibration.temperature_model, _AXES[law_axis][0]
+        found[AXES[axis].misalignment] = calibration.misalignment(table)
+        found[AXES[axis].coupling] = table.error_model["delta_ip"]
+    model, delta = calibration.temperature_model, AXES[law_axis].misalignment
     laws = {} if model is None else {"k0": model.k0, "K1": model.K1, delta: model.delta}
     second = calibration.second_axis_model
     if second is not None and model is not None and second.delta.at_T0 is not None:
-        laws |= {"delta_P" if law_axis == "o" else "delta_O": second.delta}
+        laws[AXES["p" if law_axis == "o" else "o"].misalignment] = second.delta
     found |= {name: law.at_T0 for name, law in laws.items() if law.at_T0 is not None}
     if found["k0"].value is None:
         raise InputError("the calibration has no bias k0; fit a record that determines K0")
@@ -121,7 +146,7 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
     return Coefficients(
         at_T0={name: q for name, q in found.items() if q.value is not None},
         slopes=laws,
-        correlations=_correlations(main, _AXES[law_axis]),
+        correlations=_correlations(main, AXES[law_axis]),
         reference=calibration.T0_degC if model is not None else main.temperature_degC,
         range=(min(levels), max(levels)) if levels else None,
         model=model,
@@ -147,16 +172,13 @@ def nearest_tables(calibration: Calibration) -> dict[str, TableCalibration]:
     return {axis: nearest_table(own, calibration.T0_degC) for axis, own in of_axes.items()}
 
 
-def _correlations(table: TableCalibration, axis: tuple[str, str]) -> dict[tuple[str, str], float]:
+def _correlations(table: TableCalibration, axis: CrossAxis) -> dict[tuple[str, str], float]:
     """Correlations of (1) stand for those of (2): the quotient by K1 changes next to nothing."""
-    if not table.covariance_matrix:
+    if not table.covariance_matrix or not (np.diagonal(table.covariance) > 0.0).all():
         return {}
-    renamed = {"M": axis[0], "M_ip": axis[1]}
-    names = [renamed.get(n) or ERROR_TERMS.get(n, n) for n in table.covariance_names]
-    sigma = np.sqrt(np.diagonal(table.covariance))
-    if not (sigma > 0.0).all():
-        return {}
-    matrix = table.covariance / np.outer(sigma, sigma)
+    renamed = {**ERROR_TERMS, "M": axis.misalignment, "M_ip": axis.coupling}
+    names = [renamed.get(name, name) for name in table.covariance_names]
+    matrix = table.correlation
     return {
         (first, second): float(matrix[i, j])
         for i, first in enumerate(names)

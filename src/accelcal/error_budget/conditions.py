@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from accelcal.arguments.numbers import check_side_by_side, number_array
 from accelcal.arrays import Array, Mask
-from accelcal.error_budget.coefficients import Coefficients
+from accelcal.error_budget.coefficients import AXES, Coefficients
 from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.geometry import Acceleration
@@ -83,8 +83,8 @@ def conditions(
     _check_finite(a_i=a_i, a_p=a_p, a_o=a_o, time=clock)
     if (clock < 0.0).any():
         raise InputError(f"time {clock.min():g} s; it counts from the start of the launch, from 0")
-    _check_axis("a_p", a_p, "delta_O", "o", coefficients)
-    _check_axis("a_o", a_o, "delta_P", "p", coefficients)
+    _check_axis("a_p", a_p, "o", coefficients)
+    _check_axis("a_o", a_o, "p", coefficients)
     if temperature is not None:
         _check_temperature(coefficients, at, rise)
     outside = _outside(coefficients, at, extrapolate)
@@ -111,9 +111,8 @@ def _check_finite(**arrays: Array) -> None:
             raise InputError(f"{name} has a value that is not finite; give finite numbers")
 
 
-def _check_axis(
-    name: str, values: Array, misalignment: str, mounting: str, coefficients: Coefficients
-) -> None:
+def _check_axis(name: str, values: Array, mounting: str, coefficients: Coefficients) -> None:
+    misalignment = AXES[mounting].misalignment
     if values.any() and misalignment not in coefficients.at_T0:
         raise InputError(
             f"{name} is {values[values != 0.0][0]:g} g, but no table in mounting {mounting} tells"

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.error_budget.coefficients import Coefficients
+from accelcal.error_budget.coefficients import AXES, Coefficients
 from accelcal.error_budget.components import SLOPES, sensitivity
 from accelcal.error_budget.conditions import Conditions
 from accelcal.model import LAWS
@@ -86,8 +86,8 @@ def _correlations(coefficients: Coefficients, side: str) -> dict[tuple[str, str]
     symbols = {name: name for name in ("k2", "k3")}
     for name, law in zip(coefficients.slopes, LAWS, strict=False):
         symbols |= {f"{law} at_T0": name, f"{law} {side}": SLOPES[name][1]}
-    main_axis = list(coefficients.slopes)[2]
-    symbols["delta_ip"] = {"delta_O": "delta_ip", "delta_P": "delta_io"}[main_axis]
+    main = list(coefficients.slopes)[2]
+    symbols["delta_ip"] = next(a.coupling for a in AXES.values() if a.misalignment == main)
     names, matrix = model.covariance_names, model.covariance
     turned = (coefficients.at_T0["K1"].value or 0.0) < 0.0  # the laws have K1, (4) has dK1/K1
     sign = np.array([-1.0 if turned and name == "K1 at_T0" else 1.0 for name in names])

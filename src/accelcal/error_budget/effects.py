@@ -7,14 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from accelcal.effects.static import Samples, StaticEffects, static_effects
-from accelcal.error_budget.coefficients import Coefficients
+from accelcal.error_budget.coefficients import AXES, Coefficients
 from accelcal.error_budget.conditions import Conditions
 from accelcal.estimate.uncertainty import combined
 from accelcal.results.calibration import Calibration
 from accelcal.results.error_budget import ErrorComponent
-
-_CROSS = {"delta_O": ("pendulous", "delta_ip"), "delta_P": ("output", "delta_io")}
-"""Misalignment -> the acceleration across that it acts by, and the cross-coupling with that."""
 
 
 def effect_components(
@@ -69,11 +66,12 @@ def _samples(coefficients: Coefficients, points: Conditions) -> Samples:
     }
     still, cross = np.zeros(points.rise.size), []
     tilt, linear = still, np.ones(still.size)
-    for delta, (axis, coupling) in _CROSS.items():
+    for axis in AXES.values():
+        delta = axis.misalignment
         if delta in value:
-            along = getattr(points.acceleration, axis)
+            along = getattr(points.acceleration, axis.name)
             tilt = tilt + (value[delta] + change.get(delta, still)) * along
-            linear = linear + value.get(coupling, 0.0) * along
+            linear = linear + value.get(axis.coupling, 0.0) * along
             cross.append(along)
     return Samples(
         rise=points.rise,
