@@ -23,6 +23,7 @@ from accelcal.results.stability import (
     LaunchTrend,
     Stability,
 )
+from accelcal.results.table import nearest_table
 from accelcal.stability.allan import overlapping_allan
 from accelcal.stability.bound import coverage_factor, random_bias
 from accelcal.stability.noise_terms import noise_terms
@@ -168,12 +169,7 @@ def scale_factor_from(calibration: Calibration, record: StabilityRecord) -> floa
             )
     measured = [x.temperature.mean() for x in record.launches if x.temperature is not None]
     wanted = float(np.mean(measured)) if measured else calibration.T0_degC
-
-    def distance(temperature: float | None) -> float:
-        return math.inf if temperature is None or wanted is None else abs(temperature - wanted)
-
-    table = min(calibration.tables, key=lambda item: distance(item.temperature_degC))
-    value = table.coefficients["K1"].value
+    value = nearest_table(calibration.tables, wanted).coefficients["K1"].value
     if not value:
         raise InputError("the calibration has no scale factor; fit it with K1")
     return float(value)
