@@ -9,8 +9,19 @@ from typing import Literal
 Tone = Literal["plain", "good", "warn", "bad"]
 
 
+class _Part:
+    """A part of a section."""
+
+    __slots__ = ()
+
+    @property
+    def kind(self) -> str:
+        """What a template knows it by: its class in small letters."""
+        return type(self).__name__.lower()
+
+
 @dataclass(frozen=True, slots=True)
-class Paragraph:
+class Paragraph(_Part):
     """Some sentences.
 
     Attributes
@@ -20,11 +31,10 @@ class Paragraph:
     """
 
     text: str
-    kind: str = field(default="paragraph", init=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Bullets:
+class Bullets(_Part):
     """A list.
 
     Attributes
@@ -34,11 +44,10 @@ class Bullets:
     """
 
     items: Sequence[str]
-    kind: str = field(default="bullets", init=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Note:
+class Note(_Part):
     """Something that must not be overlooked.
 
     Attributes
@@ -54,11 +63,10 @@ class Note:
     tone: Tone
     title: str
     items: Sequence[str]
-    kind: str = field(default="note", init=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class Table(_Part):
     """A table.
 
     Attributes
@@ -83,11 +91,10 @@ class Table:
     numeric: frozenset[int] = frozenset()
     tones: dict[str, Tone] = field(default_factory=dict)
     folded: bool = False
-    kind: str = field(default="table", init=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Figure:
+class Figure(_Part):
     """A picture, drawn when a page asks for it.
 
     Attributes
@@ -107,11 +114,10 @@ class Figure:
     alternative: str
     svg: Callable[[str], str]
     wide: bool = False
-    kind: str = field(default="figure", init=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Gallery:
+class Gallery(_Part):
     """Pictures, and the tables that belong to them, side by side where there is room.
 
     Attributes
@@ -121,11 +127,10 @@ class Gallery:
     """
 
     parts: Sequence[Figure | Table]
-    kind: str = field(default="gallery", init=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Facts:
+class Facts(_Part):
     """Names and what they are.
 
     Attributes
@@ -135,7 +140,6 @@ class Facts:
     """
 
     items: Sequence[tuple[str, str]]
-    kind: str = field(default="facts", init=False)
 
 
 Block = Paragraph | Bullets | Note | Table | Figure | Gallery | Facts
