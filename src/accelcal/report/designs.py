@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from accelcal.model import COEFFICIENT_OF, COEFFICIENTS, SLOPES
-from accelcal.report.lines import aligned, visible_lines
+from accelcal.report.lines import aligned, sections
 from accelcal.report.numbers import SMALL_UNITS, in_small_unit, significant
 from accelcal.results.designs import DesignComparison, Forecast, TestDesign, Visibility
 from accelcal.units import MICRO
@@ -40,41 +40,41 @@ def comparison_text(found: DesignComparison) -> str:
     str
         Tables of uncertainties and effects, and which test to book.
     """
-    return visible_lines(_lines(found)) + "\n"
+    told = set(found.names())
+    groups = [[name for name in names if name in told] for names in _groups(found)]
+    *first, last = (list(_table(found, names)) for names in groups if names)
+    return (
+        sections(
+            _head(found),
+            *first,
+            [*last, *_legend(found)],
+            _expanded(found, groups[0]),
+            _booking(found),
+            _what_time_buys(found),
+            _lost(found.designs),
+            *_effects(found.designs),
+            _notes(found.designs),
+        )
+        + "\n"
+    )
 
 
-def _lines(found: DesignComparison) -> Iterator[str]:
+def _head(found: DesignComparison) -> Iterator[str]:
     yield "Standard uncertainty that each test would give: positions x strokes"
     yield stand_line(found.stand, declared=found.declared)
     yield (
         f"a reading {found.pace['reading']:g} s, a turn {found.pace['turn']:g} s, a soak"
         f" {found.pace['soak']:g} h, a mounting {found.pace['mount']:g} h"
     )
-    told = set(found.names())
-    for names in (COEFFICIENTS, SLOPES, _shown_others(found)):
-        chosen = [name for name in names if name in told]
-        if chosen:
-            yield ""
-            yield from _table(found, chosen)
-    yield from _legend(found)
-    if not found.declared or _large_factors(found):
-        yield ""
-        yield "Expanded uncertainty U (95 %), by the degrees of freedom that the test would have"
-        yield from _table(found, [n for n in COEFFICIENTS if n in told], expanded=True)
-    yield ""
-    yield from _booking(found)
-    yield from _lost(found.designs)
-    yield from _effects(found.designs)
-    others = dict.fromkeys(n for d in found.designs for n in d.notes if "no effect" not in n)
-    if others:
-        yield ""
-    yield from (f"note: {note}" for note in others)
 
 
-def _shown_others(found: DesignComparison) -> Sequence[str]:
-    """Values at T0 from all runs, where some test meets a level twice; and the fixture angle."""
+def _groups(found: DesignComparison) -> tuple[Sequence[str], ...]:
+    """Coefficients, slopes, and of the others what some test may tell.
+
+    These are values at T0 from all runs, where a level is met twice, and the fixture angle.
+    """
     repeated = any(len(set(d.temperatures)) < len(d.temperatures) for d in found.designs)
-    return _OTHERS if repeated else _OTHERS[-1:]
+    return COEFFICIENTS, tuple(SLOPES), _OTHERS if repeated else _OTHERS[-1:]
 
 
 def stand_line(stand: Mapping[str, float], *, declared: bool) -> str:
@@ -139,6 +139,12 @@ def _legend(found: DesignComparison) -> Iterator[str]:
         yield f"at {', '.join(f'{t:g}' for t in levels)} degC, mounting {', '.join(sides)}"
 
 
+def _expanded(found: DesignComparison, names: Sequence[str]) -> Iterator[str]:
+    if not found.declared or _large_factors(found):
+        yield "Expanded uncertainty U (95 %), by the degrees of freedom that the test would have"
+        yield from _table(found, names, expanded=True)
+
+
 def _large_factors(found: DesignComparison) -> bool:
     shown = (f for d in found.designs for f in d.forecasts if f.name in COEFFICIENTS)
     return any(
@@ -149,18 +155,22 @@ def _large_factors(found: DesignComparison) -> bool:
 
 
 def _booking(found: DesignComparison) -> Iterator[str]:
-    """Which test to book: by targets, else where more time buys little."""
-    if found.targets:
-        units = {f.name: f.unit for d in found.designs for f in d.forecasts}
-        wanted = ", ".join(f"{n} {scaled(limit, units[n])}" for n, limit in found.targets.items())
-        good = found.meeting()
-        if good:
-            best = found.designs[good[0]]
-            yield f"Book {_described(best)}: the quickest of these that meets {wanted}"
-        else:
-            yield f"None of these meets {wanted}; more strokes would, as no floor is above it"
-        yield ""
-    names = (*COEFFICIENTS, *SLOPES, *_shown_others(found))
+    """Which test to book by the targets."""
+    if not found.targets:
+        return
+    units = {f.name: f.unit for d in found.designs for f in d.forecasts}
+    wanted = ", ".join(f"{n} {scaled(limit, units[n])}" for n, limit in found.targets.items())
+    good = found.meeting()
+    if good:
+        best = found.designs[good[0]]
+        yield f"Book {_described(best)}: the quickest of these that meets {wanted}"
+    else:
+        yield f"None of these meets {wanted}; more strokes would, as no floor is above it"
+
+
+def _what_time_buys(found: DesignComparison) -> Iterator[str]:
+    """Where more time buys little."""
+    names = [name for names in _groups(found) for name in names]
     fronts = {name: [found.designs[i] for i in found.front(name)] for name in names}
     rows = [_worth(name, front) for name, front in fronts.items() if front]
     if rows:
@@ -196,34 +206,29 @@ def _described(design: TestDesign) -> str:
 def _lost(designs: Sequence[TestDesign]) -> Iterator[str]:
     by_stops = {d.label.split(" x ")[0]: d.lost for d in designs if d.lost}
     if by_stops:
-        yield ""
         yield "What cannot be told apart"
     for stops, lost in by_stops.items():
         yield f"  {stops} positions:" if stops.isdigit() else f"  {stops}:"
         yield from (f"    {sentence}" for sentence in lost)
 
 
-def _effects(designs: Sequence[TestDesign]) -> Iterator[str]:
-    blind = [d for d in designs if any("no effect" in note for note in d.notes)]
+def _effects(designs: Sequence[TestDesign]) -> Iterator[Iterable[str]]:
+    """Parts on effects that no test shows, on the others, and on tests that show none."""
     shown = [d for d in designs if d.effects]
     hidden = _hidden_everywhere(shown)
     if hidden:
-        yield ""
-        yield "Effects of the catalogue that none of these tests shows, and what takes them up"
-        yield from (f"  {name}: {taken}" for name, taken in hidden.items())
+        yield [
+            "Effects of the catalogue that none of these tests shows, and what takes them up",
+            *(f"  {name}: {taken}" for name, taken in hidden.items()),
+        ]
     for start in range(0, len(shown), _ABREAST):
-        yield ""
-        yield (
-            "Other effects: the size that is found nine times in ten (= another effect looks the"
-            " same), or what takes it up"
-        )
-        yield from _effect_table(shown[start : start + _ABREAST], set(hidden))
+        yield _effect_table(shown[start : start + _ABREAST], set(hidden))
+    blind = [d.label for d in designs if any(_tells_of_blindness(note) for note in d.notes)]
     if blind:
-        yield ""
-        yield (
-            f"{', '.join(d.label for d in blind)}: no effect can be searched for, for want of"
-            " replicates; two cycles or more show effects"
-        )
+        yield [
+            f"{', '.join(blind)}: no effect can be searched for, for want of replicates; two cycles"
+            " or more show effects"
+        ]
 
 
 def _hidden_everywhere(designs: Sequence[TestDesign]) -> dict[str, str]:
@@ -239,6 +244,10 @@ def _hidden_everywhere(designs: Sequence[TestDesign]) -> dict[str, str]:
 
 
 def _effect_table(designs: Sequence[TestDesign], hidden: set[str]) -> Iterator[str]:
+    yield (
+        "Other effects: the size that is found nine times in ten (= another effect looks the same),"
+        " or what takes it up"
+    )
     ids = dict.fromkeys(item.id for d in designs for item in d.effects if item.id not in hidden)
     rows = [["", *(d.label for d in designs), ""]]
     for name in ids:
@@ -265,3 +274,12 @@ def _taken_up(item: Visibility) -> str:
     """Names of the coefficients that take an effect up, slopes by their symbols."""
     names = [_SYMBOLS.get(name, name) for name in item.absorbed_by or ()]
     return f"{len(names)} of them" if len(names) > _NAMED else " ".join(names) or "nothing"
+
+
+def _notes(designs: Sequence[TestDesign]) -> Iterator[str]:
+    notes = dict.fromkeys(note for design in designs for note in design.notes)
+    yield from (f"note: {note}" for note in notes if not _tells_of_blindness(note))
+
+
+def _tells_of_blindness(note: str) -> bool:
+    return "no effect" in note

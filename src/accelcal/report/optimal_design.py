@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from accelcal.model import COEFFICIENTS
 from accelcal.report.designs import scaled, stand_line
-from accelcal.report.lines import aligned, visible_lines
+from accelcal.report.lines import aligned, sections
 from accelcal.results.optimal_design import OptimalDesign
 
 _SAME = 1.005
@@ -27,10 +27,12 @@ def optimal_text(found: OptimalDesign) -> str:
     str
         Angles, uncertainties beside equally spaced tests, and the gain.
     """
-    return visible_lines(_lines(found)) + "\n"
+    command = f"accelcal simulate {_options(found)} -o test.csv"
+    told = [*_gains(found), *_targets(found), *_cautions(found)]
+    return sections(_head(found), _stops(found), _table(found), told, [command]) + "\n"
 
 
-def _lines(found: OptimalDesign) -> Iterator[str]:
+def _head(found: OptimalDesign) -> Iterator[str]:
     best = found.best
     what = {"D": "all coefficients at once (D)", "A": "all coefficients by their targets (A)"}
     yield f"Best angles for {what.get(found.criterion, found.criterion)}"
@@ -40,29 +42,17 @@ def _lines(found: OptimalDesign) -> Iterator[str]:
         f"{len(found.stops())} positions, {best.strokes} strokes at {levels} degC, mounting"
         f" {', '.join(best.mountings)}: {best.readings} readings, {best.hours:.1f} h"
     )
-    yield ""
+
+
+def _stops(found: OptimalDesign) -> Iterator[str]:
     yield "Head angle [deg], and x readings at the stop where more than one"
     stops = [f"{angle:g}" + (f" x{n}" if n > 1 else "") for angle, n in found.stops()]
     for start in range(0, len(stops), _PER_LINE):
         yield "  " + "  ".join(stop.rjust(9) for stop in stops[start : start + _PER_LINE])
-    yield ""
-    yield "Standard uncertainty beside equally spaced tests of the same hours"
-    yield from _table(found)
-    yield ""
-    yield from _gains(found)
-    yield from _targets(found)
-    yield (
-        f"Positions are {found.spacing:g} deg apart or more. Head errors count as independent from"
-        " position to position;"
-    )
-    yield "a harmonic of the head is not, and no choice of angles averages it."
-    if best.strokes < _TWO_CYCLES:
-        yield "Effects that the model lacks show with two cycles or more, 4 strokes."
-    yield ""
-    yield f"accelcal simulate {_options(found)} -o test.csv"
 
 
 def _table(found: OptimalDesign) -> Iterator[str]:
+    yield "Standard uncertainty beside equally spaced tests of the same hours"
     head = ["test", "positions x strokes", "readings", "hours", *COEFFICIENTS]
     rows = [head]
     for name, design in zip(found.losses, found.designs, strict=True):
@@ -96,6 +86,16 @@ def _targets(found: OptimalDesign) -> Iterator[str]:
             f"target {name} {scaled(limit, forecast.unit)}: {met},"
             f" {scaled(size, forecast.unit)}, mostly from {forecast.mostly_from}"
         )
+
+
+def _cautions(found: OptimalDesign) -> Iterator[str]:
+    yield (
+        f"Positions are {found.spacing:g} deg apart or more. Head errors count as independent from"
+        " position to position;"
+    )
+    yield "a harmonic of the head is not, and no choice of angles averages it."
+    if found.best.strokes < _TWO_CYCLES:
+        yield "Effects that the model lacks show with two cycles or more, 4 strokes."
 
 
 def _options(found: OptimalDesign) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from accelcal.report.lines import aligned, hanging, unit_of, visible_lines
+from accelcal.report.lines import aligned, hanging, sections, unit_of
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.quantity import Quantity
 from accelcal.results.triad import TriadCalibration
@@ -30,7 +30,7 @@ def triad_text(found: TriadCalibration) -> str:
     str
         Lines of at most 100 characters, in ASCII but for names of the user.
     """
-    return visible_lines([*_head(found), "", *_table(found), "", *_gates(found)])
+    return sections(_head(found), _table(found), _gates(found))
 
 
 def _head(found: TriadCalibration) -> Iterator[str]:
