@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from accelcal.plot.style import SMALL, blank, canvas, canvases, entitled, palette, styled
+from accelcal.plot.ticks import name_ticks
 from accelcal.report.calibration_rows import SHOWN_COEFFICIENTS
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.report.scale import readable
@@ -99,9 +100,8 @@ def _tell(ax: Axes, value: float, half: float, unit: str) -> None:
 
 def _name_places(ax: Axes, names: Sequence[str]) -> None:
     """Name the runs below, each one where there is room."""
-    every = max(1, -(-len(names) // _MOST_NAMED))
     short = [name if len(name) <= 7 else f"{name[:6]}…" for name in names]
-    ax.set_xticks(range(0, len(names), every), short[::every])
+    name_ticks(ax.xaxis, range(len(names)), short, _MOST_NAMED)
     ax.set_xlabel("run")
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, own_panels, palette, styled
+from accelcal.plot.ticks import short_log_ticks
 from accelcal.report.numbers import in_small_unit
 from accelcal.report.scale import written
 from accelcal.results.designs import DesignComparison, TestDesign
@@ -156,16 +157,12 @@ def _target(ax: Any, limit: float) -> None:
 
 def _scales(ax: Any) -> None:
     """Make axes logarithmic where the values span so much; else ticks are easier to read."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
     ax.margins(0.1)
     for axis, which in ((ax.xaxis, "x"), (ax.yaxis, "y")):
         low, high = sorted(axis.get_data_interval())
         if low > 0.0 and high / low > _WIDE:
             ax.set(**{f"{which}scale": "log"})
-            axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.3g}"))
-            axis.set_minor_formatter(NullFormatter())
+            short_log_ticks(axis, (1, 2, 5), digits=3)
         else:
             ax.ticklabel_format(axis=which, useOffset=False)
             middle, half = (low + high) / 2.0, 0.6 * (high - low)

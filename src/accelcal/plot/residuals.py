@@ -11,6 +11,7 @@ from accelcal.discovery.compare import residuals_of
 from accelcal.geometry import head_positions
 from accelcal.plot.by_angle import Readings
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
+from accelcal.plot.ticks import name_ticks
 from accelcal.report.scale import readable
 from accelcal.results.usable import tables_of_run
 
@@ -137,7 +138,8 @@ def residual_map(calibration: Calibration, ax: Axes | None) -> Axes:
     bar = ax.figure.colorbar(image, ax=ax, pad=0.02, label=f"residual [{unit}]")
     bar.outline.set_edgecolor(colours.muted)
     bar.ax.tick_params(labelsize=SMALL, colors=colours.ink)
-    _name_rows(ax, angles)
+    name_ticks(ax.yaxis, np.arange(len(angles)) + 0.5, [f"{a:g}" for a in angles], _MOST_NAMED)
+    ax.set_ylabel("head angle [°]")
     _name_runs(ax, tables, widths)
     ax.set_title("Residuals by head angle and stroke", pad=8.0)
     return ax
@@ -154,31 +156,20 @@ def _grid(table: TableCalibration, angles: Sequence[float]) -> Any:
     return cells
 
 
-def _name_rows(ax: Axes, angles: Sequence[float]) -> None:
-    every = max(1, -(-len(angles) // _MOST_NAMED))
-    ax.set_yticks(
-        np.arange(len(angles))[::every] + 0.5, [f"{angle:g}" for angle in angles[::every]]
-    )
-    ax.set_ylabel("head angle [°]")
-
-
 def _name_runs(ax: Axes, tables: Sequence[TableCalibration], widths: Sequence[int]) -> None:
     """Strokes below and lines between runs where there is room, and the runs above."""
     ends = np.cumsum([0, *widths])
     for end in ends[1:-1] if len(tables) <= _MOST_NAMED else ():
         ax.axvline(end, color=palette().ink, lw=0.8)
-    many = len(tables) > 1
     room = sum(widths) <= 2 * _MOST_NAMED
     strokes = [str(k) for width in widths for k in range(1, width + 1)]
     ax.set_xticks(np.arange(ends[-1]) + 0.5 if room else [], strokes if room else [])
     ax.set_xlabel("stroke (odd forward, even back)" if room else "strokes of each run, in order")
-    if not many:
+    if len(tables) == 1:
         return
     above = ax.secondary_xaxis("top")
-    every = max(1, -(-len(tables) // 8))
-    centres = (ends[:-1] + ends[1:])[::every] / 2
-    names = [_level(table) for table in tables[::every]]
-    above.set_xticks(centres, names, fontsize=SMALL)
+    centres = (ends[:-1] + ends[1:]) / 2
+    name_ticks(above.xaxis, centres, [_level(table) for table in tables], 8, fontsize=SMALL)
     above.tick_params(length=0, colors=palette().ink)
     above.spines["top"].set_visible(False)
 

@@ -12,6 +12,7 @@ from accelcal.arguments.kinds import expect
 from accelcal.errors import InputError
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import blank, canvas, canvases, palette, styled
+from accelcal.plot.ticks import short_log_ticks
 from accelcal.report.scale import readable
 from accelcal.stability.noise_terms import TERMS
 from accelcal.stability.record import StabilityRecord
@@ -156,15 +157,9 @@ def both(stability: Stability, record: StabilityRecord) -> Any:
 
 def _plain_numbers(ax: Axes) -> None:
     """Label logarithmic axes with 1, 2, 5, 10 where they are short, else with decades."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
     for axis in (ax.xaxis, ax.yaxis):
         low, high = sorted(axis.get_view_interval())
-        decades = math.log10(high / low)
-        steps = (1.0, 2.0, 5.0) if decades < 3.0 else (1.0,)
-        axis.set_major_locator(LogLocator(subs=steps))
-        axis.set_major_formatter(FuncFormatter(lambda number, _: f"{number:g}"))
-        axis.set_minor_formatter(NullFormatter())
+        short_log_ticks(axis, (1, 2, 5) if math.log10(high / low) < 3.0 else (1,))
 
 
 def _thinned(time: Any, output: Any) -> tuple[Any, Any]:

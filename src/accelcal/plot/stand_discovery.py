@@ -11,6 +11,7 @@ from accelcal.arguments.options import check_text
 from accelcal.errors import InputError
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import blank, canvas, entitled, palette, styled
+from accelcal.plot.ticks import name_ticks
 from accelcal.report.lines import sentence
 from accelcal.report.scale import readable
 
@@ -104,8 +105,7 @@ class StandPlot(Pictures):
         ax.axhline(0.0, color=palette().ink, lw=0.8)
         places = range(len(known))
         ax.errorbar(places, factor * values, factor * half, marker="o", ls="", label="unit, 95 %")
-        every = max(1, -(-len(known) // _MOST_NAMED))
-        ax.set_xticks(list(places)[::every], list(known)[::every], rotation=35, ha="right")
+        name_ticks(ax.xaxis, places, list(known), _MOST_NAMED, rotation=35, ha="right")
         ax.set(xlabel="unit", ylabel=f"size [{unit}]")
         return entitled(ax, f"{sentence(item.name)}: {item.verdict}")
 
