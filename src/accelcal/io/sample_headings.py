@@ -10,7 +10,7 @@ from accelcal.io.cells import MISSING
 from accelcal.io.layout import shown, split_line
 from accelcal.io.output_unit import unit_of_outputs
 from accelcal.io.text import refuse_document
-from accelcal.io.vocabulary import canonical_key, has_unit, read_heading, split_unit
+from accelcal.io.vocabulary import Heading, canonical_key, has_unit, read_heading, split_unit
 
 __all__ = ["SampleHeadings", "in_metres", "read_sample_headings"]
 
@@ -35,8 +35,8 @@ class SampleHeadings:
         Name of the file.
     declared : mapping of str to str
         Header lines by canonical key.
-    texts : tuple of str
-        Headings as written.
+    cells : tuple of Heading
+        One entry a column; a role None where it is not used.
     separator : str or None
         Separator of the columns; None for runs of blanks.
     columns : mapping of str to int
@@ -51,7 +51,7 @@ class SampleHeadings:
 
     source: str
     declared: Mapping[str, str]
-    texts: tuple[str, ...]
+    cells: tuple[Heading, ...]
     separator: str | None
     columns: Mapping[str, int]
     units: Mapping[str, str]
@@ -113,11 +113,11 @@ def read_sample_headings(readline: Callable[[], str], source: str) -> SampleHead
     below = [readline() for _ in range(_JSON_LINES)] if braces else []
     refuse_document("".join([bare, *below]), source)
     above = "output" not in _roles(bare) and "output" in _roles(commented)
-    texts, separator = _split_headings(commented if above else bare)
-    columns = _columns(texts, source, line)
-    units = _units(texts, columns, declared, source, line)
+    headings, separator = _split_headings(commented if above else bare)
+    columns = _columns(headings, source, line)
+    units = _units(headings, declared, source, line)
     line, row = (line, row) if above else (line + 1, "")
-    return SampleHeadings(source, declared, texts, separator, columns, units, line, row)
+    return SampleHeadings(source, declared, headings, separator, columns, units, line, row)
 
 
 def _declaration(text: str) -> dict[str, str]:
@@ -127,33 +127,35 @@ def _declaration(text: str) -> dict[str, str]:
     return {known: f"{value.strip()} {unit}".strip()} if known and value else {}
 
 
-def _split_headings(line: str) -> tuple[tuple[str, ...], str | None]:
+def _split_headings(line: str) -> tuple[tuple[Heading, ...], str | None]:
     """Headings, split by the separator that gives the most known ones."""
     options: list[str | None] = [mark for mark in ("\t", ";", ",") if mark in line]
-    if not options and _role(line):
-        return (line,), ","
+    if not options and _heading(line).role:
+        return (_heading(line),), ","
     options = options or [None]
-    split = {mark: tuple(split_line(line, mark)) for mark in options}
-    best = max(options, key=lambda mark: sum(_role(cell) is not None for cell in split[mark]))
+    split = {mark: tuple(map(_heading, split_line(line, mark))) for mark in options}
+    best = max(options, key=lambda mark: sum(cell.role is not None for cell in split[mark]))
     return split[best], best
 
 
 def _roles(line: str) -> set[str | None]:
-    return {_role(cell) for cell in _split_headings(line)[0]} if line else set()
+    return {heading.role for heading in _split_headings(line)[0]} if line else set()
 
 
-def _role(heading: str) -> str | None:
-    name = split_unit(heading.strip())[0].casefold()
-    role = name if name in ("a_p", "a_o") else read_heading(heading).role
-    return role if role in (*ROLES, "serial") else None
+def _heading(text: str) -> Heading:
+    name, unit = split_unit(text.strip())
+    known = read_heading(text)
+    role = name.casefold() if name.casefold() in ("a_p", "a_o") else known.role
+    return Heading(text, role if role in (*ROLES, "serial") else None, known.unit or unit or None)
 
 
-def _columns(headings: Sequence[str], name: str, line: int) -> dict[str, int]:
+def _columns(headings: Sequence[Heading], name: str, line: int) -> dict[str, int]:
     columns: dict[str, int] = {}
-    for index, heading in enumerate(headings):
-        role = _role(heading)
+    for index, (text, role, *_) in enumerate(headings):
         if role in columns:
-            problem = f"columns {shown(headings[columns[role]])} and {shown(heading)} mean the same"
+            problem = (
+                f"columns {shown(headings[columns[role]].text)} and {shown(text)} mean the same"
+            )
             raise TableError(problem, "keep one and rename the other", source=name, line=line)
         if role == "serial":
             problem, remedy = "a column serial", "give the samples of one accelerometer a file"
@@ -161,23 +163,16 @@ def _columns(headings: Sequence[str], name: str, line: int) -> dict[str, int]:
         if role:
             columns[role] = index
     if "output" not in columns:
-        problem = f"no column output among {shown(', '.join(headings))}"
+        have = ", ".join(heading.text for heading in headings)
+        problem = f"no column output among {shown(have)}"
         raise TableError(problem, _REMEDY, source=name, line=line)
     return columns
 
 
 def _units(
-    headings: Sequence[str],
-    columns: Mapping[str, int],
-    declared: Mapping[str, str],
-    name: str,
-    line: int,
+    headings: Sequence[Heading], declared: Mapping[str, str], name: str, line: int
 ) -> dict[str, str]:
-    units = {
-        role: unit
-        for role, index in columns.items()
-        if (unit := read_heading(headings[index]).unit or split_unit(headings[index])[1])
-    }
+    units = {heading.role: heading.unit for heading in headings if heading.role and heading.unit}
     for role, unit in units.items():
         if remedy := _unit_to_give(role, unit):
             raise TableError(f"{role} in {unit}", f"give it in {remedy}", source=name, line=line)

@@ -149,7 +149,7 @@ class SampleReader:
 
     def _by_pandas(self, text: str) -> SampleBlock | None:
         """Read plain rows of numbers at once; None where something else may stand in them."""
-        separator, width = self.headings.separator, len(self.headings.texts)
+        separator, width = self.headings.separator, len(self.headings.cells)
         rows = text.count("\n")
         if separator is None or text.count(separator) != rows * (width - 1) or width == 1:
             return None
@@ -188,10 +188,10 @@ class SampleReader:
         return SampleBlock(values, time, where)
 
     def _cells(self, row: str, line: int) -> list[str]:
-        cells, width = split_line(row, self.headings.separator), len(self.headings.texts)
+        cells, width = split_line(row, self.headings.separator), len(self.headings.cells)
         while len(cells) > width and not cells[-1]:
             cells.pop()
-        if len(cells) < width and not any(self.headings.texts[len(cells) :]):
+        if len(cells) < width and not any(each.text for each in self.headings.cells[len(cells) :]):
             cells += [""] * (width - len(cells))
         if len(cells) != width:
             problem = f"{counted(len(cells), 'field')} under {width} headings"
@@ -200,7 +200,7 @@ class SampleReader:
         return cells
 
     def _column(self, role: str, cells: list[str], lines: Ints) -> Column:
-        heading = self.headings.texts[self.headings.columns[role]]
+        heading = self.headings.cells[self.headings.columns[role]].text
         return Column(role, heading, None, cells, lines, self.source, self._decimal)
 
 
