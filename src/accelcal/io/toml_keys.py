@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
-from accelcal.errors import InputError, TableError
+from accelcal.errors import InputError, TableError, located
 from accelcal.io.text import SourceText
 
 Found = TypeVar("Found")
@@ -35,12 +35,11 @@ def read_toml(given: SourceText, make: Callable[[dict[str, Any]], Found], tables
         If the file is not TOML, or `make` refuses the document.
     """
     try:
-        return make(tomllib.loads(given.text))
+        document = tomllib.loads(given.text)
     except tomllib.TOMLDecodeError as error:
         problem, remedy = f"not TOML ({error})", f"write key = value lines under {tables}"
-    except InputError as error:
-        problem, _, remedy = str(error).partition("; ")
-    raise TableError(problem, remedy, source=given.name)
+        raise TableError(problem, remedy, source=given.name) from None
+    return located(make, document, source=given.name)
 
 
 def check_keys(

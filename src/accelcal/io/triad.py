@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.errors import InputError, TableError, located
+from accelcal.errors import TableError, located
 from accelcal.io.cells import Column, complete_numbers
 from accelcal.io.declarations import declared_number, unit_and_serial
 from accelcal.io.output_unit import unit_of_outputs, units_written
@@ -133,12 +133,8 @@ def _turned(shaft: Column, angle: Column) -> Array:
         raise TableError(problem, "give it in deg", source=angle.source, line=int(angle.lines[0]))
     rows = []
     for index, value in enumerate(complete_numbers(angle)):
-        try:
-            rows.append(up_of_turn(str(shaft.cells[index]), [value])[0])
-        except InputError as error:
-            problem, _, remedy = str(error).partition("; ")
-            line = int(shaft.lines[index])
-            raise TableError(problem, remedy, source=shaft.source, line=line) from None
+        name, line = str(shaft.cells[index]), int(shaft.lines[index])
+        rows.append(located(up_of_turn, name, [value], source=shaft.source, line=line)[0])
     return np.array(rows)
 
 
