@@ -57,6 +57,8 @@ def visible(text: str) -> str:
     >>> visible("AL-15\x1b[2J µ")
     'AL-15\\x1b[2J µ'
     """
+    if text.isprintable():
+        return text
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in encodable(text))
 
 

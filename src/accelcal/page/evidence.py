@@ -99,7 +99,10 @@ def residuals(calibration: Calibration, document: Document, name: str) -> Sectio
 
 
 def _residual_pictures(calibration: Calibration, name: str, tables: list[Document]) -> list[Figure]:
-    plot, strokes = calibration.plot, sum(len(residual_grid(table)[0]) for table in tables)
+    plot, strokes = (
+        calibration.plot,
+        sum(len(set(table["residuals"]["stroke"])) for table in tables),
+    )
     words = {
         "map": (
             "Residuals by head angle and stroke.",

@@ -266,16 +266,29 @@ def residual_grid(table: Document) -> tuple[list[int], list[tuple[float, list[fl
     rows : list of tuple
         Head angle [deg] and the residual in each stroke [g], None where there is no reading.
     """
-    residuals = table["residuals"]
-    found = {
-        (angle, stroke): value
-        for angle, stroke, value in zip(
-            residuals["angle_deg"], residuals["stroke"], residuals["value"], strict=True
-        )
-    }
-    strokes = sorted({stroke for _, stroke in found})
-    angles = sorted({angle for angle, _ in found})
-    return strokes, [(angle, [found.get((angle, k)) for k in strokes]) for angle in angles]
+    found = residuals_by_angle(table)
+    strokes = sorted(set(table["residuals"]["stroke"]))
+    return strokes, [(angle, [own.get(k) for k in strokes]) for angle, own in found.items()]
+
+
+def residuals_by_angle(table: Document) -> dict[float, dict[int, float]]:
+    """Bring residuals in the order of position and stroke.
+
+    Parameters
+    ----------
+    table : mapping
+        An entry of ``"tables"`` in the document of a calibration.
+
+    Returns
+    -------
+    dict of dict
+        Head angle [deg] -> stroke -> residual [g].
+    """
+    residuals, found = table["residuals"], dict[float, dict[int, float]]()
+    names = ("angle_deg", "stroke", "value")
+    for angle, stroke, value in zip(*(residuals[name] for name in names), strict=True):
+        found.setdefault(angle, {})[stroke] = value
+    return {angle: dict(sorted(found[angle].items())) for angle in sorted(found)}
 
 
 def strong_correlations(table: Document) -> list[str]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from accelcal.report.calibration_rows import residual_grid
+from accelcal.report.calibration_rows import residual_grid, residuals_by_angle
 from accelcal.report.lines import aligned
 from accelcal.results.quantity import Document
 
@@ -29,7 +29,7 @@ def residual_lines(table: Document) -> Iterator[str]:
     str
         A grid of positions and strokes; where it is too wide, a summary of each.
     """
-    strokes, rows = residual_grid(table)
+    strokes = sorted(set(table["residuals"]["stroke"]))
     largest = max((abs(value) for value in table["residuals"]["value"]), default=0.0)
     size, unit = next((item for item in _UNITS if largest < 0.99995 * 1e4 * item[0]), _UNITS[-1])
     decimals = _decimals(largest / size)
@@ -37,31 +37,43 @@ def residual_lines(table: Document) -> Iterator[str]:
     def shown(value: Residual) -> str:
         return "" if value is None else f"{round(value / size, decimals) + 0.0:.{decimals}f}"
 
-    grid = [["deg", *(f"k={stroke}" for stroke in strokes), "mean"]]
-    grid += [[f"{angle:g}", *map(shown, [*values, _mean(values)])] for angle, values in rows]
-    if len(strokes) == 1:
-        grid = [line[:-1] for line in grid]
-    lines = list(aligned(grid, right=range(len(grid[0]))))
-    if max(map(len, lines)) <= _LONGEST_ROW:
-        yield f"residuals [{unit}] by head angle and stroke"
-        yield from lines
-        return
+    heading = ["deg", *(f"k={stroke}" for stroke in strokes), "mean"]
+    if len("  ".join(heading)) <= _LONGEST_ROW:  # a grid of many strokes is not even written
+        lines = list(_grid(heading, residual_grid(table)[1], shown))
+        if max(map(len, lines)) <= _LONGEST_ROW:
+            yield f"residuals [{unit}] by head angle and stroke"
+            yield from lines
+            return
     yield f"residuals [{unit}] by head angle, over {len(strokes)} strokes (the JSON has them all)"
-    yield from _by_angle(strokes, rows, shown)
+    found = residuals_by_angle(table)
+    yield from _by_angle(found, shown)
     yield f"residuals [{unit}] by stroke: mean"
-    means = [_mean([values[i] for _, values in rows]) for i in range(len(strokes))]
-    yield from _in_lines([f"k={k} {shown(mean)}" for k, mean in zip(strokes, means, strict=True)])
+    of_stroke: dict[int, list[float]] = {stroke: [] for stroke in strokes}
+    for own in found.values():
+        for stroke, value in own.items():
+            of_stroke[stroke].append(value)
+    yield from _in_lines([f"k={k} {shown(_mean(values))}" for k, values in of_stroke.items()])
 
 
-def _by_angle(
-    strokes: Sequence[int],
+def _grid(
+    heading: list[str],
     rows: Sequence[tuple[float, Sequence[Residual]]],
     shown: Callable[[Residual], str],
 ) -> Iterator[str]:
+    """All residuals, a line for each head angle."""
+    grid = [heading]
+    grid += [[f"{angle:g}", *map(shown, [*values, _mean(values)])] for angle, values in rows]
+    if len(heading) == 3:  # of a single stroke there is no mean
+        grid = [line[:-1] for line in grid]
+    return aligned(grid, right=range(len(grid[0])))
+
+
+def _by_angle(
+    found: Mapping[float, Mapping[int, float]], shown: Callable[[Residual], str]
+) -> Iterator[str]:
     """Summary of the residuals at each head angle."""
-    forward = [stroke % 2 == 1 for stroke in strokes]
     columns = [["deg", *_SUMMARY]]
-    columns += [[f"{angle:g}", *map(shown, _summary(values, forward))] for angle, values in rows]
+    columns += [[f"{angle:g}", *map(shown, _summary(own))] for angle, own in found.items()]
     yield from aligned(columns, right=range(len(columns[0])))
 
 
@@ -75,11 +87,11 @@ def _mean(values: Sequence[Residual]) -> Residual:
     return sum(seen) / len(seen) if seen else None
 
 
-def _summary(values: Sequence[Residual], forward: Sequence[bool]) -> list[Residual]:
-    one_way = [v for v, ahead in zip(values, forward, strict=True) if ahead]
-    other_way = [v for v, ahead in zip(values, forward, strict=True) if not ahead]
-    seen = [value for value in values if value is not None]
-    return [_mean(seen), _mean(one_way), _mean(other_way), min(seen), max(seen)]
+def _summary(own: Mapping[int, float]) -> list[Residual]:
+    one_way = [value for stroke, value in own.items() if stroke % 2 == 1]
+    other_way = [value for stroke, value in own.items() if stroke % 2 == 0]
+    seen = own.values()
+    return [_mean([*seen]), _mean(one_way), _mean(other_way), min(seen), max(seen)]
 
 
 def _in_lines(items: Sequence[str]) -> Iterator[str]:

@@ -9,6 +9,9 @@ from typing import Any, NoReturn, TypeVar
 
 Value = TypeVar("Value")
 
+_PLAIN = frozenset({str, float, int, bool, type(None)})
+"""Of these a list of residuals consists: one look at each instead of a call."""
+
 
 class FrozenMapping(dict[str, Value]):
     """A dictionary that stays as it is; pandas and json take it for what it is.
@@ -78,7 +81,9 @@ def frozen(part: Any) -> Any:
     if hasattr(part, "setflags"):
         part = part.view()
         part.setflags(write=False)
-    return tuple(map(frozen, part)) if isinstance(part, list | tuple) else part
+    if not isinstance(part, list | tuple):
+        return part
+    return tuple(part) if _PLAIN.issuperset(map(type, part)) else tuple(map(frozen, part))
 
 
 def document_of(part: Any) -> Any:
@@ -102,7 +107,7 @@ def document_of(part: Any) -> Any:
     if part is None or isinstance(part, str | float | int):
         return part
     if isinstance(part, list | tuple):
-        return list(map(document_of, part))
+        return list(part) if _PLAIN.issuperset(map(type, part)) else list(map(document_of, part))
     if isinstance(part, Mapping):
         return {name: document_of(item) for name, item in part.items()}
     return part.to_document() if hasattr(part, "to_document") else part
