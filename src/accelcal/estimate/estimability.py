@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -142,12 +143,13 @@ def _sort_out(
     """Keep each candidate that adds a direction; express the others by those kept."""
     kept: list[str] = []
     lost: list[str] = []
-    basis = np.zeros((design.shape[0], 0))
+    basis = np.zeros((len(candidates), len(design)))
     for name in candidates:
         column = design[:, COEFFICIENTS.index(name)]
-        rest = column - basis @ (basis.T @ column)
-        if np.linalg.norm(rest) > _LEAST_REMAINDER * np.sqrt(column.size):
-            basis = np.column_stack([basis, rest / np.linalg.norm(rest)])
+        rest = column - (basis @ column) @ basis
+        size = math.sqrt(rest @ rest)
+        if size > _LEAST_REMAINDER * math.sqrt(column.size):
+            basis[len(kept)] = rest / size
             kept.append(name)
         else:
             lost.append(name)

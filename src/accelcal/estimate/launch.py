@@ -229,5 +229,5 @@ def same_levels(temperature: Array) -> list[Places]:
     """
     order = np.argsort(temperature, kind="stable")
     order = order[~np.isnan(temperature[order])]
-    breaks = np.flatnonzero(np.diff(temperature[order]) > SAME_LEVEL) + 1
-    return [group for group in np.split(order, breaks) if group.size]
+    breaks = (np.flatnonzero(np.diff(temperature[order]) > SAME_LEVEL) + 1).tolist()
+    return [order[a:b] for a, b in pairwise([0, *breaks, order.size]) if b > a]

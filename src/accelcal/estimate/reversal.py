@@ -240,6 +240,8 @@ def _reversals(tables: Sequence[PreparedTable], estimate: JointEstimate) -> Iter
                 for i, (m, c) in enumerate(zip(mountings, clampings, strict=True))
             ]
         )
+        if not sides.min() < 0.0 < sides.max():
+            continue
         levels = list(_levels([table.record.mean_temperature for table in tables], sides))
         if levels:
             yield _reversal(axis, clamping, sides, levels)

@@ -82,16 +82,14 @@ def _contrasts_of_returns(plan: TablePlan) -> Array:
     """Weights that make return minus start, and end minus start in time, shape (n, 2)."""
     start = plan.angle.min()
     first, last = (np.abs(plan.angle - at) < 1e-6 for at in (start, start + 360.0))
-    strokes, stroke = plan.strokes.key, plan.strokes.cell
-    weight, precision = np.zeros(plan.angle.size), plan.size**-2.0
-    variance = np.zeros(strokes.size)
-    for own, sign in ((first, -1.0), (last, 1.0)):
-        readings = np.bincount(stroke[own], minlength=strokes.size)
-        total = np.bincount(stroke[own], precision[own], strokes.size)
-        weight[own] = sign * precision[own] / total[stroke[own]]
-        variance += np.where(readings > 0, readings, np.inf) / np.where(readings > 0, total, 1.0)
+    ends = np.column_stack([first, last]).astype(np.float64)
+    weights = ends / plan.size[:, None] ** 2
+    readings, total = plan.strokes.sums(ends), plan.strokes.sums(weights)
+    total[readings == 0.0] = 1.0
+    variance = (np.where(readings > 0.0, readings, np.inf) / total).sum(axis=1)
     share = 1.0 / variance  # 0 where the stroke lacks its first or its last reading
-    weight *= (share / (share.sum() or 1.0))[stroke]
+    weights *= (share[:, None] / (share.sum() or 1.0) / total)[plan.strokes.cell]
+    weight = weights[:, 1] - weights[:, 0]
     return np.column_stack([weight, np.where(plan.stroke % 2 == 1, weight, -weight)])
 
 

@@ -271,6 +271,9 @@ def f_survival(ratio: Number, dof1: Number, dof2: Number) -> Number:
     [0.375735, 0.025025]
     """
     if isinstance(ratio, np.ndarray):
+        tests = np.broadcast(ratio, dof1, dof2)
+        if tests.size < _WORTH_ARRAYS:
+            return np.array([f_survival(*map(float, one)) for one in tests]).reshape(tests.shape)
         return _f_survivals(*np.broadcast_arrays(ratio, dof1, dof2))
     if not 0.0 < ratio < math.inf:
         return ratio if math.isnan(ratio) else float(ratio <= 0.0)
@@ -280,9 +283,6 @@ def f_survival(ratio: Number, dof1: Number, dof2: Number) -> Number:
 
 
 def _f_survivals(ratio: Array, dof1: Array, dof2: Array) -> Array:
-    if ratio.size < _WORTH_ARRAYS:
-        each = zip(*(part.ravel().tolist() for part in (ratio, dof1, dof2)), strict=True)
-        return np.array([f_survival(*one) for one in each]).reshape(ratio.shape)
     found = np.where(np.isnan(ratio), np.nan, np.where(ratio > 0.0, 0.0, 1.0))
     within = np.isfinite(ratio) & (ratio > 0.0)
     r, d1, d2 = (np.asarray(part[within], dtype=np.float64) for part in (ratio, dof1, dof2))
