@@ -88,45 +88,10 @@ UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
 _SPELLINGS = (("µ", "u"), ("μ", "u"), ("°C", "degC"), ("²", "^2"), ("³", "^3"), (" ", ""))
 
 
-def _factor(unit: str, name: str, output_unit: str | None) -> float:
-    """Value in g, rad, 1, degC or output unit, each with its divisor, per value in `unit`."""
-    quantity = QUANTITIES[name]
-    numerator, _, per = _tidy(unit).rpartition("/") if quantity.per else (_tidy(unit), "", "")
-    if per.replace("K", "degC") != quantity.per and per != quantity.per:
-        raise _wrong_unit(unit, name)
-    if quantity.kind == "output":
-        return _output_factor(unit, canonical_unit(numerator), output_unit, name)
-    if numerator not in UNITS[quantity.kind]:
-        raise _wrong_unit(unit, name)
-    return UNITS[quantity.kind][numerator]
-
-
 def _tidy(unit: str) -> str:
     for written, plain in _SPELLINGS:
         unit = unit.replace(written, plain)
     return unit
-
-
-def _output_factor(unit: str, numerator: str, output_unit: str | None, name: str) -> float:
-    if not is_output_unit(numerator):
-        raise _wrong_unit(unit, name)
-    factor = 1.0 if output_unit is None else conversion_factor(numerator, output_unit)
-    if factor is None:
-        raise InputError(
-            f"{name}: unit {unit!r} does not fit a calibration in {output_unit}; give the limit in"
-            f" {output_unit}/g"
-        )
-    return factor
-
-
-def _wrong_unit(unit: str, name: str) -> InputError:
-    quantity = QUANTITIES[name]
-    known = UNITS.get(quantity.kind, {"mA": 1.0, "mV": 1.0, "V": 1.0, "counts": 1.0})
-    per = f"/{quantity.per}" if quantity.per else ""
-    return InputError(
-        f"{name}: unit {unit!r} is none of this quantity; it has"
-        f" {', '.join(f'{numerator}{per}' for numerator in known)}"
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,7 +222,35 @@ class Limit:
         >>> accelcal.Limit("scale_factor", "uA/g", maximum=1500.0).factor("mA")
         0.001
         """
-        return _factor(self.unit, self.name, output_unit)
+        quantity, unit = QUANTITIES[self.name], _tidy(self.unit)
+        numerator, _, per = unit.rpartition("/") if quantity.per else (unit, "", "")
+        if per.replace("K", "degC") != quantity.per and per != quantity.per:
+            raise self._wrong_unit()
+        if quantity.kind == "output":
+            return self._output_factor(canonical_unit(numerator), output_unit)
+        if numerator not in UNITS[quantity.kind]:
+            raise self._wrong_unit()
+        return UNITS[quantity.kind][numerator]
+
+    def _output_factor(self, numerator: str, output_unit: str | None) -> float:
+        if not is_output_unit(numerator):
+            raise self._wrong_unit()
+        factor = 1.0 if output_unit is None else conversion_factor(numerator, output_unit)
+        if factor is None:
+            raise InputError(
+                f"{self.name}: unit {self.unit!r} does not fit a calibration in {output_unit};"
+                f" give the limit in {output_unit}/g"
+            )
+        return factor
+
+    def _wrong_unit(self) -> InputError:
+        quantity = QUANTITIES[self.name]
+        known = UNITS.get(quantity.kind, {"mA": 1.0, "mV": 1.0, "V": 1.0, "counts": 1.0})
+        per = f"/{quantity.per}" if quantity.per else ""
+        return InputError(
+            f"{self.name}: unit {self.unit!r} is none of this quantity; it has"
+            f" {', '.join(f'{numerator}{per}' for numerator in known)}"
+        )
 
     @property
     def intervals(self) -> tuple[tuple[float, float], ...]:
