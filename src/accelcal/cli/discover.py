@@ -17,10 +17,11 @@ from accelcal.cli.options import (
     effects_option,
     fixture_angle_option,
     format_option,
-    number,
+    number_option,
     output_option,
     reference_temperature_option,
     report_option,
+    seed_option,
 )
 from accelcal.errors import InputError
 
@@ -33,12 +34,12 @@ if TYPE_CHECKING:
 @data_argument(many=True)
 @output_option("the discovery, with the extended model, as JSON", metavar="MODEL.json", file=JSON)
 @effects_option
-@click.option(
+@number_option(
     "--alpha",
-    type=number,
+    "P",
+    "False-alarm rate over the whole catalogue below which an effect is named.",
     default=0.01,
     show_default=True,
-    help="False-alarm rate over the whole catalogue below which an effect is named.",
 )
 @click.option(
     "--max-effects",
@@ -55,13 +56,7 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Add a term for a pattern by head position that no effect explains.",
 )
-@click.option(
-    "--seed",
-    type=click.IntRange(0),
-    default=0,
-    show_default=True,
-    help="Seed of the simulated noise.",
-)
+@seed_option("Seed of the simulated noise.", default=0, show_default=True)
 @click.option("--serial", metavar="TEXT", help="Search this unit only, if the tables hold several.")
 @report_option
 @format_option("text", "json")
