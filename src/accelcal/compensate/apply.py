@@ -12,7 +12,7 @@ from accelcal.arguments.numbers import check_number, check_side_by_side, number_
 from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
-from accelcal.compensate.coefficients import Compensation
+from accelcal.compensate.coefficients import CALIBRATE_THERE, Compensation
 from accelcal.compensate.inversion import FARTHEST, invert, invert_with, slope
 from accelcal.compensate.measured import MeasuredAcceleration
 from accelcal.compensate.propagation import Part, interval_of_parts, linear_sum, propagated
@@ -113,7 +113,7 @@ def apply(
         example = np.broadcast_to(np.asarray(temperature, dtype=np.float64), outside.shape)
         problem = found.outside_temperatures(float(example[outside].flat[0]))
         if not extrapolate:
-            raise InputError(f"{problem}; calibrate there, or accept it by extrapolate=True")
+            raise InputError(f"{problem}; {CALIBRATE_THERE}")
         where = counted(int(outside.sum()), "sample")
         warnings.warn(f"{problem}, in {where}", AccelcalWarning, stacklevel=2)
     return measured.by_index_of(output, temperature, a_p, a_o)

@@ -10,7 +10,7 @@ import numpy as np
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_flag
 from accelcal.compensate.choice import compensation
-from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation
+from accelcal.compensate.coefficients import CALIBRATE_THERE, PARAMETERS, SLOPES, Compensation
 from accelcal.compensate.propagation import interval_of_parts, propagated
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.results.calibration import Calibration
@@ -79,7 +79,7 @@ def coefficients_at(
     if not found.within_temperatures(temperature):
         problem = found.outside_temperatures(temperature)
         if not extrapolate:
-            raise InputError(f"{problem}; calibrate there, or accept it by extrapolate=True")
+            raise InputError(f"{problem}; {CALIBRATE_THERE}")
         warnings.warn(problem, AccelcalWarning, stacklevel=2)
     rise = 0.0 if found.T0 is None else temperature - found.T0
     units = {"k0": "g", "K1": calibration.tables[0].coefficients["K1"].unit, "delta": "rad"}

@@ -14,6 +14,7 @@ from accelcal.model import LAWS
 
 __all__ = [
     "ACCELERATION_MARGIN",
+    "CALIBRATE_THERE",
     "PARAMETERS",
     "SLOPES",
     "TEMPERATURE_MARGIN",
@@ -32,6 +33,9 @@ SLOPES = tuple(f"{name}_slope_{side}" for side in ("above", "below") for name in
 
 TEMPERATURE_MARGIN = 1.0
 """A calibration is good this far outside the temperatures of its tables [degC]."""
+
+CALIBRATE_THERE = "calibrate there, or accept it by extrapolate=True"
+"""Remedy for a temperature outside the calibrated range."""
 
 ACCELERATION_MARGIN = 0.01
 """A calibration is good this far outside the accelerations of its positions [g]."""
@@ -231,7 +235,10 @@ class Compensation:
         )
 
     def outside_temperatures(self, temperature: float) -> str:
-        """Say that a temperature is outside the calibrated range, which must be known."""
+        """Say that a temperature is outside the calibrated range, which must be known.
+
+        The remedy is `CALIBRATE_THERE`.
+        """
         assert self.temperatures is not None
         low, high = self.temperatures
         levels = f"{low:g} to {high:g} degC" if low < high else f"{low:g} degC only"

@@ -10,7 +10,7 @@ import numpy as np
 from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
 from accelcal.compensate.apply import compensate
-from accelcal.compensate.coefficients import Compensation
+from accelcal.compensate.coefficients import CALIBRATE_THERE, Compensation
 from accelcal.compensate.measured import MeasuredAcceleration
 from accelcal.errors import InputError, TableError
 from accelcal.escapes import ESCAPED
@@ -217,8 +217,8 @@ class AccelerationStream:
         problem = self._found.outside_temperatures(
             float(values["temperature"][at]) if warmth is None else warmth
         )
-        remedy = "calibrate there, or accept it by extrapolate=True"
-        raise TableError(problem, remedy, source=self._samples.source, line=int(block.lines[at]))
+        line = int(block.lines[at])
+        raise TableError(problem, CALIBRATE_THERE, source=self._samples.source, line=line)
 
     def _count(self, values: Mapping[str, Array], measured: MeasuredAcceleration) -> None:
         used = [values[name] for name in self._factors]
