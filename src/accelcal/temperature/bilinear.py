@@ -52,6 +52,9 @@ def measured_sides(rise: Array) -> tuple[str, ...]:
 def bilinear_design(rise: Array, sides: Sequence[str]) -> Array:
     """Columns of one law: value at T0, then the slopes that were measured.
 
+    With one slope the line goes straight on through T0: levels and readings less than `LEAST_RISE`
+    on its other side, such as those of a run at T0 whose temperature scatters, change by it too.
+
     Parameters
     ----------
     rise : ndarray, shape (..., n)
@@ -69,7 +72,11 @@ def bilinear_design(rise: Array, sides: Sequence[str]) -> Array:
     >>> import numpy as np
     >>> bilinear_design(np.array([-60.0, 0.0, 60.0]), ("above", "below")).tolist()
     [[1.0, 0.0, -60.0], [1.0, 0.0, 0.0], [1.0, 60.0, 0.0]]
+    >>> bilinear_design(np.array([-0.2, 60.0]), ("above",)).tolist()
+    [[1.0, -0.2], [1.0, 60.0]]
     """
+    if len(sides) == 1:
+        return np.stack([np.ones_like(rise), rise], axis=-1)
     parts = {"above": np.maximum(rise, 0.0), "below": np.minimum(rise, 0.0)}
     return np.stack([np.ones_like(rise), *(parts[side] for side in sides)], axis=-1)
 
@@ -105,7 +112,7 @@ def local_slopes(rise: Array, sides: Sequence[str]) -> Array:
     Parameters
     ----------
     rise : ndarray, shape (..., n)
-        T - T0 [degC]; at T0 the mean of both slopes counts.
+        T - T0 [degC]; at T0 the mean of both slopes counts, if there are two.
     sides : sequence of str
         See `measured_sides`.
 
@@ -114,6 +121,8 @@ def local_slopes(rise: Array, sides: Sequence[str]) -> Array:
     ndarray, shape (..., n, 1 + len(sides))
         The slope at each temperature is this matrix times the parameters of the law.
     """
+    if len(sides) == 1:
+        return np.stack([np.zeros_like(rise), np.ones_like(rise)], axis=-1)
     near = np.abs(rise) < LEAST_RISE
     parts = {
         "above": np.where(near, 0.5, rise > 0.0),
