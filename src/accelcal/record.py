@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from copy import copy
 from dataclasses import asdict, dataclass, field, fields, replace
 from numbers import Real
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -41,8 +40,6 @@ _DTYPES = {
     "clamping": "fiu",
 }
 """Array of a record, in order -> kinds of its numbers or texts, as NumPy names them."""
-
-_EMPTY = "a record without readings; it needs at least one"
 
 _IN_WORDS = {"fiu": "numbers", "iu": "whole numbers", "U": "texts"}
 
@@ -182,7 +179,7 @@ class TumbleRecord(EqualByContents):
     def _check_lengths(self) -> None:
         n = self.output.size
         if n == 0:
-            raise InputError(_EMPTY)
+            raise InputError("a record without readings; it needs at least one")
         for name, array in self._arrays().items():
             if array.shape != (n,):
                 raise InputError(f"{name} has shape {array.shape}; with {n} outputs it is ({n},)")
@@ -298,14 +295,8 @@ class TumbleRecord(EqualByContents):
         if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (len(self),):
             rule = f"an array of {len(self)} truth values, one for each reading"
             raise InputError(f"mask is {as_given(mask)}; it is {rule}")
-        if not mask.any():
-            raise InputError(_EMPTY)
-        found = copy(self)  # a part of what was checked needs no check
-        for name, array in self._arrays().items():
-            kept = array[mask]
-            kept.setflags(write=False)
-            object.__setattr__(found, name, kept)
-        return found
+        kept: dict[str, Any] = {name: array[mask] for name, array in self._arrays().items()}
+        return replace(self, **kept)
 
     def tables(self) -> tuple[TumbleRecord, ...]:
         """Tables of the record: one for each run and mounting, in order."""
