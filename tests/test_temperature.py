@@ -434,7 +434,7 @@ def test_one_side_missing_is_said():
 
 
 @pytest.mark.parametrize("by", ["tables", "readings"])
-def test_the_only_slope_goes_straight_on_through_T0(by, monkeypatch):
+def test_the_only_slope_goes_straight_on_past_the_reference(by, monkeypatch):
     """Half of the readings at T0 lie on the side where no slope was measured."""
     for name, slopes in {"LAM": LAM, "BETA": BETA, "GAM": GAM}.items():
         monkeypatch.setitem(globals(), name, slopes[:1] * 2)
@@ -444,7 +444,7 @@ def test_the_only_slope_goes_straight_on_through_T0(by, monkeypatch):
 
 
 @pytest.mark.parametrize("by", ["tables", "readings"])
-def test_the_only_slope_carries_the_error_of_the_temperature_at_T0(by):
+def test_the_only_slope_carries_the_error_of_the_reference_temperature(by):
     model = laws((20.0, 80.0), by=by, noise=1e-9, **DECLARED, temperature_uncertainty=0.1)
     expected = K1N * BETA[0] * 0.1
     assert model.K1.at_T0.standard_uncertainty == pytest.approx(expected, rel=0.01)
