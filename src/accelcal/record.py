@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, fields, replace
-from numbers import Real
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -18,6 +17,8 @@ from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
 from accelcal.arguments.kinds import as_given
+from accelcal.arguments.numbers import check_number
+from accelcal.arguments.options import check_text, check_texts, check_written
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
@@ -45,14 +46,11 @@ _IN_WORDS = {"fiu": "numbers", "iu": "whole numbers", "U": "texts"}
 
 _KINDS: dict[str, tuple[type | tuple[type, ...], str]] = {
     **dict.fromkeys(_DTYPES, (np.ndarray, "an array, as accelcal.read_arrays makes it")),
-    **dict.fromkeys(("run_labels", "notes"), (tuple, "a tuple of texts")),
-    **dict.fromkeys(("serial", "unit", "date", "source", "sha256"), (str, "a text, in quotes")),
     "positions": ((int, np.integer), "a whole number, 2 or more"),
-    "reference_temperature": ((float, Real), "a finite number of degC"),
     "apparatus": (Apparatus, "an accelcal.Apparatus(...)"),
     "metadata": ((dict, Mapping), "a mapping such as {'operator': 'A. N.'}"),
 }
-"""Attribute of a record -> its kind, and that in words; the commonest kind first."""
+"""Attribute of a record that is no text or number -> its kind, and that in words."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -170,11 +168,11 @@ class TumbleRecord(EqualByContents):
             value = getattr(self, name)
             if not isinstance(value, kinds) and (value is not None or name not in _OPTIONAL):
                 raise InputError(f"{name} of a record is {as_given(value)}; it is {rule}")
-        for name in ("run_labels", "notes"):
-            try:
-                "".join(getattr(self, name))  # fails on what is no text; quicker than a loop
-            except TypeError as error:
-                raise InputError(f"{name} of a record: {error}; it is a tuple of texts") from None
+        check_texts(run_labels=self.run_labels, notes=self.notes)
+        check_text(serial=self.serial, unit=self.unit, date=self.date, sha256=self.sha256)
+        check_written(source=self.source)
+        if self.reference_temperature is not None:
+            check_number(reference_temperature=self.reference_temperature)
 
     def _check_lengths(self) -> None:
         n = self.output.size
@@ -190,9 +188,6 @@ class TumbleRecord(EqualByContents):
     def _check_values(self) -> None:
         if self.positions < 2:
             raise InputError(f"positions of a record is {self.positions}; it is 2 or more")
-        reference = self.reference_temperature
-        if reference is not None and not -np.inf < reference < np.inf:
-            raise InputError(f"reference_temperature is {reference}; it is a finite number of degC")
         rules = [
             ("output", np.isfinite(self.output), "a finite number"),
             ("angle", np.isfinite(self.angle), "a finite number of degrees"),
