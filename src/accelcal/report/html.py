@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from html import escape
 
 from accelcal.escapes import visible
+from accelcal.plural import counted
+
+_MOST_ROWS = 60
 
 
 def safe(text: str) -> str:
@@ -29,22 +32,30 @@ def safe(text: str) -> str:
     return escape(visible(text))
 
 
-def heading(title: str, *rest: str) -> str:
-    """Write the first line of a result.
+def result(title: str, facts: Iterable[str], *parts: str, notes: Iterable[str] = ()) -> str:
+    """Write a result.
 
     Parameters
     ----------
     title : str
         What it is, in bold.
-    *rest : str
-        What else to say of it; what is empty is left out.
+    facts : iterable of str
+        What else the first line says; what is empty is left out.
+    *parts : str
+        HTML below the first line.
+    notes : iterable of str
+        A list at the end, each once; what is empty is left out.
 
     Returns
     -------
     str
-        A paragraph.
+        HTML.
     """
-    told = "".join(f", {safe(part)}" for part in rest if part)
+    return "".join([_heading(title, facts), *parts, items(map(safe, filter(None, notes)))])
+
+
+def _heading(title: str, facts: Iterable[str]) -> str:
+    told = "".join(f", {safe(fact)}" for fact in facts if fact)
     return f"<p><b>{safe(title)}</b>{told}</p>"
 
 
@@ -69,6 +80,13 @@ def table(caption: str, headings: Iterable[str], rows: Iterable[Iterable[str]]) 
     if not body:
         return ""
     return f"<table><caption>{safe(caption)}</caption>{_line('th', headings)}{body}</table>"
+
+
+def long_table(caption: str, headings: Iterable[str], rows: Sequence[Iterable[str]]) -> str:
+    """Write a table as `table`, and of many rows the first ones with the number of the others."""
+    more = len(rows) - _MOST_ROWS
+    told = f"<p>and {counted(more, 'row')} more; <code>.to_frame()</code> has all</p>"
+    return table(caption, headings, rows[:_MOST_ROWS]) + told * (more > 0)
 
 
 def items(found: Iterable[str]) -> str:

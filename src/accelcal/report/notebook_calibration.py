@@ -14,7 +14,7 @@ from accelcal.report.calibration_rows import (
     temperature_laws,
     without_uncertainty,
 )
-from accelcal.report.html import heading, items, safe, table
+from accelcal.report.html import items, result, safe, table
 from accelcal.report.notebook_results import verdict_html
 
 
@@ -31,9 +31,7 @@ def calibration_html(document: Mapping[str, Any]) -> str:
     str
         A fragment of HTML.
     """
-    name = document["serial"] or document["source"]
-    parts = [heading(f"Calibration of {name}", document["method"])]
-    parts.append(items(map(_bold_warning, [*without_uncertainty(document), *alarms(document)])))
+    parts = [items(map(_bold_warning, [*without_uncertainty(document), *alarms(document)]))]
     parts += [table_html(found) for found in document["tables"]]
     for whose, rows in temperature_laws(document):
         caption = f"temperature laws{whose}, T0 = {document['T0_degC']:g} °C"
@@ -46,7 +44,9 @@ def calibration_html(document: Mapping[str, Any]) -> str:
     parts.append(items(map(safe, [*told, *document["warnings"]])))
     if verdict := document.get("verdict"):
         parts.append(verdict_html(verdict))
-    return "".join(parts)
+    return result(
+        f"Calibration of {document['serial'] or document['source']}", [document["method"]], *parts
+    )
 
 
 def _bold_warning(sentence: str) -> str:

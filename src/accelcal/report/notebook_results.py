@@ -9,7 +9,7 @@ from accelcal.plural import counted
 from accelcal.report.disagreement import run_rows
 from accelcal.report.discovery import NOT_SURE, gap_rows
 from accelcal.report.findings import factor_cells, p_value
-from accelcal.report.html import heading, items, safe, table
+from accelcal.report.html import long_table, result, safe, table
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.report.scale import readable, written
 from accelcal.report.stability import HEADING, bound_rows, component_rows, noise_rows
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from accelcal.results.stand_discovery import StandDiscovery
     from accelcal.results.unit_history import History
 
-_MOST_ROWS = 60
 _INTERVAL = ("value", "U (95 %)", "unit")
 
 
@@ -46,25 +45,25 @@ def discovery_html(discovery: Discovery) -> str:
     str
         A fragment of HTML: effects with their parameters, the gap, where it is, what is open.
     """
-    name = discovery.serial or discovery.source
-    parts = [heading(f"Discovery in {name}", counted(discovery.readings, "reading"))]
     effects = [
         row
         for effect in discovery.effects
         for row in _effect_rows(effect, sure=effect.id not in discovery.doubtful)
     ]
     headings = ("effect", "parameter", *_INTERVAL, "p", "looks alike")
-    parts.append(table("effects", headings, effects))
-    if not effects:
-        parts.append("<p>no effect is named</p>")
+    parts = [table("effects", headings, effects) or "<p>no effect is named</p>"]
     parts.append(table("gap", *_headed(gap_rows(discovery))))
     if discovery.effects or discovery.unexplained:
         parts.append(_where(discovery.where))
     if discovery.unexplained:
         parts.append(f"<p><b>unexplained</b> {safe(discovery.unexplained.structure)}</p>")
-    told = [fault.finding for fault in discovery.faults]
-    parts.append(items(map(safe, [*told, discovery.next_measurement or "", *discovery.notes])))
-    return "".join(parts).replace("<li></li>", "")
+    faults = [fault.finding for fault in discovery.faults]
+    return result(
+        f"Discovery in {discovery.serial or discovery.source}",
+        [counted(discovery.readings, "reading")],
+        *parts,
+        notes=[*faults, discovery.next_measurement, *discovery.notes],
+    )
 
 
 def disagreement_html(found: Disagreement) -> str:
@@ -80,17 +79,14 @@ def disagreement_html(found: Disagreement) -> str:
     str
         A fragment of HTML.
     """
-    told = (
-        f"rms {_micro(found.rms)} µg",
-        f"reduced χ² {found.reduced_chi2:.3g}",
-        p_value(found.p_value),
+    rms, chi2 = f"rms {_micro(found.rms)} µg", f"reduced χ² {found.reduced_chi2:.3g}"
+    return result(
+        f"Comparison of {found.serial or found.source}",
+        [rms, chi2, p_value(found.p_value)],
+        _where(found.where),
+        long_table("changes since the calibration (95 %)", *_headed(run_rows(found))),
+        notes=[found.structure, *found.notes],
     )
-    parts = [heading(f"Comparison of {found.serial or found.source}", *told)]
-    parts.append(_where(found.where))
-    heads, rows = _headed(run_rows(found))
-    caption = "changes since the calibration (95 %)"
-    parts += [table(caption, heads, rows[:_MOST_ROWS]), _cut(rows)]
-    return "".join([*parts, items(map(safe, filter(None, [found.structure, *found.notes])))])
 
 
 def stand_html(stand: StandDiscovery) -> str:
@@ -106,25 +102,27 @@ def stand_html(stand: StandDiscovery) -> str:
     str
         A fragment of HTML.
     """
-    parts = [heading("Stand", counted(len(stand.units), "unit"))]
     rows = [
         (title(stand, effect), effect.verdict, name, *_interval(quantity), p_value(effect.p_value))
         for effect in stand.effects
         for name, quantity in (effect.parameters or {"": Quantity(None, None, "")}).items()
     ]
-    parts.append(table("effects", ("effect", "whose", "parameter", *_INTERVAL, "p"), rows))
     head = [(f"{angle:g}°", *shown) for angle, *shown in head_rows(stand)]
-    caption = "head positions [µrad]"
-    parts += [table(caption, ("angle", *_INTERVAL[:2]), head[:_MOST_ROWS]), _cut(head)]
-    return "".join([*parts, items(map(safe, stand.notes))])
+    return result(
+        "Stand",
+        [counted(len(stand.units), "unit")],
+        table("effects", ("effect", "whose", "parameter", *_INTERVAL, "p"), rows),
+        long_table("head positions [µrad]", ("angle", *_INTERVAL[:2]), head),
+        notes=stand.notes,
+    )
 
 
-def stability_html(result: Stability) -> str:
+def stability_html(found: Stability) -> str:
     """Write a stability test as HTML tables.
 
     Parameters
     ----------
-    result : Stability
+    found : Stability
         The analysis.
 
     Returns
@@ -132,17 +130,21 @@ def stability_html(result: Stability) -> str:
     str
         A fragment of HTML.
     """
-    name = result.serial or result.source
-    parts = [heading(f"Stability of {name}", counted(len(result.launches), "launch"))]
-    for caption, rows in (
-        ("random bias", component_rows(result)),
-        ("bound (3)", bound_rows(result)),
-        ("noise terms", noise_rows(result)),
-    ):
-        signed = [(*row[:5], written(row[5]), *row[6:]) for row in rows]
-        parts.append(table(caption, (*HEADING, ""), signed))
-    told = [f"{gate.name}: {gate.finding}" for gate in result.gates if gate.verdict == "warn"]
-    return "".join([*parts, items(map(safe, [*told, *result.warnings]))])
+    tables = {
+        "random bias": component_rows(found),
+        "bound (3)": bound_rows(found),
+        "noise terms": noise_rows(found),
+    }
+    warned = [f"{gate.name}: {gate.finding}" for gate in found.gates if gate.verdict == "warn"]
+    return result(
+        f"Stability of {found.serial or found.source}",
+        [counted(len(found.launches), "launch")],
+        *(
+            table(caption, (*HEADING, ""), [(*row[:5], written(row[5]), *row[6:]) for row in rows])
+            for caption, rows in tables.items()
+        ),
+        notes=[*warned, *found.warnings],
+    )
 
 
 _OF_BUDGET = ("value_g", "bound_g", "standard_uncertainty_g", "expanded_uncertainty_g")
@@ -162,8 +164,6 @@ def budget_html(budget: ErrorBudget) -> str:
     str
         A fragment of HTML.
     """
-    name = budget.serial or budget.source
-    parts = [heading(f"Error by (4) of {name}", counted(budget.a_i.size, "point"))]
     rows = [
         (
             f"{row['a_i']:g} g",
@@ -180,9 +180,12 @@ def budget_html(budget: ErrorBudget) -> str:
         if any(row[key] for key in _OF_BUDGET)
     ]
     headings = ("a_i", "temperature", "time", "component", "error", "bound of (4)", "u", "U (95 %)")
-    parts.append(table("errors [µg]", headings, rows[:_MOST_ROWS]))
-    said = [_CORRELATED] if budget.correlated else []
-    return "".join([*parts, _cut(rows), items(map(safe, [*said, *budget.warnings]))])
+    return result(
+        f"Error by (4) of {budget.serial or budget.source}",
+        [counted(budget.a_i.size, "point")],
+        long_table("errors [µg]", headings, rows),
+        notes=[_CORRELATED if budget.correlated else "", *budget.warnings],
+    )
 
 
 def verdict_html(document: Mapping[str, Any]) -> str:
@@ -199,11 +202,13 @@ def verdict_html(document: Mapping[str, Any]) -> str:
         A fragment of HTML.
     """
     limits = document["limits"]
-    parts = [heading(f"Verdict against {document['specification']}", document["outcome"].upper())]
-    parts.append(table("limits", ("", "", "value", "± U", "limit", ""), map(limit_row, limits)))
     said = [f"{limit['symbol']}: {told}" for limit in limits if (told := remark(limit))]
-    rule = f"decision rule: {document['rule_statement']}"
-    return "".join([*parts, items(map(safe, [*said, rule]))])
+    return result(
+        f"Verdict against {document['specification']}",
+        [document["outcome"].upper()],
+        table("limits", ("", "", "value", "± U", "limit", ""), map(limit_row, limits)),
+        notes=[*said, f"decision rule: {document['rule_statement']}"],
+    )
 
 
 def gate_html(gate: Gate) -> str:
@@ -235,16 +240,18 @@ def history_html(history: History) -> str:
     str
         A fragment of HTML.
     """
-    count = counted(len(history.trends[0].points), "calibration")
-    parts = [heading(f"History of {history.serial or 'a unit'}", count)]
     rows = [(trend.name, "drift", "", *_interval(trend.drift)) for trend in history.trends]
     rows += [
         (trend.name, f"jump {j.after} … {j.before}", p_value(j.p_value), *_interval(j.size))
         for trend in history.trends
         for j in trend.jumps
     ]
-    parts.append(table("drift and jumps", ("", "", "", *_INTERVAL), rows))
-    return "".join([*parts, items(map(safe, history.notes))])
+    return result(
+        f"History of {history.serial or 'a unit'}",
+        [counted(len(history.trends[0].points), "calibration")],
+        table("drift and jumps", ("", "", "", *_INTERVAL), rows),
+        notes=history.notes,
+    )
 
 
 def record_html(record: TumbleRecord) -> str:
@@ -260,13 +267,15 @@ def record_html(record: TumbleRecord) -> str:
     str
         A fragment of HTML: a row for each run and mounting.
     """
-    name = record.serial or record.source
-    parts = [heading(f"Readings of {name}", counted(len(record), "reading"), record.date or "")]
     rows = [_table_row(part) for part in record.tables()]
     unit = f" [{record.unit}]" if record.unit else ""
     headings = ("run", "mounting", "temperature", "readings", "strokes", "angles", f"output{unit}")
-    parts.append(table("runs", headings, rows[:_MOST_ROWS]))
-    return "".join([*parts, _cut(rows), items(map(safe, record.notes))])
+    return result(
+        f"Readings of {record.serial or record.source}",
+        [counted(len(record), "reading"), record.date or ""],
+        long_table("runs", headings, rows),
+        notes=record.notes,
+    )
 
 
 def effect_html(effect: Effect) -> str:
@@ -285,9 +294,11 @@ def effect_html(effect: Effect) -> str:
     about = ("physics", "formula", "signature", "to_tell_apart", "acts_on")
     rows = [(name.replace("_", " "), getattr(effect, name)) for name in about]
     parameters = [(p.name, p.unit, p.meaning) for p in effect.parameters]
-    told = table("about", ("", ""), rows)
-    return f"{heading(effect.name, effect.id)}{told}" + table(
-        "parameters", ("name", "unit", "meaning"), parameters
+    return result(
+        effect.name,
+        [effect.id],
+        table("about", ("", ""), rows),
+        table("parameters", ("name", "unit", "meaning"), parameters),
     )
 
 
@@ -331,11 +342,6 @@ def _table_row(part: TumbleRecord) -> tuple[str, ...]:
         str(len(set(part.angle.tolist()))),
         f"{part.output.min():.6g} … {part.output.max():.6g}",
     )
-
-
-def _cut(rows: Sequence[object]) -> str:
-    more = len(rows) - _MOST_ROWS
-    return f"<p>and {counted(more, 'row')} more; <code>.to_frame()</code> has all</p>" * (more > 0)
 
 
 def _micro(value: float | None) -> str:
