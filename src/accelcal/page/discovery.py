@@ -25,7 +25,7 @@ from accelcal.page.typeset import typeset
 from accelcal.plural import counted
 from accelcal.record import TumbleRecord
 from accelcal.report.discovery import NOT_REGISTERED, alias_names, change_row, entry_of, outcome
-from accelcal.report.findings import chance, factor_cells, noise_line, probability
+from accelcal.report.findings import chance, factor_rows, noise_line, probability
 from accelcal.report.lines import sentence
 from accelcal.report.numbers import significant
 from accelcal.report.scale import plain, readable, sized
@@ -121,7 +121,7 @@ def _faults(found: Discovery) -> Section | None:
 def _where(found: Discovery, name: str) -> Section | None:
     if not found.where:
         return None
-    heading, *rows = factor_cells(found.where)
+    heading, *rows = factor_rows(found.where)
     shown = [(factor.replace("*", " × "), share, typeset(p)) for factor, share, p in rows]
     caption = "Shares of the sum of squares, in the measure of the noise"
     shares = Table(caption, heading, shown, frozenset({1}))

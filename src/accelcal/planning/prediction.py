@@ -16,7 +16,7 @@ from accelcal.accelerometer import Accelerometer
 from accelcal.calibrate.fit import fit
 from accelcal.estimate.estimability import estimability
 from accelcal.geometry import accelerations
-from accelcal.model import ERROR_TERMS, POWERS, SLOPES, design_matrix
+from accelcal.model import ERROR_TERMS, ERROR_UNITS, SLOPES, design_matrix
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.calibration import Calibration
 from accelcal.results.designs import Forecast
@@ -27,7 +27,7 @@ from accelcal.simulation import NOISE_FREE, NoiseComponents, TumblePlan, simulat
 AT_T0 = {"k0 at T0": ("k0", "g"), "K1 at T0": ("K1", "1"), "delta at T0": ("delta", "rad")}
 """Name of a value at T0, from the runs at all levels -> law and unit."""
 
-_UNITS = {"K1": "1", "M": "rad"} | {name: f"g/g^{n}" for name, n in POWERS.items() if n > 1}
+_UNITS = {"K1": "1"} | {name: ERROR_UNITS[error] for name, error in ERROR_TERMS.items()}
 _NO_NOISE = 1e-12  # g; in place of zero, which is no standard deviation of a reading
 _STEP = 1e-3  # relative, by which the variance of a source is raised to find its share
 _QUIET = 0.1  # noise that a hundred times the strokes leave, over the noise
@@ -253,7 +253,7 @@ def _of_table(table: TableCalibration) -> dict[Key, Figure]:
             variance = ((quantity.standard_uncertainty or 0.0) / scale_factor) ** 2
             meaning = table.stands_for.get(name)
             value = quantity.value / scale_factor if name != "K1" else quantity.value
-            found[name, table.mounting] = Figure(value, variance, _UNITS.get(name, "g"), meaning)
+            found[name, table.mounting] = Figure(value, variance, _UNITS[name], meaning)
     for name, error in ERROR_TERMS.items():
         quantity = table.error_model[error]
         if quantity.value is not None:

@@ -104,7 +104,7 @@ def _colours(document: Document, places: Sequence[int]) -> dict[str, str]:
 
 def _panel(ax: Any, document: Document, place: int, colours: Mapping[str, str]) -> None:
     own = document["coefficients"][place]
-    plain, factor = shown_unit(own)
+    factor, plain = shown_unit(own)
     unit = written(plain)
     bars = _bars(document, place)
     u = factor * own["standard_uncertainty"]

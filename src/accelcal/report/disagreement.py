@@ -53,7 +53,7 @@ def _verdict(found: Disagreement) -> Iterator[str]:
 
 def _where(found: Disagreement) -> Iterator[str]:
     yield "Where they disagree"
-    yield from (f"  {line}" for line in factor_rows(found.where))
+    yield from aligned(factor_rows(found.where), right={1}, indent="  ")
     if found.structure:
         yield from wrapped(f"pattern: {found.structure}", "  ")
 

@@ -107,7 +107,7 @@ def _where(found: Discovery) -> Iterator[str]:
     if not (found.effects or found.unexplained):
         return
     yield "Where they disagree"
-    yield from (f"  {line}" for line in factor_rows(found.where))
+    yield from aligned(factor_rows(found.where), right={1}, indent="  ")
     if found.unexplained:
         yield from wrapped(f"pattern: {found.unexplained.structure}", "  ")
 

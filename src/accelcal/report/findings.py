@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
-from accelcal.report.lines import aligned
 from accelcal.report.numbers import in_small_unit, significant
 from accelcal.results.findings import Share
 from accelcal.results.quantity import ErrorSource
@@ -28,12 +27,7 @@ def _source(source: ErrorSource) -> str:
     return f"{name} {value} {unit} ({source.source}{dof})"
 
 
-def factor_rows(where: Sequence[Share]) -> Iterator[str]:
-    """Tell the shares of the factors in aligned lines, the significant ones one by one."""
-    return aligned(factor_cells(where), right={1})
-
-
-def factor_cells(where: Sequence[Share]) -> list[tuple[str, str, str]]:
+def factor_rows(where: Sequence[Share]) -> list[tuple[str, str, str]]:
     """Tell factor, share and chance of noise, with a heading; the significant ones one by one."""
     named = [share for share in where if share.p_value < _SHOWN_P]
     rows = [("factor", "share", "chance of noise")]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from accelcal.plural import counted
 from accelcal.report.disagreement import run_rows
 from accelcal.report.discovery import NOT_SURE, gap_rows
-from accelcal.report.findings import factor_cells, p_value
+from accelcal.report.findings import factor_rows, p_value
 from accelcal.report.html import long_table, result, safe, table
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.report.scale import readable, written
@@ -315,7 +315,7 @@ def _effect_rows(effect: FoundEffect, *, sure: bool) -> Iterator[tuple[str, ...]
 
 
 def _where(found: Sequence[Share]) -> str:
-    return table("where they disagree", *_headed(factor_cells(found)))
+    return table("where they disagree", *_headed(factor_rows(found)))
 
 
 def _headed(rows: Sequence[Sequence[str]]) -> tuple[Sequence[str], Sequence[Sequence[str]]]:

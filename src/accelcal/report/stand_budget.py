@@ -48,8 +48,8 @@ def _heading(document: Document) -> Iterator[str]:
         yield from hanging(f"note: {note}")
 
 
-def shown_unit(coefficient: Document) -> tuple[str, float]:
-    """Unit in which an uncertainty is shown, and its factor.
+def shown_unit(coefficient: Document) -> tuple[float, str]:
+    """Tell the unit in which an uncertainty is shown, as `in_small_unit` does.
 
     Parameters
     ----------
@@ -58,23 +58,22 @@ def shown_unit(coefficient: Document) -> tuple[str, float]:
 
     Returns
     -------
-    unit : str
-        Such as ``"ug"``; ppm for the scale factor.
     factor : float
         What the uncertainty is multiplied by.
+    unit : str
+        Such as ``"ug"``; ppm for the scale factor.
 
     Examples
     --------
     >>> shown_unit({"symbol": "K1", "unit": "mA/g", "value": 1.25})
-    ('ppm', 800000.0)
+    (800000.0, 'ppm')
     """
     if coefficient["symbol"] in _RELATIVE:
-        return "ppm", 1e6 / abs(coefficient["value"])
+        return 1e6 / abs(coefficient["value"]), "ppm"
     unit = coefficient["unit"]
     if unit.startswith("mA"):
-        return f"n{unit[1:]}", MICRO
-    factor, shown = in_small_unit(unit)
-    return shown, factor
+        return MICRO, f"n{unit[1:]}"
+    return in_small_unit(unit)
 
 
 def shares(document: Document, place: int) -> list[tuple[str, float]]:
@@ -135,7 +134,7 @@ def _is_shown(coefficient: Document) -> bool:
 
 def _row(document: Document, place: int) -> list[str]:
     coefficient = document["coefficients"][place]
-    unit, factor = shown_unit(coefficient)
+    factor, unit = shown_unit(coefficient)
     freedom, trial = coefficient["dof"], coefficient["monte_carlo"]
     dof = "inf" if freedom is None or freedom > _MANY else f"{freedom:.0f}"
     u, U = (significant(factor * coefficient[f"{kind}_uncertainty"], 3) for kind in _BOTH)
@@ -205,7 +204,7 @@ def _absorbed(document: Document, part: Document) -> str:
     found = []
     for coefficient, change in zip(document["coefficients"], part["contributions"], strict=True):
         if not coefficient["where"] and coefficient["symbol"] in _OF_ONE_TABLE:
-            found.append((shown_unit(coefficient)[1] * change, coefficient["symbol"]))
+            found.append((shown_unit(coefficient)[0] * change, coefficient["symbol"]))
     largest = max((abs(size) for size, _ in found), default=0.0)
     if largest < _NOTHING:
         return _elsewhere(document, part)
@@ -229,7 +228,7 @@ def _elsewhere(document: Document, part: Document) -> str:
     named = []
     for ratio, coefficient, change in found:
         if ratio > 0.5 * most:
-            unit, factor = shown_unit(coefficient)
+            factor, unit = shown_unit(coefficient)
             named.append(f"{coefficient['symbol']} {abs(factor * change):.2g} {unit}")
     return ", ".join(named)
 
@@ -238,7 +237,7 @@ def _targets(document: Document) -> Iterator[str]:
     yield "Targets of U (95 %), and the floor that perfect instruments leave"
     rows = [("", "unit", "target", "now", "floor", "")]
     for target in document["requirements"]["targets"]:
-        unit, factor = shown_unit(_of_symbol(document, target["symbol"]))
+        factor, unit = shown_unit(_of_symbol(document, target["symbol"]))
         sizes = (significant(factor * target[n], 3) for n in ("target", "present", "floor"))
         rows.append((target["symbol"], unit, *sizes, _reached(target)))
     yield from aligned(rows, right=(2, 3, 4), indent="  ")
