@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from accelcal.plural import counted
 from accelcal.results.mapping import freeze, members
+from accelcal.results.quantity import Part
 from accelcal.results.result import JsonResult, TabularResult
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ SCHEMA = "accelcal/design/1"
 
 
 @dataclass(frozen=True, slots=True)
-class Forecast:
+class Forecast(Part):
     """What a test will tell of one coefficient.
 
     Attributes
@@ -63,7 +64,7 @@ class Forecast:
 
 
 @dataclass(frozen=True, slots=True)
-class Visibility:
+class Visibility(Part):
     """Whether a test would show an effect of the catalogue.
 
     Attributes
@@ -88,7 +89,7 @@ class Visibility:
 
 
 @dataclass(frozen=True, slots=True)
-class TestDesign:
+class TestDesign(Part):
     """A test that could be made.
 
     Attributes
@@ -157,10 +158,6 @@ class TestDesign:
         """The test in a few characters, as ``"8 x 6"``: positions and strokes."""
         stops = self.positions or f"{len(set(self.angles))} angles"
         return f"{stops} x {self.strokes}"
-
-    def to_document(self) -> dict[str, Any]:
-        """Return the test as it stands in the JSON document."""
-        return asdict(self)
 
     def __repr__(self) -> str:
         return f"<TestDesign {self.label}: {self.readings} readings, {self.hours:.4g} h>"

@@ -112,8 +112,8 @@ def _series(
     total = sum(launch.time.size for launch in launches)
     lost = total - sum(piece.samples for piece in pieces)
     if lost:
-        where = "in pieces of fewer than three"
-        notes.append(f"{lost} of {counted(total, 'sample')} not used, {where}")
+        samples = counted(total, "sample")
+        notes.append(f"{lost} of {samples} not used, in pieces of fewer than three")
     return EvenSeries(interval, tuple(piece.output for piece in pieces), tuple(notes))
 
 

@@ -95,13 +95,11 @@ def _calibrated(given: TriadRecord, frame: str) -> TriadCalibration:
     else:
         found, frame = from_known_attitudes(record.output, record.up), "block"
     unit = record.unit or "output unit"
-    units = {"": unit, "/g": f"{unit}/g", "rad": "rad"}
+    per_g = f"{unit}/g"
     return TriadCalibration(
         frame=frame,
-        parameters=_quantities(
-            found, _parameters, [units["" if i < 3 else "/g"] for i in range(12)]
-        ),
-        scale_factors=_quantities(found, _scale_factors, [units["/g"]] * 3),
+        parameters=_quantities(found, _parameters, [unit] * 3 + [per_g] * 9),
+        scale_factors=_quantities(found, _scale_factors, [per_g] * 3),
         misalignments=_quantities(found, _misalignments, ["rad"] * 6),
         axis_angles=_quantities(found, _axis_angles, ["rad"] * 3),
         covariance=_covariance(found),
