@@ -555,6 +555,19 @@ def test_fit_with_a_model_gets_the_coefficients_back(discovery):
     assert "hysteresis of the sensor: half_width = 20." in told
 
 
+@pytest.mark.parametrize("declare", [True, False])
+def test_shares_of_many_levels_are_parts_of_one_whole(declare):
+    plan = TumblePlan(positions=12, temperatures=(20.0, 60.0, 80.0, 20.0, -40.0, 0.0), strokes=4)
+    record = accelcal.simulate(
+        plan=plan, effects=[effect("temperature-hysteresis").of(2e-5)], seed=1, declare=declare
+    )
+    comparison = compared(record, 20.0)
+    found = blocks(comparison.space, comparison.model.conditions)
+    whole = np.hstack([block.basis for block in found])
+    np.testing.assert_allclose(whole.T @ whole, np.eye(whole.shape[1]), atol=1e-9)
+    assert sum(share.share for share in accelcal.discover(record).where) < 1.0
+
+
 def test_fit_with_a_model_says_what_else_the_effects_could_be(discovery):
     record = accelcal.simulate(effects=[effect("scale-factor-asymmetry").of(2e-4)], seed=4)
     assert len(discovery.otherwise) == 1

@@ -13,6 +13,9 @@ from accelcal.discovery.space import Space
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions
 from accelcal.geometry import head_positions
 
+_NEW = 0.5
+"""Part of a unit vector's square beyond others from which on it is not rounding."""
+
 
 class Block(NamedTuple):
     """What a factor may do to the readings, beyond what factors before it can do.
@@ -54,11 +57,18 @@ def blocks(space: Space, c: Conditions, first: str = "position") -> tuple[Block,
         left = seen - taken @ (taken.T @ seen)
         norms = np.sqrt((left**2).sum(axis=0))
         scale = max(np.sqrt((seen**2).sum(axis=0)).max(initial=0.0), whole * 1e-6)
-        basis = orthonormal(left[:, norms > 1e-3 * scale])
+        basis = _beyond(orthonormal(left[:, norms > 1e-3 * scale]), taken)
         if basis.shape[1]:
             found.append(Block(factor, basis))
             taken = np.hstack([taken, basis])
     return tuple(found)
+
+
+def _beyond(basis: Array, taken: Array) -> Array:
+    """Directions that are new: rounding makes some of those that are nearly taken already."""
+    for _ in range(2):
+        basis = basis - taken @ (taken.T @ basis)
+    return orthonormal(basis[:, (basis**2).sum(axis=0) > _NEW])
 
 
 def _columns(c: Conditions) -> Iterator[tuple[str, Array]]:

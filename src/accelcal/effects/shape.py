@@ -8,7 +8,7 @@ from accelcal.arrays import Array
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Effect, Parameter
 
-_FINER = "positions 22.5 or 30 deg apart instead of 45 deg"
+_FINER = "positions 22.5 or 30 deg apart instead of 45 deg (more strokes, if they are so already)"
 _OTHER_MOUNTING = "the other cross axis in the rotation plane"
 
 
