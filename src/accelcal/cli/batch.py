@@ -12,7 +12,7 @@ import click
 
 from accelcal.cli.deliver import remark
 from accelcal.cli.files import Command
-from accelcal.cli.fit_arguments import fit_arguments, models_in, specification_in
+from accelcal.cli.fit_arguments import fit_arguments
 from accelcal.cli.options import (
     calibration_options,
     count_option,
@@ -44,8 +44,6 @@ def batch(
     jobs: int | None,
     resume: bool,
     dask: str | None,
-    spec: str | None,
-    model: str | None,
     **options: Any,
 ) -> None:
     """Calibrate from all tables of an archive into one table.
@@ -65,7 +63,7 @@ def batch(
     """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
     from accelcal.archive.batch import write_batch
 
-    arguments, models = fit_arguments(options), models_in(model)
+    asked = fit_arguments(options)
     with _progress() as progress, _interruptible(path):
         counts = write_batch(
             paths,
@@ -74,10 +72,10 @@ def batch(
             resume=resume,
             dask=dask,
             progress=progress,
-            specification=specification_in(spec),
+            specification=asked.specification,
             overrides=options,
-            model=models and models.only(),
-            **arguments,
+            model=asked.models and asked.models.only(),
+            **asked.of_all,
         )
     _tell(counts, path)
 

@@ -9,7 +9,7 @@ import click
 
 from accelcal.cli.deliver import refuse_stdin_twice, remark, say
 from accelcal.cli.files import JSON, Command
-from accelcal.cli.fit_arguments import fit_arguments, models_in, specification_in
+from accelcal.cli.fit_arguments import fit_arguments
 from accelcal.cli.forms import csv_of, deliver_forms, one_below_the_other
 from accelcal.cli.options import (
     calibration_options,
@@ -39,10 +39,8 @@ if TYPE_CHECKING:
 def fit(
     data: Sequence[str],
     path: str | None,
-    spec: str | None,
     page: str | None,
     form: str,
-    model: str | None,
     **options: Any,
 ) -> None:
     """Calibrate from the tables DATA.
@@ -63,15 +61,14 @@ def fit(
     from accelcal.calibrate.fit import fit as calibrate
     from accelcal.io.tables import read_tables
 
-    arguments, specification = fit_arguments(options), specification_in(spec)
-    models = models_in(model)
+    asked = fit_arguments(options)
     calibrations = tuple(
-        calibrate(record, model=models and _model_of(record, models), **arguments)
+        calibrate(record, model=_model_of(record, asked.models), **asked.of_all)
         for source in data
         for record in _noted(read_tables(source, overrides=options))
     )
-    if specification is not None:
-        calibrations = judged(calibrations, specification)
+    if asked.specification is not None:
+        calibrations = judged(calibrations, asked.specification)
     if page is not None:
         from accelcal.page.write import write_report
 
@@ -93,8 +90,10 @@ def _noted(records: Iterable[TumbleRecord]) -> Iterator[TumbleRecord]:
         yield record
 
 
-def _model_of(record: TumbleRecord, models: DiscoveryFile) -> Discovery:
+def _model_of(record: TumbleRecord, models: DiscoveryFile | None) -> Discovery | None:
     """Discovery of the unit of a record; that of another unit is told."""
+    if models is None:
+        return None
     found = models.choose(record.serial)
     if None not in (found.serial, record.serial) and found.serial != record.serial:
         remark(

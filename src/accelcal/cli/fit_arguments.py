@@ -2,18 +2,35 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from accelcal.io.discoveries import DiscoveryFile
-    from accelcal.results.head_calibration import HeadCalibration
     from accelcal.specification import Specification
 
 _PLAIN = ("method", "robust", "delta0", "strict", "temperature_laws")
 
 
-def fit_arguments(options: dict[str, Any]) -> dict[str, Any]:
-    """Take the arguments of `accelcal.fit`, but for the model, out of the options of a command.
+class FitArguments(NamedTuple):
+    """What is asked of a calibration.
+
+    Attributes
+    ----------
+    of_all : dict
+        Arguments of `accelcal.fit` that are the same for all records.
+    specification : Specification or None
+        The data sheet to judge against.
+    models : DiscoveryFile or None
+        Discoveries whose effects are to be taken out, each of its unit.
+    """
+
+    of_all: dict[str, Any]
+    specification: Specification | None
+    models: DiscoveryFile | None
+
+
+def fit_arguments(options: dict[str, Any]) -> FitArguments:
+    """Take what is asked of a calibration out of the options of a command.
 
     Parameters
     ----------
@@ -22,42 +39,28 @@ def fit_arguments(options: dict[str, Any]) -> dict[str, Any]:
 
     Returns
     -------
-    dict
-        The arguments.
+    FitArguments
+        What is asked.
 
     Raises
     ------
     AccelcalError
-        If the file of a head cannot be used.
+        If one of the files cannot be used.
     """
-    return {
-        **{name: options.pop(name) for name in _PLAIN},
-        "coefficients": [name.strip() for name in options.pop("coefficients").split(",")],
-        "head": _head_in(options.pop("head")),
-    }
+    arguments = {name: options.pop(name) for name in _PLAIN}
+    arguments["coefficients"] = [name.strip() for name in options.pop("coefficients").split(",")]
+    head, sheet, model = (options.pop(name) for name in ("head", "spec", "model"))
+    specification = models = None
+    if head is not None:
+        from accelcal.io.head import read_head
 
+        arguments["head"] = read_head(head)
+    if sheet is not None:
+        from accelcal.io.specification import read_specification
 
-def models_in(path: str | None) -> DiscoveryFile | None:
-    """Read discoveries whose effects are to be taken out; None where none are given."""
-    if path is None:
-        return None
-    from accelcal.io.discoveries import read_models
+        specification = read_specification(sheet)
+    if model is not None:
+        from accelcal.io.discoveries import read_models
 
-    return read_models(path)
-
-
-def _head_in(path: str | None) -> HeadCalibration | None:
-    if path is None:
-        return None
-    from accelcal.io.head import read_head
-
-    return read_head(path)
-
-
-def specification_in(path: str | None) -> Specification | None:
-    """Read a data sheet; None where none is given."""
-    if path is None:
-        return None
-    from accelcal.io.specification import read_specification
-
-    return read_specification(path)
+        models = read_models(model)
+    return FitArguments(arguments, specification, models)
