@@ -96,11 +96,10 @@ def export_text(
     """
     check_choice(FORMS, form=form)
     content = export_content(calibration, sha256, run)
-    found = compensation(calibration, run, effects=False)
-    for assumption in found.assumptions:
+    for assumption in content["assumptions"]:
         warnings.warn(assumption, AccelcalWarning, stacklevel=4)
     if form == "c":
-        return to_c_header(content, found)
+        return to_c_header(content, compensation(calibration, run, effects=False))
     return to_yaml(content) if form == "yaml" else to_csv(content)
 
 
