@@ -107,9 +107,12 @@ def test_toml_is_not_taken_for_json(run, folder):
     assert "no column output" in err
 
 
-@pytest.mark.parametrize("command", ["fit", "stability"])
+@pytest.mark.parametrize(
+    "command",
+    ["fit - -", "stability - -", "apply - -", "fit - --head -", "report - --data - -o r.html"],
+)
 def test_standard_input_is_read_once(run, command):
-    code, _, err = run(command, "-", "-")
+    code, _, err = run(*command.split())
     assert (code, said(err)) == (
         2,
         "error: - is given twice; standard input can be read once, so name it once",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import click
 
-from accelcal.cli.deliver import refuse_stdin_twice
 from accelcal.cli.files import Command, FileToRead
 from accelcal.cli.forms import deliver_forms
 from accelcal.cli.options import apparatus_options, data_argument, effects_option, format_option
@@ -43,7 +42,6 @@ def compare(
       accelcal fit table.csv -o calibration.json
       accelcal compare calibration.json next-year.csv
     """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
-    refuse_stdin_twice([calibration, data])
     from accelcal.discovery.compare import compare as simulate_and_compare
     from accelcal.io.calibrations import read_calibrations
     from accelcal.io.of_serial import records_of_serial

@@ -6,7 +6,7 @@ import io
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, TextIO
 
@@ -143,23 +143,6 @@ def discard(stream: TextIO) -> None:
     """
     with suppress(io.UnsupportedOperation):  # it is no file
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
-
-
-def refuse_stdin_twice(sources: Sequence[str]) -> None:
-    """Refuse to read standard input more than once.
-
-    Parameters
-    ----------
-    sources : sequence of str
-        Files that are read.
-
-    Raises
-    ------
-    InputError
-        If ``"-"`` is among them twice.
-    """
-    if list(sources).count("-") > 1:
-        raise InputError("- is given twice; standard input can be read once, so name it once")
 
 
 def _coloured(text: str) -> str:

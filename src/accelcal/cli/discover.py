@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from accelcal.cli.deliver import refuse_stdin_twice
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.forms import deliver_forms, one_below_the_other
 from accelcal.cli.options import (
@@ -90,7 +89,6 @@ def discover(
       accelcal discover table.csv --head-uncertainty 1e-5 -o model.json
       accelcal discover table.csv --effects mine.toml
     """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
-    refuse_stdin_twice(data)
     from accelcal.discovery.discover import discover as search
     from accelcal.io.of_serial import records_of_serial
     from accelcal.io.tables import read_tables

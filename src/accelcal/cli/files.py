@@ -89,14 +89,20 @@ REPORT = FileOfManyForms("accelcal.page.write")
 
 
 class Command(click.Command):
-    """A command that refuses, before any work, to write over what it reads or has written."""
+    """A command that refuses, before any work, what cannot be right about its files.
+
+    It reads standard input once, and does not write over what it reads or has written.
+    """
 
     def invoke(self, ctx: click.Context) -> Any:
         """Look at the names of the files, and run the command."""
+        read = [path for _, path in self._files(ctx, FileToRead)]
+        if read.count("-") > 1:
+            raise InputError("- is given twice; standard input can be read once, so name it once")
         written = list(self._files(ctx, FileToWrite))
         if written:
-            read = [_place(path) for _, path in self._files(ctx, FileToRead) if path != "-"]
-            _refuse_to_overwrite(read, [(param.opts[0], path) for param, path in written])
+            places = [_place(path) for path in read if path != "-"]
+            _refuse_to_overwrite(places, [(param.opts[0], path) for param, path in written])
         for param, path in written:
             cast("FileToWrite", param.type).check(param.opts[0], path)
         return super().invoke(ctx)

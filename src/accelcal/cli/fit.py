@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from accelcal.cli.deliver import refuse_stdin_twice, remark, say
+from accelcal.cli.deliver import remark, say
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.fit_arguments import fit_arguments
 from accelcal.cli.forms import csv_of, deliver_forms, one_below_the_other
@@ -57,7 +57,6 @@ def fit(
       accelcal fit 2024/*.csv --format csv
       accelcal fit table.csv --spec examples/al15.toml
     """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
-    refuse_stdin_twice(data)
     from accelcal.calibrate.fit import fit as calibrate
     from accelcal.io.tables import read_tables
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from accelcal.cli.deliver import refuse_stdin_twice
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.forms import Rows, deliver_result
 from accelcal.cli.options import (
@@ -52,7 +51,6 @@ def head(
       accelcal head archive/*.csv -o head.json
       accelcal fit other.csv --head head.json
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
-    refuse_stdin_twice(data)
     from accelcal.estimate.self_calibration import calibrate_head
     from accelcal.io.tables import read_tables
 

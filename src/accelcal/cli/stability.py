@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from accelcal.cli.deliver import deliver_picture, refuse_stdin_twice
+from accelcal.cli.deliver import deliver_picture
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
@@ -100,7 +100,6 @@ def stability(
       accelcal stability monday.csv tuesday.csv --calibration cal.json --plot stability.png
       accelcal stability record.csv --scale-factor 1.3 --probability 0.9973
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
-    refuse_stdin_twice(data)
     from accelcal.io.stability_record import read_stability_records
     from accelcal.stability.analysis import analyse
     from accelcal.stability.record import averaged, split_at_gaps

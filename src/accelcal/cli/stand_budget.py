@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from accelcal.cli.deliver import refuse_stdin_twice
 from accelcal.cli.options import (
     file_option,
     fixture_angle,
@@ -157,8 +156,6 @@ def budget_of_stand(calibration: Calibration | None, options: Mapping[str, Any])
     from accelcal.stand_uncertainty.nominal import accelerometer_of
     from accelcal.stand_uncertainty.readings import StandError
 
-    sources = [options[name] for name in ("stand", "test", "spec") if options[name] is not None]
-    refuse_stdin_twice(sources)
     accelerometer = AL15 if calibration is None else accelerometer_of(calibration)
     stand = read_stand(options["stand"])
     specification = read_specification(options["spec"]) if options["spec"] else None
