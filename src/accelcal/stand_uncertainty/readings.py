@@ -16,10 +16,11 @@ towards the axis along the shaft are taken as large as those towards the axis in
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from accelcal.accelerometer import Accelerometer
 from accelcal.arrays import Array, Places
@@ -51,10 +52,20 @@ CHANNELS = (
 )
 """Where errors enter: angles [rad], temperature [degC], scale and gain [1], bias [g] ..."""
 
-CLASSES = (
-    *("position", "stroke", "reading", "run", "temperature"),
-    *("mounting", "axis", "range", "voltage"),
-)
+_CLASS_OF: Mapping[str, Callable[[Readings], ArrayLike]] = {
+    "position": lambda r: head_positions(r.angle),
+    "stroke": lambda r: r.conditions.stroke + 1e6 * r.conditions.run,
+    "reading": lambda r: r.conditions.number,
+    "run": lambda r: r.conditions.run,
+    "temperature": lambda r: np.round(r.conditions.excess, 6),
+    "mounting": lambda r: np.unique(r.record.mounting, return_inverse=True)[1],
+    "axis": lambda r: np.unique(r.record.mounting.astype("U1"), return_inverse=True)[1],
+    "range": lambda r: np.nan_to_num(r.range_of_reading),
+    "voltage": lambda r: _voltages(r),  # defined below
+}
+"""Class -> a number for each reading, the same where an error is the same."""
+
+CLASSES = tuple(_CLASS_OF)
 """For each different value of these a new error is drawn; a stroke is one of its run.
 
 Readings within `SAME_VOLTAGE` of one another are at one voltage.
@@ -226,33 +237,19 @@ class Readings:
         count : int
             How many there are.
         """
-        own = self._classes()
-        keys = np.column_stack([np.zeros(self.angle.size), *(own[name] for name in varies)])
+        own = (np.asarray(_CLASS_OF[name](self), dtype=np.float64) for name in varies)
+        keys = np.column_stack([np.zeros(self.angle.size), *own])
         different, index = np.unique(keys, axis=0, return_inverse=True)
         return index.reshape(-1), different.shape[0]
 
-    def _classes(self) -> dict[str, Array]:
-        mounting = self.record.mounting
-        numbers = {
-            "position": head_positions(self.angle),
-            "stroke": self.conditions.stroke + 1e6 * self.conditions.run,
-            "reading": self.conditions.number,
-            "run": self.conditions.run,
-            "temperature": np.round(self.conditions.excess, 6),
-            "mounting": np.unique(mounting, return_inverse=True)[1],
-            "axis": np.unique(mounting.astype("U1"), return_inverse=True)[1],
-            "range": np.nan_to_num(self.range_of_reading),
-            "voltage": self._voltages(),
-        }
-        return {name: np.asarray(values, dtype=np.float64) for name, values in numbers.items()}
 
-    def _voltages(self) -> Array:
-        """Number of the voltage at which each reading is, up from the lowest."""
-        output = self.output({}) / self.scale_factor
-        order = np.argsort(output)
-        found = np.zeros(output.size)
-        found[order[1:]] = np.cumsum(np.abs(np.diff(output[order])) > SAME_VOLTAGE)
-        return found
+def _voltages(readings: Readings) -> Array:
+    """Number of the voltage at which each reading is, up from the lowest."""
+    output = readings.output({}) / readings.scale_factor
+    order = np.argsort(output)
+    found = np.zeros(output.size)
+    found[order[1:]] = np.cumsum(np.abs(np.diff(output[order])) > SAME_VOLTAGE)
+    return found
 
 
 def readings_of(
