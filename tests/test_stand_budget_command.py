@@ -233,6 +233,12 @@ def test_targets_have_units(symbol, given, size):
     assert found.requirements.targets[0].target == pytest.approx(size)
 
 
+def test_targets_of_changes_have_units():
+    targets = {"k0 change": "20 ug", "K1 change": "5 ppm"}
+    found = stand_budget(read_stand(PAPER), made(temperatures=(20.0, 60.0, 20.0)), targets=targets)
+    assert [t.target for t in found.requirements.targets] == pytest.approx([20e-6, 5e-6])
+
+
 # -- data sheet ------------------------------------------------------------------------------------
 
 

@@ -27,20 +27,8 @@ _FARTHEST = 100.0
 """Times the present size to which a linear budget is extrapolated."""
 _COUNTS = 0.01
 """Share of a standard uncertainty from which on a component has a part in an allocation."""
-_KINDS = {
-    "k0": "acceleration",
-    "k2": "acceleration",
-    "k3": "acceleration",
-    "delta_ip": "acceleration",
-    "delta": "angle",
-    "lam": "acceleration",
-    "beta": "ratio",
-    "gam": "angle",
-    "delta_O": "angle",
-    "delta_P": "angle",
-    "d0_o": "angle",
-    "d0_p": "angle",
-}
+_KINDS = {"g": "acceleration", "rad": "angle", "1": "ratio"}
+"""Numerator of the unit of a coefficient -> what it is."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -156,11 +144,10 @@ def _factor(symbol: str, given: str, unit: str, nominal: float) -> float:
     """Size of a target's unit in that of its coefficient."""
     if given == unit:
         return 1.0
-    kind = _KINDS.get(symbol) or _KINDS.get(symbol[:-1])  # lam1 and lam2 are lam
-    if symbol in ("K1", "K1 per m/s^2"):
-        sizes = {name: size * nominal for name, size in UNITS["ratio"].items()}
-    else:
-        sizes = dict(UNITS[kind]) if kind else {}
+    relative = symbol in ("K1", "K1 per m/s^2")
+    kind = "ratio" if relative else _KINDS.get(unit.partition("/")[0], "")
+    whole = nominal if relative else 1.0
+    sizes = {name: size * whole for name, size in UNITS.get(kind, {}).items()}
     numerator, _, per = given.partition("/")
     if numerator not in sizes or (per and per != unit.partition("/")[2]):
         raise InputError(
