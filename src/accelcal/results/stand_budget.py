@@ -13,7 +13,7 @@ from accelcal.arrays import Array, Mask
 from accelcal.equality import EqualByContents
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
-from accelcal.results.mapping import document_of, finite_or_none, freeze
+from accelcal.results.mapping import finite_or_none, freeze, members
 from accelcal.results.result import JsonResult, TabularResult
 from accelcal.results.stand_requirements import Requirements, Sufficiency
 
@@ -270,26 +270,20 @@ class StandBudget(EqualByContents, JsonResult, TabularResult):
         """Return the budget as the JSON document of schema `SCHEMA`."""
         return {
             "schema": SCHEMA,
-            "stand": self.stand,
-            "source": self.source,
-            "test": self.test,
+            **members(self, "stand source test"),
             "interval_level": LEVEL,
             "coefficients": [self._coefficient(i) for i in range(len(self.coefficients))],
             "components": [self._component(part) for part in self.components],
             "covariance": self.covariance.tolist(),
-            "monte_carlo": self._trials(),
-            "requirements": document_of(self.requirements),
-            "data_sheet": document_of(self.data_sheet),
-            "warnings": list(self.warnings),
+            "monte_carlo": self.monte_carlo and members(self.monte_carlo, "trials seed stable"),
+            **members(self, "requirements data_sheet warnings"),
         }
 
     def _coefficient(self, i: int) -> dict[str, Any]:
         own = self.coefficients[i]
         trials = self.monte_carlo
         return {
-            "symbol": own.symbol,
-            "where": own.where,
-            "unit": own.unit,
+            **members(own, "symbol where unit"),
             "value": float(self.nominal[i]),
             "standard_uncertainty": float(self.standard_uncertainty[i]),
             "dof": finite_or_none(self.dof[i]),
@@ -301,27 +295,15 @@ class StandBudget(EqualByContents, JsonResult, TabularResult):
     def _component(self, part: StandShare) -> dict[str, Any]:
         felt = np.abs(part.contributions) > FELT * self.standard_uncertainty
         return {
-            "name": part.name,
-            "kind": part.kind,
-            "standard_uncertainty": part.standard_uncertainty,
-            "unit": part.unit,
+            **members(part, "name kind standard_uncertainty unit"),
             "dof": finite_or_none(part.dof),
-            "varies": list(part.varies),
-            "errors": part.errors,
-            "averages": part.averages,
-            "fixed": part.fixed,
+            **members(part, "varies errors averages fixed"),
             "acts": bool(felt.any()),
             "residual": finite_or_none(part.residual),
             "contributions": part.contributions.tolist(),
             "sensitivities": part.sensitivities.tolist(),
             "origin": part.origin,
         }
-
-    def _trials(self) -> dict[str, Any] | None:
-        found = self.monte_carlo
-        if found is None:
-            return None
-        return {"trials": found.trials, "seed": found.seed, "stable": found.stable}
 
     def rows(self) -> list[dict[str, Any]]:
         """List coefficients by components, a flat dictionary each; totals follow the components."""
