@@ -99,14 +99,14 @@ def drift(stack: TableStack, level: float) -> GateStack:
     parts = _parts(stack.plan)
     ratio = _ratios(stack, parts)
     moving = parts.told & f_exceeds(parts.level(level), ratio, parts.dof1, parts.dof2)
-    told = np.broadcast_to(parts.told, moving.shape)
     moved = cache(lambda: _moved(stack))
 
     def said(index: int) -> str:
         hours = float(stack.hours[index if stack.hours.size > 1 else 0])
         sizes = dict(zip(Trend._fields, moved()[:, index].tolist(), strict=True))
         names = list(compress(Trend._fields, moving[:, index]))
-        shown = names or list(compress(Trend._fields, told[:, index]))
+        told = np.broadcast_to(parts.told, moving.shape)[:, index]
+        shown = names or list(compress(Trend._fields, told))
         courses = " and ".join(_course(name, sizes[name], hours) for name in shown)
         p = f"p = {parts.p(ratio, index):.2g}"
         return f"from start to end of the run {courses}, {p}{_what_is_a_mean(names)}"

@@ -81,8 +81,7 @@ def _returns(plan: TablePlan) -> _Returns:
 def _contrasts_of_returns(plan: TablePlan) -> Array:
     """Weights that make return minus start, and end minus start in time, shape (n, 2)."""
     start = plan.angle.min()
-    first, last = (np.abs(plan.angle - at) < 1e-6 for at in (start, start + 360.0))
-    ends = np.column_stack([first, last]).astype(np.float64)
+    ends = 1.0 * (np.abs(plan.angle[:, None] - [start, start + 360.0]) < 1e-6)
     weights = ends / plan.size[:, None] ** 2
     readings, total = plan.strokes.sums(ends), plan.strokes.sums(weights)
     total[readings == 0.0] = 1.0

@@ -245,8 +245,8 @@ def _alike(size: Array, amplitude: Array, axes: list[Places]) -> Mask:
     none tells anything where the largest is small against all on another axis. In the same way no
     stroke differs from the middle one by more than the largest does from the least.
     """
-    parts = [size[own] for own in axes]
-    low, high = (np.array([pick(part, axis=0) for part in parts]) for pick in (np.min, np.max))
+    starts, ordered = np.cumsum([0, *map(len, axes[:-1])]), size[np.concatenate(axes)]
+    low, high = (pick.reduceat(ordered, starts) for pick in (np.minimum, np.maximum))
     alike = (high < _IN_A_DECADE * low) | (high <= _TELLING * low.max(axis=0))
     least, largest = amplitude.min(axis=0, initial=np.inf), amplitude.max(axis=0, initial=0.0)
     return np.asarray(alike.all(axis=0) & (largest < _CLEARLY_ONE_SIZE * least))

@@ -225,7 +225,7 @@ def sums_of_groups(
     """
     if index.size * members.size <= _SMALL:  # a product is faster, but grows as m n
         own = np.arange(members.size)[:, None] == index
-        return multiply(np.where(own, weight, 0.0), values)
+        return multiply(own * weight, values)
     starts = np.cumsum(members) - members
     order = group_after_group(index, members)
     weighted = np.take(values * np.reshape(weight, (-1, 1)), order, axis=-2)
