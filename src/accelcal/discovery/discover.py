@@ -24,6 +24,7 @@ from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.held_out import held_out_rms
 from accelcal.discovery.noise import ReadingNoise, orthonormal, refuse_too_many, sources
 from accelcal.discovery.one_clamping import refuse_several_clampings
+from accelcal.discovery.passing import passing
 from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
@@ -224,7 +225,7 @@ def _discovery(
 ) -> Discovery:
     comparison, family, findings, walks = look
     named = findings.explanations[0] if findings.explanations else None
-    unexplained = _unexplained(look, question.alpha)
+    unexplained = _unexplained(look, question)
     if unexplained is not None and question.empirical:
         named = empirical_explanation(comparison, family)
     instances = named.instances if named else ()
@@ -252,7 +253,7 @@ def _discovery(
         next_measurement=_next_measurement(look, named, question) if named else "",
         notes=tuple(caveat.text for caveat in said),
         doubtful=tuple(dict.fromkeys(name for caveat in said for name in caveat.doubted)),
-        p_value=findings.before.p_value,
+        p_value=min(findings.before.p_value, unexplained.p_value if unexplained else 1.0),
         alpha=question.alpha,
         serial=record.serial,
         T0_degC=question.reference,
@@ -347,11 +348,17 @@ def _indistinguishable(findings: Findings, named: Explanation, effect: Effect) -
     return tuple(next(iter(ids)) for ids in found if len(ids) == 1 and effect.id not in ids)
 
 
-def _unexplained(look: _Look, alpha: float) -> Unexplained | None:
-    findings = look.findings
-    if findings.explanations or findings.before.p_value >= alpha:
+def _unexplained(look: _Look, question: _Question) -> Unexplained | None:
+    if look.findings.explanations:
         return None
-    near = findings.nearest
+    if look.findings.before.p_value < question.alpha:
+        return _pattern(look)
+    return passing(look.comparison, question.alpha, question.seed)
+
+
+def _pattern(look: _Look) -> Unexplained:
+    """Pattern of the factor that disagrees most."""
+    near = look.findings.nearest
     block, taken, p_value = _worst(look)
     space, seen = look.comparison.space, look.comparison.seen
     share = float(((block.basis.T @ seen) ** 2).sum() / (seen @ seen))

@@ -120,7 +120,7 @@ def family_of(
         The family.
     """
     bare = Family(space, found, factors, np.ones(len(found.effects)), 1.0)
-    noise = _noise(roots, tails, np.random.default_rng(seed))
+    noise = drawn(roots, tails, np.random.default_rng(seed), DRAWS)
     effects, blocks = _p_values(bare, noise, None)
     tries = np.array([_multiplicity(p) for p in effects])
     honest = effects * tries[:, None]
@@ -128,9 +128,26 @@ def family_of(
     return bare._replace(tries=tries, tests=_multiplicity(smallest))
 
 
-def _noise(roots: tuple[Array, ...], tails: float, rng: np.random.Generator) -> Array:
-    """Coordinates of noise alone, shape (m, DRAWS or nearly)."""
-    shape = (roots[0].shape[1], DRAWS // len(roots))
+def drawn(roots: tuple[Array, ...], tails: float, rng: np.random.Generator, draws: int) -> Array:
+    """Draw coordinates of noise alone.
+
+    Parameters
+    ----------
+    roots : tuple of ndarray, shape (m, n)
+        Maps of independent numbers to the coordinates, all as likely.
+    tails : float
+        Degrees of freedom of the Student distribution of these numbers; infinite if normal.
+    rng : numpy.random.Generator
+        Who draws them.
+    draws : int
+        How many, or nearly.
+
+    Returns
+    -------
+    ndarray, shape (m, draws or nearly)
+        The coordinates.
+    """
+    shape = (roots[0].shape[1], draws // len(roots))
     if np.isinf(tails):
         return np.hstack([root @ rng.standard_normal(shape) for root in roots])
     scale = np.sqrt((tails - 2.0) / tails)

@@ -288,14 +288,19 @@ def covariance(
     ndarray, shape (n, n)
         In units of ``noise.sigma ** 2``.
     """
-    apart = np.abs(c.number[:, None] - c.number)
-    total = np.where(c.run[:, None] == c.run, noise.rho**apart, 0.0)
+    total = memory(c, noise.rho)
     rounding = step / np.sqrt(12.0) if step > noise.sigma else 0.0
     sizes = [(getattr(declared, name), columns) for name, columns in acting(c, head).items()]
     for size, columns in ((rounding, dummies(c.run, np.round(c.angle, 6))), *sizes):
         if size:
             total = total + (size / noise.sigma) ** 2 * columns @ columns.T
     return total
+
+
+def memory(c: Conditions, rho: float) -> Array:
+    """Correlations of readings of an AR(1) process in each run, shape (n, n)."""
+    apart = np.abs(c.number[:, None] - c.number)
+    return np.where(c.run[:, None] == c.run, rho**apart, 0.0)
 
 
 def acting(c: Conditions, head: Array) -> dict[str, Array]:

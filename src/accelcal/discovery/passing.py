@@ -1,0 +1,237 @@
+"""A disturbance that comes and goes, and passes for noise: of a memory, or with heavy tails.
+
+It is looked for in the pure error, which no declared error and nothing that repeats is in. There
+stands the noise of an AR(1) process beside the disturbance against such noise alone, each with the
+correlation that suits it best.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.arrays import Array, Ints
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.family import drawn
+from accelcal.discovery.noise import dummies, memory, orthonormal, saturated
+from accelcal.discovery.where import structure
+from accelcal.effects.conditions import Conditions
+from accelcal.numerics.grouping import grouped
+from accelcal.results.findings import Unexplained
+from accelcal.units import MICRO
+
+_RHOS = (0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.85, 0.92, 0.97)
+"""Correlations of neighbouring readings that are tried."""
+
+_SLOWEST, _FASTEST = 1.5, 30.0
+"""Periods in the longest run between which oscillations are looked for."""
+
+_FEWEST, _GROWTH = 4, 1.5
+"""Readings of the shortest shift, as fewer are outliers, and the ratio of the lengths tried."""
+
+_RATIOS = (2.0, 3.0, 4.0, 6.0, 9.0, 14.0)
+"""Noise of a stroke over that of the others that is tried."""
+
+_MOST = 600
+"""Degrees of freedom of pure error above which nothing is looked for, as it would take minutes."""
+
+_FIRST, _DRAWS, _POSSIBLE = 99, 1999, 0.1
+"""First draws of noise; all of them, made where the first leave no larger a chance than that."""
+
+
+class _Kind(NamedTuple):
+    """Disturbances of one kind, s of them with k amplitudes each."""
+
+    columns: Array  # (n, s, k) [g per g]
+    variances: tuple[float, ...]  # of the amplitudes that are tried, over that of the noise
+    told: Callable[[int, float, Array], str]  # of which one, its variance, what it does [g]
+
+
+class _Noise(NamedTuple):
+    """Noise of one correlation, in d dimensions of pure error."""
+
+    whitener: Array  # (d, d)
+    log_determinant: float
+    kinds: tuple[_Seen, ...]
+
+
+class _Seen(NamedTuple):
+    """A kind in whitened pure error, v variances of s disturbances."""
+
+    bases: Array  # (v * s, k, d): what is taken up is the sum of squares in these
+    penalties: Array  # (v * s, 1): half of the logarithms of the variances
+
+
+def passing(comparison: Comparison, alpha: float, seed: int = 0) -> Unexplained | None:
+    """Find a bias that oscillates or is shifted for a time, or a stroke with larger noise.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Record and model, which agree but for that.
+    alpha : float
+        False-alarm rate.
+    seed : int, default 0
+        Of the noise that is simulated.
+
+    Returns
+    -------
+    Unexplained or None
+        The disturbance; None where noise of an AR(1) process often looks like it, or where the
+        readings have more than 600 degrees of freedom of pure error.
+    """
+    c, labels = comparison.model.conditions, comparison.record.run_labels
+    jacobian = comparison.model.jacobian(comparison.parameters)
+    taken = orthonormal(np.hstack([saturated(c, comparison.record.mounting), jacobian]))
+    left = np.linalg.qr(taken, mode="complete")[0][:, taken.shape[1] :]
+    if left.shape[1] > _MOST:
+        return None
+    kinds = [make(c, labels) for make in (_oscillations, _shifts, _strokes)]
+    kinds = [kind for kind in kinds if kind.columns.size]
+    noises = [_noise(c, left, kinds, rho) for rho in _RHOS]
+    error = left.T @ comparison.model.residual(comparison.parameters)
+    gains, alone = _gains(noises, error[:, None])
+    root = left.T @ np.linalg.cholesky(memory(c, _RHOS[int(alone[0])]))
+    draw = partial(drawn, (root,), comparison.noise.tails, np.random.default_rng(seed))
+    chances, beyond = _chances(noises, gains[:, 0], draw)
+    best = int(np.lexsort((-beyond, chances))[0])
+    p_value = len(kinds) * float(chances[best])
+    if p_value >= alpha:
+        return None
+    kind, (noise, which) = kinds[best], _likeliest(noises, error, best)
+    variance, place = np.unravel_index(which, (len(kind.variances), kind.columns.shape[1]))
+    columns = kind.columns[:, place]
+    seen = orthonormal(comparison.space.see(columns))
+    share = float(((seen.T @ comparison.seen) ** 2).sum() / (comparison.seen**2).sum())
+    sizes = np.linalg.lstsq(noise.whitener @ (left.T @ columns), noise.whitener @ error)[0]
+    told = kind.told(int(place), kind.variances[variance], columns @ sizes)
+    return Unexplained(told, share, p_value)
+
+
+# -- kinds of disturbances -------------------------------------------------------------------------
+
+
+def _oscillations(c: Conditions, labels: Sequence[str]) -> _Kind:
+    """A bias of one period in all runs, with a phase and a size in each."""
+    runs = dummies(c.run)
+    longest, most = float(c.run_time.max()), float(runs.sum(axis=0).max())
+    counts = np.arange(_SLOWEST, min(_FASTEST, most / 2.0), 0.5)
+    phase = 2.0 * np.pi * c.run_time[:, None] * counts / longest
+    waves = np.stack([np.cos(phase), np.sin(phase)], axis=2)
+    columns = (waves[:, :, :, None] * runs[:, None, None, :]).reshape(*phase.shape, -1)
+
+    def told(place: int, _: float, bias: Array) -> str:
+        period = longest / counts[place] / 60.0
+        return structure(c, labels, f"the bias oscillates, period {period:.3g} min", bias)
+
+    return _Kind(c.gain[:, None, None] * columns, (np.inf,), told)
+
+
+def _shifts(c: Conditions, labels: Sequence[str]) -> _Kind:
+    """A bias that has another level in some readings that follow each other, of half a run."""
+    found = list(_stretches(c))
+
+    def told(place: int, _: float, bias: Array) -> str:
+        own = found[place]
+        first, last = (f"{c.angle[i]:g} deg of stroke {c.stroke[i]}" for i in own[[0, -1]])
+        return (
+            f"the bias is shifted for a time, by {bias[own[0]] * MICRO:+.3g} ug in {own.size}"
+            f" readings of run {labels[c.run[own[0]]]}, from {first} to {last}"
+        )
+
+    columns = [np.isin(np.arange(c.number.size), own) * c.gain for own in found]
+    return _Kind(np.array(columns).T[:, :, None], (np.inf,), told)
+
+
+def _stretches(c: Conditions) -> Iterator[Ints]:
+    for run in grouped(c.run)[0]:
+        own = c.order[c.run[c.order] == run]
+        length = _FEWEST
+        while length <= own.size // 2:
+            for start in range(0, own.size - length + 1, max(1, length // _FEWEST)):
+                yield own[start : start + length]
+            length = int(_GROWTH * length)
+
+
+def _strokes(c: Conditions, labels: Sequence[str]) -> _Kind:
+    """Readings of one stroke of a run that have larger noise."""
+    found = [own for own in (dummies(c.run, c.stroke) > 0.0).T if own.sum() >= _FEWEST]
+    columns = np.zeros((c.number.size, len(found), max(int(own.sum()) for own in found)))
+    for place, own in enumerate(found):
+        columns[own, place, : own.sum()] = np.eye(int(own.sum()))
+
+    def told(place: int, variance: float, _: Array) -> str:
+        first = int(np.argmax(found[place]))
+        return (
+            f"the noise of stroke {c.stroke[first]} in run {labels[c.run[first]]} is about"
+            f" {np.sqrt(1.0 + variance):.0f} times that of the other readings"
+        )
+
+    return _Kind(columns, tuple(ratio**2 - 1.0 for ratio in _RATIOS), told)
+
+
+# -- how likely they are ---------------------------------------------------------------------------
+
+
+def _noise(c: Conditions, left: Array, kinds: Sequence[_Kind], rho: float) -> _Noise:
+    whitener = np.linalg.inv(np.linalg.cholesky(left.T @ memory(c, rho) @ left))
+    seen = tuple(_seen(whitener @ left.T, kind) for kind in kinds)
+    return _Noise(whitener, -2.0 * float(np.log(np.diag(whitener)).sum()), seen)
+
+
+def _seen(see: Array, kind: _Kind) -> _Seen:
+    n, number, each = kind.columns.shape
+    seen = (see @ kind.columns.reshape(n, -1)).reshape(-1, number, each).transpose(1, 2, 0)
+    values, vectors = np.linalg.eigh(seen @ seen.mT)
+    kept = values > 1e-6 * values.max()
+    values = np.where(kept, values, 1.0)
+    bases, penalties = [], []
+    for variance in kind.variances:
+        bases.append((vectors * (kept / np.sqrt(values + 1.0 / variance))[:, None]).mT @ seen)
+        grown = np.log1p(variance * values) if np.isfinite(variance) else np.zeros_like(values)
+        penalties.append(0.5 * (kept * grown).sum(axis=1))
+    return _Seen(np.concatenate(bases), np.concatenate(penalties)[:, None])
+
+
+def _likelihoods(noise: _Noise, errors: Array) -> tuple[Array, list[Array]]:
+    """Logarithms for K errors with noise of any size: alone, (K,), beside each kind, (v * s, K)."""
+    white = noise.whitener @ errors
+    squares = (white**2).sum(axis=0)
+    start, half = -0.5 * noise.log_determinant, 0.5 * len(white)
+    beside = []
+    for bases, penalties in noise.kinds:
+        taken = ((bases.reshape(-1, len(white)) @ white) ** 2).reshape(*bases.shape[:2], -1)
+        rest = np.maximum(squares - taken.sum(axis=1), 1e-12 * squares)
+        beside.append(start - penalties - half * np.log(rest))
+    return start - half * np.log(squares), beside
+
+
+def _gains(noises: Sequence[_Noise], errors: Array) -> tuple[Array, Ints]:
+    """Gain in likelihood by the best of each kind, (kinds, K), and which noise is best alone."""
+    found = [_likelihoods(noise, errors) for noise in noises]
+    alone = np.array([own for own, _ in found])
+    beside = np.array([[kind.max(axis=0) for kind in own] for _, own in found])
+    return beside.max(axis=0) - alone.max(axis=0), alone.argmax(axis=0)
+
+
+def _chances(
+    noises: Sequence[_Noise], gains: Array, draw: Callable[[int], Array]
+) -> tuple[Array, Array]:
+    """Chance that noise gains as much by each kind, and what is gained beyond nearly all noise."""
+    found = np.empty((gains.size, 0))
+    for draws in (_FIRST, _DRAWS - _FIRST):
+        found = np.hstack([found, _gains(noises, draw(draws))[0]])
+        chances = (1.0 + (found >= gains[:, None]).sum(axis=1)) / (1.0 + found.shape[1])
+        if chances.min() > _POSSIBLE:
+            break
+    return chances, gains - np.quantile(found, 0.99, axis=1)
+
+
+def _likeliest(noises: Sequence[_Noise], error: Array, kind: int) -> tuple[_Noise, int]:
+    """The noise, and which disturbance of a kind, that suit an error best."""
+    found = np.array([_likelihoods(noise, error[:, None])[1][kind][:, 0] for noise in noises])
+    rho, which = np.unravel_index(found.argmax(), found.shape)
+    return noises[int(rho)], int(which)

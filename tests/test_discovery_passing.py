@@ -1,0 +1,126 @@
+"""Disturbances that come and go, which pass for noise with a memory or with heavy tails."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import accelcal
+from accelcal.discovery import passing
+from accelcal.discovery.comparison import compared
+from accelcal.discovery.noise import memory
+from accelcal.simulation import NoiseComponents, TumblePlan
+
+TIMED = TumblePlan(timed=True)
+NOISE = 5e-6  # g, of a reading
+
+
+def disturbed(bias, *, seed=1, plan=TIMED):
+    """A record with noise of 5 ug, to which a bias [g] is added in mA."""
+    record = accelcal.simulate(plan=plan, noise=NoiseComponents(reading=NOISE, head=0.0), seed=seed)
+    return replace(record, output=record.output + 1.35 * bias(record))
+
+
+def nothing(record):
+    return np.zeros(len(record))
+
+
+def to_and_fro(period, size):
+    return lambda record: size * np.sin(2.0 * np.pi * record.time / period + 1.0)
+
+
+def for_a_time(first, last, size):
+    """A shift of the readings from one to the other in the order of measuring."""
+
+    def bias(record):
+        place = np.argsort(np.argsort(record.time))
+        return size * ((place >= first) & (place < last))
+
+    return bias
+
+
+def in_a_stroke(run, stroke, size):
+    def bias(record):
+        own = (record.run == run) & (record.stroke == stroke)
+        return own * size * np.random.default_rng(5).standard_normal(len(record))
+
+    return bias
+
+
+@pytest.mark.parametrize("minutes", [8.0, 13.0, 25.0])
+def test_an_oscillation_is_told_with_its_period(minutes):
+    found = accelcal.discover(disturbed(to_and_fro(60.0 * minutes, 2.0 * NOISE)))
+    assert found.effects == ()
+    told = found.unexplained
+    period = re.match(r"the bias oscillates, period ([\d.]+) min; .* ug rms", told.structure)
+    assert float(period[1]) == pytest.approx(minutes, rel=0.12)
+    assert told.p_value == found.p_value < 0.01
+    assert 0.0 < told.share < 1.0
+    assert "no known effect explains it" in str(found)
+    assert "the bias oscillates" in " ".join(str(found).split())
+
+
+@pytest.mark.parametrize(("first", "last"), [(60, 68), (116, 130)])
+def test_a_shift_for_a_time_is_told_with_its_place_and_size(first, last):
+    found = accelcal.discover(disturbed(for_a_time(first, last, 4.0 * NOISE)))
+    assert found.effects == ()
+    told = re.match(
+        r"the bias is shifted for a time, by \+([\d.]+) ug in (\d+) readings of run (\d),",
+        found.unexplained.structure,
+    )
+    assert float(told[1]) == pytest.approx(4e6 * NOISE, rel=0.35)
+    assert int(told[2]) == pytest.approx(last - first, abs=0.5 * (last - first))
+    assert int(told[3]) == 1 + first // 54
+
+
+def test_a_noisy_stroke_is_told():
+    found = accelcal.discover(disturbed(in_a_stroke(1, 4, 8.0 * NOISE)))
+    assert found.effects == ()
+    told = re.fullmatch(
+        r"the noise of stroke 4 in run 2 is about (\d+) times that of the other readings",
+        found.unexplained.structure,
+    )
+    assert int(told[1]) in (6, 9)
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("rho", [0.0, 0.6])
+def test_noise_with_a_memory_alone_is_no_disturbance(rho, seed):
+    record = disturbed(nothing, seed=seed)
+    c = compared(record, 20.0).model.conditions
+    draws = np.random.default_rng(seed).standard_normal(len(record))
+    noise = 4.0 * NOISE * np.linalg.cholesky(memory(c, rho)) @ draws
+    found = accelcal.discover(replace(record, output=record.output + 1.35 * noise))
+    assert found.unexplained is None
+
+
+def test_chances_of_noise_are_uniform():
+    """Gains of noise drawn anew are as often among the largest of noise as they should be."""
+    ranks = []
+    for seed in range(40):
+        record = disturbed(nothing, seed=seed, plan=TumblePlan(temperatures=(20.0,)))
+        found = passing.passing(compared(record, 20.0), 1.0, seed)
+        ranks.append(1.0 if found is None else found.p_value)
+    assert 0.0 <= np.mean(np.array(ranks) < 0.3) < 0.5
+    assert np.mean(np.array(ranks) < 0.01) < 0.1
+
+
+def test_an_effect_that_is_found_leaves_no_room_for_a_disturbance():
+    bias = to_and_fro(780.0, 2.0 * NOISE)
+    record = accelcal.simulate(
+        plan=TIMED,
+        noise=NoiseComponents(reading=NOISE, head=0.0),
+        effects=[accelcal.effect("hysteresis").of(4e-5)],
+        seed=1,
+    )
+    found = accelcal.discover(replace(record, output=record.output + 1.35 * bias(record)))
+    assert [item.id for item in found.effects] == ["hysteresis"]
+    assert found.unexplained is None
+
+
+def test_too_many_readings_are_not_searched(monkeypatch):
+    monkeypatch.setattr(passing, "_MOST", 20)
+    found = accelcal.discover(disturbed(to_and_fro(780.0, 2.0 * NOISE)))
+    assert found.unexplained is None
+    assert "neighbouring readings are correlated" in " ".join(found.notes)
