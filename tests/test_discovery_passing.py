@@ -124,3 +124,10 @@ def test_too_many_readings_are_not_searched(monkeypatch):
     found = accelcal.discover(disturbed(to_and_fro(780.0, 2.0 * NOISE)))
     assert found.unexplained is None
     assert "neighbouring readings are correlated" in " ".join(found.notes)
+
+
+@pytest.mark.parametrize(("positions", "strokes"), [(3, 6), (4, 4), (8, 4)])
+def test_small_tests_are_searched(positions, strokes):
+    plan = TumblePlan(temperatures=(20.0, 60.0), positions=positions, strokes=strokes, timed=True)
+    found = accelcal.discover(accelcal.simulate(plan=plan, seed=2))
+    assert found.unexplained is None

@@ -23,7 +23,7 @@ from accelcal.numerics.grouping import grouped
 from accelcal.results.findings import Unexplained
 from accelcal.units import MICRO
 
-_RHOS = (0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.85, 0.92, 0.97)
+_RHOS = (0.0, 0.2, 0.4, 0.6, 0.75, 0.87, 0.95)
 """Correlations of neighbouring readings that are tried."""
 
 _SLOWEST, _FASTEST = 1.5, 30.0
@@ -35,10 +35,14 @@ _FEWEST, _GROWTH = 4, 1.5
 _RATIOS = (2.0, 3.0, 4.0, 6.0, 9.0, 14.0)
 """Noise of a stroke over that of the others that is tried."""
 
+_TAILS = 9.0
+"""Degrees of freedom of the Student distribution of the noise that is drawn, unless the tails of
+the readings are heavier: a hundred readings do not tell that they are lighter."""
+
 _MOST = 600
 """Degrees of freedom of pure error above which nothing is looked for, as it would take minutes."""
 
-_FIRST, _DRAWS, _POSSIBLE = 99, 1999, 0.1
+_FIRST, _DRAWS, _POSSIBLE = 99, 999, 0.1
 """First draws of noise; all of them, made where the first leave no larger a chance than that."""
 
 
@@ -84,31 +88,44 @@ def passing(comparison: Comparison, alpha: float, seed: int = 0) -> Unexplained 
         readings have more than 600 degrees of freedom of pure error.
     """
     c, labels = comparison.model.conditions, comparison.record.run_labels
-    jacobian = comparison.model.jacobian(comparison.parameters)
-    taken = orthonormal(np.hstack([saturated(c, comparison.record.mounting), jacobian]))
-    left = np.linalg.qr(taken, mode="complete")[0][:, taken.shape[1] :]
-    if left.shape[1] > _MOST:
-        return None
+    left = _left_by_what_repeats(comparison)
     kinds = [make(c, labels) for make in (_oscillations, _shifts, _strokes)]
     kinds = [kind for kind in kinds if kind.columns.size]
+    if left.shape[1] > _MOST or not kinds:
+        return None
     noises = [_noise(c, left, kinds, rho) for rho in _RHOS]
     error = left.T @ comparison.model.residual(comparison.parameters)
     gains, alone = _gains(noises, error[:, None])
     root = left.T @ np.linalg.cholesky(memory(c, _RHOS[int(alone[0])]))
-    draw = partial(drawn, (root,), comparison.noise.tails, np.random.default_rng(seed))
+    tails = min(comparison.noise.tails, _TAILS)
+    draw = partial(drawn, (root,), tails, np.random.default_rng(seed))
     chances, beyond = _chances(noises, gains[:, 0], draw)
-    best = int(np.lexsort((-beyond, chances))[0])
-    p_value = len(kinds) * float(chances[best])
-    if p_value >= alpha:
+    p_values = len(kinds) * chances
+    if p_values.min() >= alpha:
         return None
-    kind, (noise, which) = kinds[best], _likeliest(noises, error, best)
-    variance, place = np.unravel_index(which, (len(kind.variances), kind.columns.shape[1]))
-    columns = kind.columns[:, place]
+    best = int(np.argmax(np.where(p_values < alpha, beyond, -np.inf)))
+    noise, which = _likeliest(noises, error, best)
+    see = noise.whitener @ left.T
+    told, columns = _described(kinds[best], which, see, noise.whitener @ error)
     seen = orthonormal(comparison.space.see(columns))
     share = float(((seen.T @ comparison.seen) ** 2).sum() / (comparison.seen**2).sum())
-    sizes = np.linalg.lstsq(noise.whitener @ (left.T @ columns), noise.whitener @ error)[0]
-    told = kind.told(int(place), kind.variances[variance], columns @ sizes)
-    return Unexplained(told, share, p_value)
+    return Unexplained(told, share, float(p_values[best]))
+
+
+def _left_by_what_repeats(comparison: Comparison) -> Array:
+    """Orthonormal basis of pure error that the base model leaves too, shape (n, d)."""
+    saturation = saturated(comparison.model.conditions, comparison.record.mounting)
+    jacobian = comparison.model.jacobian(comparison.parameters)
+    taken = orthonormal(np.hstack([saturation, jacobian]))
+    return np.asarray(np.linalg.qr(taken, mode="complete")[0][:, taken.shape[1] :])
+
+
+def _described(kind: _Kind, which: int, see: Array, white: Array) -> tuple[str, Array]:
+    """Words for a disturbance of a kind, in the size that suits an error, and its columns."""
+    variance, place = np.unravel_index(which, (len(kind.variances), kind.columns.shape[1]))
+    columns = kind.columns[:, place]
+    sizes = np.linalg.lstsq(see @ columns, white)[0]
+    return kind.told(int(place), kind.variances[variance], columns @ sizes), columns
 
 
 # -- kinds of disturbances -------------------------------------------------------------------------
@@ -142,8 +159,10 @@ def _shifts(c: Conditions, labels: Sequence[str]) -> _Kind:
             f" readings of run {labels[c.run[own[0]]]}, from {first} to {last}"
         )
 
-    columns = [np.isin(np.arange(c.number.size), own) * c.gain for own in found]
-    return _Kind(np.array(columns).T[:, :, None], (np.inf,), told)
+    columns = np.zeros((c.number.size, len(found), 1))
+    for place, own in enumerate(found):
+        columns[own, place, 0] = c.gain[own]
+    return _Kind(columns, (np.inf,), told)
 
 
 def _stretches(c: Conditions) -> Iterator[Ints]:
@@ -159,7 +178,7 @@ def _stretches(c: Conditions) -> Iterator[Ints]:
 def _strokes(c: Conditions, labels: Sequence[str]) -> _Kind:
     """Readings of one stroke of a run that have larger noise."""
     found = [own for own in (dummies(c.run, c.stroke) > 0.0).T if own.sum() >= _FEWEST]
-    columns = np.zeros((c.number.size, len(found), max(int(own.sum()) for own in found)))
+    columns = np.zeros((c.number.size, len(found), max(map(np.count_nonzero, found), default=0)))
     for place, own in enumerate(found):
         columns[own, place, : own.sum()] = np.eye(int(own.sum()))
 
