@@ -104,14 +104,16 @@ def test_intervals_of_many_positions_hold_the_truth():
         assert 0.6 < np.sqrt(np.mean(np.square(away))) < 1.4
 
 
+def with_measured_angles(strokes):
+    """A calibration in which no reading has the angle of another."""
+    record = simulated(strokes=strokes)
+    angle = record.angle + np.random.default_rng(1).normal(0.0, 1e-4, len(record))
+    return accelcal.fit(replace(record, angle=angle, position=np.zeros_like(record.position)))
+
+
 def test_the_text_of_measured_angles_takes_little_memory():
     """A grid of 300 strokes by 2700 different angles, most of it empty, took 22 MB."""
-    record = simulated(strokes=300)
-    rng = np.random.default_rng(1)
-    angle = record.angle + rng.normal(0.0, 1e-4, len(record))
-    calibration = accelcal.fit(
-        replace(record, angle=angle, position=np.zeros_like(record.position))
-    )
+    calibration = with_measured_angles(300)
     tracemalloc.start()
     try:
         text = str(calibration)
@@ -133,6 +135,15 @@ def test_the_page_of_many_readings_is_small(tmp_path):
         page = page_of(record)
         assert len(page) < largest
         assert page.count("data:image/png") > usual
+
+
+def test_the_page_of_measured_angles_has_no_empty_rows(tmp_path):
+    """All angles by all strokes took 16 MB, and the picture a row for each angle."""
+    calibration = with_measured_angles(200)
+    calibration.report(tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert len(page) < 6e6
+    assert calibration.plot.residual_map().collections[0].get_array().shape == (9, 200)
 
 
 def test_too_many_readings_to_hold_against_each_other_are_refused():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from accelcal.page.blocks import (
@@ -21,7 +21,7 @@ from accelcal.page.coefficients import place
 from accelcal.page.pictures import picture
 from accelcal.page.typeset import typeset
 from accelcal.report.calibration import error_rows
-from accelcal.report.calibration_rows import residual_grid, table_title
+from accelcal.report.calibration_rows import residuals_by_angle, table_title
 from accelcal.report.numbers import significant
 from accelcal.report.verdict import limit_row, remark
 from accelcal.results.calibration import Calibration
@@ -94,7 +94,7 @@ def residuals(calibration: Calibration, document: Document, name: str) -> Sectio
     told = " to ".join(f"{significant(MICRO * size)}" for size in sorted({min(rms), max(rms)}))
     intro = f"Reading minus model; its rms over the degrees of freedom is {told} µg."
     blocks: list[Block] = [Paragraph(intro), Gallery(_residual_pictures(calibration, name, tables))]
-    blocks += [part for table in tables for part in narrowed(_residual_table(table))]
+    blocks += [part for table in tables for part in _residual_tables(table)]
     return Section("Residuals", blocks)
 
 
@@ -131,15 +131,31 @@ _NARROW = 60
 """Strokes that a narrow heat map can hold."""
 
 
-def _residual_table(table: Document) -> Table:
-    strokes, rows = residual_grid(table)
-    cells = [
-        (f"{angle:g}°", *("" if v is None else typeset(f"{MICRO * v + 0.0:.1f}") for v in values))
-        for angle, values in rows
-    ]
+_MOST_COLUMNS = 10
+"""Strokes for which paper is wide enough."""
+
+
+def _residual_tables(table: Document) -> Iterator[Table]:
+    """All residuals, some strokes at a time, at the angles that these have."""
+    strokes = sorted(set(table["residuals"]["stroke"]))
+    part = {stroke: i // _MOST_COLUMNS for i, stroke in enumerate(strokes)}
+    rows: list[dict[float, dict[int, float]]] = [{} for _ in strokes[::_MOST_COLUMNS] or [0]]
+    for angle, own in residuals_by_angle(table).items():
+        for stroke, value in own.items():
+            rows[part[stroke]].setdefault(angle, {})[stroke] = value
     caption = f"Residuals [µg], {place(table)}"
-    headings = ("angle", *(f"stroke {k}" for k in strokes))
-    return Table(caption, headings, cells, frozenset(range(len(headings))), folded=True)
+    for i, found in enumerate(rows):
+        some = strokes[i * _MOST_COLUMNS : (i + 1) * _MOST_COLUMNS]
+        headings = ("angle", *(f"stroke {k}" for k in some))
+        cells = [
+            (f"{angle:g}°", *(_cell(own.get(k)) for k in some)) for angle, own in found.items()
+        ]
+        named = f"{caption}, stroke {some[0]} to stroke {some[-1]}" if len(rows) > 1 else caption
+        yield Table(named, headings, cells, frozenset(range(len(headings))), folded=True)
+
+
+def _cell(value: float | None) -> str:
+    return "" if value is None else typeset(f"{MICRO * value + 0.0:.1f}")
 
 
 def budget(calibration: Calibration, document: Document, name: str) -> Section:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from accelcal.arrays import Array, Ints
+from accelcal.numerics.grouping import group_after_group, grouped
 from accelcal.numerics.probability import LEVEL, student_quantile
 
 
@@ -42,8 +43,9 @@ class Readings:
 
     def means(self) -> tuple[Array, Array, Array]:
         """Head angles, mean at each, and half width of its 95 % interval (NaN of one reading)."""
-        angles = np.unique(self.angle)
-        told = [mean_and_half_width(self.value[self.angle == angle]) for angle in angles]
+        angles, index, members = grouped(self.angle)
+        values = self.value[group_after_group(index, members)]
+        told = [mean_and_half_width(own) for own in np.split(values, np.cumsum(members)[:-1])]
         means, half_widths = np.array(told).reshape(-1, 2).T
         return angles, means, half_widths
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from accelcal.discovery.compare import residuals_of
 from accelcal.geometry import head_positions
+from accelcal.numerics.sorting import distinct
 from accelcal.plot.by_angle import Readings
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
 from accelcal.plot.ticks import name_ticks
@@ -26,6 +27,7 @@ _MARKERS = (">", "<")
 _APART = 2.5  # deg between the means of forward and back strokes
 _MOST_NAMED = 12  # angles or runs that have each its own label
 _CROWDED = 400  # points; more of them are drawn fainter
+_MOST_ROWS = 720  # angles of a map; more of them, as an encoder measures them, share whole degrees
 _PIXELS = 3000  # points or cells; more of them are drawn as pixels even in SVG and PDF
 
 
@@ -120,7 +122,10 @@ def residual_map(calibration: Calibration, ax: Axes | None) -> Axes:
 
     tables = calibration.tables
     angles = sorted({angle for table in tables for angle in table.residuals.angle_deg})
-    blocks = [_grid(table, angles) for table in tables]
+    shared = len(angles) > _MOST_ROWS
+    rows = {angle: float(round(angle)) if shared else angle for angle in angles}
+    angles = sorted(set(rows.values()))
+    blocks = [_grid(table, rows) for table in tables]
     widths = [block.shape[1] for block in blocks]
     cells = np.hstack(blocks) if angles else np.full((1, 1), np.nan)
     colours, (factor, unit) = palette(), readable("g", cells)
@@ -139,21 +144,23 @@ def residual_map(calibration: Calibration, ax: Axes | None) -> Axes:
     bar.outline.set_edgecolor(colours.muted)
     bar.ax.tick_params(labelsize=SMALL, colors=colours.ink)
     name_ticks(ax.yaxis, np.arange(len(angles)) + 0.5, [f"{a:g}" for a in angles], _MOST_NAMED)
-    ax.set_ylabel("head angle [°]")
+    ax.set_ylabel("head angle, in whole degrees [°]" if shared else "head angle [°]")
     _name_runs(ax, tables, widths)
     ax.set_title("Residuals by head angle and stroke", pad=8.0)
     return ax
 
 
-def _grid(table: TableCalibration, angles: Sequence[float]) -> Any:
-    """Residuals by angle and stroke; NaN where there is no reading."""
-    found, row = table.residuals, {angle: i for i, angle in enumerate(angles)}
-    strokes = sorted(set(found.stroke)) or [1]
-    column = {stroke: i for i, stroke in enumerate(strokes)}
-    cells = np.full((max(len(angles), 1), len(strokes)), np.nan)
-    for angle, stroke, value in zip(found.angle_deg, found.stroke, found.value, strict=True):
-        cells[row[angle], column[stroke]] = value
-    return cells
+def _grid(table: TableCalibration, rows: Mapping[float, float]) -> Any:
+    """Mean residuals by angle of a row and stroke; NaN where there is no reading."""
+    found, angles = table.residuals, distinct(np.array([*rows.values()]))
+    strokes = distinct(np.array(found.stroke or [1]))
+    row = np.searchsorted(angles, [rows[angle] for angle in found.angle_deg])
+    column = np.searchsorted(strokes, found.stroke)
+    sums = np.zeros((max(angles.size, 1), strokes.size))
+    count = np.zeros_like(sums)
+    np.add.at(sums, (row, column), found.value)
+    np.add.at(count, (row, column), 1.0)
+    return np.divide(sums, count, out=np.full_like(sums, np.nan), where=count > 0.0)
 
 
 def _name_runs(ax: Axes, tables: Sequence[TableCalibration], widths: Sequence[int]) -> None:
