@@ -134,7 +134,7 @@ def warnings_of(fitted: Fitted) -> Warned:
             " coefficients fitted jointly with the head are those of accelcal head",
         ),
     )
-    of_tables = map(_of_table, fitted.tables, estimate.noises)
+    of_tables = map(_of_table, fitted.tables, estimate.noises, estimate.uneven)
     return Warned(of_each(said, records), [of_each(own, records) for own in of_tables])
 
 
@@ -158,7 +158,7 @@ def _of_effects(model: Discovery | None) -> Iterator[Sentence]:
 # -- a table ---------------------------------------------------------------------------------------
 
 
-def _of_table(table: PreparedTable, noise: ReadingNoise) -> Iterator[Sentence]:
+def _of_table(table: PreparedTable, noise: ReadingNoise, uneven: Mask) -> Iterator[Sentence]:
     for text in table.estimability.sentences():
         yield Sentence(True, text)
     yield from _of_declared_scatter(table.record)
@@ -179,6 +179,10 @@ def _of_table(table: PreparedTable, noise: ReadingNoise) -> Iterator[Sentence]:
             " uncertainties follow the strokes"
         ),
         [noise.excess],
+    )
+    yield Sentence(
+        uneven,
+        "the strokes scatter more at some positions than at others: U follows the scatter at each",
     )
 
 

@@ -18,6 +18,7 @@ from accelcal.estimate.many_positions import ManyPositions, SeenAtMany
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.rounding import rounding
 from accelcal.estimate.uncertainty import Component
+from accelcal.estimate.uneven_noise import UnevenNoise
 from accelcal.model import SCALE_FACTOR
 from accelcal.numerics.grouping import grouped, products_of_groups, sums_of_groups
 
@@ -40,6 +41,8 @@ class ErrorsOfReadings(NamedTuple):
         Size of the errors of the head.
     seen : SeenErrors or SeenAtMany
         What is taken out of the readings.
+    uneven : sequence of UnevenNoise
+        Noise of each table by position.
     root : ndarray, shape (J, J), or None
         What makes the errors of the head of independent ones of one size; None where they are.
     """
@@ -49,6 +52,7 @@ class ErrorsOfReadings(NamedTuple):
     lack_of_fit: LackOfFit | ManyPositions
     head: HeadError
     seen: SeenErrors | SeenAtMany
+    uneven: Sequence[UnevenNoise]
     root: Array | None = None
 
 
@@ -88,13 +92,16 @@ class Errors(NamedTuple):
     def reading(self) -> Component:
         """Errors by the noise of the readings, directly and through the prediction."""
         whole = self.judged.seen.noise(self.influence)
-        for e, noise, own in zip(
-            self.estimators, self.judged.noises, self._blocks(whole), strict=True
-        ):
+        dof = self._per_coefficient(np.stack([n.dof for n in self.judged.noises], axis=1))
+        noises = zip(self.judged.noises, self.judged.uneven, strict=True)
+        for e, (noise, uneven), part in zip(self.estimators, noises, self._parts(), strict=True):
             spread = e.map * e.table.scatter
-            own += noise.factor[:, None, None] ** 2 * (spread @ spread.T)
-        dof = np.stack([noise.dof for noise in self.judged.noises], axis=1)
-        return Component(whole, self._per_coefficient(dof))
+            own = noise.factor[:, None, None] ** 2 * (spread @ spread.T)
+            if uneven.differs.any():
+                through = products_of_groups(e.map.T, e.map.T, *e.table.at_head[1:])
+                own[uneven.differs], dof[uneven.differs, part] = uneven.noise(through)
+            whole[:, part, part] += own
+        return Component(whole, dof)
 
     def head(self) -> dict[str, Component]:
         """Errors by what the prediction misses of the head's errors, where they are known."""
@@ -153,10 +160,13 @@ class Errors(NamedTuple):
         """Repeat a value of each table, shape (..., tables), for each of its coefficients."""
         return np.repeat(values, [len(e.names) for e in self.estimators], axis=-1)
 
+    def _parts(self) -> Iterator[slice]:
+        """Places of the coefficients of each table."""
+        return (slice(*edges) for edges in pairwise(self._edges()))
+
     def _blocks(self, whole: Array) -> Iterator[Array]:
         """Parts of a covariance that are of one table each."""
-        for start, stop in pairwise(self._edges()):
-            yield whole[:, start:stop, start:stop]
+        return (whole[:, part, part] for part in self._parts())
 
 
 def _influence(estimator: LinearEstimator, coefficients: Array, positions: Array) -> Array:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from accelcal.apparatus import Apparatus
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Mask
 from accelcal.estimate.contrasts import LackOfFit
 from accelcal.estimate.error_components import Errors, ErrorsOfReadings
 from accelcal.estimate.head import HeadError, head_error, lack_of_fit
@@ -23,6 +23,7 @@ from accelcal.estimate.many_positions import ManyPositions
 from accelcal.estimate.noise import ReadingNoise, noise_of_stack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
+from accelcal.estimate.uneven_noise import uneven_noise
 from accelcal.estimate.unrepeated import told_apart
 from accelcal.model import COEFFICIENTS, SCALE_FACTOR
 from accelcal.numerics.decimal_steps import decimal_steps
@@ -55,6 +56,8 @@ class JointEstimate(NamedTuple):
         Reading minus model, for each reading of each table [output unit].
     noises : tuple of ReadingNoise
         Reading noise of each table.
+    uneven : tuple of ndarray of bool, shape (...)
+        Whether the noise of each table differs by position, and counts so.
     head : HeadError
         Head error.
     lack_of_fit : LackOfFit or ManyPositions
@@ -79,6 +82,7 @@ class JointEstimate(NamedTuple):
     judged: tuple[Array, ...]
     residuals: tuple[Array, ...]
     noises: tuple[ReadingNoise, ...]
+    uneven: tuple[Mask, ...]
     head: HeadError
     lack_of_fit: LackOfFit | ManyPositions
     bias_shift: RunShift
@@ -147,6 +151,7 @@ class JointEstimate(NamedTuple):
             judged=own(self.judged),
             residuals=own(self.residuals),
             noises=tuple(noise.of_records(records) for noise in self.noises),
+            uneven=tuple(differs[records] for differs in self.uneven),
             head=self.head.of_records(records),
             lack_of_fit=self.lack_of_fit.of_records(records),
             bias_shift=self.bias_shift.of_records(records),
@@ -212,14 +217,14 @@ def estimate_stack(
     """
     estimators = [linear_estimator(table, method, delta0) for table in tables]
     readings = [_readings(table, y, robust) for table, y in zip(tables, outputs, strict=True)]
+    steps = tuple(map(decimal_steps, outputs))
     errors = Errors.of(
-        estimators, _judge(tables, readings, apparatus, head, predict=method == METHODS[0])
+        estimators, _judge(tables, readings, steps, apparatus, head, predict=method == METHODS[0])
     )
     coefficients = _coefficients(estimators, readings, errors, method)
     reading = errors.reading()
     bias, scale_factor = _run_shifts(errors, reading, levels, apparatus)
     shifts = {"launch": bias, "launch_sf": scale_factor}
-    steps = tuple(map(decimal_steps, outputs))
     return JointEstimate(
         outputs=tuple(readings),
         names=tuple(estimator.names for estimator in estimators),
@@ -230,6 +235,7 @@ def estimate_stack(
             y - k @ t.design.T for t, y, k in zip(tables, outputs, coefficients, strict=True)
         ),
         noises=tuple(errors.judged.noises),
+        uneven=tuple(uneven.differs for uneven in errors.judged.uneven),
         head=errors.judged.head,
         lack_of_fit=errors.judged.lack_of_fit,
         bias_shift=bias,
@@ -273,6 +279,7 @@ def _by_least_squares(tables: Sequence[PreparedTable], outputs: Sequence[Array])
 def _judge(
     tables: Sequence[PreparedTable],
     readings: Sequence[Array],
+    steps: Sequence[Array],
     apparatus: Apparatus,
     known: HeadCalibration | None,
     *,
@@ -295,7 +302,8 @@ def _judge(
     else:
         head = head_error(found, declared, separable=not sources & {"residuals", "none"})
     seen = found.seen(head.uncertainty if predict else np.zeros_like(head.uncertainty))
-    return ErrorsOfReadings(coefficients, noises, found, head, seen, root)
+    uneven = list(map(uneven_noise, tables, readings, noises, steps))
+    return ErrorsOfReadings(coefficients, noises, found, head, seen, uneven, root)
 
 
 def _run_shifts(

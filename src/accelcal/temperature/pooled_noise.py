@@ -14,7 +14,7 @@ import numpy as np
 
 from accelcal.arrays import Mask
 from accelcal.estimate.noise import ReadingNoise
-from accelcal.numerics.probability import f_survival
+from accelcal.estimate.uneven_noise import differ
 
 _SIGNIFICANT = 0.01
 _OF_ALL = "replicates of all tables"
@@ -34,15 +34,6 @@ def pooled_noise(noises: Sequence[ReadingNoise], bare: Sequence[bool]) -> list[R
     -------
     list of ReadingNoise
         Noise of each run; equal where pooled.
-
-    Notes
-    -----
-    Bartlett's test [1]_ tells whether they differ.
-
-    References
-    ----------
-    .. [1] M. S. Bartlett, "Properties of sufficiency and statistical tests", Proc. R. Soc. A 160
-       (1937) 268-282.
 
     Examples
     --------
@@ -78,9 +69,4 @@ def _differ(noises: Sequence[ReadingNoise]) -> Mask:
     if len(noises) < 2:
         return np.zeros(1, dtype=np.bool_)
     variance = np.array([noise.factor**2 for noise in noises])
-    dof = np.array([noise.dof for noise in noises])
-    others = float(len(noises) - 1)
-    pooled = (dof * variance).sum(axis=0) / dof.sum(axis=0)
-    squares = (dof * np.log(pooled / variance)).sum(axis=0)
-    squares /= 1.0 + ((1.0 / dof).sum(axis=0) - 1.0 / dof.sum(axis=0)) / (3.0 * others)
-    return np.asarray(f_survival(squares / others, others, np.inf) < _SIGNIFICANT)
+    return differ(variance, np.array([noise.dof for noise in noises]), _SIGNIFICANT)

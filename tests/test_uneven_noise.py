@@ -1,0 +1,66 @@
+"""Reading noise that differs by position, against the plain formulas."""
+
+import numpy as np
+import pytest
+
+import accelcal
+
+ANGLE = np.tile(np.arange(9) * 45.0, 6)
+STROKE = np.repeat(np.arange(1, 7), 9)
+SAID = "the strokes scatter more at some positions than at others"
+
+
+def table(noise, *, strokes=6, **columns):
+    """A test on a head without errors; `noise` is that of each angle [g]."""
+    rng = np.random.default_rng(5)
+    angle, stroke = ANGLE[: 9 * strokes], STROKE[: 9 * strokes]
+    th = np.radians(angle)
+    y = 1.35 * (np.cos(th) + 3e-3 + noise(th) * rng.standard_normal(th.size))
+    readings = {"angle": angle, "stroke": stroke, "temperature": 20.0, "Y [mA]": y}
+    declared = {"head_uncertainty": 0.0, "launch_uncertainty": 0.0}
+    return accelcal.read_arrays(readings | columns, overrides=declared)
+
+
+def noisy_at_the_ends(th):
+    return np.where(np.abs(np.cos(th)) > 0.9, 3e-5, 3e-6)
+
+
+def says_so(calibration):
+    return any(SAID in text for text in calibration.tables[0].warnings)
+
+
+def test_each_position_counts_with_its_own_noise():
+    record = table(noisy_at_the_ends)
+    found = accelcal.fit(record).tables[0]
+    th = np.radians(record.angle)
+    a, p = np.cos(th), np.sin(th)
+    rows = np.linalg.pinv(np.column_stack([np.ones_like(a), a, a**2, a**3, p, a * p]))
+    parts = []
+    for at in range(0, 360, 45):
+        own = np.flatnonzero(record.angle % 360 == at)
+        variance = record.output[own].var(ddof=1)
+        parts.append(((rows[:, own] ** 2).sum(axis=1) * variance, own.size - 1))
+    whole = sum(part for part, _ in parts)
+    dof = whole**2 / sum(part**2 / number for part, number in parts)
+    for i, name in enumerate(("K0", "K1", "K2", "K3", "M", "M_ip")):
+        quantity = found.coefficients[name]
+        assert quantity.standard_uncertainty == pytest.approx(np.sqrt(whole[i]), rel=1e-6)
+        assert quantity.dof == pytest.approx(dof[i], rel=1e-6)
+
+
+def test_it_is_said():
+    assert says_so(accelcal.fit(table(noisy_at_the_ends)))
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        table(lambda th: 5e-6 + 0.0 * th),
+        table(lambda th: 0.0 * th),
+        table(noisy_at_the_ends, strokes=3),
+        table(noisy_at_the_ends, std=1.35 * noisy_at_the_ends(np.radians(ANGLE))),
+    ],
+    ids=["even", "none", "few strokes", "declared"],
+)
+def test_other_noise_is_one_for_all(record):
+    assert not says_so(accelcal.fit(record))
