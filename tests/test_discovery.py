@@ -568,6 +568,18 @@ def test_shares_of_many_levels_are_parts_of_one_whole(declare):
     assert sum(share.share for share in accelcal.discover(record).where) < 1.0
 
 
+def test_the_notes_tell_by_how_much_the_scale_factor_would_be_another():
+    hidden = [effect("dead-zone").of(6e-5)]
+    record = accelcal.simulate(effects=hidden, seed=1, noise=NO_HEAD)
+    found = accelcal.discover(record)
+    assert found.effects[0].indistinguishable == ("dead-zone",)
+    named = next(c for c in found.coefficients if c.coefficient == "K1")
+    other = accelcal.discover(record, effects=[effect("dead-zone")]).coefficients
+    apart = 1e6 * (next(c for c in other if c.coefficient == "K1").after.value - named.after.value)
+    assert apart > 10.0
+    assert f"dead-zone in truth: K1 {apart:.3g} ppm higher" in " ".join(found.otherwise)
+
+
 def test_fit_with_a_model_says_what_else_the_effects_could_be(discovery):
     record = accelcal.simulate(effects=[effect("scale-factor-asymmetry").of(2e-4)], seed=4)
     assert len(discovery.otherwise) == 1

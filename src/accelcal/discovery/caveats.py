@@ -143,9 +143,9 @@ def _otherwise(
     for name, instances in (*alike, *rivals[:_MOST_RIVALS]):
         other = changes(comparison, bare, solution(comparison, instances))
         told = [
-            _value(new)
+            _value(old, new)
             for old, new in zip(best, other, strict=True)
-            if _apart(old, new) > _OTHERWISE and new.after.unit in _TOLD and new.coefficient != "K1"
+            if _apart(old, new) > _OTHERWISE and new.after.unit in _TOLD
         ]
         if told:
             yield f"{IF_IT_IS}{name} in truth: {', '.join(told)}"
@@ -203,8 +203,11 @@ def _apart(one: Change, other: Change) -> float:
     return abs(one.after.value - other.after.value) / uncertainty
 
 
-def _value(change: Change) -> str:
+def _value(best: Change, change: Change) -> str:
     value = (change.after.value or 0.0) * MICRO
+    if change.coefficient == "K1":  # of which no more than the change is told
+        more = value - (best.after.value or 0.0) * MICRO
+        return f"K1 {abs(more):.3g} ppm {'higher' if more > 0.0 else 'lower'}"
     return f"{change.coefficient} {value:.4g} {_TOLD[change.after.unit]}"
 
 
