@@ -74,6 +74,16 @@ def test_a_shift_for_a_time_is_told_with_its_place_and_size(first, last):
     assert int(told[3]) == 1 + first // 54
 
 
+def test_a_shift_for_a_time_is_no_step():
+    record = disturbed(for_a_time(64, 76, 4.0 * NOISE))
+    with_a_step = accelcal.discover(record, effects=[accelcal.effect("bias-step")])
+    assert with_a_step.effects == ()
+    assert with_a_step.unexplained.structure.startswith("the bias is shifted for a time, by +")
+    step = [accelcal.effect("bias-step").of(4.0 * NOISE, reading=75)]
+    found = accelcal.discover(accelcal.simulate(plan=TIMED, effects=step, seed=1))
+    assert [item.id for item in found.effects] == ["bias-step"]
+
+
 def test_a_noisy_stroke_is_told():
     found = accelcal.discover(disturbed(in_a_stroke(1, 4, 8.0 * NOISE)))
     assert found.effects == ()

@@ -24,7 +24,7 @@ from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.held_out import held_out_rms
 from accelcal.discovery.noise import ReadingNoise, orthonormal, refuse_too_many, sources
 from accelcal.discovery.one_clamping import refuse_several_clampings
-from accelcal.discovery.passing import passing
+from accelcal.discovery.passing import passing, shift_in_place_of_a_step
 from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
@@ -145,7 +145,7 @@ def discover(
     with naming(record):
         refuse_too_many(record)
         found, mended = faults(record, question.reference, question.delta0, alpha)
-        look = _beyond_wandering(_searched(mended, question))
+        look = _beyond_disturbances(_searched(mended, question))
         return _discovery(look, record, found, question)
 
 
@@ -187,13 +187,13 @@ def _without_memory(record: TumbleRecord, question: _Question) -> _Look | None:
     return known if sure and not known.comparison.noise.rho else None
 
 
-def _beyond_wandering(look: _Look) -> _Look:
-    """Give no name where noise, of a bias that wanders, is as likely as all effects are."""
+def _beyond_disturbances(look: _Look) -> _Look:
+    """Give no name where a bias that wanders is as likely, or one shifted for a time likelier."""
     findings, best = look.findings, _best(look.findings)
     if best is None:
         return look
     walks = tuple(wandering(look.comparison, best.instances))
-    if all(walk.is_as_likely(LIKELY) for walk in walks):
+    if all(walk.is_as_likely(LIKELY) for walk in walks) or _shift(look):
         findings = findings._replace(explanations=(), nearest=best)
     return look._replace(findings=findings, walks=walks)
 
@@ -352,8 +352,16 @@ def _unexplained(look: _Look, question: _Question) -> Unexplained | None:
     if look.findings.explanations:
         return None
     if look.findings.before.p_value < question.alpha:
-        return _pattern(look)
+        return _shift(look) or _pattern(look)
     return passing(look.comparison, question.alpha, question.seed)
+
+
+def _shift(look: _Look) -> Unexplained | None:
+    """A shift for a time, where the best explanation is one by a step that it explains better."""
+    best = _best(look.findings)
+    if best is None:
+        return None
+    return shift_in_place_of_a_step(look.comparison, best.instances, look.findings.before.p_value)
 
 
 def _pattern(look: _Look) -> Unexplained:

@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Ints
+from accelcal.discovery.candidates import Instance, direction
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.family import drawn
+from accelcal.discovery.family import NEW, drawn, without
 from accelcal.discovery.noise import dummies, memory, orthonormal, saturated
 from accelcal.discovery.where import structure
 from accelcal.effects.conditions import Conditions
@@ -110,6 +111,44 @@ def passing(comparison: Comparison, alpha: float, seed: int = 0) -> Unexplained 
     seen = orthonormal(comparison.space.see(columns))
     share = float(((seen.T @ comparison.seen) ** 2).sum() / (comparison.seen**2).sum())
     return Unexplained(told, share, float(p_values[best]))
+
+
+def shift_in_place_of_a_step(
+    comparison: Comparison, instances: Sequence[Instance], p_value: float
+) -> Unexplained | None:
+    """Find a shift of the bias for a time that explains the readings much better than a step.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Record and model.
+    instances : sequence of Instance
+        The effects that were found.
+    p_value : float
+        Chance that noise alone disagrees as much with the model.
+
+    Returns
+    -------
+    Unexplained or None
+        The shift; None where no step was found, or none explains better by more than the search
+        for the best of many shifts gains.
+    """
+    space, c = comparison.space, comparison.model.conditions
+    units = np.stack([direction(item, space, c)[0] for item in instances], axis=1)
+    kind = _shifts(c, comparison.record.run_labels)
+    steps = [place for place, item in enumerate(instances) if item.effect.id == "bias-step"]
+    if not steps or not kind.columns.size:
+        return None
+    taken = orthonormal(np.delete(units, steps, axis=1))
+    left, step = without(comparison.seen, taken), orthonormal(without(units[:, steps], taken))
+    shifts = without(space.see(kind.columns[:, :, 0]), taken)
+    squares = (shifts.T @ left) ** 2 / np.maximum((shifts**2).sum(axis=0), NEW)
+    best = int(np.argmax(squares))
+    if squares[best] - float(((step.T @ left) ** 2).sum()) < 2.0 * np.log(squares.size):
+        return None
+    size = float(shifts[:, best] @ left) / float(shifts[:, best] @ shifts[:, best])
+    told = kind.told(best, np.inf, size * kind.columns[:, best, 0])
+    return Unexplained(told, float(squares[best] / (comparison.seen**2).sum()), p_value)
 
 
 def _left_by_what_repeats(comparison: Comparison) -> Array:
