@@ -43,7 +43,7 @@ the readings are heavier: a hundred readings do not tell that they are lighter."
 _MOST = 600
 """Degrees of freedom of pure error above which nothing is looked for, as it would take minutes."""
 
-_FIRST, _DRAWS, _POSSIBLE = 99, 999, 0.1
+_FIRST, _DRAWS, _POSSIBLE = 99, 999, 0.04
 """First draws of noise; all of them, made where the first leave no larger a chance than that."""
 
 
