@@ -141,3 +141,10 @@ def test_small_tests_are_searched(positions, strokes):
     plan = TumblePlan(temperatures=(20.0, 60.0), positions=positions, strokes=strokes, timed=True)
     found = accelcal.discover(accelcal.simulate(plan=plan, seed=2))
     assert found.unexplained is None
+
+
+@pytest.mark.parametrize("of_run", [0.0, 3600.0])
+def test_one_time_for_a_whole_run_tells_no_oscillation(of_run):
+    record = disturbed(in_a_stroke(1, 4, 8.0 * NOISE))
+    found = accelcal.discover(replace(record, time=of_run * record.run))
+    assert found.unexplained.structure.startswith("the noise of stroke")

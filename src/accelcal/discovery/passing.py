@@ -174,15 +174,17 @@ def _oscillations(c: Conditions, labels: Sequence[str]) -> _Kind:
     """A bias of one period in all runs, with a phase and a size in each."""
     runs = dummies(c.run)
     longest, most = float(c.run_time.max()), float(runs.sum(axis=0).max())
-    counts = np.arange(_SLOWEST, min(_FASTEST, most / 2.0), 0.5)
-    phase = 2.0 * np.pi * c.run_time[:, None] * counts / longest
+    fastest = min(_FASTEST, most / 2.0) if longest > 0.0 else 0.0
+    counts = np.arange(_SLOWEST, fastest, 0.5)
+    phase = 2.0 * np.pi * c.run_time[:, None] * counts / (longest or 1.0)
     waves = np.stack([np.cos(phase), np.sin(phase)], axis=2)
-    columns = (waves[:, :, :, None] * runs[:, None, None, :]).reshape(*phase.shape, -1)
+    columns = waves[:, :, :, None] * runs[:, None, None, :]
 
     def told(place: int, _: float, bias: Array) -> str:
         period = longest / counts[place] / 60.0
         return structure(c, labels, f"the bias oscillates, period {period:.3g} min", bias)
 
+    columns = columns.reshape(*phase.shape, 2 * runs.shape[1])
     return _Kind(c.gain[:, None, None] * columns, (np.inf,), told)
 
 
