@@ -88,11 +88,13 @@ def passing(comparison: Comparison, alpha: float, seed: int = 0) -> Unexplained 
         The disturbance; None where noise of an AR(1) process often looks like it, or where the
         readings have more than 600 degrees of freedom of pure error.
     """
+    if comparison.space.dof > _MOST:
+        return None
     c, labels = comparison.model.conditions, comparison.record.run_labels
     left = _left_by_what_repeats(comparison)
     kinds = [make(c, labels) for make in (_oscillations, _shifts, _strokes)]
     kinds = [kind for kind in kinds if kind.columns.size]
-    if left.shape[1] > _MOST or not kinds:
+    if not kinds:
         return None
     noises = [_noise(c, left, kinds, rho) for rho in _RHOS]
     error = left.T @ comparison.model.residual(comparison.parameters)
