@@ -132,14 +132,16 @@ def shift_in_place_of_a_step(
     Returns
     -------
     Unexplained or None
-        The shift; None where no step was found, or none explains better by more than the search
-        for the best of many shifts gains.
+        The shift; None where no step was found, where none explains better by more than the search
+        for the best of many shifts gains, or where there are more than 600 degrees of freedom.
     """
     space, c = comparison.space, comparison.model.conditions
+    steps = [place for place, item in enumerate(instances) if item.effect.id == "bias-step"]
+    if not steps or space.dof > _MOST:
+        return None
     units = np.stack([direction(item, space, c)[0] for item in instances], axis=1)
     kind = _shifts(c, comparison.record.run_labels)
-    steps = [place for place, item in enumerate(instances) if item.effect.id == "bias-step"]
-    if not steps or not kind.columns.size:
+    if not kind.columns.size:
         return None
     taken = orthonormal(np.delete(units, steps, axis=1))
     left, step = without(comparison.seen, taken), orthonormal(without(units[:, steps], taken))
