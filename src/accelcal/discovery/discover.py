@@ -60,12 +60,13 @@ class _Question(NamedTuple):
 
 
 class _Look(NamedTuple):
-    """A record compared with the base model and searched, and noise in place of what was found."""
+    """A record compared with the base model and searched, and what stands in place of the best."""
 
     comparison: Comparison
     family: Family
     findings: Findings
     walks: tuple[Wandering, ...] = ()
+    shift: Unexplained | None = None
 
 
 def discover(
@@ -193,9 +194,10 @@ def _beyond_disturbances(look: _Look) -> _Look:
     if best is None:
         return look
     walks = tuple(wandering(look.comparison, best.instances))
-    if all(walk.is_as_likely(LIKELY) for walk in walks) or _shift(look):
+    shift = shift_in_place_of_a_step(look.comparison, best.instances, findings.before.p_value)
+    if shift or all(walk.is_as_likely(LIKELY) for walk in walks):
         findings = findings._replace(explanations=(), nearest=best)
-    return look._replace(findings=findings, walks=walks)
+    return look._replace(findings=findings, walks=walks, shift=shift)
 
 
 def _look(
@@ -223,7 +225,7 @@ def _same_noise(one: Comparison, other: Comparison) -> bool:
 def _discovery(
     look: _Look, record: TumbleRecord, found: Sequence[fault.Fault], question: _Question
 ) -> Discovery:
-    comparison, family, findings, walks = look
+    comparison, family, findings, walks, _ = look
     named = findings.explanations[0] if findings.explanations else None
     unexplained = _unexplained(look, question)
     if unexplained is not None and question.empirical:
@@ -352,16 +354,8 @@ def _unexplained(look: _Look, question: _Question) -> Unexplained | None:
     if look.findings.explanations:
         return None
     if look.findings.before.p_value < question.alpha:
-        return _shift(look) or _pattern(look)
+        return look.shift or _pattern(look)
     return passing(look.comparison, question.alpha, question.seed)
-
-
-def _shift(look: _Look) -> Unexplained | None:
-    """A shift for a time, where the best explanation is one by a step that it explains better."""
-    best = _best(look.findings)
-    if best is None:
-        return None
-    return shift_in_place_of_a_step(look.comparison, best.instances, look.findings.before.p_value)
 
 
 def _pattern(look: _Look) -> Unexplained:

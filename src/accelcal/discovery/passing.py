@@ -145,12 +145,15 @@ def shift_in_place_of_a_step(
         return None
     taken = orthonormal(np.delete(units, steps, axis=1))
     left, step = without(comparison.seen, taken), orthonormal(without(units[:, steps], taken))
-    shifts = without(space.see(kind.columns[:, :, 0]), taken)
-    squares = (shifts.T @ left) ** 2 / np.maximum((shifts**2).sum(axis=0), NEW)
+    seen = space.see(kind.columns[:, :, 0])
+    shifts = without(seen, taken)
+    length, whole = (np.sqrt((columns**2).sum(axis=0)) for columns in (shifts, seen))
+    new = length > NEW * whole
+    squares = np.where(new, shifts.T @ left / np.where(new, length, 1.0), 0.0) ** 2
     best = int(np.argmax(squares))
     if squares[best] - float(((step.T @ left) ** 2).sum()) < 2.0 * np.log(squares.size):
         return None
-    size = float(shifts[:, best] @ left) / float(shifts[:, best] @ shifts[:, best])
+    size = float(shifts[:, best] @ left) / float(length[best]) ** 2
     told = kind.told(best, np.inf, size * kind.columns[:, best, 0])
     return Unexplained(told, float(squares[best] / (comparison.seen**2).sum()), p_value)
 
