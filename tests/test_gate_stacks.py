@@ -226,6 +226,7 @@ def records(count, seed=3):
     rng = np.random.default_rng(seed)
     contrasts = rng.integers(0, 5, count)
     k = np.array(list(TRUTH.values())) * rng.normal(1.0, 1e-3, (count, 3, 6))
+    k[4::10, 2, 4] += 2e-3
     k[1::5, 1] *= 1000.0
     k[2::5, 2, 0] += 0.2
     outputs = [rng.normal(size=(count, 9)).round(7) for _ in range(3)]
@@ -240,6 +241,8 @@ def records(count, seed=3):
         coefficients=k,
         outputs=outputs,
         noise=rng.choice([5e-6, 1e-9, np.nan], (count, 3)),
+        alike=[np.array([0, 2])],
+        tilt_noise=rng.uniform(0.0, 1e-4, (count, 3)),
         names=lambda _: ["run 1", "run 2", "run 3"],
     )
 
@@ -248,10 +251,10 @@ def test_a_stack_of_records_is_as_each_record():
     stack = records(60)
     together = gates_of_records(stack)
     for i in range(60):
-        arrays = [name for name in stack._fields if name != "names"]
+        arrays = [name for name in stack._fields if name not in ("names", "alike")]
         one = {name: getattr(stack, name)[i : i + 1] for name in arrays}
         outputs = [own[i : i + 1] for own in stack.outputs]
-        one = RecordStack(**one | {"names": stack.names, "outputs": outputs})
+        one = RecordStack(**one | {"names": stack.names, "alike": stack.alike, "outputs": outputs})
         for many, single in zip(together, gates_of_records(one), strict=True):
             assert many.gate(i) == single.gate(0)
     assert {name for gate in together for name in gate.verdicts} == set(VERDICTS)

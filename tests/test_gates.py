@@ -720,6 +720,35 @@ def test_bias_that_jumps_between_runs():
     assert_said(warned, "agreement of tables", "the bias by 148 mg")
 
 
+def mounted_anew(readings, _):
+    """The fixture stands 400 urad off from run 2 on, which a_i shows as -4e-4 sin th."""
+    turn = added(lambda th: -4e-4 * math.sin(th))
+    off = {(r, j, k): y for r, j, k, y in turn(readings, 8)}
+    return [[r, j, k, off[r, j, k] if r > 1 else y] for r, j, k, y in readings]
+
+
+def test_a_unit_mounted_anew_between_runs_at_one_temperature():
+    declared = "# head_uncertainty: 1e-5\n# launch_uncertainty: 1e-5\n"
+    readings = mounted_anew(list(readings_of(runs=2, strokes=2)), 8)
+    same = text_of(readings, levels=(20.0, 20.0), declared=declared)
+    warned = warnings_of(accelcal.fit(accelcal.read_table(io.StringIO(same))))
+    assert_said(
+        warned, "agreement of tables", r"^delta of run 2 differs by 397 urad from .* run 1 "
+    )
+    assert set(warned) == {"agreement of tables"}
+    apart = text_of(readings, declared=declared)
+    hot = accelcal.fit(accelcal.read_table(io.StringIO(apart)))
+    assert not warnings_of(hot)  # a slope explains it as well, and the laws say so
+    assert any("moves by 397 urad" in text for text in hot.temperature_model.warnings)
+
+
+def test_noise_is_no_new_mounting():
+    readings = list(readings_of(runs=2, strokes=2, noise=2e-4))
+    noisy = text_of(readings, levels=(20.0, 20.0))
+    warned = warnings_of(accelcal.fit(accelcal.read_table(io.StringIO(noisy))))
+    assert "agreement of tables" not in warned
+
+
 def copied(readings, _):
     """The second run is the first one, copied."""
     read = {(j, k): y for run, j, k, y in readings if run == 1}

@@ -272,7 +272,8 @@ def test_gates_of_a_stack_of_records_are_those_of_each(options):
     made = list(records(THREE, **options))
     tables, estimate, _ = stacked(made)
     labels = [table.run_label for table in tables]
-    found = gates_of_records(RecordStack.of(estimate, tables, lambda _: labels))
+    levels = np.array([THREE])  # of the tables, in all records
+    found = gates_of_records(RecordStack.of(estimate, tables, levels, lambda _: labels))
     for i, one in enumerate(made):
         expected = accelcal.fit(one, reference_temperature=20.0)
         assert tuple(gate.gate(i) for gate in found) == expected.gates

@@ -206,7 +206,9 @@ class CalibrationStack:
     @cached_property
     def record_gates(self) -> tuple[GateStack, ...]:
         """Gates on what the tables of a record say together."""
-        return gates_of_records(RecordStack.of(self.estimate, self.tables, self.plan.run_labels))
+        plan = self.plan
+        stack = RecordStack.of(self.estimate, self.tables, plan.levels, plan.run_labels)
+        return gates_of_records(stack)
 
     @cached_property
     def gates(self) -> list[tuple[Sequence[GateStack], int]]:

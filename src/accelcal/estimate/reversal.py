@@ -231,12 +231,12 @@ def _corrected(part: Component, at: Places, through: Array) -> Component:
 
 def _reversals(tables: Sequence[PreparedTable], estimate: JointEstimate) -> Iterator[_Reversal]:
     mountings = [table.mounting for table in tables]
-    clampings = [_clamping(table) for table in tables]
+    clampings = [clamping_of(table) for table in tables]
     for axis, clamping in itertools.product("op", sorted(set(clampings))):
         sides = np.array(
             [
                 (1.0 if m[1] == "+" else -1.0)
-                * (m[0] == axis and c == clamping and _tells_misalignment(estimate, i))
+                * (m[0] == axis and c == clamping and tells_misalignment(estimate, i))
                 for i, (m, c) in enumerate(zip(mountings, clampings, strict=True))
             ]
         )
@@ -247,12 +247,14 @@ def _reversals(tables: Sequence[PreparedTable], estimate: JointEstimate) -> Iter
             yield _reversal(axis, clamping, sides, levels)
 
 
-def _clamping(table: PreparedTable) -> float:
+def clamping_of(table: PreparedTable) -> float:
+    """Angle at which the fixture of a table is clamped on the head [deg]."""
     clamping = table.record.clamping
     return 0.0 if clamping is None else float(clamping[0])
 
 
-def _tells_misalignment(estimate: JointEstimate, table: int) -> bool:
+def tells_misalignment(estimate: JointEstimate, table: int) -> bool:
+    """Tell whether M of a table is estimated and holds nothing else."""
     return "M" in estimate.names[table] and "M" not in estimate.stands_for[table]
 
 

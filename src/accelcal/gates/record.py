@@ -8,8 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Places
 from accelcal.estimate.joint import JointEstimate
+from accelcal.estimate.launch import same_levels
+from accelcal.estimate.reversal import clamping_of, tells_misalignment
 from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.copies import are_copies, copy_said
 from accelcal.gates.verdict import (
@@ -25,10 +27,11 @@ from accelcal.numerics.probability import f_exceeds, f_survival
 from accelcal.numerics.sorting import median
 
 _IMPLAUSIBLE_HEAD = 1e-4  # rad, 20 arcsec
-_LARGEST_SPREAD = {"K1": 0.2, "K0": 0.1}  # relative, and [g]
+_LARGEST_SPREAD = {"K1": 0.2, "K0": 0.1, "M": 1e-4}  # relative, [g], and [rad] at one temperature
+_BEYOND_NOISE = 6.0  # standard uncertainties that a turn of the unit exceeds besides
 _SMALLEST = 1e-300
 _SAME = 1e-12  # over K1: a difference of coefficients that rounding alone makes
-_BIAS = COEFFICIENTS.index("K0")
+_BIAS, _TILT = (COEFFICIENTS.index(name) for name in ("K0", "M"))
 
 
 class RecordStack(NamedTuple):
@@ -52,6 +55,11 @@ class RecordStack(NamedTuple):
         Readings of each table [output unit].
     noise : ndarray, shape (R, tables)
         Standard deviation of one of them [output unit]; NaN where nothing tells it.
+    alike : sequence of ndarray of int
+        Tables of one mounting, clamping and temperature that tell the misalignment, where there
+        are several.
+    tilt_noise : ndarray, shape (R, tables)
+        What the reading noise does to M [output unit / g].
     names : callable
         What to call each table of a record.
     """
@@ -65,6 +73,8 @@ class RecordStack(NamedTuple):
     coefficients: Array
     outputs: Sequence[Array]
     noise: Array
+    alike: Sequence[Places]
+    tilt_noise: Array
     names: Callable[[int], Sequence[str]]
 
     @classmethod
@@ -72,6 +82,7 @@ class RecordStack(NamedTuple):
         cls,
         estimate: JointEstimate,
         tables: Sequence[PreparedTable],
+        levels: Array,
         run_labels: Callable[[int], Sequence[str]],
     ) -> RecordStack:
         """Take what the gates look at from the estimate of R records; the tables are of any."""
@@ -89,6 +100,8 @@ class RecordStack(NamedTuple):
             outputs=estimate.outputs,
             noise=np.stack([noise.factor for noise in estimate.noises], axis=1)
             * [median(table.scatter) for table in tables],
+            alike=_clamped_alike(estimate, tables, levels[0]),
+            tilt_noise=_tilt_noise(estimate),
             names=lambda record: _names(tables, run_labels(record)),
         )
 
@@ -99,6 +112,28 @@ def _names(tables: Sequence[PreparedTable], run_labels: Sequence[str]) -> list[s
     if len({table.mounting for table in tables}) == 1:
         return runs
     return [f"{run}, mounting {t.mounting}" for run, t in zip(runs, tables, strict=True)]
+
+
+def _clamped_alike(
+    estimate: JointEstimate, tables: Sequence[PreparedTable], level: Array
+) -> list[Places]:
+    """Tables that tell one misalignment; in all records of a stack the same ones share a level."""
+    kinds = [(table.mounting, clamping_of(table)) for table in tables]
+    tell = [tells_misalignment(estimate, i) for i in range(len(tables))]
+    found = []
+    for kind in dict.fromkeys(kinds):
+        own = np.array([t and k == kind for t, k in zip(tell, kinds, strict=True)])
+        found += [at for at in same_levels(np.where(own, level, np.nan)) if at.size > 1]
+    return found
+
+
+def _tilt_noise(estimate: JointEstimate) -> Array:
+    """Standard uncertainty of M of each table by the reading noise, zero where not estimated."""
+    variance = estimate.components["reading"].covariance.diagonal(axis1=-2, axis2=-1)
+    parts = [(variance[..., estimate.part(i)], own) for i, own in enumerate(estimate.names)]
+    nothing = np.zeros(variance.shape[:-1])
+    found = [part[..., own.index("M")] if "M" in own else nothing for part, own in parts]
+    return np.asarray(np.sqrt(np.stack(found, axis=-1)))
 
 
 def gates_of_records(stack: RecordStack) -> tuple[GateStack, ...]:
@@ -157,6 +192,7 @@ def _agreement(stack: RecordStack) -> GateStack:
     odd = np.abs(np.log(np.maximum(np.abs(scale_factor), _SMALLEST))).argmax(axis=0)
     apart, spread = np.ptp(scale_factor, axis=0), np.ptp(bias / k1, axis=0)
     over = np.maximum(apart / _LARGEST_SPREAD["K1"], spread / _LARGEST_SPREAD["K0"])
+    turned = _turned(stack)
 
     def said(index: int) -> str:
         if index in copies:
@@ -165,11 +201,13 @@ def _agreement(stack: RecordStack) -> GateStack:
             ratio = times(float(scale_factor[odd[index], index]))
             other = f"K1 of {stack.names(index)[odd[index]]} is {ratio} times that of the others"
             return f"{other}: another unit, sign or accelerometer"
+        if over[index] <= 1.0 and index in turned:
+            return _turn_said(stack, index, turned[index])
         percent = f"{100 * apart[index]:.2g} %"
         return f"K1 differs by {percent}, the bias by {acceleration(float(spread[index]))}"
 
     bad = over > 1.0
-    bad[list(copies)] = True
+    bad[[*copies, *turned]] = True
     return gate_stack("agreement of tables", bad, said)
 
 
@@ -186,3 +224,28 @@ def _copies(stack: RecordStack) -> dict[int, tuple[int, int]]:
         if are_copies(stack.outputs[first][record], float(stack.noise[record, first])):
             found[record] = (first, second)
     return found
+
+
+def _turned(stack: RecordStack) -> dict[int, tuple[int, int]]:
+    """Records with tables of one clamping and temperature whose misalignments differ, and which."""
+    k1 = stack.coefficients[..., SCALE_FACTOR]
+    delta, noise = stack.coefficients[..., _TILT] / k1, stack.tilt_noise / np.abs(k1)
+    found = {}
+    for at in stack.alike:
+        limit = _LARGEST_SPREAD["M"] + _BEYOND_NOISE * noise[:, at].max(axis=1)
+        for record in np.flatnonzero(np.ptp(delta[:, at], axis=1) > limit).tolist():
+            own = delta[record, at]
+            first, second = sorted((int(at[own.argmin()]), int(at[own.argmax()])))
+            found[record] = (first, second)
+    return found
+
+
+def _turn_said(stack: RecordStack, record: int, pair: tuple[int, int]) -> str:
+    first, second = pair
+    tilt, k1 = (stack.coefficients[record, list(pair), i] for i in (_TILT, SCALE_FACTOR))
+    names, size = stack.names(record), angle(float(np.ptp(tilt / k1)))
+    return (
+        f"delta of {names[second]} differs by {size} from that of {names[first]} at the same"
+        " temperature: the unit was mounted anew or turned in its fixture; delta is that of its run"
+        " alone, and a law through both is of neither"
+    )
