@@ -220,9 +220,9 @@ def _fitted(stack: LevelStack, sides: Sequence[str]) -> _Group:
     fitted = _applied(maps, levels.values)
     hysteresis = _hysteresis(levels, fitted[:, 0, count:], maps[:, 0, count:], stack, loop)
     off = _off_the_law(levels, fitted, design, loop)
-    where = stack.reference, stack.temperature
-    tilt = levels.values[:, 2]
-    said = law_sentences(sides, off, tilt, hysteresis, stack.shift_source, *where)
+    said = law_sentences(
+        sides, off, hysteresis, stack.shift_source, stack.reference, stack.temperature
+    )
     laws, maps = _laws(levels, fitted[..., :count], maps[:, :, :count], sides)
     return _Group(stack, levels, maps, laws, hysteresis, of_each(said, len(off)))
 

@@ -32,14 +32,11 @@ _CONFOUNDED = {
 }
 _QUANTITIES = ("bias", "scale factor", "misalignment")
 _SIGNIFICANT = 0.001
-_LARGE_TURN = 1e-4
-"""Change of the misalignment from level to level that a new mounting may have made [rad]."""
 
 
 def law_sentences(
     sides: Sequence[str],
     off: Mask,
-    tilt: Array,
     loop: Hysteresis,
     shift_source: str,
     reference: Array,
@@ -53,8 +50,6 @@ def law_sentences(
         Sides of T0 that were measured.
     off : ndarray of bool, shape (R, 3)
         Whether bias, scale factor and misalignment follow no law.
-    tilt : ndarray, shape (R, n)
-        Misalignment at each level [rad].
     loop : Hysteresis
         The hysteresis of each.
     shift_source : str
@@ -78,15 +73,6 @@ def law_sentences(
             f"the {name} does not follow its bilinear law: a curvature, another break, or an"
             " undeclared shift from run to run; its slopes are less certain than U says",
         )
-    turn = np.ptp(tilt, axis=1)
-    yield Sentence(
-        turn > _LARGE_TURN,
-        lambda urad: (
-            f"the misalignment moves by {urad:.0f} urad between the runs: a unit that was mounted"
-            " anew looks the same, and gam is its slope only if it stayed as it was"
-        ),
-        [1e6 * turn],
-    )
     yield from _of_loop(loop, shift_source)
     yield _of_far_reference(reference, temperature)
 
