@@ -12,8 +12,8 @@ import numpy as np
 
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
-from accelcal.io.layout import shown
 from accelcal.io.vocabulary import is_unit_of
+from accelcal.io.wording import shown
 from accelcal.units import canonical_unit
 
 MISSING = frozenset(

@@ -9,9 +9,10 @@ import numpy as np
 
 from accelcal.io.cells import Column
 from accelcal.io.engines import NUMERIC, BulkEngineGivesUp, Columns
-from accelcal.io.layout import Layout, shown
+from accelcal.io.layout import Layout
 from accelcal.io.times import has_clock_times, has_times_of_day, one_date
 from accelcal.io.vocabulary import UNITS_OF, Heading, has_unit, is_unit_of
+from accelcal.io.wording import shown
 
 Engine = Callable[[Layout, Sequence[int], int], Columns]
 """Turns the rows of a table into columns."""

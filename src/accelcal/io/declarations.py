@@ -15,9 +15,10 @@ from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_text, mapping_of
 from accelcal.errors import InputError, TableError, located
 from accelcal.geometry import checked_fixture_angle, checked_positions
-from accelcal.io.layout import Declared, Layout, shown, split_line
+from accelcal.io.layout import Declared, Layout, split_line
 from accelcal.io.readings import MAXIMUM_TEMPERATURE
 from accelcal.io.vocabulary import KEYS, UNITS_OF, has_unit
+from accelcal.io.wording import shown
 from accelcal.units import canonical_unit, output_unit
 
 APPARATUS = tuple(item.name for item in fields(Apparatus))

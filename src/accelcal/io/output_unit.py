@@ -7,7 +7,8 @@ from typing import NamedTuple, Protocol
 
 from accelcal.errors import TableError, located
 from accelcal.io.cells import Column
-from accelcal.io.layout import Declared, shown
+from accelcal.io.layout import Declared
+from accelcal.io.wording import shown
 from accelcal.units import canonical_unit, output_unit
 
 Written = tuple[str, int]

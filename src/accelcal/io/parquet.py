@@ -12,7 +12,7 @@ from typing import IO, Any
 
 from accelcal.errors import TableError, not_installed
 from accelcal.io.csv_text import csv_text
-from accelcal.io.layout import shown
+from accelcal.io.wording import shown
 
 
 def is_parquet(path: str) -> bool:

@@ -14,8 +14,8 @@ from accelcal.errors import TableError
 from accelcal.geometry import MOUNTINGS, angular_distance, is_mounting
 from accelcal.io.cells import Column, labels, numbers, whole_numbers
 from accelcal.io.columns import Table
-from accelcal.io.layout import all_outputs, listed
 from accelcal.io.times import DAY, in_seconds, times
+from accelcal.io.wording import all_outputs, listed
 from accelcal.numerics.grouping import group_after_group
 from accelcal.numerics.sorting import distinct
 

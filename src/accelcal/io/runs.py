@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
 from accelcal.geometry import head_positions
-from accelcal.io.layout import listed
 from accelcal.io.readings import Readings
+from accelcal.io.wording import listed
 from accelcal.numerics.grouping import grouped
 from accelcal.numerics.sorting import distinct
 

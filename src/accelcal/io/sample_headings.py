@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 from accelcal.errors import TableError
 from accelcal.io.cells import MISSING
-from accelcal.io.layout import shown, split_line
+from accelcal.io.layout import split_line
 from accelcal.io.output_unit import unit_of_outputs
 from accelcal.io.text import refuse_document
 from accelcal.io.vocabulary import Heading, canonical_key, has_unit, read_heading, split_unit
+from accelcal.io.wording import shown
 
 __all__ = ["SampleHeadings", "in_metres", "read_sample_headings"]
 

@@ -8,9 +8,10 @@ from typing import NamedTuple
 from accelcal.errors import TableError
 from accelcal.io.cells import Column
 from accelcal.io.engines import columns_by_split
-from accelcal.io.layout import Declared, Layout, listed, shown, split_line
+from accelcal.io.layout import Declared, Layout, split_line
 from accelcal.io.text import SourceText, refuse_document
 from accelcal.io.vocabulary import Heading, canonical_key, split_unit
+from accelcal.io.wording import listed, shown
 
 Recognise = Callable[[str], Heading]
 """Meaning of a heading; a role None for a column that is not used."""

@@ -21,13 +21,14 @@ from accelcal.io.engines import (
     columns_by_split,
     is_bulk,
 )
-from accelcal.io.layout import Layout, all_outputs, listed, read_layout, shown, were
+from accelcal.io.layout import Layout, read_layout
 from accelcal.io.output_unit import unit_of_outputs, units_written
 from accelcal.io.small_table import places_of
 from accelcal.io.text import Source, read_text
 from accelcal.io.times import in_seconds, times
 from accelcal.io.units_row import with_units_below
 from accelcal.io.vocabulary import Heading, has_unit, split_unit
+from accelcal.io.wording import all_outputs, listed, shown, were
 from accelcal.plural import counted
 from accelcal.specification import UNITS
 from accelcal.stability.record import Launch, StabilityRecord

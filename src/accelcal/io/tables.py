@@ -21,7 +21,7 @@ from accelcal.io.cells import MISSING, Column
 from accelcal.io.columns import CONSTANTS, Engine, Table, choose_columns
 from accelcal.io.declarations import Declarations, declarations, declared_by_caller
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split, is_bulk
-from accelcal.io.layout import Layout, listed, read_layout, shown, were
+from accelcal.io.layout import Layout, read_layout
 from accelcal.io.output_unit import Written, unit_of_outputs, units_written
 from accelcal.io.readings import (
     Readings,
@@ -33,6 +33,7 @@ from accelcal.io.readings import (
 from accelcal.io.runs import runs_of
 from accelcal.io.text import Source, SourceText, read_texts
 from accelcal.io.units_row import with_units_below
+from accelcal.io.wording import listed, shown, were
 from accelcal.logs import tell
 from accelcal.record import TumbleRecord
 from accelcal.units import is_output_unit

@@ -11,8 +11,9 @@ from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 from accelcal.errors import TableError, not_installed
-from accelcal.io.layout import listed, read_layout, shown
+from accelcal.io.layout import read_layout
 from accelcal.io.text import SourceText, file_and_sheet, named_bytes
+from accelcal.io.wording import listed, shown
 
 if TYPE_CHECKING:
     from python_calamine import CalamineWorkbook

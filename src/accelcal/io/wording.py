@@ -1,0 +1,90 @@
+"""Pieces of the sentences of messages and notes: what a file says, its lines, their number."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sized
+
+from accelcal.plural import counted
+
+
+def shown(text: str) -> str:
+    """Quote a piece of a file for a message, cut to 40 characters.
+
+    Parameters
+    ----------
+    text : str
+        The piece.
+
+    Returns
+    -------
+    str
+        Its representation on one line.
+    """
+    return repr(text if len(text) <= 40 else text[:37] + "...")
+
+
+def listed(lines: Iterable[int]) -> str:
+    """Name lines for a note, at most five of them.
+
+    Parameters
+    ----------
+    lines : iterable of int
+        Line numbers.
+
+    Returns
+    -------
+    str
+        Such as ``"lines 3, 4"``.
+
+    Examples
+    --------
+    >>> listed([7]), listed(range(1, 9))
+    ('line 7', 'lines 1, 2, 3, 4, 5, ...')
+    """
+    numbers = [str(line) for line in dict.fromkeys(lines)]
+    more = ["..."] if len(numbers) > 5 else []
+    return ("lines " if len(numbers) > 1 else "line ") + ", ".join(numbers[:5] + more)
+
+
+def were(lines: Sized, what: str) -> str:
+    """Count what stands in some lines, before saying what was done to it.
+
+    Parameters
+    ----------
+    lines : sized
+        A line for each.
+    what : str
+        The name of one.
+
+    Returns
+    -------
+    str
+        Such as ``"2 rows were"``.
+
+    Examples
+    --------
+    >>> were([7], "row"), were([7, 8], "row")
+    ('1 row was', '2 rows were')
+    """
+    return f"{counted(len(lines), what)} {'was' if len(lines) == 1 else 'were'}"
+
+
+def all_outputs(count: int) -> str:
+    """Say that all outputs are something.
+
+    Parameters
+    ----------
+    count : int
+        How many there are.
+
+    Returns
+    -------
+    str
+        Such as ``"all 3 outputs are"``.
+
+    Examples
+    --------
+    >>> all_outputs(1), all_outputs(3)
+    ('the only output is', 'all 3 outputs are')
+    """
+    return "the only output is" if count == 1 else f"all {count} outputs are"
