@@ -195,6 +195,23 @@ def test_mirrored_stroke_is_put_right(clean):
     assert mended.position[own].tolist() == clean.position[own[::-1]].tolist()
 
 
+def test_a_unit_mounted_anew_is_turned_back():
+    """It passed for a bias that is shifted for a time, in readings on one side of the turn."""
+    plan = accelcal.TumblePlan(temperatures=(20.0, 20.0, 20.0), strokes=4)
+    clean = accelcal.simulate(seed=3, plan=plan)
+    later = clean.run > 0
+    off = 1.35 * 4e-4 * np.sin(np.deg2rad(clean.angle))
+    turned = replace(clean, output=clean.output - np.where(later, off, 0.0))
+    found, mended = faults(turned, 20.0)
+    assert named(found) == ["mounted anew", "mounted anew"]
+    assert sorted(r for fault in found for r in fault.readings) == np.flatnonzero(later).tolist()
+    assert [fault.parameters["turn"][0] for fault in found] == pytest.approx([-4e-4] * 2, abs=6e-6)
+    assert np.abs(mended.output - clean.output).max() < 1e-5
+    discovery = accelcal.discover(turned)
+    assert discovery.effects == ()
+    assert discovery.unexplained is None
+
+
 @pytest.mark.parametrize("strokes", [4, 6])
 def test_a_lag_without_misalignment_is_no_mirrored_stroke(strokes):
     """M = b forward and M = -b back is a backlash of b as well as strokes counted backwards."""

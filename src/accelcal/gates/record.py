@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from accelcal.arrays import Array, Places
 from accelcal.estimate.joint import JointEstimate
@@ -27,8 +27,9 @@ from accelcal.numerics.probability import f_exceeds, f_survival
 from accelcal.numerics.sorting import median
 
 _IMPLAUSIBLE_HEAD = 1e-4  # rad, 20 arcsec
-_LARGEST_SPREAD = {"K1": 0.2, "K0": 0.1, "M": 1e-4}  # relative, [g], and [rad] at one temperature
-_BEYOND_NOISE = 6.0  # standard uncertainties that a turn of the unit exceeds besides
+_LARGEST_SPREAD = {"K1": 0.2, "K0": 0.1}  # relative, and [g]
+_LARGEST_TURN = 1e-4  # rad, of the misalignment at one temperature
+_BEYOND_NOISE = 6.0  # standard uncertainties that it exceeds besides
 _SMALLEST = 1e-300
 _SAME = 1e-12  # over K1: a difference of coefficients that rounding alone makes
 _BIAS, _TILT = (COEFFICIENTS.index(name) for name in ("K0", "M"))
@@ -226,14 +227,35 @@ def _copies(stack: RecordStack) -> dict[int, tuple[int, int]]:
     return found
 
 
+def is_turn(change: ArrayLike, uncertainty: ArrayLike) -> Any:
+    """Tell whether a change of the misalignment at one temperature is that of a new mounting.
+
+    Parameters
+    ----------
+    change, uncertainty : array_like
+        Size of the change, and standard uncertainty of a misalignment by the noise [rad].
+
+    Returns
+    -------
+    bool or ndarray of bool
+        True beyond 20 arcsec and the noise.
+
+    Examples
+    --------
+    >>> bool(is_turn(4e-4, 2e-6)), bool(is_turn(4e-4, 1e-4))
+    (True, False)
+    """
+    return np.asarray(change) > _LARGEST_TURN + _BEYOND_NOISE * np.asarray(uncertainty)
+
+
 def _turned(stack: RecordStack) -> dict[int, tuple[int, int]]:
     """Records with tables of one clamping and temperature whose misalignments differ, and which."""
     k1 = stack.coefficients[..., SCALE_FACTOR]
     delta, noise = stack.coefficients[..., _TILT] / k1, stack.tilt_noise / np.abs(k1)
     found = {}
     for at in stack.alike:
-        limit = _LARGEST_SPREAD["M"] + _BEYOND_NOISE * noise[:, at].max(axis=1)
-        for record in np.flatnonzero(np.ptp(delta[:, at], axis=1) > limit).tolist():
+        bad = is_turn(np.ptp(delta[:, at], axis=1), noise[:, at].max(axis=1))
+        for record in np.flatnonzero(bad).tolist():
             own = delta[record, at]
             first, second = sorted((int(at[own.argmin()]), int(at[own.argmax()])))
             found[record] = (first, second)

@@ -1,0 +1,90 @@
+"""A unit that was mounted anew, or turned in its fixture, between runs at one temperature."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.arrays import Array, Mask
+from accelcal.discovery.faults.fault import SMALLEST, Fault
+from accelcal.estimate.launch import same_levels
+from accelcal.estimate.tables import prepare
+from accelcal.gates.record import is_turn
+from accelcal.gates.verdict import angle
+from accelcal.numerics.probability import student_survival
+from accelcal.record import TumbleRecord
+
+
+class _Tilt(NamedTuple):
+    """Misalignment of a table with its standard uncertainty by the noise, and K1 a_p."""
+
+    readings: Mask
+    value: float  # [rad]
+    error: float  # [rad]
+    dof: float
+    column: Array  # change of its readings by it, shape (m,) [output unit / rad]
+
+
+def mounted_anew(record: TumbleRecord, delta0: float) -> tuple[tuple[Fault, ...], TumbleRecord]:
+    """Find runs whose misalignment is another than that of an earlier run at the same temperature.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        The readings, in one clamping.
+    delta0 : float
+        Fixture angle [rad].
+
+    Returns
+    -------
+    tuple of Fault
+        One for each such run.
+    TumbleRecord
+        The record with these runs turned back to the misalignment of the earlier one.
+    """
+    found, output = [], record.output.copy()
+    tables = [own for own in record.table_masks() if own.sum() > 1]
+    for mounting in dict.fromkeys(record.mounting.tolist()):
+        masks = [own for own in tables if record.mounting[own][0] == mounting]
+        level = np.array([record.select(own).mean_temperature for own in masks])
+        for first, *others in (at.tolist() for at in same_levels(level)):
+            reference = _tilt(record, masks[first], delta0)
+            for other in others:
+                own = _tilt(record, masks[other], delta0)
+                turn = own.value - reference.value
+                error = float(np.hypot(own.error, reference.error))
+                if is_turn(abs(turn), max(own.error, reference.error)):
+                    output[own.readings] -= turn * own.column
+                    found.append(_fault(record, own, reference, turn, error))
+    return tuple(found), replace(record, output=output) if found else record
+
+
+def _tilt(record: TumbleRecord, readings: Mask, delta0: float) -> _Tilt:
+    table = prepare(record.select(readings), delta0=delta0)
+    kept = table.estimability.kept
+    if "M" not in kept:
+        return _Tilt(readings, 0.0, np.inf, 1.0, np.zeros(int(readings.sum())))
+    values = table.least_squares.solve(table.record.output)
+    rest = table.record.output - table.kept_design @ values
+    dof = max(float(rest.size - values.size), 1.0)
+    k1, place = abs(float(values[kept.index("K1")])), kept.index("M")
+    row = table.least_squares.map[place]
+    error = float(np.sqrt(row @ row * (rest @ rest) / dof)) / max(k1, SMALLEST)
+    tilt = float(values[place]) / max(k1, SMALLEST)
+    return _Tilt(readings, tilt, error, dof, k1 * table.kept_design[:, place])
+
+
+def _fault(record: TumbleRecord, own: _Tilt, reference: _Tilt, turn: float, error: float) -> Fault:
+    run, earlier = (record.run_labels[record.run[tilt.readings][0]] for tilt in (own, reference))
+    return Fault(
+        effect=None,
+        finding="mounted anew",
+        parameters={"turn": (turn, error, "rad")},
+        p_value=max(2.0 * student_survival(abs(turn) / max(error, SMALLEST), own.dof), SMALLEST),
+        readings=tuple(np.flatnonzero(own.readings).tolist()),
+        text=f"run {run}: the misalignment differs by {angle(abs(turn))} from that of run {earlier}"
+        " at the same temperature, as of a unit that was mounted anew; the run is taken as turned"
+        " back; calibrate each mounting alone",
+    )
