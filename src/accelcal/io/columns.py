@@ -189,9 +189,9 @@ def _constants(layout: Layout, decimal: str) -> dict[str, Column]:
     size = len(layout.rows)
     for name in CONSTANTS:
         if name in layout.declared:
-            value, line = layout.declared[name]
+            value, line, source = layout.declared[name]
             lines = np.full(size, line)
-            columns[name] = Column(name, name, None, [value] * size, lines, layout.source, decimal)
+            columns[name] = Column(name, name, None, [value] * size, lines, source, decimal)
             if name in NUMERIC:
                 columns[name] = columns[name].without_unit()
     return columns

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +12,7 @@ import numpy as np
 from accelcal.apparatus import Apparatus
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_text, mapping_of
-from accelcal.errors import InputError, TableError, located
+from accelcal.errors import InputError, located
 from accelcal.geometry import checked_fixture_angle, checked_positions
 from accelcal.io.layout import Declared, Layout, split_line
 from accelcal.io.readings import MAXIMUM_TEMPERATURE
@@ -80,8 +79,8 @@ def declarations(
     values: dict[str, Any] = {key: text.value or None for key, text in declared.items()}
     for key in (*APPARATUS, "reference_temperature", "delta0"):
         if key in declared:
-            values[key] = declared_number(layout.source, key, declared[key], decimal, unit)
-    values["positions"] = _positions(layout.source, declared.get("positions"))
+            values[key] = declared_number(key, declared[key], decimal, unit)
+    values["positions"] = _positions(declared.get("positions"))
     values["unit"] = unit
     values |= given
     plain = ("reference_temperature", "positions", "unit", "serial", "date")
@@ -164,18 +163,16 @@ def _checked(overrides: Mapping[str, object]) -> dict[str, Any]:
 
 
 def declared_number(
-    source: str, key: str, declared: Declared, decimal: str, output_unit: str | None = None
+    key: str, declared: Declared, decimal: str, output_unit: str | None = None
 ) -> float:
     """Take the number of a header line.
 
     Parameters
     ----------
-    source : str
-        Name of the file.
     key : str
         What it declares, one of `KEYS`.
     declared : Declared
-        The value as written, with its line.
+        The value as written, with its place.
     decimal : str
         Decimal mark of the table.
     output_unit : str, optional
@@ -193,46 +190,40 @@ def declared_number(
     """
     match = _NUMBER.fullmatch(declared.value.replace("\u2212", "-"))
     if match and match[2]:
-        _check_unit(source, key, declared, match[2], output_unit)
+        _check_unit(key, declared, match[2], output_unit)
     try:
         text = match[1] if match else ""
         value = float(text.replace(",", ".") if decimal == "," else text)
     except ValueError:
         problem = f"{key} is {shown(declared.value)}"
-        raise _refusal(source, declared, problem, "give it as a number") from None
+        raise declared.refuse(problem, "give it as a number") from None
     if not np.isfinite(value):
-        raise _refusal(source, declared, f"{key} is {value}", "it is a finite number")
+        raise declared.refuse(f"{key} is {value}", "it is a finite number")
     if key in APPARATUS:
-        located(partial(Apparatus, **{key: value}), source=source, line=declared.line)
+        located(lambda: Apparatus(**{key: value}), source=declared.source, line=declared.line)
     if key == "reference_temperature" and not -273.15 <= value <= MAXIMUM_TEMPERATURE:
         problem, remedy = f"{key} is {value:g}", "it is a temperature of the test in degC"
-        raise _refusal(source, declared, problem, remedy)
+        raise declared.refuse(problem, remedy)
     if key == "delta0":
-        located(checked_fixture_angle, value, source=source, line=declared.line)
+        located(checked_fixture_angle, value, source=declared.source, line=declared.line)
     return value
 
 
-def _check_unit(
-    source: str, key: str, declared: Declared, unit: str, output_unit: str | None
-) -> None:
+def _check_unit(key: str, declared: Declared, unit: str, output_unit: str | None) -> None:
     right = UNITS_OF[key][0] if key in UNITS_OF else output_unit
     if not (has_unit(key, unit) if key in UNITS_OF else canonical_unit(unit) == output_unit):
         problem = f"{key} is given in {shown(unit)}"
         remedy = f"give it in {right or 'the output unit'}"
         if right == "1":
             remedy = "give it as a plain number, a part of one"
-        raise _refusal(source, declared, problem, remedy)
+        raise declared.refuse(problem, remedy)
 
 
-def _positions(source: str, declared: Declared | None) -> int:
+def _positions(declared: Declared | None) -> int:
     if declared is None:
         return 8
     if not re.fullmatch(r"[1-9][0-9]{0,5}", declared.value):
         problem = f"positions is {shown(declared.value)}"
         remedy = "it is the number of positions in a full turn, such as 8"
-        raise _refusal(source, declared, problem, remedy)
+        raise declared.refuse(problem, remedy)
     return int(declared.value)
-
-
-def _refusal(source: str, declared: Declared, problem: str, remedy: str) -> TableError:
-    return TableError(problem, remedy, source=source, line=declared.line)

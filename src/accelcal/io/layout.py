@@ -24,10 +24,15 @@ _LABVIEW_CHANNELS = "***End_of_Header***"
 
 
 class Declared(NamedTuple):
-    """Value of a header line ``# key: value``."""
+    """Value of a header line ``# key: value``, and its place."""
 
     value: str
     line: int
+    source: str
+
+    def refuse(self, problem: str, remedy: str) -> TableError:
+        """Make the error of the header line."""
+        return TableError(problem, remedy, source=self.source, line=self.line)
 
 
 class Layout(NamedTuple):
@@ -216,9 +221,9 @@ def _declarations(above: list[tuple[int, str]], name: str) -> tuple[dict[str, De
             aside.append(number)
         elif key == "comment":
             before = f"{declared[key].value}; " if key in declared else ""
-            declared[key] = Declared(before + value, number)
+            declared[key] = Declared(before + value, number, name)
         elif key != "sep":
-            _declare(declared, key, Declared(value, number), name)
+            _declare(declared, key, Declared(value, number, name))
     notes = [f"text above the headings was set aside ({listed(aside)})"] if aside else []
     return declared, notes
 
@@ -239,11 +244,11 @@ def _key_and_value(line: str) -> tuple[str, str]:
     return ("comment", text) if bare else ("" if bare is None else "sep", "")
 
 
-def _declare(declared: dict[str, Declared], key: str, new: Declared, name: str) -> None:
+def _declare(declared: dict[str, Declared], key: str, new: Declared) -> None:
     old = declared.setdefault(key, new)
     if old.value != new.value:
         problem = f"{key} is {shown(new.value)}, but {shown(old.value)} in line {old.line}"
-        raise TableError(problem, "declare each key once", source=name, line=new.line)
+        raise new.refuse(problem, "declare each key once")
 
 
 def _rows(

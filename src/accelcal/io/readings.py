@@ -45,6 +45,8 @@ class Readings:
 
     Attributes
     ----------
+    source : str
+        Name of the file.
     output, temperature, angle : ndarray of float
         As in a `TumbleRecord`.
     position, stroke, line : ndarray of int
@@ -65,6 +67,7 @@ class Readings:
         Serial of each missing reading.
     """
 
+    source: str
     output: Array
     temperature: Array
     angle: Array
@@ -101,6 +104,10 @@ class Readings:
         each = zip(_of_each(self.serial, count), _of_each(self.missing_serial, count), strict=True)
         for own, missing in each:
             yield replace(self.select(own), missing=self.missing[missing])
+
+    def refuse(self, index: int, problem: str, remedy: str) -> TableError:
+        """Make the error of one reading."""
+        return TableError(problem, remedy, source=self.source, line=int(self.line[index]))
 
 
 def read_readings(table: Table, positions: int) -> Readings:
@@ -140,6 +147,7 @@ def read_readings(table: Table, positions: int) -> Readings:
     missing_row = np.nonzero(~present)[0]
     return Readings(
         **values,
+        source=first.source,
         output=outputs[present],
         run_labels=run_labels,
         serials=serials,

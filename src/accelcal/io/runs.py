@@ -42,7 +42,7 @@ class Runs:
     notes: tuple[str, ...] = ()
 
 
-def runs_of(readings: Readings, declared: tuple[str, ...], source: str) -> Runs:
+def runs_of(readings: Readings, declared: tuple[str, ...]) -> Runs:
     """Tell the runs of a table.
 
     Parameters
@@ -51,8 +51,6 @@ def runs_of(readings: Readings, declared: tuple[str, ...], source: str) -> Runs:
         All readings of one accelerometer.
     declared : tuple of str
         Names of the runs in their order, empty where no header line tells them.
-    source : str
-        Name of the file, for messages.
 
     Returns
     -------
@@ -72,10 +70,10 @@ def runs_of(readings: Readings, declared: tuple[str, ...], source: str) -> Runs:
     """
     order = np.arange(readings.output.size)
     if readings.run is None:
-        runs, order = _visits(readings, _levels(readings, source))
+        runs, order = _visits(readings, _levels(readings))
     else:
         runs = Runs(readings.run, readings.run_labels)
-    return _in_order(runs, declared or _by_appearance(runs, order), readings, source)
+    return _in_order(runs, declared or _by_appearance(runs, order), readings)
 
 
 def _by_appearance(runs: Runs, order: Ints) -> tuple[str, ...]:
@@ -83,21 +81,20 @@ def _by_appearance(runs: Runs, order: Ints) -> tuple[str, ...]:
     return tuple(runs.labels[i] for i in found[np.argsort(first)].tolist())
 
 
-def _in_order(runs: Runs, order: tuple[str, ...], readings: Readings, source: str) -> Runs:
+def _in_order(runs: Runs, order: tuple[str, ...], readings: Readings) -> Runs:
     place = {label: index for index, label in enumerate(order)}
     new = np.array([place.get(label, -1) for label in runs.labels])[runs.index]
     if (new < 0).any():
         at = int(np.argmin(new))
         problem = f"run {runs.labels[runs.index[at]]!r} is not among the declared runs"
-        remedy = "add it to the line '# runs: ...'"
-        raise TableError(problem, remedy, source=source, line=int(readings.line[at]))
+        raise readings.refuse(at, problem, "add it to the line '# runs: ...'")
     return Runs(new, order, runs.notes)
 
 
 # -- levels ----------------------------------------------------------------------------------------
 
 
-def _levels(readings: Readings, source: str) -> Runs:
+def _levels(readings: Readings) -> Runs:
     """Levels of temperature, split where the sorted temperatures leave a gap."""
     temperature = readings.temperature
     level = _split_at(temperature, LEVEL_GAP)
@@ -109,7 +106,7 @@ def _levels(readings: Readings, source: str) -> Runs:
     level = np.unique(finer, return_inverse=True)[1].astype(np.int64)
     wide = _spans(temperature, level) > LEVEL_GAP
     if wide.any():
-        raise _no_level(readings, level == np.argmax(wide), source)
+        raise _no_level(readings, level == np.argmax(wide))
     labels = _labels(temperature, level, 1)
     close = ", ".join(labels[i] for i in distinct(level[joined]).tolist())
     note = f"levels {close} degC lie close together and were taken as a run each"
@@ -140,15 +137,14 @@ def _labels(temperature: Array, level: Ints, digits: int) -> tuple[str, ...]:
     return tuple("unknown" if label == "nan" else label for label in labels)
 
 
-def _no_level(readings: Readings, level: Mask, source: str) -> TableError:
+def _no_level(readings: Readings, level: Mask) -> TableError:
     low = readings.temperature[level].min()
     high = int(np.argmax(level & (readings.temperature > low + LEVEL_GAP)))
     problem = (
         f"temperature {readings.temperature[high]:g} joins the level that starts at {low:g} degC,"
         f" more than {LEVEL_GAP:g} degC away"
     )
-    remedy = "tell the runs apart by a column run"
-    return TableError(problem, remedy, source=source, line=int(readings.line[high]))
+    return readings.refuse(high, problem, "tell the runs apart by a column run")
 
 
 # -- visits ----------------------------------------------------------------------------------------

@@ -134,7 +134,13 @@ def _layout(lines: list[str], name: str, recognise: Recognise, remedy: str) -> L
     for number, line in enumerate(lines, 1):
         bare = line.strip(' \t,;"')
         if bare.startswith("#"):
-            _declare(declared, aside, bare, number)
+            key, colon, value = bare.lstrip("# ").partition(":")
+            if colon:
+                own, unit = split_unit(key.strip())
+                written = f"{value.strip()} {unit}".strip()
+                declared[canonical_key(own) or own.casefold()] = Declared(written, number, name)
+            else:
+                aside.append(number)
         elif bare:
             table.append((number, line))
     if not table:
@@ -154,13 +160,3 @@ def _layout(lines: list[str], name: str, recognise: Recognise, remedy: str) -> L
     notes += [f"comments were set aside ({listed(aside)})"] if aside else []
     rows, numbers = [row for _, row in table], [number for number, _ in table]
     return Layout(name, declared, headings, start, mark, rows, numbers, tuple(notes))
-
-
-def _declare(declared: dict[str, Declared], aside: list[int], bare: str, number: int) -> None:
-    key, colon, value = bare.lstrip("# ").partition(":")
-    name, unit = split_unit(key.strip())
-    if not colon:
-        aside.append(number)
-        return
-    known = canonical_key(name) or name.casefold()
-    declared[known] = Declared(f"{value.strip()} {unit}".strip(), number)

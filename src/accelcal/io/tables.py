@@ -297,13 +297,13 @@ def _serials(layout: Layout, readings: Readings, declared: str | None) -> tuple[
     if len(names) > 1 or (header and header.value == declared):
         problem = f"serial {shown(', '.join(names))} in the table, but {shown(declared)} declared"
         remedy = "leave the column or the declaration out"
-        raise TableError(problem, remedy, source=layout.source, line=layout.headings_line)
+        raise layout.refuse(problem, remedy)
     return (declared,)
 
 
 def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) -> TumbleRecord:
-    runs = runs_of(readings, declared.runs, common["source"])
-    kept = _without_repeats(readings, runs.index, common["source"])
+    runs = runs_of(readings, declared.runs)
+    kept = _without_repeats(readings, runs.index)
     notes = [*common["notes"], *runs.notes]
     if readings.missing.size:
         notes.append(_left_out(readings.missing, "missing reading"))
@@ -311,7 +311,7 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
         notes.append(_left_out(readings.line[~kept], "repeated reading"))
     readings = readings.select(kept)
     notes += notes_of_pace(readings.time)
-    _require_change(readings, common["source"])
+    _require_change(readings)
     time, start = _seconds(readings.time, common["date"])
     values = common | {name: getattr(readings, name) for name in (*_NEEDED, *_OPTIONAL)}
     values |= {"notes": tuple(notes), "metadata": {**declared.metadata, **start}}
@@ -323,7 +323,7 @@ def _left_out(lines: Ints, what: str) -> str:
     return f"{were(lines, what)} left out ({listed(lines)})"
 
 
-def _without_repeats(readings: Readings, run: Ints, source: str) -> Mask:
+def _without_repeats(readings: Readings, run: Ints) -> Mask:
     """Mask of the readings without those that repeat one with the same output."""
     place = np.where(readings.position > 0, readings.position, readings.angle)
     kind = readings.position > 0
@@ -336,13 +336,13 @@ def _without_repeats(readings: Readings, run: Ints, source: str) -> Mask:
     clash = readings.output[earlier] != readings.output[later]
     if clash.any():
         at = np.argmin(later[clash])
-        raise _clash(readings, int(earlier[clash][at]), int(later[clash][at]), source)
+        raise _clash(readings, int(earlier[clash][at]), int(later[clash][at]))
     kept = np.ones(order.size, dtype=bool)
     kept[later] = False
     return kept
 
 
-def _clash(readings: Readings, first: int, second: int, source: str) -> TableError:
+def _clash(readings: Readings, first: int, second: int) -> TableError:
     where = f"angle {readings.angle[first]:g}"
     if readings.position[first]:
         where = f"position {readings.position[first]}"
@@ -354,14 +354,14 @@ def _clash(readings: Readings, first: int, second: int, source: str) -> TableErr
     remedy = "delete one, or tell the runs apart by a column run"
     if readings.run is not None:
         remedy = "delete one, or give each visit to a temperature its own label in the column run"
-    return TableError(problem, remedy, source=source, line=int(readings.line[second]))
+    return readings.refuse(second, problem, remedy)
 
 
-def _require_change(readings: Readings, source: str) -> None:
+def _require_change(readings: Readings) -> None:
     if readings.output.size > 1 and (readings.output == readings.output[0]).all():
         problem = f"all {readings.output.size} outputs are {readings.output[0]:g}"
         remedy = "check the voltmeter and the output column; the output changes with the angle"
-        raise TableError(problem, remedy, source=source, line=int(readings.line[0]))
+        raise readings.refuse(0, problem, remedy)
 
 
 def _seconds(time: NDArray[Any] | None, date: str | None) -> tuple[Array | None, dict[str, str]]:

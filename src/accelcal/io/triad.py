@@ -142,4 +142,4 @@ def _gravity(table: SmallTable) -> float | None:
     written = table.declared.get("local_gravity")
     if written is None or not written.value:
         return None
-    return declared_number(table.source, "local_gravity", written, table.columns["x"].decimal)
+    return declared_number("local_gravity", written, table.columns["x"].decimal)
