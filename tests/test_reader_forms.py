@@ -724,6 +724,9 @@ DATED = ("2024-05-31T23:59:00", "2024-06-01T00:00:30.250", "2024-06-01T14:30:00"
 SECONDS = [0.0, 90.25, 52260.0]
 
 
+TWO_DAYS = "the readings are of 2 days: the test counts as of 2024-05-31"
+
+
 @pytest.mark.parametrize(
     ("cells", "headings"),
     [
@@ -738,7 +741,7 @@ def test_a_date_beside_a_clock_time(cells, headings):
     assert record == read(clocked(*DATED))
     assert record.time.tolist() == SECONDS
     assert record.metadata["start"] == "2024-05-31T23:59:00.000000"
-    assert (record.date, record.notes) == (None, ())
+    assert (record.date, record.notes) == ("2024-05-31", (TWO_DAYS,))
 
 
 def test_clock_times_with_a_decimal_comma():
@@ -771,7 +774,14 @@ def test_dates_that_are_written_are_not_changed():
     cells = ("2024-05-31,23:59", "2024-05-31,00:01", "2024-05-30,00:01")
     record = read(clocked(*cells, headings="date,time"))
     assert record.time.tolist() == [0.0, -86280.0, -172680.0]
-    assert (record.date, record.notes) == (None, ())
+    of_days = "the readings are of 2 days: the test counts as of 2024-05-30"
+    assert (record.date, record.notes) == ("2024-05-30", (of_days,))
+
+
+def test_dates_of_the_readings_are_that_of_the_test():
+    """A logger that writes dates for times needs no line with the date; history goes by it."""
+    record = read(clocked("2024-05-31T14:30:00Z", "2024-05-31T14:31:00Z"))
+    assert (record.date, record.notes) == ("2024-05-31", ())
 
 
 def test_midnight_is_that_of_each_accelerometer():
@@ -829,7 +839,8 @@ def test_dates_with_times_of_day_go_over_midnight():
     record = read(clocked(*DATED, headings="date", above="# date: 2024-05-31\n"))
     assert record.time.tolist() == SECONDS
     assert (record.date, record.notes) == ("2024-05-31", ())
-    assert read(clocked(*DATED, headings="date")).date is None
+    undeclared = read(clocked(*DATED, headings="date"))
+    assert (undeclared.date, undeclared.notes) == ("2024-05-31", (TWO_DAYS,))
 
 
 def test_the_date_of_times_of_day_wins_over_the_header_line():

@@ -313,7 +313,14 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
     notes += notes_of_pace(readings.time)
     _require_change(readings)
     time, start = _seconds(readings.time, common["date"])
-    values = common | {name: getattr(readings, name) for name in (*_NEEDED, *_OPTIONAL)}
+    days = _days(readings.time) if common["date"] is None else []
+    if len(days) > 1:
+        notes.append(f"the readings are of {len(days)} days: the test counts as of {days[0]}")
+    values = (
+        common
+        | {"date": days[0] if days else common["date"]}
+        | {name: getattr(readings, name) for name in (*_NEEDED, *_OPTIONAL)}
+    )
     values |= {"notes": tuple(notes), "metadata": {**declared.metadata, **start}}
     values |= {"run": runs.index[kept], "run_labels": runs.labels, "time": time}
     return located(lambda: TumbleRecord(**values), source=common["source"])
@@ -362,6 +369,13 @@ def _require_change(readings: Readings) -> None:
         problem = f"all {readings.output.size} outputs are {readings.output[0]:g}"
         remedy = "check the voltmeter and the output column; the output changes with the angle"
         raise readings.refuse(0, problem, remedy)
+
+
+def _days(time: NDArray[Any] | None) -> list[str]:
+    """Days of the readings in their order, by UTC; none where the times have no days."""
+    if time is None or time.dtype.kind != "M":
+        return []
+    return [str(day) for day in np.unique(time.astype("datetime64[D]"))]
 
 
 def _seconds(time: NDArray[Any] | None, date: str | None) -> tuple[Array | None, dict[str, str]]:
