@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 
 from accelcal.discovery.candidates import candidates, column_of, instances_of, searched_among
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.noise import ReadingNoise, orthonormal
+from accelcal.discovery.noise import ReadingNoise
 from accelcal.discovery.prospects.aliases import Aliases, aliases
 from accelcal.discovery.prospects.audit import absorbed_by, designed
+from accelcal.discovery.spans import orthonormal
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect, Parameter
 from accelcal.plot.style import palette, picture

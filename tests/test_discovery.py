@@ -13,7 +13,7 @@ from accelcal.discovery.candidates import candidates
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.factors import blocks
 from accelcal.discovery.family import agrees, family_of, judge
-from accelcal.discovery.noise import orthonormal
+from accelcal.discovery.spans import orthonormal
 from accelcal.effects.catalogue import catalogue, effect
 from accelcal.effects.effect import Effect, Parameter
 from accelcal.results.discovery import Discovery

@@ -29,7 +29,6 @@ from accelcal.discovery.search import search
 from accelcal.discovery.space import whitener_of
 from accelcal.effects.catalogue import catalogue, effect
 from accelcal.errors import InputError
-from accelcal.geometry import head_positions
 from accelcal.simulation import NOISE_FREE, NoiseComponents, TumblePlan, simulate
 
 T0 = 20.0
@@ -72,7 +71,7 @@ def whole_q(record, wanted, others, delta0=0.0):
     """Noncentrality the long way: all readings of a record, all its covariance at once."""
     model = base_model(record, T0, delta0)
     c = model.conditions
-    spread = covariance(c, NOISE, record.apparatus, head_positions(record.angle))
+    spread = covariance(c, NOISE, record.apparatus)
     whitener = whitener_of(spread, SIGMA)
     base = whitener @ np.hstack([model.jacobian(solve(model)), others(c)])
     base /= np.maximum(np.linalg.norm(base, axis=0), 1e-300)

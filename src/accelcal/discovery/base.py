@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from accelcal.arrays import Array, Mask
+from accelcal.discovery.spans import lengths
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions, conditions_of
 from accelcal.errors import InputError
 from accelcal.model import SEEN_IN_MOUNTING
@@ -198,7 +199,7 @@ def solve(model: BaseModel, whitener: Array | None = None) -> Array:
         jacobian, residual = model.jacobian(parameters), model.residual(parameters)
         if whitener is not None:
             jacobian, residual = whitener @ jacobian, whitener @ residual
-        norms = np.sqrt((jacobian**2).sum(axis=0))
+        norms = lengths(jacobian)
         norms[norms == 0.0] = 1.0
         step = np.linalg.lstsq(jacobian / norms, residual, rcond=_RANK)[0] / norms
         parameters = parameters + step

@@ -12,6 +12,7 @@ import numpy as np
 from accelcal.arguments.kinds import each_of
 from accelcal.arrays import Array, Mask, Places
 from accelcal.discovery.space import Space
+from accelcal.discovery.spans import lengths
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Effect, Parameter
@@ -122,10 +123,9 @@ def candidates(effects: Sequence[Effect], space: Space, c: Conditions) -> Candid
     for effect in effects:
         instances = list(instances_of(effect, c))
         columns = np.stack([column_of(item, c) for item in instances], axis=1)
-        whole = np.sqrt(((space.whitener @ columns) ** 2).sum(axis=0))
         shown = space.see(columns)
-        length = np.sqrt((shown**2).sum(axis=0))
-        visible = np.flatnonzero(length > VISIBLE * whole)
+        length = lengths(shown)
+        visible = np.flatnonzero(length > VISIBLE * lengths(space.whitener @ columns))
         if visible.size:
             unit = shown[:, visible] / length[visible]
             seen.append((effect, [instances[i] for i in visible], unit, length[visible]))

@@ -8,13 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.discovery.candidates import Instance, column_of, instances_of
+from accelcal.discovery.columns import head_columns
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation
-from accelcal.discovery.noise import dummies
 from accelcal.discovery.other_laws import OtherLaw, OtherPlace, other_laws, other_places
 from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.wandering import LIKELY, POSSIBLE, Wandering
-from accelcal.geometry import head_positions
 from accelcal.results.discovery import IF_IT_IS
 from accelcal.results.findings import Change
 from accelcal.units import MICRO
@@ -238,7 +237,7 @@ def _like_the_head(
 ) -> Iterator[tuple[str, str]]:
     """Effects that errors of the head positions would look like, and how large they would be."""
     c, space = comparison.model.conditions, comparison.space
-    acting = (c.gain * c.per_radian)[:, None] * dummies(head_positions(comparison.record.angle))
+    acting = head_columns(c)
     head = space.see(acting[:, np.abs(acting).max(axis=0) > _LIKE_THE_HEAD / 10.0])
     for item in instances:
         effect = space.see(column_of(item, c))

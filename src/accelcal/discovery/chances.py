@@ -15,9 +15,10 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.factors import Block
-from accelcal.discovery.family import chance, without
-from accelcal.discovery.noise import FEWEST_REPLICATES, orthonormal
+from accelcal.discovery.family import chance
+from accelcal.discovery.noise import FEWEST_REPLICATES
 from accelcal.discovery.space import Space
+from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
 
 _ENDLESS = 10**6
 _LOGITS = np.linspace(-14.0, 14.0, 41)
@@ -78,7 +79,7 @@ def chances(
     dof = space.dof if repeated else min(known_dof, _ENDLESS)
     variance = float(space.pure_error(seen)) / dof if repeated else 1.0
     sizes = [block.basis.shape[1] for block in blocks]
-    tried = [(1.0, [float(((block.basis.T @ seen) ** 2).sum()) for block in blocks])]
+    tried = [(1.0, [squares_in(block.basis, seen) for block in blocks])]
     if errors is not None:
         tried = list(_under_all_sizes(space, seen, blocks, errors))
     return [
@@ -117,8 +118,7 @@ def _under_all_sizes(
 def _beyond(columns: Array, taken: Array) -> Array:
     """Orthonormal basis of what columns have beyond a basis."""
     left = without(columns, taken)
-    norms = np.sqrt((left**2).sum(axis=0))
-    return orthonormal(left[:, norms > _NEW * np.sqrt((columns**2).sum(axis=0))])
+    return orthonormal(left[:, lengths(left) > _NEW * lengths(columns)])
 
 
 def _factors() -> Iterator[tuple[float, Callable[[float], float]]]:

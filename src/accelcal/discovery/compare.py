@@ -16,6 +16,7 @@ from accelcal.compensate.coefficients import Compensation
 from accelcal.discovery.calibration_errors import CalibrationErrors, calibration_errors
 from accelcal.discovery.chances import Estimated, chances
 from accelcal.discovery.changes import Uncertain, changes, wider
+from accelcal.discovery.columns import head_columns, saturated
 from accelcal.discovery.errors_counted import (
     coefficient_notes,
     counted,
@@ -30,10 +31,8 @@ from accelcal.discovery.noise import (
     ReadingNoise,
     acting,
     covariance,
-    dummies,
     reading_noise,
     refuse_too_many,
-    saturated,
     sources,
 )
 from accelcal.discovery.one_head import head_difference, is_same_head, is_turned_over
@@ -43,7 +42,6 @@ from accelcal.discovery.space import Space, space_of, whitener_of
 from accelcal.discovery.suited import suited
 from accelcal.discovery.where import pattern, shares, structure
 from accelcal.errors import AccelcalWarning, InputError
-from accelcal.geometry import head_positions
 from accelcal.numerics.decimal_steps import decimal_step
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.record import TumbleRecord, naming
@@ -270,7 +268,7 @@ def _judged(seen: _Seen, same: bool) -> _Judged:
 def _estimated(seen: _Seen, same: bool, larger: Array) -> Estimated:
     """Errors whose sizes the calibration tells: its own, those of the head and of launches."""
     c, by_error = seen.simulated.conditions, seen.simulated.by_error
-    columns = acting(c, head_positions(seen.record.angle))
+    columns = acting(c)
     if same:
         columns["head_uncertainty"] = head_difference(seen.errors, seen.simulated, seen.record)
     others = [(columns[name], source) for name, source in seen.known.items()]
@@ -296,7 +294,7 @@ def _by_head(seen: _Seen, same: bool) -> Array:
     size = seen.declared.head_uncertainty or 0.0
     if same:
         return size * head_difference(seen.errors, seen.simulated, seen.record)
-    return size * seen.simulated.per_radian[:, None] * dummies(head_positions(seen.record.angle))
+    return size * head_columns(seen.simulated.conditions)
 
 
 def _head_as_counted(seen: _Seen) -> tuple[float, float]:
@@ -310,7 +308,7 @@ def _head_as_counted(seen: _Seen) -> tuple[float, float]:
 def _space(seen: _Seen, of_head_and_calibration: Array) -> Space:
     record, noise, c = seen.record, seen.noise, seen.simulated.conditions
     others = replace(seen.declared, head_uncertainty=None)
-    spread = covariance(c, noise, others, head_positions(record.angle), seen.step)
+    spread = covariance(c, noise, others, seen.step)
     whitener = whitener_of(spread + of_head_and_calibration / noise.sigma**2, noise.sigma)
     # Noise without degrees of freedom is taken as known. All that is left then counts as repeating,
     # and no replicates are set apart to estimate the noise anew.

@@ -10,15 +10,9 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel, base_model, solve
 from accelcal.discovery.candidates import Instance, column_of
-from accelcal.discovery.noise import (
-    ReadingNoise,
-    covariance,
-    reading_noise,
-    refuse_too_many,
-    saturated,
-)
+from accelcal.discovery.columns import saturated
+from accelcal.discovery.noise import ReadingNoise, covariance, reading_noise, refuse_too_many
 from accelcal.discovery.space import Space, space_of, whitener_of
-from accelcal.geometry import head_positions
 from accelcal.record import TumbleRecord
 
 _RHOS = 6
@@ -116,8 +110,7 @@ def compared(
 
 def _spread(record: TumbleRecord, model: BaseModel, noise: ReadingNoise) -> Array:
     """Covariance of the errors of the readings, in units of ``noise.sigma ** 2``."""
-    head = head_positions(record.angle)
-    return covariance(model.conditions, noise, record.apparatus, head, _step(record, model))
+    return covariance(model.conditions, noise, record.apparatus, _step(record, model))
 
 
 def _step(record: TumbleRecord, model: BaseModel) -> float:

@@ -20,6 +20,7 @@ from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.held_out import held_out_rms
 from accelcal.discovery.known import instance_of, sizes_of
 from accelcal.discovery.solution import parameters_of, solution
+from accelcal.discovery.spans import lengths
 from accelcal.effects.found import disturbances
 from accelcal.numerics.covariance_root import covariance_root
 from accelcal.record import TumbleRecord
@@ -144,7 +145,7 @@ def _columns(comparison: Comparison, effects: Sequence[FoundEffect]) -> tuple[Ar
     ]
     uncertain = np.array(told)
     seen = comparison.space.see(columns[:, uncertain > 0.0])
-    norms = np.sqrt((seen**2).sum(axis=0))
+    norms = lengths(seen)
     inverse = np.linalg.pinv((seen / norms).T @ (seen / norms))
     scale = np.sqrt(np.diagonal(inverse))
     correlation = inverse / np.outer(scale, scale)

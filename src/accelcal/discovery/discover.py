@@ -22,7 +22,7 @@ from accelcal.discovery.family import Family, family_of, judge
 from accelcal.discovery.faults import fault
 from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.held_out import held_out_rms
-from accelcal.discovery.noise import ReadingNoise, orthonormal, refuse_too_many, sources
+from accelcal.discovery.noise import ReadingNoise, refuse_too_many, sources
 from accelcal.discovery.one_clamping import refuse_several_clampings
 from accelcal.discovery.passing import passing, shift_in_place_of_a_step
 from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
@@ -30,6 +30,7 @@ from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
 from accelcal.discovery.search import Findings, search
 from accelcal.discovery.solution import Solution, changes, parameters_of, solution
+from accelcal.discovery.spans import orthonormal, squares_in
 from accelcal.discovery.wandering import LIKELY, Wandering, wandering
 from accelcal.discovery.where import pattern, shares, structure
 from accelcal.effects.effect import Effect
@@ -363,7 +364,7 @@ def _pattern(look: _Look) -> Unexplained:
     near = look.findings.nearest
     block, taken, p_value = _worst(look)
     space, seen = look.comparison.space, look.comparison.seen
-    share = float(((block.basis.T @ seen) ** 2).sum() / (seen @ seen))
+    share = squares_in(block.basis, seen) / float(seen @ seen)
     shape = pattern(space, seen, block, taken)
     c, labels = look.comparison.model.conditions, look.comparison.record.run_labels
     told = structure(c, labels, block.factor, shape)

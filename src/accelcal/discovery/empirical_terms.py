@@ -8,7 +8,7 @@ from accelcal.discovery.candidates import Instance, direction
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family, judge
-from accelcal.discovery.noise import orthonormal
+from accelcal.discovery.spans import orthonormal, squares_in
 from accelcal.effects.effect import Effect
 from accelcal.effects.empirical import FACTORS, empirical
 from accelcal.geometry import head_positions
@@ -58,5 +58,5 @@ def empirical_explanation(comparison: Comparison, family: Family) -> Explanation
         for term, mixture in zip(terms, mixtures.tolist(), strict=True)
     ]
     directions = np.stack([direction(item, space, c)[0] for item in instances], axis=1)
-    squares = float(((orthonormal(directions).T @ seen) ** 2).sum())
+    squares = squares_in(orthonormal(directions), seen)
     return Explanation(tuple(instances), directions, squares, tuple(p_values), passes=False)

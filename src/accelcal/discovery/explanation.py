@@ -9,8 +9,8 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.candidates import Instance, amplitude_columns, direction
-from accelcal.discovery.family import NEW, SMALLEST, Family, agrees, chance, without
-from accelcal.discovery.noise import orthonormal
+from accelcal.discovery.family import NEW, SMALLEST, Family, agrees, chance
+from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
 from accelcal.effects.conditions import Conditions
 
 _ROUNDS = 3
@@ -85,11 +85,7 @@ def best_instances(family: Family, seen: Array, effects: Sequence[int]) -> tuple
             places[i] = _best_place(family, seen, effect, places[:i] + places[i + 1 :])
         if places == before:
             break
-    return places, _squares(family.candidates.directions[:, places], seen)
-
-
-def _squares(directions: Array, seen: Array) -> float:
-    return float(((orthonormal(directions).T @ seen) ** 2).sum())
+    return places, squares_in(orthonormal(family.candidates.directions[:, places]), seen)
 
 
 def _best_place(family: Family, seen: Array, effect: int, others: list[int]) -> int:
@@ -97,7 +93,7 @@ def _best_place(family: Family, seen: Array, effect: int, others: list[int]) -> 
     own = np.flatnonzero(found.owner == effect)
     taken = orthonormal(found.directions[:, others])
     columns = without(found.directions[:, own], taken)
-    length = np.sqrt((columns**2).sum(axis=0))
+    length = lengths(columns)
     size = np.where(length > NEW, columns.T @ seen / np.maximum(length, NEW), 0.0)
     size = np.where(found.one_sided[own], np.maximum(size, 0.0), size)
     return int(own[np.argmax(size**2)])
@@ -141,7 +137,7 @@ def explanation(
     return Explanation(
         instances=tuple(instances),
         directions=directions,
-        squares=_squares(directions, seen),
+        squares=squares_in(taken, seen),
         p_values=p_values,
         passes=passes,
         bent=tuple(

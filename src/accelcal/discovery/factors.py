@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.noise import cycle, dummies, orthonormal, worn
+from accelcal.discovery.columns import cycle, dummies, worn
 from accelcal.discovery.space import Space
+from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions
 from accelcal.geometry import head_positions
 
@@ -53,11 +54,10 @@ def blocks(space: Space, c: Conditions, first: str = "position") -> tuple[Block,
     taken = np.empty((space.size, 0))
     for factor, columns in sorted(_columns(c), key=lambda item: item[0] != first):
         seen = space.see(columns)
-        whole = np.sqrt((columns**2).sum(axis=0)).max(initial=0.0)
-        left = seen - taken @ (taken.T @ seen)
-        norms = np.sqrt((left**2).sum(axis=0))
-        scale = max(np.sqrt((seen**2).sum(axis=0)).max(initial=0.0), whole * 1e-6)
-        basis = _beyond(orthonormal(left[:, norms > 1e-3 * scale]), taken)
+        whole, shown = (lengths(each).max(initial=0.0) for each in (columns, seen))
+        left = without(seen, taken)
+        kept = lengths(left) > 1e-3 * max(shown, whole * 1e-6)
+        basis = _beyond(orthonormal(left[:, kept]), taken)
         if basis.shape[1]:
             found.append(Block(factor, basis))
             taken = np.hstack([taken, basis])
@@ -67,7 +67,7 @@ def blocks(space: Space, c: Conditions, first: str = "position") -> tuple[Block,
 def _beyond(basis: Array, taken: Array) -> Array:
     """Directions that are new: rounding makes some of those that are nearly taken already."""
     for _ in range(2):
-        basis = basis - taken @ (taken.T @ basis)
+        basis = without(basis, taken)
     return orthonormal(basis[:, (basis**2).sum(axis=0) > _NEW])
 
 

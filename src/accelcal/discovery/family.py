@@ -16,8 +16,8 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.discovery.candidates import Candidates
 from accelcal.discovery.factors import Block
-from accelcal.discovery.noise import orthonormal
 from accelcal.discovery.space import Space
+from accelcal.discovery.spans import lengths, orthonormal, without
 
 DRAWS = 4000
 SMALLEST = 1e-300
@@ -241,16 +241,11 @@ def _left(space: Space, seen: Array, taken: Array | None) -> _Left:
     return _Left(rest, shown, (rest**2).sum(axis=0) - (shown**2).sum(axis=0))
 
 
-def without(columns: Array, taken: Array) -> Array:
-    """Take the span of an orthonormal basis out of some columns."""
-    return np.asarray(columns - taken @ (taken.T @ columns))
-
-
 def _ratios(family: Family, left: _Left, taken: Array | None) -> Array:
     """F of each instance against the pure error that is left beside it, shape (N, k)."""
     space, found = family.space, family.candidates
     columns = found.directions if taken is None else without(found.directions, taken)
-    length = np.sqrt((columns**2).sum(axis=0))
+    length = lengths(columns)
     columns = columns * np.where(length > NEW, 1.0 / np.maximum(length, NEW), 0.0)
     systematic = space.systematic.T @ columns
     pure_part = 1.0 - (systematic**2).sum(axis=0)

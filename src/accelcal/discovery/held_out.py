@@ -8,8 +8,9 @@ import numpy as np
 
 from accelcal.arrays import Array, Mask
 from accelcal.discovery.candidates import Instance, column_of
+from accelcal.discovery.columns import cells, cycle
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.noise import cells, cycle
+from accelcal.discovery.spans import lengths
 from accelcal.numerics.grouping import grouped
 
 
@@ -64,7 +65,7 @@ def _folds(comparison: Comparison, rng: np.random.Generator) -> Iterator[Mask]:
 
 def _missed(lower: Array, columns: Array, residual: Array, out: Mask) -> Array:
     """Reading minus prediction of those left out [g]; `lower` whitens the others."""
-    norms = np.sqrt((columns**2).sum(axis=0))
+    norms = lengths(columns)
     norms[norms == 0.0] = 1.0
     others = np.column_stack([columns[~out] / norms, residual[~out]])
     whitened = np.linalg.solve(lower, others)

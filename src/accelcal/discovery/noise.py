@@ -11,14 +11,13 @@ from collections.abc import Collection
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
-from accelcal.arrays import Array, Ints, Places
+from accelcal.arrays import Array, Ints
+from accelcal.discovery.columns import dummies, head_columns
+from accelcal.discovery.spans import orthonormal
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
-from accelcal.geometry import head_positions
-from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
 from accelcal.results.quantity import ErrorSource
 
@@ -59,65 +58,6 @@ class ReadingNoise(NamedTuple):
     rho: float
     dof: int
     tails: float
-
-
-def cycle(c: Conditions) -> Ints:
-    """Cycle of each reading, a forward and a back stroke, from 0."""
-    return (c.stroke - 1) // 2
-
-
-def cells(*keys: NDArray[np.generic]) -> Places:
-    """Number the combinations of some keys, from 0; shape (n,)."""
-    label = np.zeros(keys[0].size, dtype=np.int64)
-    for key in keys:
-        groups, index, _ = grouped(key)
-        label = label * groups.size + index
-    return grouped(label)[1]
-
-
-def dummies(*keys: NDArray[np.generic]) -> Array:
-    """Columns of zeros and ones, one for each combination of the keys that occurs."""
-    index = cells(*keys)
-    return np.asarray(index[:, None] == np.arange(index.max() + 1), dtype=np.float64)
-
-
-def saturated(c: Conditions, mounting: NDArray[np.str_]) -> Array:
-    """Columns that take up everything that repeats, so that only noise is left.
-
-    Parameters
-    ----------
-    c : Conditions
-        Of n readings.
-    mounting : ndarray of str, shape (n,)
-        Their mountings.
-
-    Returns
-    -------
-    ndarray, shape (n, k)
-        Run x position x sense of rotation, the cycles of each run, a drift in each run, and a
-        drift of each position from cycle to cycle.
-    """
-    repeated = dummies(c.run, mounting, np.round(c.angle, 6), c.rotation)
-    cycles = dummies(c.run, cycle(c))
-    runs = dummies(c.run)
-    return np.hstack([repeated, cycles, runs * c.run_time[:, None], worn(c)])
-
-
-def worn(c: Conditions) -> Array:
-    """Columns of positions that change from cycle to cycle, the same in all runs."""
-    later = cycle(c) - cycle(c).mean()
-    return np.asarray(dummies(head_positions(c.angle)) * later[:, None])
-
-
-def orthonormal(columns: Array) -> Array:
-    """Orthonormal basis of the span of some columns, of whatever rank."""
-    norms = np.sqrt((columns**2).sum(axis=0))
-    kept = columns[:, norms > 0.0] / norms[norms > 0.0]
-    if not kept.size:
-        return np.empty((columns.shape[0], 0))
-    values, vectors = np.linalg.eigh(kept.T @ kept)
-    good = values > 1e-11 * max(values[-1], 1.0)
-    return np.asarray(kept @ (vectors[:, good] / np.sqrt(values[good])))
 
 
 def refuse_too_many(record: TumbleRecord) -> None:
@@ -264,9 +204,7 @@ def sources(
     return tuple(found)
 
 
-def covariance(
-    c: Conditions, noise: ReadingNoise, declared: Apparatus, head: Array, step: float = 0.0
-) -> Array:
+def covariance(c: Conditions, noise: ReadingNoise, declared: Apparatus, step: float = 0.0) -> Array:
     """Covariance of the errors of the readings, over the variance of one reading's noise.
 
     Parameters
@@ -277,8 +215,6 @@ def covariance(
         Their noise.
     declared : Apparatus
         What is declared of head, launch and temperature; what is not declared counts as zero.
-    head : ndarray, shape (n,)
-        Head position of each reading [deg].
     step : float, default 0
         Step of the readings; where it is coarser than their noise, a rounding error repeats in
         readings of one angle in a run [g].
@@ -290,7 +226,7 @@ def covariance(
     """
     total = memory(c, noise.rho)
     rounding = step / np.sqrt(12.0) if step > noise.sigma else 0.0
-    sizes = [(getattr(declared, name), columns) for name, columns in acting(c, head).items()]
+    sizes = [(getattr(declared, name), columns) for name, columns in acting(c).items()]
     for size, columns in ((rounding, dummies(c.run, np.round(c.angle, 6))), *sizes):
         if size:
             total = total + (size / noise.sigma) ** 2 * columns @ columns.T
@@ -303,15 +239,13 @@ def memory(c: Conditions, rho: float) -> Array:
     return np.where(c.run[:, None] == c.run, rho**apart, 0.0)
 
 
-def acting(c: Conditions, head: Array) -> dict[str, Array]:
+def acting(c: Conditions) -> dict[str, Array]:
     """What the errors of head, launches and chamber do to readings.
 
     Parameters
     ----------
     c : Conditions
         Of n readings.
-    head : ndarray, shape (n,)
-        Head position of each reading [deg].
 
     Returns
     -------
@@ -321,7 +255,7 @@ def acting(c: Conditions, head: Array) -> dict[str, Array]:
     """
     runs = dummies(c.run)
     return {
-        "head_uncertainty": (c.gain * c.per_radian)[:, None] * dummies(head),
+        "head_uncertainty": head_columns(c),
         "launch_uncertainty": c.gain[:, None] * runs,
         "launch_sf_uncertainty": (c.gain * c.indicated)[:, None] * runs,
         "temperature_uncertainty": (c.gain * c.per_degree)[:, None] * runs,

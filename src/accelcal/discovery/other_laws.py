@@ -15,10 +15,10 @@ import numpy as np
 from accelcal.discovery.candidates import Instance, amplitude_columns, instances_of
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import BENT
-from accelcal.discovery.family import chance, without
+from accelcal.discovery.family import chance
 from accelcal.discovery.known import instance_of
-from accelcal.discovery.noise import orthonormal
 from accelcal.discovery.solution import parameters_of
+from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Disturbance
 

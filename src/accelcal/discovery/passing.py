@@ -15,9 +15,11 @@ import numpy as np
 
 from accelcal.arrays import Array, Ints
 from accelcal.discovery.candidates import Instance, direction
+from accelcal.discovery.columns import dummies, saturated
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.family import NEW, drawn, without
-from accelcal.discovery.noise import dummies, memory, orthonormal, saturated
+from accelcal.discovery.family import NEW, drawn
+from accelcal.discovery.noise import memory
+from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
 from accelcal.discovery.where import structure
 from accelcal.effects.conditions import Conditions
 from accelcal.numerics.grouping import grouped
@@ -111,7 +113,7 @@ def passing(comparison: Comparison, alpha: float, seed: int = 0) -> Unexplained 
     see = noise.whitener @ left.T
     told, columns = _described(kinds[best], which, see, noise.whitener @ error)
     seen = orthonormal(comparison.space.see(columns))
-    share = float(((seen.T @ comparison.seen) ** 2).sum() / (comparison.seen**2).sum())
+    share = squares_in(seen, comparison.seen) / float((comparison.seen**2).sum())
     return Unexplained(told, share, float(p_values[best]))
 
 
@@ -147,11 +149,11 @@ def shift_in_place_of_a_step(
     left, step = without(comparison.seen, taken), orthonormal(without(units[:, steps], taken))
     seen = space.see(kind.columns[:, :, 0])
     shifts = without(seen, taken)
-    length, whole = (np.sqrt((columns**2).sum(axis=0)) for columns in (shifts, seen))
+    length, whole = lengths(shifts), lengths(seen)
     new = length > NEW * whole
     squares = np.where(new, shifts.T @ left / np.where(new, length, 1.0), 0.0) ** 2
     best = int(np.argmax(squares))
-    if squares[best] - float(((step.T @ left) ** 2).sum()) < 2.0 * np.log(squares.size):
+    if squares[best] - squares_in(step, left) < 2.0 * np.log(squares.size):
         return None
     size = float(shifts[:, best] @ left) / float(length[best]) ** 2
     told = kind.told(best, np.inf, size * kind.columns[:, best, 0])

@@ -11,6 +11,7 @@ from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel, solve
 from accelcal.discovery.candidates import Instance, amplitude_columns, column_of
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.spans import lengths
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Parameter
 from accelcal.numerics.probability import LEVEL, student_quantile
@@ -136,7 +137,7 @@ def parameters_of(
 
 def standard_uncertainties(derivatives: Array) -> Array:
     """Standard uncertainties of the unknowns of a least-squares fit with noise of variance 1."""
-    norms = np.sqrt((derivatives**2).sum(axis=0))
+    norms = lengths(derivatives)
     norms[norms == 0.0] = np.inf
     inverse = np.linalg.pinv(derivatives / norms)
     return np.asarray(np.sqrt((inverse**2).sum(axis=1)) / norms)
@@ -215,7 +216,7 @@ def _coefficients(comparison: Comparison, fit: Solution) -> dict[str, Quantity]:
 
 def _norms(jacobian: Array) -> Array:
     """Lengths of the columns; infinite for one that is zero but for rounding, which none tells."""
-    norms = np.sqrt((jacobian**2).sum(axis=0))
+    norms = lengths(jacobian)
     return np.where(norms > _NO_TRACE * norms.max(), norms, np.inf)
 
 

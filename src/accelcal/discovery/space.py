@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.noise import orthonormal
+from accelcal.discovery.spans import orthonormal, without
 from accelcal.errors import InputError
 
 
@@ -45,8 +45,7 @@ class Space(NamedTuple):
     def pure_error(self, seen: Array) -> Array:
         """Sum of squares of the pure error of coordinates, shape (m,) or (m, k)."""
         # not as a difference of squares: a disagreement may be a million times the noise
-        left = seen - self.systematic @ (self.systematic.T @ seen)
-        return np.asarray((left**2).sum(axis=0))
+        return np.asarray((without(seen, self.systematic) ** 2).sum(axis=0))
 
 
 def whitener_of(covariance: Array, sigma: float) -> Array:

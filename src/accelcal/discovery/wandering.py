@@ -14,9 +14,9 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.candidates import Instance, direction
+from accelcal.discovery.columns import dummies
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.family import without
-from accelcal.discovery.noise import dummies, orthonormal
+from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
 
 LIKELY, POSSIBLE = 0.1, 0.001

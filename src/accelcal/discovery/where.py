@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from accelcal.arrays import Array
+from accelcal.discovery.columns import cycle
 from accelcal.discovery.factors import Block
-from accelcal.discovery.family import without
-from accelcal.discovery.noise import cycle, orthonormal
 from accelcal.discovery.space import Space
+from accelcal.discovery.spans import orthonormal, squares_in, without
 from accelcal.effects.conditions import Conditions
 from accelcal.results.findings import Share
 
@@ -38,7 +38,7 @@ def shares(seen: Array, blocks: Sequence[Block], single: Sequence[float]) -> tup
     """
     total = float(seen @ seen)
     return tuple(
-        Share(block.factor, float(((block.basis.T @ seen) ** 2).sum()) / total, p)
+        Share(block.factor, squares_in(block.basis, seen) / total, p)
         for block, p in zip(blocks, _holm(single), strict=True)
     )
 

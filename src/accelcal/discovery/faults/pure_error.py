@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Mask
-from accelcal.discovery.noise import cycle, dummies, orthonormal, saturated
+from accelcal.discovery.columns import cycle, dummies, saturated
+from accelcal.discovery.spans import orthonormal
 from accelcal.effects.conditions import Conditions
 from accelcal.geometry import head_positions
 

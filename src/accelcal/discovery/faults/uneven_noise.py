@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arrays import Array
+from accelcal.discovery.columns import dummies
 from accelcal.discovery.faults.pure_error import TELLING, PureError, moving
-from accelcal.discovery.noise import dummies, orthonormal
+from accelcal.discovery.spans import orthonormal
 from accelcal.effects.conditions import Conditions
 from accelcal.numerics.grouping import grouped
 from accelcal.numerics.probability import student_survival

@@ -10,7 +10,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.candidates import Candidates
-from accelcal.discovery.noise import orthonormal
+from accelcal.discovery.spans import orthonormal
 
 EXACT = 0.999
 """Principal cosine above which two effects are one and the same for a test."""

@@ -11,7 +11,8 @@ from accelcal.discovery.base import BaseModel
 from accelcal.discovery.candidates import Candidates, Instance, column_of, instances_of
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.family import Family
-from accelcal.discovery.noise import FEWEST_REPLICATES, ReadingNoise, orthonormal
+from accelcal.discovery.noise import FEWEST_REPLICATES, ReadingNoise
+from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.numerics.probability import student_quantile
@@ -141,15 +142,13 @@ def absorbed_by(effect: Effect, model: BaseModel, parameters: Array) -> tuple[st
 
 
 def _unit(columns: Array) -> Array:
-    length = np.sqrt((columns**2).sum(axis=0))
+    length = lengths(columns)
     return np.asarray(columns / np.where(length > 0.0, length, 1.0))
 
 
 def _left(taken: Array, columns: Array) -> float:
     """Largest length that a span leaves of some columns."""
-    basis = orthonormal(taken)
-    left = columns - basis @ (basis.T @ columns)
-    return float(np.sqrt((left**2).sum(axis=0)).max())
+    return float(lengths(without(columns, orthonormal(taken))).max())
 
 
 def smallest_detectable(family: Family, alpha: float = 0.01) -> tuple[Detectable, ...]:

@@ -15,9 +15,11 @@ import numpy as np
 from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel, base_model, solve, without_shifts
-from accelcal.discovery.noise import ReadingNoise, covariance, dummies, orthonormal
+from accelcal.discovery.columns import dummies
+from accelcal.discovery.noise import ReadingNoise, covariance
 from accelcal.discovery.prospects.further_readings import Block, blank, joined, menu
 from accelcal.discovery.space import whitener_of
+from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.geometry import head_positions
 from accelcal.record import TumbleRecord
@@ -100,7 +102,7 @@ class Left(NamedTuple):
         """Lengths that are left after a number of blocks, (k,), in standard deviations of noise."""
         rows = np.vstack([self.old, np.sqrt(blocks) * self.new])
         basis, wanted = orthonormal(rows[:, : self.taken]), rows[:, self.taken :]
-        return np.asarray(np.sqrt(((wanted - basis @ (basis.T @ wanted)) ** 2).sum(axis=0)))
+        return lengths(without(wanted, basis))
 
 
 def outlooks(
@@ -138,7 +140,7 @@ def _outlook(
     clocking = np.where(np.arange(len(whole)) < n, 0.0, block.clocking)
     c = replace(model.conditions, angle=whole.angle - clocking)
     declared = record.apparatus
-    spread = covariance(c, noise, replace(declared, head_uncertainty=None), c.angle)
+    spread = covariance(c, noise, replace(declared, head_uncertainty=None))
     whiteners = (
         whitener_of(spread[:n, :n], noise.sigma),
         whitener_of(spread[n:, n:], noise.sigma),

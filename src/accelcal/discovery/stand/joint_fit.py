@@ -20,11 +20,11 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.discovery.base import solve
 from accelcal.discovery.candidates import Instance, column_of
+from accelcal.discovery.columns import saturated
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.family import without
-from accelcal.discovery.noise import orthonormal, saturated
 from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.space import space_of, whitener_of
+from accelcal.discovery.spans import orthonormal, without
 from accelcal.discovery.stand.mean_unit import Unit, amplitudes
 from accelcal.numerics.covariance_root import covariance_root
 from accelcal.results.findings import Change

@@ -11,12 +11,11 @@ import numpy as np
 from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
 from accelcal.discovery.candidates import Instance, column_of
+from accelcal.discovery.columns import head_columns
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.noise import dummies
 from accelcal.discovery.solution import solution
 from accelcal.effects.conditions import LEVEL_CHANGE
 from accelcal.errors import InputError
-from accelcal.geometry import head_positions
 from accelcal.record import TumbleRecord
 
 
@@ -40,9 +39,7 @@ class Unit(NamedTuple):
     @classmethod
     def of(cls, comparison: Comparison) -> Unit:
         """Set up a unit without effects of its own."""
-        c = comparison.model.conditions
-        columns = dummies(head_positions(comparison.record.angle))
-        return cls(comparison, (c.gain * c.per_radian)[:, None] * columns)
+        return cls(comparison, head_columns(comparison.model.conditions))
 
 
 def amplitudes(instances: Sequence[Instance]) -> tuple[Instance, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.candidates import Instance, column_of
+from accelcal.discovery.spans import lengths
 from accelcal.discovery.stand.mean_unit import Unit, amplitudes
 from accelcal.numerics.probability import f_survival
 
@@ -103,7 +104,7 @@ def _fit(unit: Unit, instance: Instance, beside: Sequence[Instance]) -> tuple[Ar
     own = amplitudes([instance])
     columns = [space.see(column_of(item, c)) for item in (*own, *amplitudes(others))]
     shown = np.stack(columns, axis=1)
-    scale = np.sqrt((shown**2).sum(axis=0))
+    scale = lengths(shown)
     scale = np.where(scale > 0.0, scale, 1.0)
     inverse = np.linalg.pinv(shown / scale) / scale[:, None]
     kept = inverse[: len(own)]

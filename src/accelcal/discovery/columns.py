@@ -1,0 +1,64 @@
+"""Columns by what labels the readings: run, cycle, position, and all that repeats in a test."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.arrays import Array, Ints, Places
+from accelcal.effects.conditions import Conditions
+from accelcal.geometry import head_positions
+from accelcal.numerics.grouping import grouped
+
+
+def cycle(c: Conditions) -> Ints:
+    """Cycle of each reading, a forward and a back stroke, from 0."""
+    return (c.stroke - 1) // 2
+
+
+def cells(*keys: NDArray[np.generic]) -> Places:
+    """Number the combinations of some keys, from 0; shape (n,)."""
+    label = np.zeros(keys[0].size, dtype=np.int64)
+    for key in keys:
+        groups, index, _ = grouped(key)
+        label = label * groups.size + index
+    return grouped(label)[1]
+
+
+def dummies(*keys: NDArray[np.generic]) -> Array:
+    """Columns of zeros and ones, one for each combination of the keys that occurs."""
+    index = cells(*keys)
+    return np.asarray(index[:, None] == np.arange(index.max() + 1), dtype=np.float64)
+
+
+def saturated(c: Conditions, mounting: NDArray[np.str_]) -> Array:
+    """Columns that take up everything that repeats, so that only noise is left.
+
+    Parameters
+    ----------
+    c : Conditions
+        Of n readings.
+    mounting : ndarray of str, shape (n,)
+        Their mountings.
+
+    Returns
+    -------
+    ndarray, shape (n, k)
+        Run x position x sense of rotation, the cycles of each run, a drift in each run, and a
+        drift of each position from cycle to cycle.
+    """
+    repeated = dummies(c.run, mounting, np.round(c.angle, 6), c.rotation)
+    cycles = dummies(c.run, cycle(c))
+    runs = dummies(c.run)
+    return np.hstack([repeated, cycles, runs * c.run_time[:, None], worn(c)])
+
+
+def worn(c: Conditions) -> Array:
+    """Columns of positions that change from cycle to cycle, the same in all runs."""
+    later = cycle(c) - cycle(c).mean()
+    return np.asarray(dummies(head_positions(c.angle)) * later[:, None])
+
+
+def head_columns(c: Conditions) -> Array:
+    """Change of the readings with the angle of each head position [g/rad], shape (n, J)."""
+    return (c.gain * c.per_radian)[:, None] * dummies(head_positions(c.angle))

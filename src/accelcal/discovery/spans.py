@@ -1,0 +1,33 @@
+"""Spans of columns: their lengths, an orthonormal basis, and what it leaves of other columns."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from accelcal.arrays import Array
+
+
+def lengths(columns: Array) -> Array:
+    """Length of each column, shape (k,) for (n, k)."""
+    return np.asarray(np.sqrt((columns**2).sum(axis=0)))
+
+
+def orthonormal(columns: Array) -> Array:
+    """Orthonormal basis of the span of some columns, of whatever rank."""
+    norms = lengths(columns)
+    kept = columns[:, norms > 0.0] / norms[norms > 0.0]
+    if not kept.size:
+        return np.empty((columns.shape[0], 0))
+    values, vectors = np.linalg.eigh(kept.T @ kept)
+    good = values > 1e-11 * max(values[-1], 1.0)
+    return np.asarray(kept @ (vectors[:, good] / np.sqrt(values[good])))
+
+
+def without(columns: Array, taken: Array) -> Array:
+    """Take the span of an orthonormal basis out of some columns."""
+    return np.asarray(columns - taken @ (taken.T @ columns))
+
+
+def squares_in(basis: Array, seen: Array) -> float:
+    """Sum of squares of the part of a vector that an orthonormal basis spans."""
+    return float(((basis.T @ seen) ** 2).sum())
