@@ -9,12 +9,12 @@ from hidden.cases import draw
 from hidden.design import DESIGNS
 
 import accelcal
-from accelcal.discovery.candidates import candidates
+from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.factors import blocks
-from accelcal.discovery.family import agrees, family_of, judge
+from accelcal.discovery.family import agrees, family_of, judge, with_rates
 from accelcal.discovery.spans import orthonormal
-from accelcal.effects.catalogue import catalogue, effect
+from accelcal.effects.catalogue import effect
 from accelcal.effects.effect import Effect, Parameter
 from accelcal.results.discovery import Discovery
 from accelcal.simulation import BilinearLaw, NoiseComponents, TumblePlan
@@ -56,11 +56,10 @@ def test_clean_tables_get_no_name(tmp_path, regime):
 def test_p_values_of_noise_are_uniform():
     record = accelcal.simulate(seed=1)
     look = compared(record, 20.0)
-    c, space = look.model.conditions, look.space
-    searched = [e for e in catalogue() if e.acts_on != "readings" and e.amplitudes]
-    family = family_of(space, candidates(searched, space, c), blocks(space, c), look.roots)
+    family = with_rates(family_of(look, searched_among()))
     rng = np.random.default_rng(7)
-    p = [judge(family, rng.standard_normal(space.size)).p_value for _ in range(400)]
+    draws = [look._replace(seen=rng.standard_normal(look.space.size)) for _ in range(400)]
+    p = [judge(family._replace(comparison=draw)).p_value for draw in draws]
     for level in (0.02, 0.1):
         assert abs(np.mean(np.array(p) < level) - level) < 4.0 * np.sqrt(level / 400)
 
@@ -68,13 +67,12 @@ def test_p_values_of_noise_are_uniform():
 def test_agreement_is_the_judgement_cut_short():
     record = accelcal.simulate(seed=1, effects=[effect("backlash").of(1e-5)])
     look = compared(record, 20.0)
-    c, space = look.model.conditions, look.space
-    found = candidates([effect("backlash"), effect("hysteresis")], space, c)
-    family = family_of(space, found, blocks(space, c), look.roots)
+    family = with_rates(family_of(look, [effect("backlash"), effect("hysteresis")]))
+    found = family.candidates
     for column in range(found.owner.size):
         taken = orthonormal(found.directions[:, [column]])
-        p_value = judge(family, look.seen, taken).p_value
-        assert agrees(family, look.seen, taken, 0.01) == (p_value >= 0.01)
+        p_value = judge(family, taken).p_value
+        assert agrees(family, taken, 0.01) == (p_value >= 0.01)
 
 
 # -- one hidden effect -------------------------------------------------------------------------

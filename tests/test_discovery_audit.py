@@ -10,10 +10,9 @@ from scipy import stats
 import accelcal
 from accelcal.apparatus import Apparatus
 from accelcal.discovery.base import base_model, solve
-from accelcal.discovery.candidates import candidates, column_of, direction, instances_of
+from accelcal.discovery.candidates import column_of, instances_of
 from accelcal.discovery.comparison import compared
-from accelcal.discovery.factors import blocks
-from accelcal.discovery.family import family_of, judge
+from accelcal.discovery.family import family_of, judge, with_rates
 from accelcal.discovery.noise import ReadingNoise, covariance
 from accelcal.discovery.prospects.aliases import aliases
 from accelcal.discovery.prospects.audit import (
@@ -51,16 +50,15 @@ def design(plan=USUAL, apparatus=DECLARED):
 
 
 def _family(comparison):
-    c, space = comparison.model.conditions, comparison.space
-    found = candidates(SEARCHED, space, c)
-    return found, family_of(space, found, blocks(space, c), comparison.roots)
+    family = with_rates(family_of(comparison, SEARCHED))
+    return family.candidates, family
 
 
 def found_in(record):
     """Comparison and findings of a record."""
     comparison = compared(record, T0)
     _, family = _family(comparison)
-    return comparison, search(family, comparison.seen, comparison.model.conditions)
+    return comparison, search(family)
 
 
 def names_of(findings):
@@ -158,7 +156,8 @@ def test_the_smallest_size_is_found_nine_times_in_ten(name):
     length = found.length[list(found.owner).index(place)]
     rng = np.random.default_rng(3)
     seen = unit * length * sizes()[name].value + rng.standard_normal((300, comparison.space.size))
-    p = np.array([judge(family, one).effects[place] for one in seen]) * family.tests
+    others = [family._replace(comparison=comparison._replace(seen=one)) for one in seen]
+    p = np.array([judge(other).effects[place] for other in others]) * family.tests
     low, high = stats.binom.ppf([0.001, 0.999], 300, 0.9) / 300
     assert low <= (p < 0.01).mean() <= high
 
@@ -215,12 +214,11 @@ def test_phases_of_one_effect_are_one_span():
     comparison, found, _ = design(plan)
     tilt = next(i for i in found.instances if i.effect.id == "foundation-tilt" and not i.mixture[0])
     odd = tilt._replace(mixture=(0.0, np.cos(0.13), np.sin(0.13)))  # half-way between two phases
-    unit, length = direction(odd, comparison.space, comparison.model.conditions)
+    unit = comparison.directions(odd)[:, 0]
     place = list(found.owner).index([e.id for e in found.effects].index("backlash"))
     directions = found.directions.copy()
     directions[:, place] = unit
     twin = found._replace(directions=directions)
-    assert length > 0.0
     assert "foundation-tilt" in exact_class(twin, "backlash")
 
 
@@ -255,9 +253,8 @@ def test_a_design_without_replicates_is_refused():
 
 def test_a_test_that_can_show_nothing_has_an_audit():
     comparison, _, _ = design()
-    c, space = comparison.model.conditions, comparison.space
-    found = candidates([effect("fixture-offset")], space, c)
-    family = family_of(space, found, blocks(space, c), comparison.roots)
+    family = with_rates(family_of(comparison, [effect("fixture-offset")]))
+    found = family.candidates
     assert [item.id for item in undetectable(comparison, found)] == ["fixture-offset"]
     assert (smallest_detectable(family), aliases(found)) == ((), ())
 

@@ -33,7 +33,7 @@ RIVALS: dict[str, tuple[str, Callable[[Dictionary], Dictionary], Choice]] = {
 METHODS = (OURS, *RIVALS)
 
 _ENGINE = import_module("accelcal.discovery.discover")
-_simulated = _ENGINE.family_of
+_simulated = _ENGINE.with_rates
 _shared: dict[object, Any] = {}
 
 
@@ -59,16 +59,17 @@ def share_the_null(*, shared: bool = True) -> None:
     memory or heavy tails; tables that agree in these share them.
     """
     _shared.clear()
-    _ENGINE.family_of = _family_of if shared else _simulated
+    _ENGINE.with_rates = _with_rates if shared else _simulated
 
 
-def _family_of(
-    space: Any, found: Any, factors: Any, roots: Any, tails: float, *rest: Any, **named: Any
-) -> Any:
-    key = (tuple(e.id for e in found.effects), len(factors), len(roots), tails)
+def _with_rates(family: Any, seed: int) -> Any:
+    ids = tuple(effect.id for effect in family.candidates.effects)
+    noise = family.comparison.noise
+    key = (ids, len(family.blocks), len(family.comparison.roots), noise.tails)
     if key not in _shared:
-        _shared[key] = _simulated(space, found, factors, roots, tails, *rest, **named)
-    return _shared[key]._replace(space=space, candidates=found, blocks=factors)
+        _shared[key] = _simulated(family, seed)
+    known = _shared[key]
+    return family._replace(tries=known.tries, tests=known.tests)
 
 
 def _ours(found: Discovery) -> Answer:

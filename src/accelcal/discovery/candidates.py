@@ -51,6 +51,10 @@ class Instance(NamedTuple):
         effect = self.effect
         return effect.amplitudes[0].minimum == 0.0 or effect.acts_on == "temperature"
 
+    def at(self, name: str, value: float) -> Instance:
+        """The same with another value of a nonlinear parameter."""
+        return self._replace(shape={**self.shape, name: value})
+
     @property
     def amplitudes(self) -> tuple[Parameter, ...]:
         """Amplitudes that the mixture has."""
@@ -210,10 +214,3 @@ def amplitude_columns(instance: Instance, c: Conditions) -> Array:
 def column_of(instance: Instance, c: Conditions) -> Array:
     """Change of the readings for an instance of size 1 [g], shape (n,)."""
     return np.asarray(amplitude_columns(instance, c) @ np.array(instance.mixture))
-
-
-def direction(instance: Instance, space: Space, c: Conditions) -> tuple[Array, float]:
-    """Unit vector of an instance in the space, and its length for size 1."""
-    seen = space.see(column_of(instance, c))
-    length = float(np.sqrt(seen @ seen))
-    return seen / length, length

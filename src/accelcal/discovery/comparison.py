@@ -52,6 +52,12 @@ class Comparison(NamedTuple):
     spread: Array
     roots: tuple[Array, ...]
 
+    def directions(self, *instances: Instance) -> Array:
+        """Unit vectors of effects in the space, shape (m, h)."""
+        c = self.model.conditions
+        seen = [self.space.see(column_of(item, c)) for item in instances]
+        return np.stack([each / float(np.sqrt(each @ each)) for each in seen], axis=1)
+
 
 def compared(
     record: TumbleRecord,

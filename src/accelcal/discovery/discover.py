@@ -11,14 +11,14 @@ from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import Instance, candidates, searched_among
+from accelcal.discovery.candidates import Instance, searched_among
 from accelcal.discovery.caveats import caveats
 from accelcal.discovery.chances import chances
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.empirical_terms import empirical_explanation
 from accelcal.discovery.explanation import Explanation
-from accelcal.discovery.factors import Block, blocks
-from accelcal.discovery.family import Family, family_of, judge
+from accelcal.discovery.factors import Block
+from accelcal.discovery.family import Family, family_of, judge, with_rates
 from accelcal.discovery.faults import fault
 from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.held_out import held_out_rms
@@ -63,11 +63,14 @@ class _Question(NamedTuple):
 class _Look(NamedTuple):
     """A record compared with the base model and searched, and what stands in place of the best."""
 
-    comparison: Comparison
     family: Family
     findings: Findings
     walks: tuple[Wandering, ...] = ()
     shift: Unexplained | None = None
+
+    @property
+    def comparison(self) -> Comparison:
+        return self.family.comparison
 
 
 def discover(
@@ -205,13 +208,8 @@ def _look(
     record: TumbleRecord, question: _Question, known: tuple[Instance, ...], *, memory: bool = True
 ) -> _Look:
     comparison = compared(record, question.reference, question.delta0, known, memory=memory)
-    c, space = comparison.model.conditions, comparison.space
-    found, factors = candidates(question.effects, space, c), blocks(space, c)
-    family = family_of(
-        space, found, factors, comparison.roots, comparison.noise.tails, question.seed
-    )
-    findings = search(family, comparison.seen, c, alpha=question.alpha, most=question.most)
-    return _Look(comparison, family, findings)
+    family = with_rates(family_of(comparison, question.effects), question.seed)
+    return _Look(family, search(family, alpha=question.alpha, most=question.most))
 
 
 def _best(findings: Findings) -> Explanation | None:
@@ -226,15 +224,15 @@ def _same_noise(one: Comparison, other: Comparison) -> bool:
 def _discovery(
     look: _Look, record: TumbleRecord, found: Sequence[fault.Fault], question: _Question
 ) -> Discovery:
-    comparison, family, findings, walks, _ = look
+    comparison, family, findings = look.comparison, look.family, look.findings
     named = findings.explanations[0] if findings.explanations else None
     unexplained = _unexplained(look, question)
     if unexplained is not None and question.empirical:
-        named = empirical_explanation(comparison, family)
+        named = empirical_explanation(family)
     instances = named.instances if named else ()
     bare, within = solution(comparison), solution(comparison, instances)
     steps = list(_steps(comparison, named, question))
-    said = list(caveats(comparison, findings.explanations, walks))
+    said = list(caveats(comparison, findings.explanations, look.walks))
     as_given = _gap_as_given(record, question, comparison.noise) if found else None
     return Discovery(
         noise=sources(comparison.noise, record.apparatus, record, free=("launch", "launch_sf")),
@@ -390,5 +388,5 @@ def _worst(look: _Look) -> tuple[Block, Array | None, float]:
     if near is not None and near.passes:
         near = None
     taken = None if near is None else orthonormal(near.directions)
-    judged = judge(look.family, look.comparison.seen, taken)
+    judged = judge(look.family, taken)
     return look.family.blocks[int(np.argmin(judged.blocks))], taken, judged.p_value

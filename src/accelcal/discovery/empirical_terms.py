@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from accelcal.discovery.candidates import Instance, direction
-from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.candidates import Instance
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family, judge
 from accelcal.discovery.spans import orthonormal, squares_in
@@ -17,13 +16,11 @@ from accelcal.numerics.grouping import grouped
 _NEEDED = 0.01
 
 
-def empirical_explanation(comparison: Comparison, family: Family) -> Explanation | None:
+def empirical_explanation(family: Family) -> Explanation | None:
     """Explain a disagreement by terms of the head position that have no other cause.
 
     Parameters
     ----------
-    comparison : Comparison
-        Record and model.
     family : Family
         What is tested.
 
@@ -32,13 +29,13 @@ def empirical_explanation(comparison: Comparison, family: Family) -> Explanation
     Explanation or None
         A term for each factor that is needed, the worst first; None where none can have one.
     """
-    space, seen = comparison.space, comparison.seen
+    comparison, space, seen = family.comparison, family.space, family.comparison.seen
     c = comparison.model.conditions
     angles = grouped(head_positions(c.angle))[0]
     terms: list[Effect] = []
     columns, p_values = np.empty((space.size, 0)), []
     for _ in FACTORS:
-        judged = judge(family, seen, orthonormal(columns) if terms else None)
+        judged = judge(family, orthonormal(columns) if terms else None)
         p, factor = min(
             (float(p), block.factor)
             for block, p in zip(family.blocks, judged.blocks, strict=True)
@@ -53,10 +50,10 @@ def empirical_explanation(comparison: Comparison, family: Family) -> Explanation
         return None
     sizes = np.linalg.lstsq(columns, seen, rcond=1e-6)[0].reshape(len(terms), -1)
     mixtures = sizes / np.linalg.norm(sizes, axis=1, keepdims=True)
-    instances = [
+    instances = tuple(
         Instance(term, tuple(mixture), {})
         for term, mixture in zip(terms, mixtures.tolist(), strict=True)
-    ]
-    directions = np.stack([direction(item, space, c)[0] for item in instances], axis=1)
+    )
+    directions = comparison.directions(*instances)
     squares = squares_in(orthonormal(directions), seen)
-    return Explanation(tuple(instances), directions, squares, tuple(p_values), passes=False)
+    return Explanation(instances, directions, squares, tuple(p_values), passes=False)

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import Instance, amplitude_columns, direction
+from accelcal.discovery.candidates import Instance, amplitude_columns
+from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import NEW, SMALLEST, Family, agrees, chance
 from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
-from accelcal.effects.conditions import Conditions
 
 _ROUNDS = 3
 
@@ -57,15 +57,13 @@ class Explanation(NamedTuple):
         return frozenset(item.effect.id for item in self.instances)
 
 
-def best_instances(family: Family, seen: Array, effects: Sequence[int]) -> tuple[list[int], float]:
+def best_instances(family: Family, effects: Sequence[int]) -> tuple[list[int], float]:
     """Find the best instances of some effects together, in turns.
 
     Parameters
     ----------
     family : Family
         The family.
-    seen : ndarray, shape (m,)
-        Coordinates of the readings.
     effects : sequence of int
         Indices of the effects.
 
@@ -78,40 +76,35 @@ def best_instances(family: Family, seen: Array, effects: Sequence[int]) -> tuple
     """
     places: list[int] = []
     for effect in effects:
-        places.append(_best_place(family, seen, effect, places))
+        places.append(_best_place(family, effect, places))
     for _ in range(_ROUNDS if len(effects) > 1 else 0):
         before = list(places)
         for i, effect in enumerate(effects):
-            places[i] = _best_place(family, seen, effect, places[:i] + places[i + 1 :])
+            places[i] = _best_place(family, effect, places[:i] + places[i + 1 :])
         if places == before:
             break
-    return places, squares_in(orthonormal(family.candidates.directions[:, places]), seen)
+    basis = orthonormal(family.candidates.directions[:, places])
+    return places, squares_in(basis, family.comparison.seen)
 
 
-def _best_place(family: Family, seen: Array, effect: int, others: list[int]) -> int:
+def _best_place(family: Family, effect: int, others: list[int]) -> int:
     found = family.candidates
     own = np.flatnonzero(found.owner == effect)
     taken = orthonormal(found.directions[:, others])
     columns = without(found.directions[:, own], taken)
     length = lengths(columns)
-    size = np.where(length > NEW, columns.T @ seen / np.maximum(length, NEW), 0.0)
+    size = np.where(length > NEW, columns.T @ family.comparison.seen / np.maximum(length, NEW), 0.0)
     size = np.where(found.one_sided[own], np.maximum(size, 0.0), size)
     return int(own[np.argmax(size**2)])
 
 
-def explanation(
-    family: Family, seen: Array, c: Conditions, places: Sequence[int], alpha: float
-) -> Explanation:
+def explanation(family: Family, places: Sequence[int], alpha: float) -> Explanation:
     """Fit some effects with all their parameters.
 
     Parameters
     ----------
     family : Family
         The family.
-    seen : ndarray, shape (m,)
-        Coordinates of the readings.
-    c : Conditions
-        Of the readings.
     places : sequence of int
         Instances to start from.
     alpha : float
@@ -122,74 +115,69 @@ def explanation(
     Explanation
         The effects, off the grid of their parameters.
     """
+    comparison = family.comparison
     instances = [family.candidates.instances[place] for place in places]
     directions = family.candidates.directions[:, list(places)].copy()
     for index, place in enumerate(places):
         others = orthonormal(np.delete(directions, index, axis=1))
-        better = _refined(family, seen, c, place, others)
-        instances[index] = better
-        directions[:, index] = direction(better, family.space, c)[0]
-    p_values = tuple(
-        _p_value(family, seen, instances, directions, index) for index in range(len(places))
-    )
+        instances[index] = _refined(family, place, others)
+        directions[:, index] = comparison.directions(instances[index])[:, 0]
+    p_values = tuple(_p_value(family, instances, directions, index) for index in range(len(places)))
     taken = orthonormal(directions)
-    passes = max(p_values) < RIVALS * alpha and agrees(family, seen, taken, CONTRADICTION * alpha)
+    passes = max(p_values) < RIVALS * alpha and agrees(family, taken, CONTRADICTION * alpha)
     return Explanation(
         instances=tuple(instances),
         directions=directions,
-        squares=squares_in(taken, seen),
+        squares=squares_in(taken, comparison.seen),
         p_values=p_values,
         passes=passes,
         bent=tuple(
-            e.effect.id for e in instances if passes and _is_bent(family, seen, c, e, taken)
+            item.effect.id for item in instances if passes and _is_bent(comparison, item, taken)
         ),
     )
 
 
-def _is_bent(family: Family, seen: Array, c: Conditions, item: Instance, taken: Array) -> bool:
+def _is_bent(comparison: Comparison, item: Instance, taken: Array) -> bool:
     """Whether the readings bend the law of an effect that has none but a straight one."""
     if item.effect.bend is None:
         return False
-    column = family.space.see(item.effect.bend(c))
+    space = comparison.space
+    column = space.see(item.effect.bend(comparison.model.conditions))
     unit = without(column, taken)
     length = float(np.sqrt(unit @ unit))
     if length <= NEW * float(np.sqrt(column @ column)):
         return False
-    left = without(seen, taken)
-    variance = float(family.space.pure_error(left)) / family.space.dof
-    ratio = float(unit @ left / length) ** 2 / variance
-    return float(chance(np.array(ratio), family.space.dof)) < BENT
+    left = without(comparison.seen, taken)
+    ratio = float(unit @ left / length) ** 2 / space.variance(left)
+    return float(chance(np.array(ratio), space.dof)) < BENT
 
 
-def _refined(family: Family, seen: Array, c: Conditions, place: int, others: Array) -> Instance:
+def _refined(family: Family, place: int, others: Array) -> Instance:
     """Move the nonlinear parameter off the grid, to where the squares are largest."""
     start = family.candidates.instances[place]
     if sum(part != 0.0 for part in start.mixture) > 1:
-        return _in_phase(family, seen, c, start, others)
+        return _in_phase(family.comparison, start, others)
     smooth = [item.name for item in start.effect.shapes if not item.discrete]
     if len(smooth) != 1:
         return start
     from scipy.optimize import minimize_scalar  # type: ignore[import-untyped]
 
-    def at(value: float) -> Instance:
-        return start._replace(shape={**start.shape, smooth[0]: float(value)})
+    (name,) = smooth
 
     def loss(value: float) -> float:
-        unit = without(direction(at(value), family.space, c)[0], others)
-        return -float((unit @ seen) ** 2) / max(float(unit @ unit), NEW**2)
+        unit = without(family.comparison.directions(start.at(name, value))[:, 0], others)
+        return -float((unit @ family.comparison.seen) ** 2) / max(float(unit @ unit), NEW**2)
 
-    low, high = _neighbours(family, place, smooth[0])
-    found = minimize_scalar(loss, bounds=(low, high), method="bounded")
-    return at(found.x) if found.fun < loss(start.shape[smooth[0]]) else start
+    found = minimize_scalar(loss, bounds=_neighbours(family, place, name), method="bounded")
+    return start.at(name, float(found.x)) if found.fun < loss(start.shape[name]) else start
 
 
-def _in_phase(
-    family: Family, seen: Array, c: Conditions, start: Instance, others: Array
-) -> Instance:
+def _in_phase(comparison: Comparison, start: Instance, others: Array) -> Instance:
     """Mix the amplitudes as the readings have it, in place of a phase of the grid."""
     own = np.array(start.mixture) != 0.0
-    columns = without(family.space.see(amplitude_columns(start, c)[:, own]), others)
-    sizes = np.linalg.lstsq(columns, seen, rcond=NEW)[0]
+    acting = amplitude_columns(start, comparison.model.conditions)[:, own]
+    columns = without(comparison.space.see(acting), others)
+    sizes = np.linalg.lstsq(columns, comparison.seen, rcond=NEW)[0]
     mixture = np.zeros(own.size)
     mixture[own] = sizes / max(float(np.linalg.norm(sizes)), SMALLEST)
     return start._replace(mixture=tuple(mixture.tolist()))
@@ -207,20 +195,17 @@ def _neighbours(family: Family, place: int, name: str) -> tuple[float, float]:
     )
 
 
-def _p_value(
-    family: Family, seen: Array, instances: Sequence[Instance], directions: Array, index: int
-) -> float:
+def _p_value(family: Family, instances: Sequence[Instance], directions: Array, index: int) -> float:
     """Chance that noise makes one effect look as needed beside the others."""
-    left = without(seen, orthonormal(directions))
-    variance = float(family.space.pure_error(left)) / family.space.dof
+    space, seen = family.space, family.comparison.seen
     unit = without(directions[:, index], orthonormal(np.delete(directions, index, axis=1)))
     if unit @ unit < NEW**2:
         return 1.0
     size = float(unit @ seen / np.sqrt(unit @ unit))
     if instances[index].one_sided and size < 0.0:
         return 1.0
-    single = float(chance(np.array(size**2 / variance), family.space.dof))
-    tries = family.tries[
-        [other.id for other in family.candidates.effects].index(instances[index].effect.id)
-    ]
+    variance = space.variance(without(seen, orthonormal(directions)))
+    single = float(chance(np.array(size**2 / variance), space.dof))
+    ids = [effect.id for effect in family.candidates.effects]
+    tries = family.tries[ids.index(instances[index].effect.id)]
     return float(min(1.0, single * tries * family.tests))

@@ -9,15 +9,18 @@ exists only where there is an effect.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import Candidates
-from accelcal.discovery.factors import Block
+from accelcal.discovery.candidates import Candidates, candidates
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.factors import Block, blocks
 from accelcal.discovery.space import Space
 from accelcal.discovery.spans import lengths, orthonormal, without
+from accelcal.effects.effect import Effect
 
 DRAWS = 4000
 SMALLEST = 1e-300
@@ -34,8 +37,8 @@ class Family(NamedTuple):
 
     Attributes
     ----------
-    space : Space
-        The space.
+    comparison : Comparison
+        Record and model.
     candidates : Candidates
         E effects with N instances.
     blocks : tuple of Block
@@ -46,11 +49,16 @@ class Family(NamedTuple):
         Independent tests that the whole family amounts to.
     """
 
-    space: Space
+    comparison: Comparison
     candidates: Candidates
     blocks: tuple[Block, ...]
     tries: Array
     tests: float
+
+    @property
+    def space(self) -> Space:
+        """The space that the base model leaves."""
+        return self.comparison.space
 
 
 class Judgement(NamedTuple):
@@ -89,43 +97,48 @@ class _Left(NamedTuple):
     pure: Array
 
 
-def family_of(
-    space: Space,
-    found: Candidates,
-    factors: tuple[Block, ...],
-    roots: tuple[Array, ...],
-    tails: float = np.inf,
-    seed: int = 0,
-) -> Family:
-    """Set up the family and find its false-alarm rates.
+def family_of(comparison: Comparison, effects: Sequence[Effect]) -> Family:
+    """Set up the family of some effects; its false-alarm rates are not known yet.
 
     Parameters
     ----------
-    space : Space
-        The space.
-    found : Candidates
-        Effects to look for.
-    factors : tuple of Block
-        Factors to look at.
-    roots : tuple of ndarray, shape (m, n)
-        Maps of independent numbers to coordinates of noise alone, all as likely.
-    tails : float, default infinite
-        Degrees of freedom of the Student distribution of the noise.
-    seed : int, default 0
-        Of the simulated noise.
+    comparison : Comparison
+        Record and model.
+    effects : sequence of Effect
+        Effects to look for, each with an amplitude.
 
     Returns
     -------
     Family
-        The family.
+        The effects and the factors of the test, each counted as one try.
     """
-    bare = Family(space, found, factors, np.ones(len(found.effects)), 1.0)
+    space, c = comparison.space, comparison.model.conditions
+    found = candidates(effects, space, c)
+    return Family(comparison, found, blocks(space, c), np.ones(len(found.effects)), 1.0)
+
+
+def with_rates(family: Family, seed: int = 0) -> Family:
+    """Find the false-alarm rates of a family from simulated noise.
+
+    Parameters
+    ----------
+    family : Family
+        From `family_of`.
+    seed : int, default 0
+        Of the noise.
+
+    Returns
+    -------
+    Family
+        The same with its tries and tests.
+    """
+    roots, tails = family.comparison.roots, family.comparison.noise.tails
     noise = drawn(roots, tails, np.random.default_rng(seed), DRAWS)
-    effects, blocks = _p_values(bare, noise, None)
+    effects, factors = _p_values(family, noise, None)
     tries = np.array([_multiplicity(p) for p in effects])
     honest = effects * tries[:, None]
-    smallest = np.minimum(honest.min(axis=0, initial=1.0), blocks.min(axis=0, initial=1.0))
-    return bare._replace(tries=tries, tests=_multiplicity(smallest))
+    smallest = np.minimum(honest.min(axis=0, initial=1.0), factors.min(axis=0, initial=1.0))
+    return family._replace(tries=tries, tests=_multiplicity(smallest))
 
 
 def drawn(roots: tuple[Array, ...], tails: float, rng: np.random.Generator, draws: int) -> Array:
@@ -160,15 +173,13 @@ def _multiplicity(p: Array) -> float:
     return max(1.0, float(np.mean(factors)))
 
 
-def judge(family: Family, seen: Array, taken: Array | None = None) -> Judgement:
-    """Test the whole family on some coordinates.
+def judge(family: Family, taken: Array | None = None) -> Judgement:
+    """Test the whole family on the readings.
 
     Parameters
     ----------
     family : Family
         The family.
-    seen : ndarray, shape (m,)
-        Coordinates of the readings.
     taken : ndarray, shape (m, h), optional
         Orthonormal basis of what has been explained already.
 
@@ -177,21 +188,19 @@ def judge(family: Family, seen: Array, taken: Array | None = None) -> Judgement:
     Judgement
         p-values.
     """
-    effects, blocks = _p_values(family, seen[:, None], taken)
+    effects, factors = _p_values(family, family.comparison.seen[:, None], taken)
     honest = np.minimum(effects[:, 0] * family.tries, 1.0)
-    smallest = min(honest.min(initial=1.0), blocks.min(initial=1.0))
-    return Judgement(min(1.0, float(smallest) * family.tests), honest, blocks[:, 0])
+    smallest = min(honest.min(initial=1.0), factors.min(initial=1.0))
+    return Judgement(min(1.0, float(smallest) * family.tests), honest, factors[:, 0])
 
 
-def agrees(family: Family, seen: Array, taken: Array, alpha: float) -> bool:
-    """Tell whether nothing in the family disagrees with what is left of some coordinates.
+def agrees(family: Family, taken: Array, alpha: float) -> bool:
+    """Tell whether nothing in the family disagrees with what is left of the readings.
 
     Parameters
     ----------
     family : Family
         The family.
-    seen : ndarray, shape (m,)
-        Coordinates of the readings.
     taken : ndarray, shape (m, h)
         Orthonormal basis of what has been explained already.
     alpha : float
@@ -202,7 +211,7 @@ def agrees(family: Family, seen: Array, taken: Array, alpha: float) -> bool:
     bool
         As the p-value of `judge` has it, without more work than it takes to find that out.
     """
-    left = _left(family.space, seen[:, None], taken)
+    left = _left(family.space, family.comparison.seen[:, None], taken)
     single = _of_effects(family, left, taken)[:, 0] * family.tries
     smallest = alpha / family.tests
     if single.min(initial=1.0) < smallest:
@@ -223,8 +232,8 @@ def chance(ratio: Array, dof: float, degrees: int = 1) -> Array:
 def _p_values(family: Family, seen: Array, taken: Array | None) -> tuple[Array, Array]:
     """p-values of the best instance of each effect, (E, k), and of each factor, (B, k)."""
     left = _left(family.space, seen, taken)
-    blocks = [_of_block(block.basis, left, family.space.dof, taken) for block in family.blocks]
-    return _of_effects(family, left, taken), np.array(blocks).reshape(-1, seen.shape[1])
+    factors = [_of_block(block.basis, left, family.space.dof, taken) for block in family.blocks]
+    return _of_effects(family, left, taken), np.array(factors).reshape(-1, seen.shape[1])
 
 
 def _of_effects(family: Family, left: _Left, taken: Array | None) -> Array:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Ints
-from accelcal.discovery.candidates import Instance, direction
+from accelcal.discovery.candidates import Instance
 from accelcal.discovery.columns import dummies, saturated
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import NEW, drawn
@@ -141,7 +141,7 @@ def shift_in_place_of_a_step(
     steps = [place for place, item in enumerate(instances) if item.effect.id == "bias-step"]
     if not steps or space.dof > _MOST:
         return None
-    units = np.stack([direction(item, space, c)[0] for item in instances], axis=1)
+    units = comparison.directions(*instances)
     kind = _shifts(c, comparison.record.run_labels)
     if not kind.columns.size:
         return None

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from accelcal.arrays import Array
 from accelcal.discovery.explanation import Explanation, best_instances, explanation
 from accelcal.discovery.family import Family, Judgement, judge
-from accelcal.effects.conditions import Conditions
 
 _BEAM = 12
 """Sets of effects from which larger sets are made."""
@@ -35,19 +33,13 @@ class Findings(NamedTuple):
     nearest: Explanation | None
 
 
-def search(
-    family: Family, seen: Array, c: Conditions, *, alpha: float = 0.01, most: int = 3
-) -> Findings:
+def search(family: Family, *, alpha: float = 0.01, most: int = 3) -> Findings:
     """Find the effects that explain a disagreement.
 
     Parameters
     ----------
     family : Family
         What is tested.
-    seen : ndarray, shape (m,)
-        Coordinates of the readings.
-    c : Conditions
-        Of the readings.
     alpha : float, default 0.01
         False-alarm rate over the whole family.
     most : int, default 3
@@ -58,11 +50,11 @@ def search(
     Findings
         The explanations.
     """
-    before = judge(family, seen)
+    before = judge(family)
     nearest: Explanation | None = None
     beam: list[frozenset[int]] = [frozenset()]
     for _ in range(most if before.p_value < alpha else 0):
-        tried = _larger(family, seen, c, beam, alpha)
+        tried = _larger(family, beam, alpha)
         needed = [e for e in tried if max(e.p_values) < alpha]
         # a bent law, or one a little less sure, is no name but a doubt about what is named
         passing = sorted((e for e in tried if e.passes), key=lambda e: not _is_sure(e, alpha))
@@ -88,16 +80,14 @@ def _indices(family: Family, found: Explanation) -> frozenset[int]:
     )
 
 
-def _larger(
-    family: Family, seen: Array, c: Conditions, beam: list[frozenset[int]], alpha: float
-) -> list[Explanation]:
+def _larger(family: Family, beam: list[frozenset[int]], alpha: float) -> list[Explanation]:
     """Explanations with one effect more than those of the beam, best first."""
     every = range(len(family.candidates.effects))
     sets = {chosen | {other} for chosen in beam for other in every if other not in chosen}
-    fitted = [best_instances(family, seen, sorted(chosen)) for chosen in sorted(sets, key=sorted)]
+    fitted = [best_instances(family, sorted(chosen)) for chosen in sorted(sets, key=sorted)]
     fitted.sort(key=lambda item: -item[1])
     kept = fitted if beam == [frozenset()] else fitted[:_TRIED]
-    found = [explanation(family, seen, c, places, alpha) for places, _ in kept]
+    found = [explanation(family, places, alpha) for places, _ in kept]
     return sorted(found, key=_rank)
 
 

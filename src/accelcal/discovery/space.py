@@ -42,6 +42,10 @@ class Space(NamedTuple):
         """Coordinates of readings or columns [g], shape (m,) or (m, k)."""
         return np.asarray(self.rotation.T @ (self.whitener @ columns))
 
+    def variance(self, seen: Array) -> float:
+        """Variance of the noise by the pure error of coordinates, shape (m,)."""
+        return float(self.pure_error(seen)) / self.dof
+
     def pure_error(self, seen: Array) -> Array:
         """Sum of squares of the pure error of coordinates, shape (m,) or (m, k)."""
         # not as a difference of squares: a disagreement may be a million times the noise

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import Instance, direction
+from accelcal.discovery.candidates import Instance
 from accelcal.discovery.columns import dummies
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.spans import orthonormal, without
@@ -71,7 +71,7 @@ def wandering(comparison: Comparison, instances: Sequence[Instance]) -> Iterator
         The likeliest one in place of each effect.
     """
     space, c, sigma = comparison.space, comparison.model.conditions, comparison.noise.sigma
-    units = np.stack([direction(item, space, c)[0] for item in instances], axis=1)
+    units = comparison.directions(*instances)
     with_all = _log_likelihood(without(comparison.seen, orthonormal(units)))
     waves, frequency = _half_waves(c)
     seen = space.see(c.gain[:, None] * waves * sigma)

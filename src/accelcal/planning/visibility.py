@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from accelcal.accelerometer import Accelerometer
-from accelcal.discovery.candidates import candidates, searched_among
-from accelcal.discovery.factors import blocks
-from accelcal.discovery.family import family_of
+from accelcal.discovery.candidates import searched_among
+from accelcal.discovery.family import family_of, with_rates
 from accelcal.discovery.noise import ReadingNoise
 from accelcal.discovery.prospects.aliases import aliases
 from accelcal.discovery.prospects.audit import designed, smallest_detectable, undetectable
@@ -54,9 +53,8 @@ def visibility(
     reference = accelerometer.reference_temperature
     sigma = ReadingNoise(max(noise.reading, 1e-12), rho=0.0, dof=0, tails=np.inf)
     comparison = designed(record, reference, sigma, plan.delta0)
-    c, space = comparison.model.conditions, comparison.space
-    found = candidates(searched_among(), space, c)
-    seen = smallest_detectable(family_of(space, found, blocks(space, c), comparison.roots))
+    family = with_rates(family_of(comparison, searched_among()))
+    found, seen = family.candidates, smallest_detectable(family)
     alike = {item.id: item.exact for item in aliases(found)}
     return (
         *(Visibility(item.id, item.absorbed_by, None) for item in undetectable(comparison, found)),

@@ -213,7 +213,7 @@ def _own(
     level = settings.alpha / (2.0 * len(state.units))
     looks = [looker(state.units, number, shared) for number in range(len(state.units))]
     new = [n for n, look in enumerate(looks) if n not in state.own and look.p_value < level]
-    new.sort(key=lambda n: (looks[n].p_value, -float(np.sum(looks[n].comparison.seen ** 2))))
+    new.sort(key=lambda n: (looks[n].p_value, -float(np.sum(looks[n].family.comparison.seen ** 2))))
     found = {}
     for number in [*state.own, *new[:1]]:
         explanations, complete = looks[number].explained(level, settings.most)

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from accelcal.discovery.candidates import Instance, candidates
+from accelcal.discovery.candidates import Instance
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation
-from accelcal.discovery.factors import blocks
-from accelcal.discovery.family import Family, family_of, judge
+from accelcal.discovery.family import Family, family_of, judge, with_rates
 from accelcal.discovery.search import search
 from accelcal.discovery.stand.joint_fit import (
     beside_the_others,
@@ -29,22 +28,18 @@ class OwnLook(NamedTuple):
 
     Attributes
     ----------
-    comparison : Comparison
-        Its readings without what the others tell of the stand.
     family : Family
-        What is tested.
+        What is tested, on its readings without what the others tell of the stand.
     p_value : float
         Chance that noise alone disagrees as much.
     """
 
-    comparison: Comparison
     family: Family
     p_value: float
 
     def explained(self, alpha: float, most: int) -> tuple[tuple[Explanation, ...], bool]:
         """Effects that explain the unit, best first, and whether they explain it fully."""
-        c = self.comparison.model.conditions
-        found = search(self.family, self.comparison.seen, c, alpha=alpha, most=most)
+        found = search(self.family, alpha=alpha, most=most)
         near = () if found.nearest is None else (found.nearest,)
         return found.explanations or near, bool(found.explanations) or found.before.p_value >= alpha
 
@@ -79,21 +74,15 @@ class Looker:
         told = known(others, shared, self._head, columns.shape[1])
         if not self._one_head:
             told = of_another_head(told, unit.head.shape[1], self._head)
-        comparison = beside_the_others(unit, columns, told)
-        family = self._family(comparison)
-        return OwnLook(comparison, family, judge(family, comparison.seen).p_value)
+        family = self._family(beside_the_others(unit, columns, told))
+        return OwnLook(family, judge(family).p_value)
 
     def _family(self, comparison: Comparison) -> Family:
         """False-alarm rates hardly differ from unit to unit; the rest is that of the unit."""
-        c, noise = comparison.model.conditions, comparison.noise
-        found = candidates(self._effects, comparison.space, c)
-        factors = blocks(comparison.space, c)
-        ids = tuple(effect.id for effect in found.effects)
-        key = (ids, len(factors), bool(noise.rho), noise.tails)
+        family, noise = family_of(comparison, self._effects), comparison.noise
+        ids = tuple(effect.id for effect in family.candidates.effects)
+        key = (ids, len(family.blocks), bool(noise.rho), noise.tails)
         if key not in self._families:
-            self._families[key] = family_of(
-                comparison.space, found, factors, comparison.roots, noise.tails, self._seed
-            )
-        return self._families[key]._replace(
-            space=comparison.space, candidates=found, blocks=factors
-        )
+            self._families[key] = with_rates(family, self._seed)
+        known = self._families[key]
+        return family._replace(tries=known.tries, tests=known.tests)
