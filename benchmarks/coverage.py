@@ -89,6 +89,15 @@ REGIMES = (
     ),
     *(
         Regime(
+            f"{star}noise of {share:g} steps, head 2e-5 and resolution declared",
+            Stand(head=HEAD, step=NOISE / share),
+            {"head_uncertainty": HEAD, "resolution": NOISE / share},
+            aside=aside,
+        )
+        for star, share, aside in (("", 0.1, ""), ("* ", 0.02, "M_ip rests on few rounding errors"))
+    ),
+    *(
+        Regime(
             f"robust, {strokes} strokes, {share:g} % of the readings wrong",
             Stand(wrong=share / 100.0),
             NO_HEAD,

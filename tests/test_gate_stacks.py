@@ -12,7 +12,7 @@ import accelcal
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import prepare
-from accelcal.gates import order, replicates, resolution, sizes
+from accelcal.gates import order, replicates, sizes
 from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, plan_of
 from accelcal.gates.record import RecordStack, gates_of_records
@@ -22,7 +22,7 @@ from accelcal.gates.trend import ReplicatePlan
 from accelcal.gates.verdict import SIGNIFICANT, VERDICTS
 from accelcal.geometry import accelerations, position_angles
 from accelcal.model import output
-from accelcal.numerics.decimal_steps import decimal_steps
+from accelcal.numerics.decimal_steps import common_steps, decimal_steps
 
 TRUTH = {"K0": 4e-3, "K1": 1.3, "K2": 1e-4, "K3": 9e-5, "M_P": 1.2e-3, "M_ip": 2e-5}
 NOISE = 6e-6  # output unit
@@ -381,7 +381,7 @@ def test_a_visible_step_is_that_of_all_readings():
     digit = decimal_steps(y.T)
     counts = np.round(y / np.where(digit > 0.0, digit, 1.0)).astype(np.int64)
     expected = np.where(digit > 0.0, digit * np.gcd.reduce(counts - counts[0], axis=0), 0.0)
-    assert (resolution._visible_step(y, digit) == expected).all()
+    assert (common_steps(y, digit) == expected).all()
     assert len(set(np.round(expected / np.where(digit > 0.0, digit, 1.0)).tolist())) > 3
 
 

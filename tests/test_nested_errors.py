@@ -476,6 +476,21 @@ def test_residuals_that_came_out_small_do_not_hide_the_rounding():
     assert held / 300 > 0.92  # 88 % without
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.1, 0.3])
+def test_rounding_errors_that_strokes_share_pass_for_no_errors_of_the_head(noise):
+    """The means of the positions scatter by them: by one per contrast, not by hundreds."""
+    angles, step, squares = turn(8, 6), 1e-3, []
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        y = forward(np.array(AL15) + rng.uniform(-1e-2, 1e-2, 6), angles)
+        y = step * np.round((y + noise * step * rng.standard_normal(y.size)) / step)
+        prepared = [prepare(record(angles, y))]
+        found = estimate_of_record(prepared, Apparatus(resolution=step, head_uncertainty=0.0))
+        number, own = found.lack_of_fit.against(np.zeros(1))
+        squares.append(float(own[0]) / number)
+    assert 0.5 < np.mean(squares) < 1.2
+
+
 @pytest.mark.parametrize("noise", [0.0, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0])
 def test_rounding_against_readings(noise):
     """Many strokes at many places within a step: mean error and scatter, by brute force."""

@@ -16,7 +16,6 @@ from accelcal.estimate.launch import RunShift
 from accelcal.estimate.linear import LinearEstimator
 from accelcal.estimate.many_positions import ManyPositions, SeenAtMany
 from accelcal.estimate.noise import ReadingNoise
-from accelcal.estimate.rounding import rounding
 from accelcal.estimate.uncertainty import Component
 from accelcal.estimate.uneven_noise import UnevenNoise
 from accelcal.model import SCALE_FACTOR
@@ -134,19 +133,15 @@ class Errors(NamedTuple):
         dof = np.broadcast_to(shift.dof_of_run[run], size.shape)
         return Component(whole, self._per_coefficient(dof))
 
-    def resolution(self, steps: Sequence[Array], declared: float | None) -> dict[str, Component]:
+    def resolution(self, steps: Sequence[ArrayLike]) -> dict[str, Component]:
         """Rounding errors that the reading noise does not hold, where it does not hold all."""
         left = [
-            rounding(
-                noise.factor * e.table.scatter.min(),
-                own if declared is None else declared,
-                seen=noise.source != "declared",
-            )
-            for e, noise, own in zip(self.estimators, self.judged.noises, steps, strict=True)
+            noise.rounding(e.table, step)
+            for e, noise, step in zip(self.estimators, self.judged.noises, steps, strict=True)
         ]
         if not np.any(left):
             return {}
-        whole = np.zeros((len(steps[0]), *2 * self.influence.shape[1:2]))
+        whole = np.zeros((len(self.influence), *2 * self.influence.shape[1:2]))
         for e, (common, own), block in zip(self.estimators, left, self._blocks(whole), strict=True):
             means = sums_of_groups(e.map.T, *e.table.at_head[1:]).T
             block += common[:, None, None] ** 2 * (means @ means.T)

@@ -217,7 +217,9 @@ def estimate_stack(
     """
     estimators = [linear_estimator(table, method, delta0) for table in tables]
     readings = [_readings(table, y, robust) for table, y in zip(tables, outputs, strict=True)]
-    steps = tuple(map(decimal_steps, outputs))
+    digits = tuple(map(decimal_steps, outputs))
+    declared = apparatus.resolution
+    steps = digits if declared is None else [np.full_like(digit, declared) for digit in digits]
     errors = Errors.of(
         estimators, _judge(tables, readings, steps, apparatus, head, predict=method == METHODS[0])
     )
@@ -240,12 +242,12 @@ def estimate_stack(
         lack_of_fit=errors.judged.lack_of_fit,
         bias_shift=bias,
         scale_factor_shift=scale_factor,
-        steps=steps,
+        steps=digits,
         components={
             "reading": reading,
             **errors.head(),
             **errors.shifts(shifts),
-            **errors.resolution(steps, apparatus.resolution),
+            **errors.resolution(steps),
         },
         alike=errors.shifts({n: s.alike() for n, s in shifts.items() if s.source == "estimated"}),
     )
@@ -291,7 +293,8 @@ def _judge(
     if known is not None:
         positions = distinct(np.concatenate([table.at_head[0] for table in tables]))
         declared, root = known.spread_over(positions)
-    found = lack_of_fit(tables, readings, noises, coefficients, root)
+    of_means = [n.with_rounding(t, step) for n, t, step in zip(noises, tables, steps, strict=True)]
+    found = lack_of_fit(tables, readings, of_means, coefficients, root)
     # one record speaks for all: noise that is not declared has the same source in each of them
     sources = {source for noise in noises for source in noise.source[:1].tolist()}
     if found.number.any() and sources == {"residuals"}:

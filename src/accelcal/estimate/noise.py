@@ -7,8 +7,10 @@ from itertools import compress
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array
+from accelcal.estimate.rounding import Rounding, rounding
 from accelcal.estimate.tables import PreparedTable
 from accelcal.numerics.grouping import sums_of_groups
 from accelcal.numerics.probability import f_exceeds
@@ -53,6 +55,22 @@ class ReadingNoise(NamedTuple):
     def of_records(self, records: int | slice) -> ReadingNoise:
         """Return that of some records of a stack, or of one alone."""
         return ReadingNoise(*(part[records] for part in self))
+
+    def rounding(self, table: PreparedTable, step: ArrayLike) -> Rounding:
+        """Rounding errors of the readings of a table that this noise does not hold."""
+        seen = self.source != "declared"
+        return rounding(self.factor * table.scatter.min(), step, seen=seen)
+
+    def with_rounding(self, table: PreparedTable, step: ArrayLike) -> ReadingNoise:
+        """Noise that gives the means of the positions all of their errors but those of the head.
+
+        Residuals hold their rounding errors already.
+        """
+        common, own = self.rounding(table, step)
+        _, cell, members = table.at_head
+        more = np.hypot(own, common * (cell.size / members.size) ** 0.5) / table.scatter.min()
+        untold = self.source != "residuals"
+        return self._replace(factor=np.hypot(self.factor, untold * more))
 
 
 class _Scatter(NamedTuple):

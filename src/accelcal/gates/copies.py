@@ -7,7 +7,7 @@ import numpy as np
 from accelcal.arrays import Array, Places
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
-from accelcal.numerics.decimal_steps import decimal_step
+from accelcal.numerics.decimal_steps import common_steps, decimal_step
 
 _NO_CHANCE = 1e-6  # of readings that agree to the last digit
 _IRRATIONAL = 2.0**0.5  # so many times a decimal number is none that another one makes up for
@@ -42,7 +42,8 @@ def are_copies(output: Array, noise: float) -> bool:
     True
     """
     smallest = np.spacing(np.abs(output).max())
-    step = max(decimal_step(output), 4.0 * smallest)
+    digit = np.array([decimal_step(output)])
+    step = max(float(common_steps(output[:, None], digit)[0]), 4.0 * smallest)
     density = 1.0 / (2.0 * np.sqrt(np.pi) * np.fmax(noise, smallest))
     return float(min(step * density, 1.0) ** output.size) < _NO_CHANCE
 

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from accelcal.arrays import Array, Ints
 from accelcal.gates.copies import copied_strokes, copy_said
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack
+from accelcal.numerics.decimal_steps import common_steps
 
 _HARMLESS = 1e-6  # g, well below the noise of any reading
 _HIDING = 0.5  # noise over step below which rounding is no longer random
 _NO_SCATTER = 1e-6  # noise over step that only rounding errors of the arithmetic make
-_GLANCE = 6  # so many readings mostly tell that they have no common factor
 _ALIKE = 1.5  # visible over declared step above which the two contradict each other
 
 
@@ -35,7 +34,7 @@ def resolution(stack: TableStack) -> GateStack:
     Below half a step of noise all strokes round a position in the same way. The error then shows
     in the means of the positions, as an error of the head does.
     """
-    step, noise = _visible_step(stack.output, stack.digit), stack.noise * stack.scatter
+    step, noise = common_steps(stack.output, stack.digit), stack.noise * stack.scatter
     harmless = step < _HARMLESS * stack.scale
     covered = step < _ALIKE * stack.step
     untold = ~(harmless | covered | np.isfinite(stack.noise))
@@ -61,19 +60,3 @@ def resolution(stack: TableStack) -> GateStack:
         return f"{steps}: {remedy}, or read more digits" if bad[index] else steps
 
     return gate_stack("resolution", bad, said, [(untold, "")])
-
-
-def _visible_step(output: Array, digit: Array) -> Array:
-    """The largest step of which all readings are multiples but for a constant; 0 for none."""
-    factor = _common_factor(output[:_GLANCE], digit)
-    # A common factor of all differences is one of the first few as well: where these have none but
-    # 1, the others need no look.
-    open_ = np.flatnonzero((factor != 1) & (digit > 0.0))
-    factor[open_] = _common_factor(output[:, open_], digit[open_])
-    return digit * factor
-
-
-def _common_factor(output: Array, digit: Array) -> Ints:
-    """Greatest common divisor of the differences of the readings, counted in digits, (T,)."""
-    counts = np.round(output / np.where(digit > 0.0, digit, np.inf)).astype(np.int64)
-    return np.asarray(np.gcd.reduce(counts - counts[0], axis=0))

@@ -125,7 +125,9 @@ class TableStack:
     @cached_property
     def smallest(self) -> Array:
         """Rounding error of these, shape (T,): readings alike to the last digit have it."""
-        return np.asarray(4.0 * np.finfo(float).eps * np.abs(self.alike).max(axis=0))
+        of_arithmetic = 4.0 * np.finfo(float).eps * np.abs(self.alike).max(axis=0)
+        of_step = np.fmax(self.digit, self.step) / 12.0**0.5
+        return np.asarray(np.maximum(of_arithmetic, of_step))
 
     @cached_property
     def plan(self) -> TablePlan:

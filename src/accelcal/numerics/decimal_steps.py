@@ -1,13 +1,16 @@
-"""The decimal step in which values come, as a voltmeter shows them."""
+"""The step in which values come, as a voltmeter shows them."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from accelcal.arrays import Array, Mask
+from accelcal.arrays import Array, Ints, Mask
 
 _GLANCE = 3
 """Values that are looked at first: mostly they rule out a step that is too large."""
+
+_FEW = 6
+"""Values that mostly tell that their differences have no common factor."""
 
 _STEPS = np.array([10.0**-digits for digits in range(13)])
 _STEPS_IN_ONE = np.array([10.0**digits for digits in range(13)])
@@ -73,6 +76,41 @@ def decimal_steps(values: Array) -> Array:
         possible[largest, rows] = False
         rows = rows[~found & possible[:, rows].any(axis=0)]
     return step
+
+
+def common_steps(values: Array, digit: Array) -> Array:
+    """Find the largest step of which all values are multiples but for a constant.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, T)
+        Values.
+    digit : ndarray, shape (T,)
+        Their decimal steps, see `decimal_steps`.
+
+    Returns
+    -------
+    ndarray, shape (T,)
+        The steps; 0 where there is none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> common_steps(np.array([[1.25], [0.71], [0.03]]), np.array([0.01])).tolist()
+    [0.02]
+    """
+    factor = _common_factor(values[:_FEW], digit)
+    # A common factor of all differences is one of the first few as well: where these have none but
+    # 1, the others need no look.
+    open_ = np.flatnonzero((factor != 1) & (digit > 0.0))
+    factor[open_] = _common_factor(values[:, open_], digit[open_])
+    return digit * factor
+
+
+def _common_factor(values: Array, digit: Array) -> Ints:
+    """Greatest common divisor of the differences of the values, counted in digits, (T,)."""
+    counts = np.round(values / np.where(digit > 0.0, digit, np.inf)).astype(np.int64)
+    return np.asarray(np.gcd.reduce(counts - counts[0], axis=0))
 
 
 def _whole(values: Array) -> Mask:
