@@ -274,7 +274,23 @@ def test_numbers_of_a_result_are_not_scaled_in_place():
     with pytest.raises(ValueError, match="read-only"):
         found.systematic *= 1e6
     a_i *= 2.0  # what was given stays the caller's
-    assert found == pickle.loads(pickle.dumps(found))
+    assert found.a_i.tolist() == [-1.0, 0.0, 1.0]
+
+
+def test_a_record_keeps_its_own_readings_and_the_caller_his():
+    record = accelcal.simulate(seed=1)
+    logged = np.stack([record.output, record.output], axis=1)
+    output = record.output.copy()
+    for mine in (output, logged[:, 0]):
+        found = replace(record, output=mine)
+        mine[0] = 99.0
+        assert found == record
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda part: pickle.loads(pickle.dumps(part))])
+def test_a_copy_is_as_read_only_as_the_result(results, name, copied):
+    assert set(writable(copied(results[name]))) - {".metadata"} == set()
 
 
 def test_a_mapping_of_a_result_is_a_dictionary_that_stays():

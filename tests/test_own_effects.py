@@ -168,6 +168,16 @@ def test_a_term_without_a_value_for_each_reading_is_told(term, message):
         accelcal.simulate(effects=[own(term=term).of(1.0)], seed=1)
 
 
+def test_a_term_cannot_change_what_the_others_are_told():
+    def careless(c, width):
+        level = c.input
+        level -= level.mean()
+        return width * level
+
+    with pytest.raises(ValueError, match="read-only"):
+        accelcal.simulate(effects=[own(term=careless).of(1e-5)], seed=1)
+
+
 def test_an_effect_that_is_not_registered_is_told_by_its_name(tmp_path):
     """It may be searched all the same, and a file of a discovery may tell of it."""
     record = accelcal.simulate(effects=[own().of(5e-5)], seed=1)

@@ -25,6 +25,10 @@ class EqualByContents:
 
     __hash__ = None  # type: ignore[assignment]
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copies and pickles are born as the original was: checked, and with arrays that stay."""
+        return type(self), tuple(getattr(self, item.name) for item in fields(self))  # type: ignore[arg-type]
+
 
 def equal(one: Any, other: Any) -> bool:
     """Tell whether two things are the same, NaN in place of NaN.

@@ -19,7 +19,7 @@ from accelcal.apparatus import Apparatus
 from accelcal.arguments.kinds import as_given
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_text, check_texts, check_written
-from accelcal.arrays import Array, Ints, Mask
+from accelcal.arrays import Array, Ints, Mask, kept
 from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
 from accelcal.geometry import MOUNTINGS, head_positions, is_mounting
@@ -156,8 +156,8 @@ class TumbleRecord(EqualByContents):
         self._check_kinds()
         self._check_lengths()
         self._check_values()
-        for array in self._arrays().values():
-            array.setflags(write=False)  # a record is evidence: nobody edits it in place
+        for name, array in self._arrays().items():  # a record is evidence: nobody edits it in place
+            object.__setattr__(self, name, kept(array))
 
     def _arrays(self) -> dict[str, NDArray[Any]]:
         values = {name: getattr(self, name) for name in _DTYPES}

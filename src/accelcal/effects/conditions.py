@@ -9,6 +9,7 @@ import numpy as np
 from accelcal.arrays import Array, Ints
 from accelcal.geometry import accelerations
 from accelcal.record import TumbleRecord
+from accelcal.results.mapping import freeze
 
 __all__ = ["LEVEL_CHANGE", "SAME_ANGLE", "SECONDS_PER_READING", "Conditions", "conditions_of"]
 
@@ -81,6 +82,9 @@ class Conditions:
     per_degree: Array
     per_degree_falling: Array
     draws: Array
+
+    def __post_init__(self) -> None:
+        freeze(self)  # all terms see the same conditions, whatever one of them does with them
 
     @property
     def rotation(self) -> Array:

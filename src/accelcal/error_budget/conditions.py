@@ -102,7 +102,7 @@ def _together(**asked: ArrayLike) -> list[Array]:
         raise InputError(f"shapes of {sizes} do not fit; give arrays that broadcast") from None
     if not points[0].size:
         raise InputError("no point is asked for; give one acceleration or more")
-    return [array.ravel() for array in points]
+    return [array.flatten() for array in points]  # copies: the points stay what they are
 
 
 def _check_finite(**arrays: Array) -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from accelcal.arguments.kinds import each_of, expect
 from accelcal.arguments.numbers import check_number, number_array
 from accelcal.arguments.options import check_text, check_texts, check_written
-from accelcal.arrays import Array
+from accelcal.arrays import Array, kept
 from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
 from accelcal.escapes import visible
@@ -57,9 +57,7 @@ class Launch(EqualByContents):
         for item in fields(self):
             values = getattr(self, item.name)
             if item.name in ("time", "output") or (item.name != "label" and values is not None):
-                frozen = number_array(values, item.name).copy()
-                frozen.setflags(write=False)
-                object.__setattr__(self, item.name, frozen)
+                object.__setattr__(self, item.name, kept(number_array(values, item.name)))
         _check(self)
 
     def __repr__(self) -> str:
