@@ -12,6 +12,8 @@ from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.launch import RunShift
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
+from accelcal.gates.turns import LARGEST_RATIOS
+from accelcal.model import COEFFICIENTS
 from accelcal.record import TumbleRecord
 from accelcal.results.table import mountings_of_laws
 from accelcal.sentences import Sentence, first_of, of_each
@@ -19,6 +21,8 @@ from accelcal.temperature.error_component import Slopes
 
 if TYPE_CHECKING:
     from accelcal.results.discovery import Discovery
+
+_K1, _M = (COEFFICIENTS.index(name) for name in ("K1", "M"))
 
 _FEW_REPEATS = 5
 """Degrees of freedom of a variance below which a report says that it is hardly known."""
@@ -41,6 +45,7 @@ _FEW_RESIDUALS = 15
 _FEW_DOF = 3
 """Residual degrees of freedom that one stroke needs even with the return."""
 
+_LOST_SCALE_FACTOR = 5e-6  # part of K1 that a fixture angle may take off without a word
 _USUAL_ERROR = 0.1
 """Error of the temperature in a good chamber [degC]."""
 
@@ -221,10 +226,27 @@ def _of_misalignment(fitted: Fitted) -> Iterator[Sentence]:
         )
     else:
         yield Sentence(True, f"{effective} the reversed mounting would separate them")
+    yield _of_large_turn(fitted.estimate, delta0)
     yield Sentence(
         True,
         "a mirrored order in all strokes, J counted against the turn, leaves no residual: it only"
         " turns the signs of M and M_ip",
+    )
+
+
+def _of_large_turn(estimate: JointEstimate, delta0: float) -> Sentence:
+    """Say what a large fixture angle, such as another zero of the head, takes off K1 unseen."""
+    tilt, k1 = (np.stack(estimate.coefficients, axis=-1)[..., i, :] for i in (_M, _K1))
+    turn = tilt / k1
+    largest = np.take_along_axis(turn, np.abs(turn).argmax(axis=-1)[..., None], axis=-1)[..., 0]
+    lost = largest**2 / 2.0
+    return Sentence(
+        (lost > _LOST_SCALE_FACTOR) & (np.abs(largest) < LARGEST_RATIOS["M"]),
+        lambda turn, lost: (
+            f"M/K1 is {1e3 * turn:.3g} mrad: if all of it is the fixture angle or the zero of the"
+            f" head, K1 is {1e6 * lost:.0f} ppm too small, and delta0 is {delta0 - turn:.3g} rad"
+        ),
+        [largest, lost],
     )
 
 
