@@ -212,6 +212,16 @@ def test_a_unit_mounted_anew_is_turned_back():
     assert discovery.unexplained is None
 
 
+def test_a_foundation_that_tilts_is_no_new_mounting():
+    """Its misalignments at one temperature differ as well, by 190 urad from run 1 to run 3."""
+    plan = accelcal.TumblePlan(temperatures=(20.0, 80.0, 20.0, -40.0, 20.0), timed=True)
+    tilting = accelcal.simulate(
+        seed=3, plan=plan, effects=[accelcal.effect("foundation-tilt").of(5e-5)]
+    )
+    assert faults(tilting, 20.0)[0] == ()
+    assert [effect.id for effect in accelcal.discover(tilting).effects] == ["foundation-tilt"]
+
+
 @pytest.mark.parametrize("strokes", [4, 6])
 def test_a_lag_without_misalignment_is_no_mirrored_stroke(strokes):
     """M = b forward and M = -b back is a backlash of b as well as strokes counted backwards."""

@@ -268,6 +268,6 @@ def _turn_said(stack: RecordStack, record: int, pair: tuple[int, int]) -> str:
     names, size = stack.names(record), angle(float(np.ptp(tilt / k1)))
     return (
         f"delta of {names[second]} differs by {size} from that of {names[first]} at the same"
-        " temperature: the unit was mounted anew or turned in its fixture; delta is that of its run"
-        " alone, and a law through both is of neither"
+        " temperature: the unit was mounted anew or turned in its fixture, or the foundation tilts;"
+        " delta is that of its run alone, and a law through both is of neither"
     )

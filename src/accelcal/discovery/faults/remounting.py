@@ -10,11 +10,14 @@ import numpy as np
 from accelcal.arrays import Array, Mask
 from accelcal.discovery.faults.fault import SMALLEST, Fault
 from accelcal.estimate.launch import same_levels
-from accelcal.estimate.tables import prepare
+from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.gates.record import is_turn
+from accelcal.gates.trend import moments
 from accelcal.gates.verdict import angle
 from accelcal.numerics.probability import student_survival
 from accelcal.record import TumbleRecord
+
+_MOVES = 4.0  # standard uncertainties of a misalignment that moves within a run
 
 
 class _Tilt(NamedTuple):
@@ -25,6 +28,7 @@ class _Tilt(NamedTuple):
     error: float  # [rad]
     dof: float
     column: Array  # change of its readings by it, shape (m,) [output unit / rad]
+    moves: bool  # within the run, as on a foundation that tilts
 
 
 def mounted_anew(record: TumbleRecord, delta0: float) -> tuple[tuple[Fault, ...], TumbleRecord]:
@@ -43,6 +47,10 @@ def mounted_anew(record: TumbleRecord, delta0: float) -> tuple[tuple[Fault, ...]
         One for each such run.
     TumbleRecord
         The record with these runs turned back to the misalignment of the earlier one.
+
+    Notes
+    -----
+    A misalignment that moves within a run, too, is none of a mounting: all are left as they are.
     """
     found, output = [], record.output.copy()
     tables = [own for own in record.table_masks() if own.sum() > 1]
@@ -50,9 +58,10 @@ def mounted_anew(record: TumbleRecord, delta0: float) -> tuple[tuple[Fault, ...]
         masks = [own for own in tables if record.mounting[own][0] == mounting]
         level = np.array([record.select(own).mean_temperature for own in masks])
         for first, *others in (at.tolist() for at in same_levels(level)):
-            reference = _tilt(record, masks[first], delta0)
-            for other in others:
-                own = _tilt(record, masks[other], delta0)
+            reference, *later = (_tilt(record, masks[i], delta0) for i in (first, *others))
+            if any(own.moves for own in (reference, *later)):
+                return (), record
+            for own in later:
                 turn = own.value - reference.value
                 error = float(np.hypot(own.error, reference.error))
                 if is_turn(abs(turn), max(own.error, reference.error)):
@@ -65,15 +74,30 @@ def _tilt(record: TumbleRecord, readings: Mask, delta0: float) -> _Tilt:
     table = prepare(record.select(readings), delta0=delta0)
     kept = table.estimability.kept
     if "M" not in kept:
-        return _Tilt(readings, 0.0, np.inf, 1.0, np.zeros(int(readings.sum())))
+        return _Tilt(readings, 0.0, np.inf, 1.0, np.zeros(int(readings.sum())), moves=False)
     values = table.least_squares.solve(table.record.output)
     rest = table.record.output - table.kept_design @ values
     dof = max(float(rest.size - values.size), 1.0)
     k1, place = abs(float(values[kept.index("K1")])), kept.index("M")
-    row = table.least_squares.map[place]
+    row, column = table.least_squares.map[place], table.kept_design[:, place]
     error = float(np.sqrt(row @ row * (rest @ rest) / dof)) / max(k1, SMALLEST)
     tilt = float(values[place]) / max(k1, SMALLEST)
-    return _Tilt(readings, tilt, error, dof, k1 * table.kept_design[:, place])
+    return _Tilt(readings, tilt, error, dof, k1 * column, moves=_moves(table, rest, column))
+
+
+def _moves(table: PreparedTable, rest: Array, column: Array) -> bool:
+    """Tell whether what the coefficients leave grows as M that moves with time would."""
+    record = table.record
+    time = None if record.time is None else record.time[None]
+    (moment,) = moments(record.angle, record.stroke, time)
+    moving = column * (moment - moment.mean())
+    moving -= table.kept_design @ table.least_squares.solve(moving)
+    size, dof = float(moving @ moving), rest.size - table.kept_design.shape[1] - 1
+    if dof < 1 or size <= 0.0:
+        return False
+    rate = float(moving @ rest) / size
+    left = rest - rate * moving
+    return abs(rate) > _MOVES * float(np.sqrt(left @ left / dof / size))
 
 
 def _fault(record: TumbleRecord, own: _Tilt, reference: _Tilt, turn: float, error: float) -> Fault:
