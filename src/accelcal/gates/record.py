@@ -31,6 +31,10 @@ _LARGEST_SPREAD = {"K1": 0.2, "K0": 0.1}  # relative, and [g]
 _LARGEST_TURN = 1e-4  # rad, of the misalignment at one temperature
 _BEYOND_NOISE = 6.0  # standard uncertainties that it exceeds besides
 _SMALLEST = 1e-300
+_UNTOLD = (
+    ": the head is worse than declared, or the model lacks an effect; U does not count that, and"
+    " may be too small by this factor"
+)
 _SAME = 1e-12  # over K1: a difference of coefficients that rounding alone makes
 _BIAS, _TILT = (COEFFICIENTS.index(name) for name in ("K0", "M"))
 
@@ -174,7 +178,7 @@ def _lack_of_fit(stack: RecordStack) -> GateStack:
         p = f_survival(*(float(each[index]) for each in test))
         return (
             f"position residuals {times(float(ratio[index]) ** 0.5)} times what reading noise and"
-            f" the declared head error of {size} allow, p = {p:.2g}"
+            f" the declared head error of {size} allow, p = {p:.2g}{_UNTOLD if bad[index] else ''}"
         )
 
     return gate_stack(
