@@ -12,17 +12,7 @@ from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.plural import counted
 from accelcal.results import calibration_parts as parts
-from accelcal.results.checked import (
-    checked,
-    flag,
-    list_of,
-    number,
-    number_or_none,
-    one_of,
-    or_none,
-    text,
-    text_or_none,
-)
+from accelcal.results.checked import Kind, checked, list_of, one_of, or_none
 from accelcal.results.damage import DamageError
 from accelcal.results.fixture_angle import FixtureAngle
 from accelcal.results.mapping import FrozenMapping, members
@@ -104,6 +94,19 @@ class Calibration(StoredResult, TabularResult):
     _WRITER: ClassVar[str] = "accelcal fit"
     _REMEDIES: ClassVar[Mapping[str, str]] = {
         "accelcal/discovery/1": "use it by accelcal fit --model, and give what this writes"
+    }
+
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {
+        "tables": list_of(TableCalibration.from_document, 1),
+        "effects": list_of(parts.effect),
+        "verdict": or_none(parts.verdict),
+        "provenance": parts.provenance,
+    }
+    _MISSING: ClassVar[Mapping[str, Any]] = {
+        **dict.fromkeys(("error_sources", "gates", "fixture_angle", "effects"), ()),
+        **dict.fromkeys(("date", "second_axis_model", "verdict")),
+        **{"source": "<document>", "software": "", "delta0_rad": 0.0, "robust": False},
+        "provenance": FrozenMapping({}),
     }
 
     method: str
@@ -236,33 +239,7 @@ class Calibration(StoredResult, TabularResult):
     @classmethod
     def _read(cls, document: Document) -> Calibration:
         checked(document, "acceleration_unit", one_of("g_local"))
-        laws = or_none(TemperatureModel.from_document)
-        found = cls(
-            method=checked(document, "method", text),
-            output_unit=checked(document, "output_unit", text_or_none),
-            tables=checked(document, "tables", list_of(TableCalibration.from_document, 1)),
-            serial=checked(document, "serial", text_or_none),
-            g_local_m_s2=checked(document, "g_local_m_s2", number_or_none),
-            T0_degC=checked(document, "T0_degC", number_or_none),
-            delta0_rad=checked(document, "delta0_rad", number, 0.0),
-            robust=checked(document, "robust", flag, False),
-            source=checked(document, "source", text, "<document>"),
-            date=checked(document, "date", text_or_none, None),
-            error_sources=checked(
-                document, "error_sources", list_of(ErrorSource.from_document), ()
-            ),
-            gates=checked(document, "gates", list_of(Gate.from_document), ()),
-            warnings=checked(document, "warnings", list_of(text)),
-            software=checked(document, "software", text, ""),
-            temperature_model=checked(document, "temperature_model", laws),
-            second_axis_model=checked(document, "second_axis_model", laws, None),
-            fixture_angle=checked(
-                document, "fixture_angle", list_of(FixtureAngle.from_document), ()
-            ),
-            verdict=checked(document, "verdict", or_none(parts.verdict), None),
-            effects=checked(document, "effects", list_of(parts.effect), ()),
-            provenance=checked(document, "provenance", parts.provenance, FrozenMapping({})),
-        )
+        found = cls._of_fields(document)
         if (found.temperature_model or found.second_axis_model) and found.T0_degC is None:
             raise DamageError("None in place of the temperature that the laws refer to", "T0_degC")
         parts.check_units(found)

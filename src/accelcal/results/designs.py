@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from accelcal.plural import counted
+from accelcal.results.fields import Part
 from accelcal.results.mapping import freeze, members
-from accelcal.results.quantity import Part
 from accelcal.results.result import JsonResult, TabularResult
 
 if TYPE_CHECKING:

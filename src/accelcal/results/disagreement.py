@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from accelcal.escapes import visible
+from accelcal.results.fields import Part
 from accelcal.results.findings import Share
 from accelcal.results.mapping import members
-from accelcal.results.quantity import ErrorSource, Part, Quantity
+from accelcal.results.quantity import ErrorSource, Quantity
 from accelcal.results.result import JsonResult, TabularResult
 
 if TYPE_CHECKING:

@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
-from accelcal.results.checked import (
-    checked,
-    list_of,
-    mapping_of,
-    number,
-    or_none,
-    text,
-    text_or_none,
-    whole,
-)
+from accelcal.results.checked import Kind, checked, mapping_of
 from accelcal.results.findings import (
     Change,
     Detectable,
@@ -41,6 +33,15 @@ SCHEMA = "accelcal/discovery/1"
 
 IF_IT_IS = "if it is "
 """How a note begins that gives the coefficients for another explanation."""
+
+
+def _gaps(document: Document) -> tuple[Gap, Gap]:
+    before, after = (checked(document, name, Gap.from_document) for name in ("before", "after"))
+    return before, after
+
+
+def _noise(document: Document) -> tuple[ErrorSource, ...]:
+    return tuple(mapping_of(ErrorSource.from_document)(document).values())
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +109,14 @@ class Discovery(StoredResult, TabularResult):
 
     SCHEMA: ClassVar[str] = SCHEMA
     _WRITER: ClassVar[str] = "accelcal discover"
+
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"noise": _noise}
+    _MISSING: ClassVar[Mapping[str, Any]] = {
+        **dict.fromkeys(("faults", "coefficients", "notes", "doubtful"), ()),
+        **dict.fromkeys(("output_unit", "serial", "sha256")),
+        **{"source": "<document>", "software": "", "next_measurement": "", "readings": 0},
+        **{"scale_factor": 1.0, "p_value": 1.0, "alpha": 0.01, "T0_degC": 20.0, "delta0_rad": 0.0},
+    }
 
     noise: tuple[ErrorSource, ...]
     before: Gap
@@ -237,37 +246,10 @@ class Discovery(StoredResult, TabularResult):
     @classmethod
     def _read(cls, document: Document) -> Discovery:
         before, after = checked(document, "gap", _gaps)
-        faults: tuple[Fault, ...] = checked(document, "faults", list_of(Fault.from_document), ())
-        named = checked(document, "effects", list_of(FoundEffect.from_document))
-        of_readings = {fault.id for fault in faults}
-        return cls(
-            noise=tuple(checked(document, "noise", mapping_of(ErrorSource.from_document)).values()),
-            before=before,
-            after=after,
-            where=checked(document, "where", list_of(Share.from_document)),
-            effects=tuple(e for e in named if e.id not in of_readings),
-            unexplained=checked(document, "unexplained", or_none(Unexplained.from_document)),
-            undetectable=checked(document, "undetectable", list_of(Undetectable.from_document)),
-            smallest_detectable=checked(
-                document, "smallest_detectable", list_of(Detectable.from_document)
-            ),
-            faults=faults,
-            coefficients=checked(document, "coefficients", list_of(Change.from_document), ()),
-            scale_factor=checked(document, "scale_factor", number, 1.0),
-            output_unit=checked(document, "output_unit", text_or_none, None),
-            next_measurement=checked(document, "next_measurement", text, ""),
-            notes=checked(document, "notes", list_of(text), ()),
-            doubtful=checked(document, "doubtful", list_of(text), ()),
-            p_value=checked(document, "p_value", number, 1.0),
-            alpha=checked(document, "alpha", number, 0.01),
-            serial=checked(document, "serial", text_or_none, None),
-            T0_degC=checked(document, "T0_degC", number, 20.0),
-            delta0_rad=checked(document, "delta0_rad", number, 0.0),
-            readings=checked(document, "readings", whole, 0),
-            source=checked(document, "source", text, "<document>"),
-            software=checked(document, "software", text, ""),
-            sha256=checked(document, "sha256", text_or_none, None),
-        )
+        found = cls._of_fields(document, before=before, after=after)
+        of_readings = {fault.id for fault in found.faults}
+        effects = tuple(effect for effect in found.effects if effect.id not in of_readings)
+        return replace(found, effects=effects)
 
     def rows(self) -> list[dict[str, Any]]:
         """List the parameters of all that was named, a flat dictionary each."""
@@ -284,8 +266,3 @@ class Discovery(StoredResult, TabularResult):
             for effect in self.named
             for name, quantity in effect.parameters.items()
         ]
-
-
-def _gaps(document: Document) -> tuple[Gap, Gap]:
-    before, after = (checked(document, name, Gap.from_document) for name in ("before", "after"))
-    return before, after

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from accelcal.escapes import visible
+from accelcal.results.fields import StoredPart
 from accelcal.results.mapping import freeze
-from accelcal.results.quantity import Quantity, StoredPart
+from accelcal.results.quantity import Quantity
 
 __all__ = [
     "Change",

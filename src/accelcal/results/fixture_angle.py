@@ -8,18 +8,14 @@ M_P a_o and M_io a_i a_o. The paper writes both misalignments with +, IEEE Std 1
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
-from accelcal.results.checked import (
-    checked,
-    list_of,
-    number,
-    number_or_none,
-    text,
-)
+from accelcal.results.checked import Kind, checked, list_of, number_or_none
 from accelcal.results.covariance import Covariance, covariance, covariance_document
 from accelcal.results.damage import DamageError
+from accelcal.results.fields import StoredPart
 from accelcal.results.levels import nearest_level
 from accelcal.results.quantity import Document, Quantity
 
@@ -30,7 +26,7 @@ _IEEE_1293 = {"o": ("delta_o", 1.0, "K_ip"), "p": ("delta_p", -1.0, "K_io")}
 
 
 @dataclass(frozen=True, slots=True)
-class FixtureAngle:
+class FixtureAngle(StoredPart):
     """Fixture angle and misalignment of one axis, told apart by both of its sides.
 
     Attributes
@@ -52,6 +48,9 @@ class FixtureAngle:
     clamping_deg : float
         Clamping of the fixture on the head; each has an angle of its own [deg].
     """
+
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"covariance": covariance}
+    _MISSING: ClassVar[Mapping[str, Any]] = {"covariance": ((), ()), "clamping_deg": 0.0}
 
     axis: str
     angle: Quantity
@@ -109,20 +108,16 @@ class FixtureAngle:
         """Read the angle from its place in a JSON document."""
         levels = checked(document, "misalignment", list_of(_level, 1))
         temperatures, misalignments = zip(*levels, strict=True)
-        axis = checked(document, "axis", text)
         none: tuple[Quantity, ...] = ()
-        unknown: Covariance = ((), ())
         couplings = checked(document, "cross_coupling", list_of(Quantity.from_document), none)
         if couplings and len(couplings) != len(levels):
             raise DamageError("not as many levels as of misalignment", "cross_coupling")
-        return cls(
-            axis,
-            Quantity.from_document(document),
-            temperatures,
-            misalignments,
-            couplings,
-            checked(document, "covariance", covariance, unknown),
-            checked(document, "clamping_deg", number, 0.0),
+        return cls._of_fields(
+            document,
+            angle=Quantity.from_document(document),
+            temperatures=temperatures,
+            misalignments=misalignments,
+            couplings=couplings,
         )
 
 

@@ -24,12 +24,12 @@ from accelcal.results.checked import (
     number,
     number_or_none,
     size_or_none,
-    text,
 )
 from accelcal.results.covariance import Rows, rows_of
+from accelcal.results.fields import StoredPart
 from accelcal.results.findings import Change
 from accelcal.results.mapping import freeze, members
-from accelcal.results.quantity import Gate, Quantity, StoredPart
+from accelcal.results.quantity import Gate, Quantity
 from accelcal.results.result import StoredResult, TabularResult
 
 __all__ = ["SCHEMA", "HeadCalibration", "HeadHarmonic", "UnitOnHead", "posterior"]
@@ -161,6 +161,8 @@ class HeadCalibration(StoredResult, TabularResult):
 
     SCHEMA: ClassVar[str] = SCHEMA
     _WRITER: ClassVar[str] = "accelcal head"
+
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"covariance": list_of(list_of(number))}
 
     angles_deg: tuple[float, ...]
     errors: tuple[float, ...]
@@ -312,17 +314,11 @@ class HeadCalibration(StoredResult, TabularResult):
     @classmethod
     def _read(cls, document: Mapping[str, Any]) -> HeadCalibration:
         positions = checked(document, "positions", list_of(_position))
-        return cls(
+        return cls._of_fields(
+            document,
             angles_deg=tuple(angle for angle, _ in positions),
             errors=tuple(error for _, error in positions),
-            covariance=checked(document, "covariance", list_of(list_of(number))),
-            origin=checked(document, "origin", text),
             declared_uncertainty=checked(document, "declared_uncertainty_rad", size_or_none),
-            harmonics=checked(document, "harmonics", list_of(HeadHarmonic.from_document)),
-            units=checked(document, "units", list_of(UnitOnHead.from_document)),
-            gates=checked(document, "gates", list_of(Gate.from_document)),
-            source=checked(document, "source", text),
-            software=checked(document, "software", text),
         )
 
 

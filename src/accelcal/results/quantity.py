@@ -3,71 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from types import MappingProxyType
-from typing import Any, ClassVar, Self
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_written
 from accelcal.escapes import visible
 from accelcal.plural import counted
-from accelcal.results.checked import (
-    Kind,
-    checked,
-    freedom_or_none,
-    list_of,
-    mapping_of,
-    number,
-    number_or_none,
-    or_none,
-    size_or_none,
-    text,
-    text_or_none,
-    whole,
-)
+from accelcal.results.checked import Kind, freedom_or_none, size_or_none
 from accelcal.results.damage import DamageError
-from accelcal.results.mapping import document_of
+from accelcal.results.fields import StoredPart
 
-__all__ = ["Document", "ErrorSource", "Gate", "Part", "Quantity"]
-__all__ += ["Residuals", "StoredPart"]
+__all__ = ["Document", "ErrorSource", "Gate", "Quantity", "Residuals"]
 
 Document = Mapping[str, Any]
-
-
-@dataclass(frozen=True, slots=True)
-class Part:
-    """A part of a result that stands in a JSON document under the names of its fields."""
-
-    def to_document(self) -> dict[str, Any]:
-        """Return the part as it stands in the JSON document."""
-        return {item.name: document_of(getattr(self, item.name)) for item in fields(self)}
-
-
-@dataclass(frozen=True, slots=True)
-class StoredPart(Part):
-    """A part that is read back from its place in a document."""
-
-    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = MappingProxyType({})
-    """Field -> what it must be, where its type does not tell all of it."""
-
-    _MISSING: ClassVar[Mapping[str, Any]] = MappingProxyType({})
-    """Field -> what it is where a document has no such key."""
-
-    @classmethod
-    def from_document(cls, document: Document) -> Self:
-        """Read the part from its place in a JSON document.
-
-        Raises
-        ------
-        DamageError
-            If a field is missing or something else.
-        """
-        found = {}
-        for item in fields(cls):
-            kind = cls._KINDS.get(item.name) or _OF_TYPE[str(item.type)]
-            default = [cls._MISSING[item.name]] if item.name in cls._MISSING else []
-            found[item.name] = checked(document, item.name, kind, *default)
-        return cls(**found)
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,23 +174,7 @@ class Residuals(StoredPart):
     @classmethod
     def from_document(cls, document: Document) -> Residuals:
         """Read the residuals from their place in a JSON document."""
-        found = super(Residuals, cls).from_document(document)
+        found = cls._of_fields(document)
         if not len(found.angle_deg) == len(found.stroke) == len(found.value):
             raise DamageError("lists of different lengths")
         return found
-
-
-_OF_TYPE: dict[str, Kind[Any]] = {
-    "str": text,
-    "str | None": text_or_none,
-    "int": whole,
-    "float": number,
-    "float | None": number_or_none,
-    "tuple[str, ...]": list_of(text),
-    "tuple[int, ...]": list_of(whole),
-    "tuple[float, ...]": list_of(number),
-    "Quantity": Quantity.from_document,
-    "Quantity | None": or_none(Quantity.from_document),
-    "Mapping[str, Quantity]": mapping_of(Quantity.from_document),
-}
-"""Type of a field, as it is written -> what stands in its place in a document."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 from accelcal.errors import InputError
 from accelcal.results.checked import checked, list_of, schema_of
 from accelcal.results.damage import DamageError, read_as
+from accelcal.results.fields import ReadByFields
 from accelcal.results.json_text import json_text, parse_json, read_json
 from accelcal.results.mapping import document_of
 
@@ -50,7 +51,7 @@ class JsonResult(ABC):
         return json_text(self.to_document(), path)
 
 
-class StoredResult(JsonResult):
+class StoredResult(JsonResult, ReadByFields):
     """A result that is read back from its document."""
 
     __slots__ = ()
@@ -65,7 +66,6 @@ class StoredResult(JsonResult):
     """Schema of another document -> what to do with one that is given in place of this."""
 
     @classmethod
-    @abstractmethod
     def _read(cls, document: Mapping[str, Any]) -> Self:
         """Read a document of the right schema.
 
@@ -74,6 +74,7 @@ class StoredResult(JsonResult):
         DamageError
             If a part of it is missing or something else.
         """
+        return cls._of_fields(document)
 
     @classmethod
     def from_document(cls, document: Any) -> Self:

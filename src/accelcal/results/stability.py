@@ -10,8 +10,9 @@ from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
 from accelcal.plural import counted
 from accelcal.results.checked import Kind, freedom_or_none
+from accelcal.results.fields import Part, StoredPart
 from accelcal.results.mapping import document_of, freeze, members
-from accelcal.results.quantity import Gate, Part, StoredPart
+from accelcal.results.quantity import Gate
 from accelcal.results.result import JsonResult, TabularResult
 
 if TYPE_CHECKING:

@@ -8,11 +8,12 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
-from accelcal.results.checked import Kind, checked, list_of, mapping_of, number, one_of, text
+from accelcal.results.checked import Kind, one_of
 from accelcal.results.discovery import SCHEMA, Discovery
+from accelcal.results.fields import StoredPart
 from accelcal.results.findings import Change
 from accelcal.results.mapping import freeze, members
-from accelcal.results.quantity import Document, Quantity, StoredPart
+from accelcal.results.quantity import Quantity
 from accelcal.results.result import StoredResult, TabularResult, part_of
 
 if TYPE_CHECKING:
@@ -123,6 +124,9 @@ class StandDiscovery(StoredResult, TabularResult):
     SCHEMA: ClassVar[str] = SCHEMA
     _WRITER: ClassVar[str] = Discovery._WRITER
 
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"common": partial(part_of, Discovery)}
+    _MISSING: ClassVar[Mapping[str, Any]] = {"notes": (), "alpha": 0.01, "doubtful": ()}
+
     units: tuple[str, ...]
     effects: tuple[StandEffect, ...]
     head: tuple[HeadPosition, ...]
@@ -191,18 +195,3 @@ class StandDiscovery(StoredResult, TabularResult):
             for effect in self.effects
             for unit, size in effect.sizes.items()
         ]
-
-    @classmethod
-    def _read(cls, document: Document) -> StandDiscovery:
-        return cls(
-            units=checked(document, "units", list_of(text)),
-            effects=checked(document, "effects", list_of(StandEffect.from_document)),
-            head=checked(document, "head", list_of(HeadPosition.from_document)),
-            coefficients=checked(
-                document, "coefficients", mapping_of(list_of(Change.from_document))
-            ),
-            common=checked(document, "common", partial(part_of, Discovery)),
-            notes=checked(document, "notes", list_of(text), ()),
-            alpha=checked(document, "alpha", number, 0.01),
-            doubtful=checked(document, "doubtful", list_of(text), ()),
-        )

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from accelcal.results.fields import Part
 from accelcal.results.mapping import members
-from accelcal.results.quantity import Part
 
 __all__ = ["InstrumentRequirement", "Requirements", "Sufficiency", "TargetReached"]
 

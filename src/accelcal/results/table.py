@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
 from accelcal.geometry import MOUNTINGS
-from accelcal.results.checked import (
-    checked,
-    list_of,
-    mapping_of,
-    number,
-    number_or_none,
-    one_of,
-    text,
-    whole,
-)
+from accelcal.results.checked import Kind, checked, mapping_of, one_of
 from accelcal.results.covariance import covariance, covariance_document
 from accelcal.results.damage import DamageError
+from accelcal.results.fields import StoredPart
 from accelcal.results.levels import nearest_level
 from accelcal.results.mapping import freeze, members
 from accelcal.results.quantity import Document, Gate, Quantity, Residuals
@@ -34,7 +26,7 @@ _SMALLEST = 1e-20
 
 
 @dataclass(frozen=True, slots=True)
-class TableCalibration:
+class TableCalibration(StoredPart):
     """Calibration of one table: one run in one mounting.
 
     Attributes
@@ -66,6 +58,12 @@ class TableCalibration:
     warnings : tuple of str
         What a reader must know before using the numbers.
     """
+
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"mounting": one_of(*MOUNTINGS)}
+    _MISSING: ClassVar[Mapping[str, Any]] = {
+        **{"mounting": MOUNTINGS[0], "budget": {}, "stands_for": {}},
+        **{"residuals": Residuals(), "gates": ()},
+    }
 
     run: str
     mounting: str
@@ -147,26 +145,12 @@ class TableCalibration:
         from accelcal.model import COEFFICIENTS, ERROR_TERMS  # here, as numpy comes with it
 
         names, matrix = checked(document, "covariance", covariance)
-        values = checked(document, "coefficients", mapping_of(Quantity.from_document, COEFFICIENTS))
-        errors = tuple(ERROR_TERMS.values())
-        return cls(
-            run=checked(document, "run", text),
-            mounting=checked(document, "mounting", one_of(*MOUNTINGS), MOUNTINGS[0]),
-            temperature_degC=checked(document, "temperature_degC", number_or_none),
-            readings=checked(document, "readings", whole),
-            dof=checked(document, "dof", whole),
-            residual_rms=checked(document, "residual_rms", number),
-            coefficients=_complete(values, COEFFICIENTS),
-            error_model=_complete(
-                checked(document, "error_model", mapping_of(Quantity.from_document, errors)), errors
-            ),
+        return cls._of_fields(
+            document,
+            coefficients=checked(document, "coefficients", _all_of(COEFFICIENTS)),
+            error_model=checked(document, "error_model", _all_of(ERROR_TERMS.values())),
             covariance_names=names,
             covariance_matrix=matrix,
-            budget=checked(document, "budget", mapping_of(mapping_of(number)), {}),
-            stands_for=checked(document, "stands_for", mapping_of(text), {}),
-            residuals=checked(document, "residuals", Residuals.from_document, Residuals()),
-            gates=checked(document, "gates", list_of(Gate.from_document), ()),
-            warnings=checked(document, "warnings", list_of(text)),
         )._usable()
 
     def _usable(self) -> TableCalibration:
@@ -217,9 +201,15 @@ def known_temperatures(tables: Sequence[TableCalibration]) -> list[float]:
     return [t.temperature_degC for t in tables if t.temperature_degC is not None]
 
 
-def _complete(found: Mapping[str, Quantity], names: Sequence[str]) -> dict[str, Quantity]:
-    """All quantities in their order; one that is left out was not determined."""
-    return {name: found.get(name, Quantity(None, None, "")) for name in names}
+def _all_of(names: Iterable[str]) -> Kind[dict[str, Quantity]]:
+    """Take all quantities in their order; one that is left out was not determined."""
+    own = tuple(names)
+
+    def take(value: Any) -> dict[str, Quantity]:
+        found = mapping_of(Quantity.from_document, own)(value)
+        return {name: found.get(name, Quantity(None, None, "")) for name in own}
+
+    return take
 
 
 def mountings_of_laws(mountings: Sequence[str]) -> tuple[str, str | None]:

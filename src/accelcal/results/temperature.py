@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from accelcal.results.checked import checked, list_of, or_none, text
+from accelcal.results.checked import checked
 from accelcal.results.covariance import Covariance, covariance, covariance_document
+from accelcal.results.fields import StoredPart
 from accelcal.results.mapping import members
-from accelcal.results.quantity import Document, Quantity, StoredPart
+from accelcal.results.quantity import Document, Quantity
 
 if TYPE_CHECKING:
     from accelcal.arrays import Array
@@ -33,7 +34,7 @@ class TemperatureLaw(StoredPart):
 
 
 @dataclass(frozen=True, slots=True)
-class TemperatureModel:
+class TemperatureModel(StoredPart):
     """Temperature laws of bias, scale factor and misalignment.
 
     Attributes
@@ -54,6 +55,8 @@ class TemperatureModel:
         where unknown. Laws from the tables have k2, k3 and delta_ip of the table nearest to T0
         among them.
     """
+
+    _MISSING: ClassVar[Mapping[str, Any]] = {"hysteresis": None, "warnings": ()}
 
     k0: TemperatureLaw
     K1: TemperatureLaw
@@ -104,15 +107,4 @@ class TemperatureModel:
         """Read the model from its place in a JSON document."""
         unknown: Covariance = ((), ())
         names, matrix = checked(document, "covariance", covariance, unknown)
-        return cls(
-            k0=checked(document, "k0", TemperatureLaw.from_document),
-            K1=checked(document, "K1", TemperatureLaw.from_document),
-            delta=checked(document, "delta", TemperatureLaw.from_document),
-            hysteresis=checked(document, "hysteresis", _quantity, None),
-            warnings=checked(document, "warnings", list_of(text), ()),
-            covariance_names=names,
-            covariance_matrix=matrix,
-        )
-
-
-_quantity = or_none(Quantity.from_document)
+        return cls._of_fields(document, covariance_names=names, covariance_matrix=matrix)

@@ -13,16 +13,7 @@ from accelcal.arguments.numbers import number_array
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.escapes import visible
-from accelcal.results.checked import (
-    checked,
-    list_of,
-    mapping_of,
-    number,
-    size_or_none,
-    text,
-    text_or_none,
-    whole,
-)
+from accelcal.results.checked import Kind, checked, size_or_none
 from accelcal.results.covariance import Covariance, covariance, covariance_document
 from accelcal.results.mapping import freeze, members
 from accelcal.results.quantity import Gate, Quantity
@@ -31,8 +22,6 @@ from accelcal.results.result import StoredResult, TabularResult
 __all__ = ["SCHEMA", "TriadCalibration"]
 
 SCHEMA = "accelcal/triad/1"
-
-_GROUPS = ("parameters", "scale_factors", "misalignments", "axis_angles")
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +79,8 @@ class TriadCalibration(StoredResult, TabularResult):
 
     SCHEMA: ClassVar[str] = SCHEMA
     _WRITER: ClassVar[str] = "accelcal triad"
+
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"covariance": covariance}
 
     frame: str
     parameters: Mapping[str, Quantity]
@@ -175,19 +166,5 @@ class TriadCalibration(StoredResult, TabularResult):
 
     @classmethod
     def _read(cls, document: Mapping[str, Any]) -> TriadCalibration:
-        quantities = mapping_of(Quantity.from_document)
-        return cls(
-            frame=checked(document, "frame", text),
-            **{group: checked(document, group, quantities) for group in _GROUPS},
-            covariance=checked(document, "covariance", covariance),
-            attitudes=checked(document, "attitudes", whole),
-            dof=checked(document, "dof", whole),
-            residual_rms=checked(document, "residual_rms", number),
-            gates=checked(document, "gates", list_of(Gate.from_document)),
-            local_gravity=checked(document, "g_local_m_s2", size_or_none),
-            output_unit=checked(document, "output_unit", text_or_none),
-            serial=checked(document, "serial", text_or_none),
-            source=checked(document, "source", text),
-            notes=checked(document, "notes", list_of(text)),
-            software=checked(document, "software", text),
-        )
+        gravity = checked(document, "g_local_m_s2", size_or_none)
+        return cls._of_fields(document, local_gravity=gravity)

@@ -9,9 +9,10 @@ from typing import Any, ClassVar, NoReturn
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.plural import counted
-from accelcal.results.checked import Kind, checked, list_of, one_of, text
+from accelcal.results.checked import Kind, checked, list_of, one_of
+from accelcal.results.fields import StoredPart
 from accelcal.results.mapping import document_of, members
-from accelcal.results.quantity import Document, StoredPart
+from accelcal.results.quantity import Document
 from accelcal.results.result import TabularResult
 
 __all__ = ["OUTCOMES", "Judgement", "Verdict"]
@@ -60,7 +61,7 @@ class Judgement(StoredPart):
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict(TabularResult):
+class Verdict(StoredPart, TabularResult):
     """What was found against a data sheet, limit by limit.
 
     Attributes
@@ -132,8 +133,5 @@ class Verdict(TabularResult):
     @classmethod
     def from_document(cls, document: Document) -> Verdict:
         """Read the verdict from its place in the JSON document of a calibration."""
-        plain = ("specification", "source", "rule", "rule_statement")
-        return cls(
-            **{name: checked(document, name, text) for name in plain},
-            judgements=checked(document, "limits", list_of(Judgement.from_document, 1)),
-        )
+        judgements = checked(document, "limits", list_of(Judgement.from_document, 1))
+        return cls._of_fields(document, judgements=judgements)
