@@ -249,6 +249,25 @@ def test_two_units_are_refused(run):
     assert "data.csv:2: units V and mA for one output" in err
 
 
+def test_two_units_in_header_lines_are_refused(run):
+    code, _, err = run("# unit: mA\n# unit: V\noutput,temperature\n1,20\n")
+    assert code == 2
+    assert "data.csv:2: unit is 'V', but 'mA' in line 1; declare each key once" in err
+
+
+@pytest.mark.parametrize("line", ["temperature: 20 °C", "T [degC]: 20", "Temp: 20.0"])
+def test_the_temperature_of_all_samples_is_declared_as_in_tables(run, calibration, line):
+    code, rows, _ = run(f"{HEAD}# {line}\noutput\n1.25\n")
+    assert code == 0
+    assert values(rows) == pytest.approx(accelcal.apply(calibration, [1.25], 20.0).value, rel=1e-14)
+
+
+def test_a_temperature_of_all_samples_in_kelvin_is_refused(run):
+    code, _, err = run(f"{HEAD}# temperature: 293 K\noutput\n1.25\n")
+    assert code == 2
+    assert "data.csv:3: temperature is given in 'K'; give it in degC" in err
+
+
 def test_cross_axis_in_metres_per_second_squared(run, calibration):
     code, rows, _ = run(HEAD + "output,temperature,a_p [m/s^2]\n1,20,9.81\n", "--g", "9.81")
     assert code == 0

@@ -366,6 +366,7 @@ CERTIFICATE = "# uncertainty: 0.5 arcsec\nangle,error [arcsec]\n0,1\n45,2\n"
         ("# uncertainty: 0.5 arcsec\n", "", "nothing tells how sure"),
         ("0.5 arcsec", "0.5", "has no unit of an angle"),
         ("0.5 arcsec", "-1 arcsec", "write a number above 0"),
+        ("# unc", "# coverage: 1\n# Coverage: 2\n# unc", ":2: coverage is '2', but '1' in line 1"),
         ("45,2", "45,2e6", "is no error of a head"),
         ("45,2", "360,2", "of a position that has another error"),
         ("45,2", "45,", "is missing"),

@@ -95,7 +95,7 @@ def apply(
 
     file = read_calibrations(calibration)
     with open_samples(data) as samples:
-        serial = serial or samples.headings.declared.get("serial")
+        serial = serial or samples.headings.serial
         found = compensation(file.choose(serial, mounting), run, same_launch=same_launch)
         about = f"{file.name}, SHA-256 {file.sha256}"
         stream = AccelerationStream(found, samples, StreamOptions(**options), about)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence, Set
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -99,6 +99,42 @@ def choose_columns(layout: Layout, engine: Engine) -> Table:
     )
 
 
+def places_of(
+    layout: Layout, needed: Sequence[str], remedy: str, among: Collection[str] | None = None
+) -> dict[str, int]:
+    """Index of the column of each role.
+
+    Parameters
+    ----------
+    layout : Layout
+        The table.
+    needed : sequence of str
+        Roles that must be there.
+    remedy : str
+        What the headings should be.
+    among : collection of str, optional
+        Roles that count; all of them without it.
+
+    Returns
+    -------
+    dict of str to int
+        Role -> index.
+
+    Raises
+    ------
+    TableError
+        If one of them is missing, or a role is there twice.
+    """
+    found: dict[str, int] = {}
+    for index, heading in enumerate(layout.headings):
+        if heading.role and (among is None or heading.role in among):
+            _claim(found, heading.role, index, layout)
+    for role in needed:
+        if role not in found:
+            raise layout.refuse(f"no column {role} among {_headings(layout)}", remedy)
+    return found
+
+
 def _take_date(named: dict[str, Column], *, wide: bool) -> str | None:
     """The one date; dates that have a time of day serve as times, where no column has these."""
     if "date" not in named:
@@ -178,9 +214,12 @@ def _require(layout: Layout, roles: Mapping[str, int], wide: bool) -> None:
         wanted += [("output", "output", "a column output, or Y1, Y2, ... for the strokes")]
     for name, what, remedy in wanted:
         if name not in have or (name in ("position", "output") and name not in roles):
-            found = ", ".join(heading.text for heading in layout.headings)
-            problem = f"no column for {what} among {shown(found)}"
+            problem = f"no column for {what} among {_headings(layout)}"
             raise layout.refuse(problem, f"add {remedy}")
+
+
+def _headings(layout: Layout) -> str:
+    return shown(", ".join(heading.text for heading in layout.headings))
 
 
 def _constants(layout: Layout, decimal: str) -> dict[str, Column]:

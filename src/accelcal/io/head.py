@@ -10,6 +10,7 @@ from accelcal.arrays import Array
 from accelcal.errors import TableError, located
 from accelcal.geometry import head_positions
 from accelcal.io.cells import Column, complete_numbers
+from accelcal.io.layout import Declared
 from accelcal.io.small_table import SmallTable, small_table
 from accelcal.io.text import Source, read_document
 from accelcal.io.vocabulary import Heading, split_unit
@@ -81,7 +82,7 @@ def read_head(source: Source) -> HeadCalibration:
     if stored is not None:
         return stored
     table = small_table(given, _heading, ("angle",), _REMEDY)
-    return located(_certificate, table, source=table.source)
+    return located(_certificate, table, source=table.layout.source)
 
 
 def _stored(text: str) -> HeadCalibration | None:
@@ -100,7 +101,7 @@ def _heading(text: str) -> Heading:
 def _certificate(table: SmallTable) -> HeadCalibration:
     there = [role for role in ("error", "correction") if role in table.columns]
     if len(there) != 1:
-        raise table.refuse("no column error, or correction beside it", _REMEDY)
+        raise table.layout.refuse("no column error, or correction beside it", _REMEDY)
     angle = complete_numbers(table.columns["angle"]) * (
         _factor(table.columns["angle"], "deg") * 180.0 / np.pi
     )
@@ -120,7 +121,7 @@ def _certificate(table: SmallTable) -> HeadCalibration:
         errors=tuple(error[order].tolist()),
         covariance=rows_of(np.diag(variance)),
         origin="certificate",
-        source=table.source,
+        source=table.layout.source,
     )
 
 
@@ -136,30 +137,28 @@ def _factor(column: Column, default: str | None = None) -> float:
 
 def _uncertainty(table: SmallTable, size: int) -> Array:
     """Standard uncertainty of each position [rad]."""
-    cover = _header_number(table, "coverage", 1.0)
+    declared = table.layout.declared
+    cover = _positive("coverage", declared["coverage"]) if "coverage" in declared else 1.0
     if "uncertainty" in table.columns:
         column = table.columns["uncertainty"]
         values = complete_numbers(column) * _factor(column)
         column.check(values > 0.0, "{} is not above 0", "write the standard uncertainty")
         return values / cover
-    if "uncertainty" not in table.declared:
-        raise table.refuse("nothing tells how sure the errors are", _HOW_SURE)
-    value, _, unit = table.declared["uncertainty"].value.partition(" ")
+    if "uncertainty" not in declared:
+        raise table.layout.refuse("nothing tells how sure the errors are", _HOW_SURE)
+    value, _, unit = declared["uncertainty"].value.partition(" ")
     if unit.strip().casefold() not in _RADIANS:
-        raise table.refuse(f"uncertainty {value!r} has no unit of an angle", _HOW_SURE)
-    number = _header_number(table, "uncertainty", 0.0) * _RADIANS[unit.strip().casefold()]
+        raise table.layout.refuse(f"uncertainty {value!r} has no unit of an angle", _HOW_SURE)
+    number = _positive("uncertainty", declared["uncertainty"]) * _RADIANS[unit.strip().casefold()]
     return np.full(size, number / cover)
 
 
-def _header_number(table: SmallTable, key: str, default: float) -> float:
-    if key not in table.declared:
-        return default
+def _positive(key: str, declared: Declared) -> float:
+    """Number of a header line, before its unit."""
     try:
-        found = float(table.declared[key].value.split()[0])
+        found = float(declared.value.split()[0])
     except (ValueError, IndexError):
         found = float("nan")
     if not 0.0 < found < np.inf:
-        line = table.declared[key].line
-        problem = f"{key} is {table.declared[key].value!r}"
-        raise TableError(problem, "write a number above 0", source=table.source, line=line)
+        raise declared.refuse(f"{key} is {declared.value!r}", "write a number above 0")
     return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from accelcal.errors import TableError
@@ -21,6 +21,10 @@ _EXCEL_ERROR = r"#(N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)"
 
 _LABVIEW_CHANNELS = "***End_of_Header***"
 """Line of LabVIEW below which a second header tells of the channels, with words of its own."""
+
+
+Recognise = Callable[[str], Heading]
+"""Tells the meaning of a heading; its role is None where the column is not used."""
 
 
 class Declared(NamedTuple):
@@ -150,6 +154,39 @@ def split_line(line: str, separator: str | None) -> list[str]:
         return line.split(separator)
 
 
+def split_headings(line: str, recognise: Recognise) -> tuple[tuple[Heading, ...], str | None]:
+    """Split headings by the separator that gives the most known ones.
+
+    Parameters
+    ----------
+    line : str
+        The line of the headings.
+    recognise : callable
+        What tells the meaning of a heading.
+
+    Returns
+    -------
+    headings : tuple of Heading
+        One entry a column.
+    separator : str or None
+        ``","``, ``";"`` or tab; None for runs of blanks.
+    """
+    marks: list[str | None] = [mark for mark in _SEPARATORS if mark and mark in line]
+    if not marks and recognise(line).role:
+        return (recognise(line),), ","
+    split = {mark: tuple(map(recognise, split_line(line, mark))) for mark in marks or [None]}
+    best = max(split, key=lambda mark: _known(split[mark]))
+    return split[best], best
+
+
+def declare(declared: dict[str, Declared], key: str, new: Declared) -> None:
+    """Take up a header line; one that says something else than the one before is refused."""
+    old = declared.setdefault(key, new)
+    if old.value != new.value:
+        problem = f"{key} is {shown(new.value)}, but {shown(old.value)} in line {old.line}"
+        raise new.refuse(problem, "declare each key once")
+
+
 def _find_headings(
     lines: list[str], name: str, remedy: str
 ) -> tuple[_Headings, list[tuple[int, str]], int]:
@@ -180,10 +217,14 @@ def _headings(line: str, number: int) -> _Headings | None:
     for separator in _SEPARATORS:
         if separator is None or separator in line:
             cells = tuple(read_heading(cell) for cell in _split_headings(line, separator))
-            known = sum(cell.role is not None for cell in cells)
+            known = _known(cells)
             if known > best[0] and _are_headings(cells):
                 best = (known, cells, separator)
     return _Headings(best[1], best[2], number) if best[0] else None
+
+
+def _known(cells: Sequence[Heading]) -> int:
+    return sum(cell.role is not None for cell in cells)
 
 
 def _split_headings(line: str, separator: str | None) -> list[str]:
@@ -223,7 +264,7 @@ def _declarations(above: list[tuple[int, str]], name: str) -> tuple[dict[str, De
             before = f"{declared[key].value}; " if key in declared else ""
             declared[key] = Declared(before + value, number, name)
         elif key != "sep":
-            _declare(declared, key, Declared(value, number, name))
+            declare(declared, key, Declared(value, number, name))
     notes = [f"text above the headings was set aside ({listed(aside)})"] if aside else []
     return declared, notes
 
@@ -242,13 +283,6 @@ def _key_and_value(line: str) -> tuple[str, str]:
         if match and pattern is _DECLARATION and (bare is not None or key == "sep"):
             return key, match[2].strip()
     return ("comment", text) if bare else ("" if bare is None else "sep", "")
-
-
-def _declare(declared: dict[str, Declared], key: str, new: Declared) -> None:
-    old = declared.setdefault(key, new)
-    if old.value != new.value:
-        problem = f"{key} is {shown(new.value)}, but {shown(old.value)} in line {old.line}"
-        raise new.refuse(problem, "declare each key once")
 
 
 def _rows(

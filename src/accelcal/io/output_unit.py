@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from typing import NamedTuple, Protocol
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
 
 from accelcal.errors import TableError, located
 from accelcal.io.cells import Column
-from accelcal.io.layout import Declared
+from accelcal.io.layout import Layout
 from accelcal.io.wording import shown
 from accelcal.units import canonical_unit, output_unit
 
@@ -30,13 +30,6 @@ class OutputUnit(NamedTuple):
 
     name: str | None
     notes: tuple[str, ...] = ()
-
-
-class _Headed(Protocol):
-    @property
-    def declared(self) -> Mapping[str, Declared]: ...
-    @property
-    def headings_line(self) -> int: ...
 
 
 def unit_of_outputs(
@@ -78,12 +71,12 @@ def unit_of_outputs(
     return OutputUnit(found[0][0] if found else None)
 
 
-def units_written(table: _Headed, columns: Iterable[Column]) -> Iterator[Written]:
+def units_written(layout: Layout, columns: Iterable[Column]) -> Iterator[Written]:
     """List the units that a table writes in the header line and with some columns.
 
     Parameters
     ----------
-    table : Layout or SmallTable
+    layout : Layout
         The table.
     columns : iterable of Column
         Columns of outputs.
@@ -93,13 +86,13 @@ def units_written(table: _Headed, columns: Iterable[Column]) -> Iterator[Written
     tuple
         A unit as written, and its line.
     """
-    header = table.declared.get("unit")
+    header = layout.declared.get("unit")
     if header and header.value:
         yield header.value, header.line
     for column in columns:
         if column.unit:
             in_heading = column.unit in column.heading
-            yield column.unit, table.headings_line if in_heading else int(column.lines[0])
+            yield column.unit, layout.headings_line if in_heading else int(column.lines[0])
 
 
 def notes_of_unit(unit: str, written: Iterable[str]) -> tuple[str, ...]:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from accelcal.errors import TableError
 from accelcal.io.cells import MISSING
-from accelcal.io.layout import split_line
-from accelcal.io.output_unit import unit_of_outputs
+from accelcal.io.columns import places_of
+from accelcal.io.declarations import declared_number
+from accelcal.io.layout import Declared, Layout, declare, split_headings
+from accelcal.io.output_unit import unit_of_outputs, units_written
 from accelcal.io.text import refuse_document
-from accelcal.io.vocabulary import Heading, canonical_key, has_unit, read_heading, split_unit
-from accelcal.io.wording import shown
+from accelcal.io.vocabulary import KEYS, Heading, has_unit, header_line, read_heading, split_unit
 
 __all__ = ["SampleHeadings", "in_metres", "read_sample_headings"]
 
@@ -34,7 +35,7 @@ class SampleHeadings:
     ----------
     source : str
         Name of the file.
-    declared : mapping of str to str
+    declared : mapping of str to Declared
         Header lines by canonical key.
     cells : tuple of Heading
         One entry a column; a role None where it is not used.
@@ -51,7 +52,7 @@ class SampleHeadings:
     """
 
     source: str
-    declared: Mapping[str, str]
+    declared: Mapping[str, Declared]
     cells: tuple[Heading, ...]
     separator: str | None
     columns: Mapping[str, int]
@@ -65,16 +66,17 @@ class SampleHeadings:
         return {role: index for role, index in self.columns.items() if role != "time"}
 
     @property
+    def serial(self) -> str | None:
+        """Serial number that a header line declares."""
+        return self.declared["serial"].value if "serial" in self.declared else None
+
+    @property
     def temperature(self) -> float | None:
         """Temperature that a header line declares for all samples [degC]."""
-        text = self.declared.get("temperature", "").removesuffix("degC").strip()
-        if text.casefold() in MISSING:
+        written = self.declared.get("temperature")
+        if written is None or written.value.removesuffix("degC").strip().casefold() in MISSING:
             return None
-        try:
-            return float(text)
-        except ValueError:
-            problem, remedy = f"temperature is {shown(text)}", "give it as a number in degC"
-            raise TableError(problem, remedy, source=self.source) from None
+        return declared_number("temperature", written, ".")
 
 
 def read_sample_headings(readline: Callable[[], str], source: str) -> SampleHeadings:
@@ -95,9 +97,9 @@ def read_sample_headings(readline: Callable[[], str], source: str) -> SampleHead
     Raises
     ------
     TableError
-        If there is no column ``output``, or the headings contradict each other.
+        If there is no column ``output``, or headings or header lines contradict each other.
     """
-    declared: dict[str, str] = {}
+    declared: dict[str, Declared] = {}
     commented = ""
     line = 0
     while row := readline():
@@ -105,7 +107,9 @@ def read_sample_headings(readline: Callable[[], str], source: str) -> SampleHead
         bare = row.strip(' \t\r\n"')
         if bare.startswith("#"):
             commented = bare.lstrip("# ")
-            declared |= _declaration(commented.rstrip(' \t,;"'))
+            key, value = header_line(commented.rstrip(' \t,;"'))
+            if key in KEYS and value:
+                declare(declared, key, Declared(value, line, source))
         elif bare.strip(",;") and not bare.casefold().startswith("sep="):  # as Excel has it
             break
     else:
@@ -114,33 +118,18 @@ def read_sample_headings(readline: Callable[[], str], source: str) -> SampleHead
     below = [readline() for _ in range(_JSON_LINES)] if braces else []
     refuse_document("".join([bare, *below]), source)
     above = "output" not in _roles(bare) and "output" in _roles(commented)
-    headings, separator = _split_headings(commented if above else bare)
-    columns = _columns(headings, source, line)
-    units = _units(headings, declared, source, line)
+    headings, separator = split_headings(commented if above else bare, _heading)
+    layout = Layout(source, declared, headings, line, separator, [], (), ())
+    columns = places_of(layout, ("output",), _REMEDY)
+    if "serial" in columns:
+        raise layout.refuse("a column serial", "give the samples of one accelerometer a file")
+    units = _units(layout)
     line, row = (line, row) if above else (line + 1, "")
     return SampleHeadings(source, declared, headings, separator, columns, units, line, row)
 
 
-def _declaration(text: str) -> dict[str, str]:
-    key, _, value = text.partition(":")
-    name, unit = split_unit(key.strip())
-    known = canonical_key(name)
-    return {known: f"{value.strip()} {unit}".strip()} if known and value else {}
-
-
-def _split_headings(line: str) -> tuple[tuple[Heading, ...], str | None]:
-    """Headings, split by the separator that gives the most known ones."""
-    options: list[str | None] = [mark for mark in ("\t", ";", ",") if mark in line]
-    if not options and _heading(line).role:
-        return (_heading(line),), ","
-    options = options or [None]
-    split = {mark: tuple(map(_heading, split_line(line, mark))) for mark in options}
-    best = max(options, key=lambda mark: sum(cell.role is not None for cell in split[mark]))
-    return split[best], best
-
-
 def _roles(line: str) -> set[str | None]:
-    return {heading.role for heading in _split_headings(line)[0]} if line else set()
+    return {heading.role for heading in split_headings(line, _heading)[0]} if line else set()
 
 
 def _heading(text: str) -> Heading:
@@ -150,35 +139,15 @@ def _heading(text: str) -> Heading:
     return Heading(text, role if role in (*ROLES, "serial") else None, known.unit or unit or None)
 
 
-def _columns(headings: Sequence[Heading], name: str, line: int) -> dict[str, int]:
-    columns: dict[str, int] = {}
-    for index, (text, role, *_) in enumerate(headings):
-        if role in columns:
-            problem = (
-                f"columns {shown(headings[columns[role]].text)} and {shown(text)} mean the same"
-            )
-            raise TableError(problem, "keep one and rename the other", source=name, line=line)
-        if role == "serial":
-            problem, remedy = "a column serial", "give the samples of one accelerometer a file"
-            raise TableError(problem, remedy, source=name, line=line)
-        if role:
-            columns[role] = index
-    if "output" not in columns:
-        have = ", ".join(heading.text for heading in headings)
-        problem = f"no column output among {shown(have)}"
-        raise TableError(problem, _REMEDY, source=name, line=line)
-    return columns
-
-
-def _units(
-    headings: Sequence[Heading], declared: Mapping[str, str], name: str, line: int
-) -> dict[str, str]:
-    units = {heading.role: heading.unit for heading in headings if heading.role and heading.unit}
+def _units(layout: Layout) -> dict[str, str]:
+    units = {each.role: each.unit for each in layout.headings if each.role and each.unit}
     for role, unit in units.items():
         if remedy := _unit_to_give(role, unit):
-            raise TableError(f"{role} in {unit}", f"give it in {remedy}", source=name, line=line)
-    written = [(unit, line) for unit in (units.get("output"), declared.get("unit")) if unit]
-    found = unit_of_outputs(written, None, name, _TWO_UNITS).name
+            raise layout.refuse(f"{role} in {unit}", f"give it in {remedy}")
+    own = [units["output"]] if "output" in units else []
+    own += [unit for unit, _ in units_written(layout, ())]
+    written = [(unit, layout.headings_line) for unit in own]
+    found = unit_of_outputs(written, None, layout.source, _TWO_UNITS).name
     return {**units, "output": found} if found else units
 
 

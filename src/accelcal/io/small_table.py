@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from accelcal.errors import TableError
 from accelcal.io.cells import Column
-from accelcal.io.engines import columns_by_split
-from accelcal.io.layout import Declared, Layout, split_line
+from accelcal.io.columns import places_of
+from accelcal.io.engines import columns_by_split, decimal_mark
+from accelcal.io.layout import Declared, Layout, Recognise, declare, split_headings
 from accelcal.io.text import SourceText, refuse_document
-from accelcal.io.vocabulary import Heading, canonical_key, split_unit
+from accelcal.io.vocabulary import KEYS, header_line
 from accelcal.io.wording import listed, shown
 
-Recognise = Callable[[str], Heading]
-"""Meaning of a heading; a role None for a column that is not used."""
+_KEYS = {*KEYS, "uncertainty", "coverage"}
+"""What a header line may declare; the last two are of a head."""
 
 
 class SmallTable(NamedTuple):
@@ -22,27 +23,14 @@ class SmallTable(NamedTuple):
 
     Attributes
     ----------
-    source : str
-        Name of the file.
-    declared : mapping of str to Declared
-        Header lines by canonical key, or by the key as written, in small letters.
+    layout : Layout
+        Header lines, headings and rows.
     columns : mapping of str to Column
         Columns by role.
-    headings_line : int
-        Line of the headings.
-    notes : tuple of str
-        What was set aside.
     """
 
-    source: str
-    declared: Mapping[str, Declared]
+    layout: Layout
     columns: Mapping[str, Column]
-    headings_line: int
-    notes: tuple[str, ...]
-
-    def refuse(self, problem: str, remedy: str) -> TableError:
-        """Make the error of the headings."""
-        return TableError(problem, remedy, source=self.source, line=self.headings_line)
 
 
 def small_table(
@@ -69,94 +57,50 @@ def small_table(
     Raises
     ------
     TableError
-        If there are no headings or rows, a column is missing or there twice, or a row is too long
-        or too short.
+        If there are no headings or rows, a column is missing or there twice, a key is declared
+        twice with different values, or a row is too long or too short.
     """
     refuse_document(given.text, given.name)
     layout = _layout(given.text.split("\n"), given.name, recognise, remedy)
     places = places_of(layout, needed, remedy)
     split = columns_by_split(layout, sorted(places.values()), 1 + max(places.values(), default=0))
-    text = "".join(layout.rows)
-    decimal = "," if layout.separator != "," and text.count(",") > text.count(".") else "."
-    return SmallTable(
-        source=layout.source,
-        declared=layout.declared,
-        columns={role: split[i]._replace(decimal=decimal) for role, i in places.items()},
-        headings_line=layout.headings_line,
-        notes=layout.notes,
-    )
-
-
-def places_of(
-    layout: Layout, needed: Sequence[str], remedy: str, among: Collection[str] | None = None
-) -> dict[str, int]:
-    """Index of the column of each role.
-
-    Parameters
-    ----------
-    layout : Layout
-        The table.
-    needed : sequence of str
-        Roles that must be there.
-    remedy : str
-        What the headings should be.
-    among : collection of str, optional
-        Roles that count; all of them without it.
-
-    Returns
-    -------
-    dict of str to int
-        Role -> index.
-
-    Raises
-    ------
-    TableError
-        If one of them is missing, or a role is there twice.
-    """
-    found: dict[str, int] = {}
-    for index, heading in enumerate(layout.headings):
-        if heading.role in found:
-            problem = f"two columns mean {heading.role}, the second is {shown(heading.text)}"
-            raise layout.refuse(problem, "keep one and rename the other")
-        if heading.role and (among is None or heading.role in among):
-            found[heading.role] = index
-    for role in needed:
-        if role not in found:
-            have = ", ".join(heading.text for heading in layout.headings)
-            raise layout.refuse(f"no column {role} among {shown(have)}", remedy)
-    return found
+    cells = [str(cell) for column in split.values() for cell in column.cells]
+    decimal = decimal_mark(cells, layout.separator)
+    return SmallTable(layout, {r: split[i]._replace(decimal=decimal) for r, i in places.items()})
 
 
 def _layout(lines: list[str], name: str, recognise: Recognise, remedy: str) -> Layout:
     declared: dict[str, Declared] = {}
     aside: list[int] = []
-    table = []
+    table: list[tuple[int, str]] = []
     for number, line in enumerate(lines, 1):
         bare = line.strip(' \t,;"')
-        if bare.startswith("#"):
-            key, colon, value = bare.lstrip("# ").partition(":")
-            if colon:
-                own, unit = split_unit(key.strip())
-                written = f"{value.strip()} {unit}".strip()
-                declared[canonical_key(own) or own.casefold()] = Declared(written, number, name)
-            else:
-                aside.append(number)
-        elif bare:
+        key, value = header_line(bare.lstrip("# "))
+        if bare and not bare.startswith("#"):
             table.append((number, line))
+        elif key in _KEYS:
+            declare(declared, key, Declared(value, number, name))
+        elif bare and not key:
+            aside.append(number)
     if not table:
-        problem = "header lines, but no table" if declared else "the file is empty"
+        problem = "header lines, but no table" if "".join(lines).strip() else "the file is empty"
         raise TableError(problem, remedy, source=name)
-    start, text = table.pop(0)
-    separator = max((mark for mark in "\t;,"), key=text.count)
-    mark = separator if separator in text else None
-    headings = tuple(recognise(cell) for cell in split_line(text.strip(), mark))
-    if not any(heading.role for heading in headings):
-        problem = f"no column headings in {shown(text.strip())}"
-        raise TableError(problem, remedy, source=name, line=start)
-    if not table:
-        raise TableError("column headings but no rows", "add the rows", source=name, line=start)
+    layout = _with_headings(table, name, recognise, remedy)
+    told = [f"comments were set aside ({listed(aside)})"] if aside else []
+    return layout._replace(declared=declared, notes=(*layout.notes, *told))
+
+
+def _with_headings(
+    table: list[tuple[int, str]], name: str, recognise: Recognise, remedy: str
+) -> Layout:
+    (start, text), *rows = table
+    headings, separator = split_headings(text.strip(), recognise)
     unused = [shown(heading.text) for heading in headings if not heading.role]
-    notes = [f"column {text} is not known and was set aside" for text in unused]
-    notes += [f"comments were set aside ({listed(aside)})"] if aside else []
-    rows, numbers = [row for _, row in table], [number for number, _ in table]
-    return Layout(name, declared, headings, start, mark, rows, numbers, tuple(notes))
+    notes = [f"column {heading} is not known and was set aside" for heading in unused]
+    written, lines = [row for _, row in rows], [line for line, _ in rows]
+    layout = Layout(name, {}, headings, start, separator, written, lines, tuple(notes))
+    if len(unused) == len(headings):
+        raise layout.refuse(f"no column headings in {shown(text.strip())}", remedy)
+    if not rows:
+        raise layout.refuse("column headings but no rows", "add the rows")
+    return layout

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError, TableError
 from accelcal.io.cells import Column, labels, numbers
+from accelcal.io.columns import places_of
 from accelcal.io.declarations import unit_and_serial
 from accelcal.io.engines import (
     BulkEngineGivesUp,
@@ -23,7 +24,6 @@ from accelcal.io.engines import (
 )
 from accelcal.io.layout import Layout, read_layout
 from accelcal.io.output_unit import unit_of_outputs, units_written
-from accelcal.io.small_table import places_of
 from accelcal.io.text import Source, read_text
 from accelcal.io.times import in_seconds, times
 from accelcal.io.units_row import with_units_below

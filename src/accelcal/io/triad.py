@@ -67,10 +67,10 @@ def read_triad(
     'V'
     """
     table = small_table(read_text(source), _heading, tuple(AXES), _REMEDY)
-    given, named = unit_and_serial(overrides), table.declared.get("serial")
+    given, named = unit_and_serial(overrides), table.layout.declared.get("serial")
     channels = [table.columns[axis] for axis in AXES]
-    written = units_written(table, channels)
-    unit = unit_of_outputs(written, given.get("unit"), table.source, _TWO_UNITS)
+    written = units_written(table.layout, channels)
+    unit = unit_of_outputs(written, given.get("unit"), table.layout.source, _TWO_UNITS)
     output = np.column_stack([complete_numbers(column) for column in channels])
     return located(
         lambda: TriadRecord(
@@ -81,10 +81,10 @@ def read_triad(
             unit=unit.name,
             local_gravity=_gravity(table) if local_gravity is None else local_gravity,
             serial=given.get("serial") or (named.value or None if named else None),
-            source=table.source,
-            notes=(*table.notes, *unit.notes),
+            source=table.layout.source,
+            notes=(*table.layout.notes, *unit.notes),
         ),
-        source=table.source,
+        source=table.layout.source,
     )
 
 
@@ -113,7 +113,7 @@ def _up(table: SmallTable) -> Array | None:
     half = sorted(there - set(AXES))
     if half:
         problem = f"column {' and '.join(half)} alone, which tells no attitude"
-        raise table.refuse(problem, _REMEDY)
+        raise table.layout.refuse(problem, _REMEDY)
     return None
 
 
@@ -139,7 +139,7 @@ def _turned(shaft: Column, angle: Column) -> Array:
 
 
 def _gravity(table: SmallTable) -> float | None:
-    written = table.declared.get("local_gravity")
+    written = table.layout.declared.get("local_gravity")
     if written is None or not written.value:
         return None
     return declared_number("local_gravity", written, table.columns["x"].decimal)

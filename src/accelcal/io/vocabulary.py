@@ -260,6 +260,32 @@ def split_unit(key: str) -> tuple[str, str]:
     return (match[1], match[2]) if match else (key, "")
 
 
+def header_line(text: str) -> tuple[str, str]:
+    """Split a header line into its key and value.
+
+    Parameters
+    ----------
+    text : str
+        The line, without ``#``.
+
+    Returns
+    -------
+    key : str
+        One of `KEYS`, another one in small letters, or empty where the line is no declaration.
+    value : str
+        The value, with the unit of the key behind it.
+
+    Examples
+    --------
+    >>> header_line("T0 [degC]: 20"), header_line("Coverage: 2"), header_line("made by hand")
+    (('reference_temperature', '20 degC'), ('coverage', '2'), ('', ''))
+    """
+    key, _, value = text.partition(":")
+    name, unit = split_unit(key.strip())
+    known = canonical_key(name) or name.casefold()
+    return (known, f"{value.strip()} {unit}".strip()) if ":" in text else ("", "")
+
+
 def _known(text: str, name: str, unit: str | None) -> Heading:
     folded = _folded(name)
     if folded == "t":
