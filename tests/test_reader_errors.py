@@ -298,6 +298,11 @@ ERRORS = {
         "5: position 1, stroke 1 at 20 degC has output 1.4, but 1.3 in line 2;"
         " delete one, or tell the runs apart by a column run",
     ),
+    "return as the start": (  # a head that counts from 0 to 359 deg
+        "T,angle,k,Y\n20,0,1,1.5\n20,90,1,0\n20,180,1,-1.5\n20,270,1,0.1\n20,0,1,1.25\n",
+        "6: angle 0, stroke 1 at 20 degC has output 1.25, but 1.5 in line 2;"
+        " write the return to it as 360",
+    ),
     "twice in a run": (
         "T,angle,k,Y,run\n20,30,1,1.5,a\n21,30,1,1.25,a\n",
         "3: angle 30, stroke 1 at 21 degC has output 1.25, but 1.5 in line 2;"

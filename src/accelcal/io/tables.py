@@ -349,10 +349,14 @@ def _without_repeats(readings: Readings, run: Ints) -> Mask:
     return kept
 
 
+_NEAR = 3
+"""Most rows from a reading to a second one of it; further down in the stroke it is a return."""
+
+
 def _clash(readings: Readings, first: int, second: int) -> TableError:
-    where = f"angle {readings.angle[first]:g}"
+    where, further = f"angle {readings.angle[first]:g}", f"{readings.angle[first] + 360.0:g}"
     if readings.position[first]:
-        where = f"position {readings.position[first]}"
+        where, further = f"position {readings.position[first]}", "the position behind the last"
     problem = (
         f"{where}, stroke {readings.stroke[first]} at {readings.temperature[second]:g} degC has"
         f" output {float(readings.output[second])!r}, but {float(readings.output[first])!r}"
@@ -361,6 +365,9 @@ def _clash(readings: Readings, first: int, second: int) -> TableError:
     remedy = "delete one, or tell the runs apart by a column run"
     if readings.run is not None:
         remedy = "delete one, or give each visit to a temperature its own label in the column run"
+    one_stroke = (readings.stroke[first:second] == readings.stroke[first]).all()
+    if one_stroke and second > first + _NEAR:
+        remedy = f"write the return to it as {further}"
     return readings.refuse(second, problem, remedy)
 
 
