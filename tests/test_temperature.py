@@ -200,6 +200,15 @@ def test_temperatures_that_are_felt_in_part_are_said(scatter, sensor, said):
         assert shares == pytest.approx([50.0, 50.0, 50.0], abs=20.0)
 
 
+@pytest.mark.parametrize("levels", [(20.0, 80.0), (20.0, -40.0)])
+@pytest.mark.parametrize(("sensor", "said"), [(0.3, 1), (0.0, 0)])
+def test_a_slope_that_was_not_measured_is_no_temperature_that_nobody_recorded(levels, sensor, said):
+    """Half of a run at T0 lies where the slope of K1 is 8 % other than the one measured."""
+    data = record(levels, noise=5e-6, scatter=0.3, sensor=sensor, **DECLARED)
+    found = accelcal.fit(data, reference_temperature=20.0)
+    assert sum("that nobody recorded" in s for s in found.warnings) == said
+
+
 def test_temperature_of_a_table_is_in_its_uncertainty():
     """520 ppm/degC times 0.1 degC, in K1, K0 and M alike; the laws do not count it twice."""
     vague, sharp = (

@@ -39,6 +39,9 @@ _FOLLOWS = 0.5
 _SURE = 3.0
 """Standard uncertainties within which a felt share of 1 is taken for just that."""
 
+_OTHER_SLOPE = 0.2
+"""By so much of it, the slope on a side of T0 that was not measured may differ from the other."""
+
 _MUCH = 0.5
 """Span of a run's temperatures that is told [degC]: the AL-15 changes by 130 ppm in half of it."""
 
@@ -58,11 +61,14 @@ class _Felt(NamedTuple):
         Share of the changes that was felt and its standard uncertainty; NaN where no law tells it.
     span : ndarray
         Range of the recorded temperatures [degC].
+    beyond : ndarray of bool
+        Whether any lies on a side of T0 where no slope was measured.
     """
 
     share: Array
     doubt: Array
     span: Array
+    beyond: Mask
 
     @property
     def follows(self) -> Mask:
@@ -78,7 +84,8 @@ class _Felt(NamedTuple):
     def in_part(self) -> Mask:
         """Tables that surely felt a part of the changes, and not all."""
         some = (self.share > _SURE * self.doubt) & (self.span > 0.0)
-        return np.asarray(some & (1.0 - self.share >= _SURE * self.doubt))
+        least = _SURE * self.doubt + np.where(self.beyond, _OTHER_SLOPE, 0.0)
+        return np.asarray(some & (1.0 - self.share >= least))
 
     @property
     def ignored(self) -> Mask:
@@ -123,11 +130,13 @@ def brought_to_rest(
     if not (span > 0.0).any():
         return AtRest.of(outputs)
     still = tuple(y.copy() for y in outputs)
-    felt = _Felt(np.full(span.shape, np.nan), np.full(span.shape, np.nan), span)
+    untold = np.full(span.shape, np.nan)
+    felt = _Felt(untold, untold.copy(), span, np.zeros(span.shape, dtype=np.bool_))
     for chosen, rows, fit, laws in _fits(tables, estimate, temperatures):
         state, these = solved(fit, laws), np.ix_(rows, np.array(chosen))
-        own = _Felt(state.felt, state.doubt, span[these])
-        felt.share[these], felt.doubt[these] = state.felt, state.doubt
+        own = _Felt(state.felt, state.doubt, span[these], _beyond(fit))
+        for whole, part in zip(felt, own, strict=True):
+            whole[these] = part
         changes = np.split(_change(fit, state, own), edges_of(fit), axis=1)
         for table, follows, change in zip(chosen, own.follows.T, changes, strict=True):
             still[table][rows] += np.where(follows[:, None], change, 0.0)
@@ -167,6 +176,17 @@ def _fits(
             rows = own[start : start + few]
             fit = product_fit(tables, estimate, temperatures, chosen, rows, group.laws.sides)
             yield chosen, rows, fit, group.laws.values[laws.member[rows]]
+
+
+def _beyond(fit: ProductFit) -> Mask:
+    """Tables with readings on a side of T0 where no slope was measured, shape (R, t)."""
+    rise = fit.readings.rise + fit.readings.deviation
+    sides, beyond = fit.readings.sides, np.zeros(rise.shape, dtype=np.bool_)
+    if "above" not in sides:
+        beyond |= rise > 0.0
+    if "below" not in sides:
+        beyond |= rise < 0.0
+    return np.stack([own.any(axis=1) for own in np.split(beyond, edges_of(fit), axis=1)], axis=1)
 
 
 def _change(fit: ProductFit, state: Solution, felt: _Felt) -> Array:
