@@ -13,18 +13,7 @@ _METRES = r"\metre\second\tothe{-2}"
 
 
 def influence_conditions(calibration: Calibration) -> Element:
-    """Make the conditions.
-
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-
-    Returns
-    -------
-    Element
-        ``dcc:influenceConditions``; ``not stated`` where nothing is.
-    """
+    """Make ``dcc:influenceConditions``; ``not stated`` where nothing is."""
     stated = [table.temperature_degC for table in calibration.tables]
     levels = list(dict.fromkeys(level for level in stated if level is not None))
     local = calibration.g_local_m_s2

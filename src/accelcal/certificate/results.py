@@ -36,19 +36,10 @@ _PROBABILITY = "0.95"
 
 
 def measurement_results(calibration: Calibration) -> Element:
-    """Make the results.
+    """Make ``dcc:measurementResults``.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-
-    Returns
-    -------
-    Element
-        ``dcc:measurementResults``: a result for each table, one for the temperature laws of each
-        axis along the shaft, and one for each axis whose misalignment both sides have freed from
-        the fixture angle.
+    A result for each table, one for the temperature laws of each axis along the shaft, and one for
+    each axis whose misalignment both sides have freed from the fixture angle.
     """
     results = [_table(table, calibration) for table in calibration.tables]
     for model, whose in (

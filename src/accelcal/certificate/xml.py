@@ -43,20 +43,7 @@ def number(value: float) -> str:
 
 
 def written(root: Element, version: str) -> str:
-    """Write a certificate.
-
-    Parameters
-    ----------
-    root : Element
-        The certificate.
-    version : str
-        Version of the schema that it is written for.
-
-    Returns
-    -------
-    str
-        XML in UTF-8, which names its schema.
-    """
+    """Write a certificate as XML in UTF-8, which names the version of its schema."""
     for prefix, space in (("dcc", DCC), ("si", SI), ("xsi", _XSI)):
         register_namespace(prefix, space)
     root.set(f"{{{_XSI}}}schemaLocation", f"{DCC} {DCC}/v{version}/dcc.xsd")

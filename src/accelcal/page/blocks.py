@@ -230,19 +230,7 @@ class Page:
 
 
 def narrowed(table: Table, most: int = 10) -> list[Table]:
-    """Split a table that is too wide for paper.
-
-    Parameters
-    ----------
-    table : Table
-        A table; its first column stands in each part.
-    most : int, default 10
-        Columns beside the first.
-
-    Returns
-    -------
-    list of Table
-        The table itself where it is narrow enough.
+    """Split a table that is too wide for paper; its first column stands in each part.
 
     Examples
     --------

@@ -21,20 +21,7 @@ _UNITS = {"1": ""}
 
 
 def calibration_chapter(calibration: Calibration, name: str) -> Chapter:
-    """Make the report of a calibration.
-
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    name : str
-        Prefix of the names of its pictures, empty where it is alone on its page.
-
-    Returns
-    -------
-    Chapter
-        Its report.
-    """
+    """Make the report of a calibration; `name` sets its pictures apart on a page of several."""
     document = calibration.to_document()
     tone, outcome = _outcome(document)
     sections = (

@@ -39,18 +39,7 @@ def place(table: Document) -> str:
 
 
 def coefficients(document: Document) -> Section:
-    """Tell the coefficients of each table.
-
-    Parameters
-    ----------
-    document : mapping
-        Document of a calibration.
-
-    Returns
-    -------
-    Section
-        A table each, with what it stands for.
-    """
+    """Tell the coefficients of each table, and what they stand for."""
     intro = (
         "U is the half width of the interval that holds the true value with a probability of 95 %,"
         " u the standard uncertainty. Values are per power of local g."
@@ -100,22 +89,7 @@ def _correlation(covariance: float, scale: float) -> str:
 
 
 def temperature(calibration: Calibration, document: Document, name: str) -> Section | None:
-    """Tell the temperature laws, with pictures of their bands and of the loop.
-
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    document : mapping
-        Its document.
-    name : str
-        Prefix of the names of the pictures.
-
-    Returns
-    -------
-    Section or None
-        None where there is one level only.
-    """
+    """Tell the temperature laws, with bands and loop; None where there is one level only."""
     model = document["temperature_model"]
     if not model:
         return None
@@ -159,18 +133,7 @@ def _temperature_pictures(calibration: Calibration, name: str) -> Any:
 
 
 def fixture_angles(document: Document) -> Section | None:
-    """Tell the fixture angles that reversed mountings told apart.
-
-    Parameters
-    ----------
-    document : mapping
-        Document of a calibration.
-
-    Returns
-    -------
-    Section or None
-        None where no axis was measured on both sides.
-    """
+    """Tell the fixture angles; None where no axis was measured on both sides."""
     blocks: list[Block] = []
     for found in document.get("fixture_angle", ()):
         told = reversed_mountings(found)
@@ -182,18 +145,7 @@ def fixture_angles(document: Document) -> Section | None:
 
 
 def effects(document: Document) -> Section | None:
-    """Tell the effects that were taken out of the readings.
-
-    Parameters
-    ----------
-    document : mapping
-        Document of a calibration.
-
-    Returns
-    -------
-    Section or None
-        None where there are none.
-    """
+    """Tell the effects that were taken out of the readings; None where there are none."""
     rows = []
     for effect in document.get("effects", ()):
         gaps = [significant(effect[f"gap_{when}"] * 1e6) for when in ("before", "after")]

@@ -35,21 +35,9 @@ from accelcal.units import MICRO
 
 
 def discovery_chapter(found: Discovery, record: TumbleRecord | None, name: str) -> Chapter:
-    """Make the report of a discovery.
+    """Make the report of a discovery; `name` sets its pictures apart on a page of several.
 
-    Parameters
-    ----------
-    found : Discovery
-        The discovery.
-    record : TumbleRecord or None
-        Its readings; without them the signatures over the residuals are not drawn.
-    name : str
-        Prefix of the names of its pictures, empty where it is alone on its page.
-
-    Returns
-    -------
-    Chapter
-        Its report.
+    Without the record, the signatures over its residuals are not drawn.
     """
     tone, outcome = _outcome(found)
     sections = (

@@ -36,18 +36,7 @@ _NOT_RECORDED = "not recorded"
 
 
 def verdict(document: Document) -> Section | None:
-    """Tell the verdict against a data sheet.
-
-    Parameters
-    ----------
-    document : mapping
-        Document of a calibration.
-
-    Returns
-    -------
-    Section or None
-        None where it was not judged.
-    """
+    """Tell the verdict against a data sheet; None where it was not judged."""
     found = document.get("verdict")
     if not found:
         return None
@@ -68,22 +57,7 @@ def verdict(document: Document) -> Section | None:
 
 
 def residuals(calibration: Calibration, document: Document, name: str) -> Section | None:
-    """Show what the model leaves of the readings, by position and stroke and round the turn.
-
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    document : mapping
-        Its document.
-    name : str
-        Prefix of the names of the pictures.
-
-    Returns
-    -------
-    Section or None
-        None where the document holds no residuals.
-    """
+    """Show what the model leaves of the readings; None where the document has no residuals."""
     tables = [table for table in document["tables"] if table["residuals"]["value"]]
     if not tables:
         return None
@@ -159,22 +133,7 @@ def _cell(value: float | None) -> str:
 
 
 def budget(calibration: Calibration, document: Document, name: str) -> Section:
-    """Tell where the uncertainty comes from.
-
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    document : mapping
-        Its document.
-    name : str
-        Prefix of the names of the pictures.
-
-    Returns
-    -------
-    Section
-        Sources of error, and the share of each in each coefficient.
-    """
+    """Tell the sources of error, and the share of each in each coefficient."""
     headings = ("source of error", "standard uncertainty")
     sources = Table("Sources of error", headings, _sources(document))
     blocks: list[Block] = [sources]
@@ -206,18 +165,7 @@ def _shares(table: Document) -> Table:
 
 
 def checks(document: Document) -> Section:
-    """Tell what the gates found.
-
-    Parameters
-    ----------
-    document : mapping
-        Document of a calibration.
-
-    Returns
-    -------
-    Section
-        A row a gate and a column a table; what they warn of; what could not be assessed.
-    """
+    """Tell what the gates found: a row a gate, a column a table; then what they warn of."""
     columns = [(table_title(table), table["gates"]) for table in document["tables"]]
     if document["gates"]:
         columns.append(("all", document["gates"]))
@@ -258,18 +206,7 @@ def _findings(
 
 
 def open_questions(document: Document) -> Section:
-    """Tell what these readings cannot tell.
-
-    Parameters
-    ----------
-    document : mapping
-        Document of a calibration.
-
-    Returns
-    -------
-    Section
-        What was not determined, what stands for something else, what was taken as given.
-    """
+    """Tell what was not determined, what stands for something else, what was taken as given."""
     items = list(document["warnings"])
     for table in document["tables"]:
         missing = [n for n, q in table["coefficients"].items() if q["value"] is None]
@@ -289,18 +226,7 @@ def open_questions(document: Document) -> Section:
 
 
 def provenance(document: Document) -> Section:
-    """Tell where the numbers come from.
-
-    Parameters
-    ----------
-    document : mapping
-        Document of a calibration.
-
-    Returns
-    -------
-    Section
-        Input, options and software; ``not recorded`` where the document does not say.
-    """
+    """Tell input, options and software; ``not recorded`` where the document does not say."""
     known = document.get("provenance", {})
     gravity, reference = document["g_local_m_s2"], document["T0_degC"]
     items = [

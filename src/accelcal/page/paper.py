@@ -22,14 +22,7 @@ _LONGEST = 120  # s, for a browser that hangs
 
 
 def browser() -> str | None:
-    """Find a browser that prints.
-
-    Returns
-    -------
-    str or None
-        That of the environment variable ``ACCELCAL_BROWSER``, else Chromium, Chrome or Edge; None
-        where there is none.
-    """
+    """Find a browser that prints: that of ``ACCELCAL_BROWSER``, else Chromium, Chrome or Edge."""
     names = [os.environ.get("ACCELCAL_BROWSER", ""), *_NAMES]
     return next(filter(None, map(shutil.which, filter(None, names))), None)
 

@@ -23,20 +23,7 @@ from accelcal.results.stand_discovery import StandDiscovery, StandEffect
 
 
 def stand_chapter(found: StandDiscovery, name: str) -> Chapter:
-    """Make the report of a stand.
-
-    Parameters
-    ----------
-    found : StandDiscovery
-        What was discovered.
-    name : str
-        Prefix of the names of its pictures, empty where it is alone on its page.
-
-    Returns
-    -------
-    Chapter
-        Its report.
-    """
+    """Make the report of a stand; `name` sets its pictures apart on a page of several."""
     sections = (
         *(_effect(found, e, f"{name}sizes-{i}") for i, e in enumerate(found.effects)),
         _unexplained(found),

@@ -29,17 +29,7 @@ _NEGATIVE = re.compile(r"(?<![\w.)\]-])-(?=\d)")
 
 
 def typeset(text: str) -> str:
-    """Write units, symbols and signs as they are printed.
-
-    Parameters
-    ----------
-    text : str
-        Text in ASCII.
-
-    Returns
-    -------
-    str
-        The same text, with Greek letters, indices and signs of Unicode.
+    """Write units, symbols and signs of ASCII with Greek letters, indices and signs of Unicode.
 
     Examples
     --------

@@ -51,18 +51,7 @@ class Readings:
 
 
 def mean_and_half_width(values: Array) -> tuple[float, float]:
-    """Mean, and half width of its 95 % interval by Student.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Repeated readings.
-
-    Returns
-    -------
-    mean, half_width : float
-        The half width is NaN where there is one reading only.
-    """
+    """Mean, and half width of its 95 % interval by Student; NaN where there is one reading only."""
     if values.size < 2:
         return float(values.mean()), float("nan")
     spread = float(values.std(ddof=1)) / values.size**0.5

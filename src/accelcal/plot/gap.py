@@ -65,22 +65,7 @@ def _descent(
 
 @styled
 def where(found: Sequence[Share], alpha: float, ax: Axes | None) -> Axes:
-    """Draw the shares of the factors.
-
-    Parameters
-    ----------
-    found : sequence of Share
-        The shares.
-    alpha : float
-        Chance below which a factor is believed.
-    ax : Axes or None
-        Axes to draw into.
-
-    Returns
-    -------
-    Axes
-        Factors from the largest share down.
-    """
+    """Draw the shares of the factors from the largest down; believed are those below alpha."""
     shares = sorted(found, key=lambda item: -item.share)
     colours = palette()
     ax = canvas(ax, (6.4, max(1.6 + 0.28 * len(shares), 2.2)))

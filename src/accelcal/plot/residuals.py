@@ -49,22 +49,7 @@ def simulation_residuals(calibration: Calibration, record: TumbleRecord, ax: Axe
 
 
 def draw_by_angle(ax: Axes, readings: Readings, what: str) -> Axes:
-    """Draw readings by head angle: points, and their means by direction with 95 % intervals.
-
-    Parameters
-    ----------
-    ax : Axes
-        Axes to draw into.
-    readings : Readings
-        The readings.
-    what : str
-        What their values are.
-
-    Returns
-    -------
-    Axes
-        The axes, with labels and legend.
-    """
+    """Draw readings as points, and their means by angle and direction with 95 % intervals."""
     colours, (factor, unit) = palette(), readable("g", readings.value)
     faint = 0.35 if readings.value.size < _CROWDED else 0.15
     ax.axhline(0.0, color=colours.ink, lw=0.8)

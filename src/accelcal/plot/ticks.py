@@ -7,37 +7,13 @@ from typing import Any
 
 
 def name_ticks(axis: Any, places: Any, names: Sequence[str], most: int, **text: Any) -> None:
-    """Name places on an axis, each of them or every second, third ... one.
-
-    Parameters
-    ----------
-    axis : matplotlib.axis.Axis
-        The axis.
-    places : range or ndarray
-        Where the names belong.
-    names : sequence of str
-        One for each place.
-    most : int
-        Names that there is room for.
-    **text
-        How matplotlib writes them.
-    """
+    """Name places on an axis, each or every second, third ... one, `most` at most."""
     every = max(1, -(-len(names) // most))
     axis.set_ticks(places[::every], names[::every], **text)
 
 
 def short_log_ticks(axis: Any, steps: Sequence[float], digits: int = 6) -> None:
-    """Label a logarithmic axis with plain numbers.
-
-    Parameters
-    ----------
-    axis : matplotlib.axis.Axis
-        The axis.
-    steps : sequence of float
-        Numbers of each decade that have a label, such as 1, 2 and 5.
-    digits : int, default 6
-        Digits of the labels.
-    """
+    """Label a logarithmic axis with plain numbers at `steps` of each decade, such as 1, 2, 5."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     axis.set_major_locator(LogLocator(subs=steps))

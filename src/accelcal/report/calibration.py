@@ -26,18 +26,7 @@ _STANDARD_GRAVITY = 9.80665  # m/s^2, 3rd CGPM 1901
 
 
 def calibration_text(document: Document) -> str:
-    """Write a calibration as text.
-
-    Parameters
-    ----------
-    document : mapping
-        Document of a calibration, as of `accelcal.Calibration.to_document`.
-
-    Returns
-    -------
-    str
-        Lines of at most 100 characters, in ASCII.
-    """
+    """Write the document of a calibration as lines of at most 100 characters, in ASCII."""
     return sections(
         _heading(document),
         _bare(document),

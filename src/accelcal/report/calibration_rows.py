@@ -62,18 +62,7 @@ class CoefficientRow(NamedTuple):
 
 
 def alarms(document: Document) -> list[str]:
-    """List the gates that warn, before anyone believes the numbers.
-
-    Parameters
-    ----------
-    document : mapping
-        Document of a calibration.
-
-    Returns
-    -------
-    list of str
-        Run, gate and finding.
-    """
+    """List run, gate and finding of the gates that warn, before anyone believes the numbers."""
     found = [(f"{table_title(t)}, ", gate) for t in document["tables"] for gate in t["gates"]]
     found += [("", gate) for gate in document["gates"]]
     return [
@@ -84,18 +73,7 @@ def alarms(document: Document) -> list[str]:
 
 
 def without_uncertainty(document: Document) -> list[str]:
-    """Say of which tables nothing tells how far the values are off.
-
-    Parameters
-    ----------
-    document : mapping
-        Document of a calibration.
-
-    Returns
-    -------
-    list of str
-        A sentence where there is such a table.
-    """
+    """Say in a sentence of which tables nothing tells how far the values are off."""
     found = [table_title(t) for t in document["tables"] if _is_bare(t)]
     if not found:
         return []
@@ -116,18 +94,7 @@ def table_title(table: Document) -> str:
 
 
 def coefficient_rows(table: Document) -> list[CoefficientRow]:
-    """Make the lines of one table.
-
-    Parameters
-    ----------
-    table : mapping
-        An entry of ``"tables"`` in the document of a calibration.
-
-    Returns
-    -------
-    list of CoefficientRow
-        Scale factor first, then the error model.
-    """
+    """Make the lines of one table: scale factor first, then the error model."""
     return [_row(table, *shown) for shown in SHOWN_COEFFICIENTS]
 
 
@@ -170,16 +137,7 @@ _LAWS = (  # name, symbol, law, part, factor, unit; the scale factor keeps its o
 def temperature_laws(document: Document) -> list[tuple[str, list[tuple[str, str, str, str, str]]]]:
     """Make the lines of the temperature laws of each axis along the shaft that has some.
 
-    Parameters
-    ----------
-    document : mapping
-        Document of a calibration.
-
-    Returns
-    -------
-    list of tuple
-        Which laws these are, by mounting where the tables have several; and the lines, of name,
-        symbol, value, half width of the 95 % interval and unit.
+    Of each, whose they are where the tables have several mountings, and `temperature_rows`.
     """
     mountings = [table["mounting"] for table in document["tables"]]
     several = len(set(mountings)) > 1
@@ -193,20 +151,7 @@ def temperature_laws(document: Document) -> list[tuple[str, list[tuple[str, str,
 
 
 def temperature_rows(document: Document, model: Document) -> list[tuple[str, str, str, str, str]]:
-    """Make the lines of the temperature laws of one axis.
-
-    Parameters
-    ----------
-    document : mapping
-        Document of a calibration.
-    model : mapping
-        Its ``"temperature_model"``, or that of its second axis.
-
-    Returns
-    -------
-    list of tuple of str
-        Name, symbol, value, half width of the 95 % interval, unit.
-    """
+    """Make the lines of one axis: name, symbol, value, half width of the interval, unit."""
     own = document["tables"][0]["coefficients"]["K1"]["unit"] if document["tables"] else ""
     rows = [
         _law_row(name, symbol, model[law][part], factor, unit or own)
@@ -252,38 +197,14 @@ def _dominating(budget: Mapping[str, float]) -> str:
 
 
 def residual_grid(table: Document) -> tuple[list[int], list[tuple[float, list[float | None]]]]:
-    """Arrange residuals by position and stroke.
-
-    Parameters
-    ----------
-    table : mapping
-        An entry of ``"tables"`` in the document of a calibration.
-
-    Returns
-    -------
-    strokes : list of int
-        The strokes, in order.
-    rows : list of tuple
-        Head angle [deg] and the residual in each stroke [g], None where there is no reading.
-    """
+    """Arrange residuals by stroke and head angle [deg]; None where there is no reading [g]."""
     found = residuals_by_angle(table)
     strokes = sorted(set(table["residuals"]["stroke"]))
     return strokes, [(angle, [own.get(k) for k in strokes]) for angle, own in found.items()]
 
 
 def residuals_by_angle(table: Document) -> dict[float, dict[int, float]]:
-    """Bring residuals in the order of position and stroke.
-
-    Parameters
-    ----------
-    table : mapping
-        An entry of ``"tables"`` in the document of a calibration.
-
-    Returns
-    -------
-    dict of dict
-        Head angle [deg] -> stroke -> residual [g].
-    """
+    """Bring residuals in order: head angle [deg] -> stroke -> residual [g]."""
     residuals, found = table["residuals"], dict[float, dict[int, float]]()
     names = ("angle_deg", "stroke", "value")
     for angle, stroke, value in zip(*(residuals[name] for name in names), strict=True):
@@ -292,18 +213,7 @@ def residuals_by_angle(table: Document) -> dict[float, dict[int, float]]:
 
 
 def strong_correlations(table: Document) -> list[str]:
-    """Name the pairs of coefficients that are strongly correlated.
-
-    Parameters
-    ----------
-    table : mapping
-        An entry of ``"tables"`` in the document of a calibration.
-
-    Returns
-    -------
-    list of str
-        One sentence with the pairs whose correlation is above 0.8 in size; none without any.
-    """
+    """Name in a sentence the pairs of coefficients that are strongly correlated, if any."""
     names: Sequence[str] = table["covariance"]["names"]
     matrix = table["covariance"]["matrix"]
     pairs = []

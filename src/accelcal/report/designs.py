@@ -28,18 +28,7 @@ _NEARLY = 1.1
 
 
 def comparison_text(found: DesignComparison) -> str:
-    """Write a comparison of tests for a person.
-
-    Parameters
-    ----------
-    found : DesignComparison
-        The comparison.
-
-    Returns
-    -------
-    str
-        Tables of uncertainties and effects, and which test to book.
-    """
+    """Tell what compared tests would give, what effects they show, and which one to book."""
     told = set(found.names())
     groups = [[name for name in names if name in told] for names in _groups(found)]
     *first, last = (list(_table(found, names)) for names in groups if names)

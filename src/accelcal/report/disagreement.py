@@ -15,18 +15,7 @@ _ALPHA = 0.01
 
 
 def disagreement_text(found: Disagreement) -> str:
-    """Tell a comparison.
-
-    Parameters
-    ----------
-    found : Disagreement
-        The comparison.
-
-    Returns
-    -------
-    str
-        Lines of at most 100 characters.
-    """
+    """Tell a comparison in lines of at most 100 characters."""
     return sections(_head(found), _verdict(found), _where(found), _runs(found), notes(found.notes))
 
 

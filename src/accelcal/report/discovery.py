@@ -21,18 +21,7 @@ NOT_SURE = "not sure"
 
 
 def discovery_text(found: Discovery) -> str:
-    """Tell a discovery.
-
-    Parameters
-    ----------
-    found : Discovery
-        The discovery.
-
-    Returns
-    -------
-    str
-        Lines of at most 100 characters.
-    """
+    """Tell a discovery in lines of at most 100 characters."""
     return sections(
         _head(found),
         _faults(found),

@@ -22,18 +22,7 @@ _IN_FULL = 4  # points; of more, only the worst is split by component
 
 
 def budget_text(document: Document) -> str:
-    """Write an error budget as text.
-
-    Parameters
-    ----------
-    document : mapping
-        Document of a budget, as of `accelcal.results.error_budget.ErrorBudget.to_document`.
-
-    Returns
-    -------
-    str
-        The totals of all points, and the components of each, or of the worst of many; in ASCII.
-    """
+    """Write the totals of all points, and the components of each, or of the worst of many."""
     points = document["points"]
     split = points if len(points) <= _IN_FULL else [max(points, key=_size)]
     totals = _totals(points) if len(points) > 1 else ()
@@ -49,17 +38,7 @@ def _heading(document: Document) -> Iterator[str]:
 
 
 def place(point: Document) -> str:
-    """Name a point by its acceleration, temperature and time.
-
-    Parameters
-    ----------
-    point : mapping
-        An entry of ``"points"``.
-
-    Returns
-    -------
-    str
-        Such as ``"a_i = 1 g, 80 degC, 3600 s"``; what is zero or unknown is left out.
+    """Name a point by its acceleration, temperature and time; what is zero or unknown is left out.
 
     Examples
     --------
@@ -123,18 +102,7 @@ def _counts(part: Document) -> bool:
 
 
 def joint_variance(point: Document) -> float:
-    """Variance of all coefficients that are correlated with one another.
-
-    Parameters
-    ----------
-    point : mapping
-        An entry of ``"points"``.
-
-    Returns
-    -------
-    float
-        Their share of the combined variance [g^2].
-    """
+    """Variance of all coefficients that are correlated with one another [g^2]."""
     parts = (part for part in point["components"] if part["correlated"])
     alone = sum(part["standard_uncertainty"] ** 2 for part in parts)
     return float(max(alone + point["covariance"], 0.0))

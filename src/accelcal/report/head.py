@@ -15,18 +15,7 @@ _TOLD = 0.5
 
 
 def head_text(found: HeadCalibration) -> str:
-    """Write the calibration of a head as text.
-
-    Parameters
-    ----------
-    found : HeadCalibration
-        The head.
-
-    Returns
-    -------
-    str
-        Lines of at most 100 characters, in ASCII but for names of the user.
-    """
+    """Write the calibration of a head as lines of at most 100 characters."""
     lines = [*_head(found), "", *_positions(found)]
     if found.harmonics:
         lines += ["", *_harmonics(found)]

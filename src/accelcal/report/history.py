@@ -17,18 +17,7 @@ _SHOWN = 40
 
 
 def history_text(history: History) -> str:
-    """Write a history as text.
-
-    Parameters
-    ----------
-    history : History
-        The history.
-
-    Returns
-    -------
-    str
-        Lines of at most 100 characters, in ASCII but for names of the user.
-    """
+    """Write a history as lines of at most 100 characters."""
     lines = [*_heading(history)]
     for trend in history.trends:
         lines += ["", *_trend(trend, history.alpha)]

@@ -14,16 +14,6 @@ _MOST_ROWS = 60
 def safe(text: str) -> str:
     r"""Write any text so that a browser shows it as it is.
 
-    Parameters
-    ----------
-    text : str
-        The text.
-
-    Returns
-    -------
-    str
-        HTML.
-
     Examples
     --------
     >>> safe("<script>\x1b")
@@ -33,23 +23,9 @@ def safe(text: str) -> str:
 
 
 def result(title: str, facts: Iterable[str], *parts: str, notes: Iterable[str] = ()) -> str:
-    """Write a result.
+    """Write a result: its title in bold, facts beside it, parts of HTML, and a list of notes.
 
-    Parameters
-    ----------
-    title : str
-        What it is, in bold.
-    facts : iterable of str
-        What else the first line says; what is empty is left out.
-    *parts : str
-        HTML below the first line.
-    notes : iterable of str
-        A list at the end, each once; what is empty is left out.
-
-    Returns
-    -------
-    str
-        HTML.
+    Facts and notes that are empty are left out; each note stands once.
     """
     return "".join([_heading(title, facts), *parts, items(map(safe, filter(None, notes)))])
 
@@ -60,22 +36,7 @@ def _heading(title: str, facts: Iterable[str]) -> str:
 
 
 def table(caption: str, headings: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """Write a table; one without rows is left out.
-
-    Parameters
-    ----------
-    caption : str
-        What it shows.
-    headings : iterable of str
-        Headings of its columns.
-    rows : iterable of iterable of str
-        Its cells.
-
-    Returns
-    -------
-    str
-        The table.
-    """
+    """Write a table; one without rows is left out."""
     body = "".join(_line("td", row) for row in rows)
     if not body:
         return ""
@@ -90,34 +51,13 @@ def long_table(caption: str, headings: Iterable[str], rows: Sequence[Iterable[st
 
 
 def items(found: Iterable[str]) -> str:
-    """Write a list of what is HTML already, each item once; an empty one is left out.
-
-    Parameters
-    ----------
-    found : iterable of str
-        The items.
-
-    Returns
-    -------
-    str
-        The list.
-    """
+    """Write a list of what is HTML already, each item once; an empty one is left out."""
     lines = "".join(f"<li>{item}</li>" for item in dict.fromkeys(found))
     return f"<ul>{lines}</ul>" if lines else ""
 
 
 def preformatted(text: str) -> str:
     r"""Write a text that is set in columns, line by line.
-
-    Parameters
-    ----------
-    text : str
-        The text.
-
-    Returns
-    -------
-    str
-        The same lines.
 
     Examples
     --------

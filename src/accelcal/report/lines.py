@@ -12,17 +12,7 @@ WIDTH = 100
 
 
 def visible_lines(lines: Iterable[str]) -> str:
-    r"""Join the lines of a report, whatever names stand in them.
-
-    Parameters
-    ----------
-    lines : iterable of str
-        The lines.
-
-    Returns
-    -------
-    str
-        The text, each line with escapes as of `visible`.
+    r"""Join the lines of a report, each with escapes as of `visible`, whatever names stand in them.
 
     Examples
     --------
@@ -33,17 +23,7 @@ def visible_lines(lines: Iterable[str]) -> str:
 
 
 def sections(*parts: Iterable[str]) -> str:
-    r"""Join the parts of a report by empty lines, and leave out the empty parts.
-
-    Parameters
-    ----------
-    *parts : iterable of str
-        The lines of each part.
-
-    Returns
-    -------
-    str
-        The text, each line with escapes as of `visible`.
+    r"""Join the parts of a report, of visible lines each, by empty lines; empty parts are left out.
 
     Examples
     --------
@@ -78,18 +58,6 @@ def unit_of(serial: str | None, source: str) -> str:
 def hanging(sentence: str, indent: str = "") -> list[str]:
     """Fill lines, those after the first two characters deeper.
 
-    Parameters
-    ----------
-    sentence : str
-        What to say.
-    indent : str, optional
-        What stands before the first line.
-
-    Returns
-    -------
-    list of str
-        The lines.
-
     Examples
     --------
     >>> [len(line) for line in hanging("drift " * 30)], hanging("drift " * 30)[1][:9]
@@ -99,41 +67,14 @@ def hanging(sentence: str, indent: str = "") -> list[str]:
 
 
 def wrapped(sentence: str, lead: str = "") -> list[str]:
-    """Fill lines, those after the first as deep as the words behind the lead.
-
-    Parameters
-    ----------
-    sentence : str
-        What to say.
-    lead : str, optional
-        What stands before the first line, such as ``"  - "``.
-
-    Returns
-    -------
-    list of str
-        The lines.
-    """
+    """Fill lines, those after the first as deep as the words behind the lead."""
     return wrap(sentence, WIDTH, initial_indent=lead, subsequent_indent=" " * len(lead))
 
 
 def aligned(
     rows: Sequence[Sequence[str]], right: Collection[int], indent: str = ""
 ) -> Iterator[str]:
-    r"""Align cells in columns.
-
-    Parameters
-    ----------
-    rows : sequence of sequence of str
-        The cells, as many in each row.
-    right : collection of int
-        Columns whose cells stand at the right.
-    indent : str, optional
-        What stands before each line.
-
-    Yields
-    ------
-    str
-        A line for each row.
+    r"""Align cells in columns; in the columns `right`, cells stand at the right.
 
     Examples
     --------

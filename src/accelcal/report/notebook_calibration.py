@@ -19,18 +19,7 @@ from accelcal.report.notebook_results import verdict_html
 
 
 def calibration_html(document: Mapping[str, Any]) -> str:
-    """Write a calibration as HTML tables, without scripts and styles of its own.
-
-    Parameters
-    ----------
-    document : mapping
-        Document of a calibration, as of `accelcal.Calibration.to_document`.
-
-    Returns
-    -------
-    str
-        A fragment of HTML.
-    """
+    """Write the document of a calibration as tables, without scripts and styles of its own."""
     parts = [items(map(_bold_warning, [*without_uncertainty(document), *alarms(document)]))]
     parts += [table_html(found) for found in document["tables"]]
     for whose, rows in temperature_laws(document):
@@ -54,18 +43,7 @@ def _bold_warning(sentence: str) -> str:
 
 
 def table_html(found: Mapping[str, Any]) -> str:
-    """Write one table of coefficients as HTML.
-
-    Parameters
-    ----------
-    found : mapping
-        Its place in the document of a calibration, as of `TableCalibration.to_document`.
-
-    Returns
-    -------
-    str
-        A fragment of HTML.
-    """
+    """Write one table of the document of a calibration."""
     temperature = found["temperature_degC"]
     where = "" if temperature is None else f", {temperature:.2f} °C"
     caption = f"run {found['run']}{where}, mounting {found['mounting']}"

@@ -33,18 +33,7 @@ _INTERVAL = ("value", "U (95 %)", "unit")
 
 
 def discovery_html(discovery: Discovery) -> str:
-    """Write a discovery as HTML tables.
-
-    Parameters
-    ----------
-    discovery : Discovery
-        The discovery.
-
-    Returns
-    -------
-    str
-        A fragment of HTML: effects with their parameters, the gap, where it is, what is open.
-    """
+    """Write effects with their parameters, the gap, where it is, and what is open."""
     effects = [
         row
         for effect in discovery.effects
@@ -67,18 +56,7 @@ def discovery_html(discovery: Discovery) -> str:
 
 
 def disagreement_html(found: Disagreement) -> str:
-    """Write a comparison as HTML tables.
-
-    Parameters
-    ----------
-    found : Disagreement
-        The comparison.
-
-    Returns
-    -------
-    str
-        A fragment of HTML.
-    """
+    """Write where a comparison found differences, and what has changed run by run."""
     rms, chi2 = f"rms {_micro(found.rms)} µg", f"reduced χ² {found.reduced_chi2:.3g}"
     return result(
         f"Comparison of {found.serial or found.source}",
@@ -90,18 +68,7 @@ def disagreement_html(found: Disagreement) -> str:
 
 
 def stand_html(stand: StandDiscovery) -> str:
-    """Write what several units tell of their stand as HTML tables.
-
-    Parameters
-    ----------
-    stand : StandDiscovery
-        What was discovered.
-
-    Returns
-    -------
-    str
-        A fragment of HTML.
-    """
+    """Write what several units tell of their stand."""
     rows = [
         (title(stand, effect), effect.verdict, name, *_interval(quantity), p_value(effect.p_value))
         for effect in stand.effects
@@ -118,18 +85,7 @@ def stand_html(stand: StandDiscovery) -> str:
 
 
 def stability_html(found: Stability) -> str:
-    """Write a stability test as HTML tables.
-
-    Parameters
-    ----------
-    found : Stability
-        The analysis.
-
-    Returns
-    -------
-    str
-        A fragment of HTML.
-    """
+    """Write the components of a random bias, its bound and the noise terms."""
     tables = {
         "random bias": component_rows(found),
         "bound (3)": bound_rows(found),
@@ -152,18 +108,7 @@ _CORRELATED = "errors of the coefficients are correlated and cancel in part, whi
 
 
 def budget_html(budget: ErrorBudget) -> str:
-    """Write an error budget as an HTML table.
-
-    Parameters
-    ----------
-    budget : ErrorBudget
-        The budget.
-
-    Returns
-    -------
-    str
-        A fragment of HTML.
-    """
+    """Write the errors of all points, component by component."""
     rows = [
         (
             f"{row['a_i']:g} g",
@@ -189,18 +134,7 @@ def budget_html(budget: ErrorBudget) -> str:
 
 
 def verdict_html(document: Mapping[str, Any]) -> str:
-    """Write a verdict as an HTML table.
-
-    Parameters
-    ----------
-    document : mapping
-        Document of a verdict, as of `accelcal.results.verdict.Verdict.to_document`.
-
-    Returns
-    -------
-    str
-        A fragment of HTML.
-    """
+    """Write the document of a verdict, limit by limit."""
     limits = document["limits"]
     said = [f"{limit['symbol']}: {told}" for limit in limits if (told := remark(limit))]
     return result(
@@ -212,34 +146,12 @@ def verdict_html(document: Mapping[str, Any]) -> str:
 
 
 def gate_html(gate: Gate) -> str:
-    """Write the outcome of a check as a line of HTML.
-
-    Parameters
-    ----------
-    gate : Gate
-        The outcome.
-
-    Returns
-    -------
-    str
-        A fragment of HTML.
-    """
+    """Write the outcome of a check as a line."""
     return f"<p><b>{safe(gate.verdict)}</b> {safe(gate.name)}: {safe(gate.finding)}</p>"
 
 
 def history_html(history: History) -> str:
-    """Write a history as HTML tables.
-
-    Parameters
-    ----------
-    history : History
-        The history.
-
-    Returns
-    -------
-    str
-        A fragment of HTML.
-    """
+    """Write the drift and the jumps of a unit."""
     rows = [(trend.name, "drift", "", *_interval(trend.drift)) for trend in history.trends]
     rows += [
         (trend.name, f"jump {j.after} … {j.before}", p_value(j.p_value), *_interval(j.size))
@@ -255,18 +167,7 @@ def history_html(history: History) -> str:
 
 
 def record_html(record: TumbleRecord) -> str:
-    """Write what a record holds as an HTML table.
-
-    Parameters
-    ----------
-    record : TumbleRecord
-        The record.
-
-    Returns
-    -------
-    str
-        A fragment of HTML: a row for each run and mounting.
-    """
+    """Write what a record holds, a row for each run and mounting."""
     rows = [_table_row(part) for part in record.tables()]
     unit = f" [{record.unit}]" if record.unit else ""
     headings = ("run", "mounting", "temperature", "readings", "strokes", "angles", f"output{unit}")
@@ -279,18 +180,7 @@ def record_html(record: TumbleRecord) -> str:
 
 
 def effect_html(effect: Effect) -> str:
-    """Write an effect of the catalogue as an HTML table.
-
-    Parameters
-    ----------
-    effect : Effect
-        The effect.
-
-    Returns
-    -------
-    str
-        A fragment of HTML.
-    """
+    """Write what an effect of the catalogue is."""
     about = ("physics", "formula", "signature", "to_tell_apart", "acts_on")
     rows = [(name.replace("_", " "), getattr(effect, name)) for name in about]
     parameters = [(p.name, p.unit, p.meaning) for p in effect.parameters]

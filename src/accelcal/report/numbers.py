@@ -24,19 +24,9 @@ SMALL_UNITS = {
 
 
 def in_small_unit(unit: str) -> tuple[float, str]:
-    """Tell the unit in which a report has values of some unit.
+    """Tell the unit in which a report has values of some unit: a factor, and the unit shown.
 
-    Parameters
-    ----------
-    unit : str
-        Unit of a result.
-
-    Returns
-    -------
-    factor : float
-        Number shown over number in the unit of the result.
-    shown : str
-        Unit shown: that of `SMALL_UNITS`, else the unit itself.
+    It is that of `SMALL_UNITS`, else the unit itself.
 
     Examples
     --------
@@ -51,19 +41,7 @@ def matching_digits(
 ) -> tuple[str, str]:
     """Write a value and its uncertainty with two significant digits of the uncertainty.
 
-    Parameters
-    ----------
-    value : float
-        The value.
-    uncertainty : float or None
-        Its uncertainty in the same unit; None where unknown.
-    factor : float, optional
-        What both are multiplied by, from their unit to the one that is shown.
-
-    Returns
-    -------
-    tuple of str
-        Value and uncertainty.
+    Both are multiplied by a factor first, from their unit to the one that is shown.
 
     Examples
     --------
@@ -94,19 +72,7 @@ def matching_digits(
 
 
 def significant(value: float, digits: int = 3) -> str:
-    """Write a number with a few significant digits and without an exponent where it is short.
-
-    Parameters
-    ----------
-    value : float
-        The number.
-    digits : int, default 3
-        Significant digits.
-
-    Returns
-    -------
-    str
-        The number.
+    """Write a number with a few significant digits, without an exponent where it is short.
 
     Examples
     --------

@@ -15,18 +15,7 @@ _PER_LINE = 10
 
 
 def optimal_text(found: OptimalDesign) -> str:
-    """Write the best test for a person.
-
-    Parameters
-    ----------
-    found : OptimalDesign
-        The test and its rivals.
-
-    Returns
-    -------
-    str
-        Angles, uncertainties beside equally spaced tests, and the gain.
-    """
+    """Tell the best angles, their uncertainties beside equally spaced tests, and the gain."""
     command = f"accelcal simulate {_options(found)} -o test.csv"
     told = [*_gains(found), *_targets(found), *_cautions(found)]
     return sections(_head(found), _stops(found), _table(found), told, [command]) + "\n"

@@ -17,18 +17,7 @@ _SUMMARY = ("mean", "forward", "back", "lowest", "highest")
 
 
 def residual_lines(table: Document) -> Iterator[str]:
-    """Write the residuals of a table.
-
-    Parameters
-    ----------
-    table : mapping
-        An entry of ``"tables"`` in the document of a calibration.
-
-    Yields
-    ------
-    str
-        A grid of positions and strokes; where it is too wide, a summary of each.
-    """
+    """Write a grid of positions and strokes; where it is too wide, a summary of each."""
     strokes = sorted(set(table["residuals"]["stroke"]))
     largest = max((abs(value) for value in table["residuals"]["value"]), default=0.0)
     size, unit = next((item for item in _UNITS if largest < 0.99995 * 1e4 * item[0]), _UNITS[-1])

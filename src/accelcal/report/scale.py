@@ -35,20 +35,10 @@ class Scale(NamedTuple):
 
 
 def readable(unit: str, *values: Any) -> Scale:
-    """Choose the unit in which some numbers are best read.
+    """Choose the unit in which some numbers, NaN where unknown, are best read.
 
-    Parameters
-    ----------
-    unit : str
-        Their unit, as results have it.
-    *values : array-like
-        The numbers; NaN where unknown.
-
-    Returns
-    -------
-    Scale
-        Micro, milli or none before g and rad, a smaller prefix before V and A where numbers are
-        small; ppm or percent in place of 1, but for 1 and more; else the unit itself.
+    Micro, milli or none before g and rad, a smaller prefix before V and A where numbers are small;
+    ppm or percent in place of 1, but for 1 and more; else the unit itself.
 
     Examples
     --------
@@ -84,16 +74,6 @@ def _smaller(prefix: str, rest: str, largest: float) -> Scale:
 def plain(unit: str) -> str:
     """Write a unit of `readable` without signs that a terminal may lack.
 
-    Parameters
-    ----------
-    unit : str
-        The unit.
-
-    Returns
-    -------
-    str
-        The same.
-
     Examples
     --------
     >>> plain("µg/g²"), plain("1")
@@ -103,17 +83,7 @@ def plain(unit: str) -> str:
 
 
 def sized(quantity: Quantity) -> str:
-    """Tell the size of an effect with its half width, where there is one.
-
-    Parameters
-    ----------
-    quantity : Quantity
-        The size.
-
-    Returns
-    -------
-    str
-        In the unit in which it is best read, in ASCII.
+    """Tell a size with its half width, where there is one, in the unit in which it is best read.
 
     Examples
     --------
@@ -131,17 +101,7 @@ def sized(quantity: Quantity) -> str:
 
 
 def told(quantity: Quantity) -> str:
-    """Tell a quantity with the half width of its 95 % interval, and that it is of 95 %.
-
-    Parameters
-    ----------
-    quantity : Quantity
-        The quantity.
-
-    Returns
-    -------
-    str
-        As `sized`, with the probability behind.
+    """Tell a quantity as `sized`, and that its half width is that of a 95 % interval.
 
     Examples
     --------
@@ -154,16 +114,6 @@ def told(quantity: Quantity) -> str:
 
 def written(unit: str) -> str:
     """Write a unit with the signs that a picture has and a terminal may lack.
-
-    Parameters
-    ----------
-    unit : str
-        The unit.
-
-    Returns
-    -------
-    str
-        The same.
 
     Examples
     --------

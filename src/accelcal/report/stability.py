@@ -33,18 +33,7 @@ HEADING = ("", "", "value", "from", "to", "unit", "dof")
 
 
 def stability_text(result: Stability) -> str:
-    """Write a stability test as text.
-
-    Parameters
-    ----------
-    result : Stability
-        The result.
-
-    Returns
-    -------
-    str
-        Lines of at most 100 characters, in ASCII but for names of the user.
-    """
+    """Write a stability test as lines of at most 100 characters."""
     parts = [_heading(result), _components(result), _bounds(result), _launches(result)]
     if result.allan.tau_s:
         parts += [_allan(result), _noise_terms(result)]

@@ -20,18 +20,7 @@ _OF_ONE_TABLE = ("k0", "K1", "k2", "k3", "delta", "delta_ip")
 
 
 def stand_budget_text(document: Document) -> str:
-    """Write the budget of a stand as text.
-
-    Parameters
-    ----------
-    document : mapping
-        Document of a budget, as of `accelcal.results.stand_budget.StandBudget.to_document`.
-
-    Returns
-    -------
-    str
-        Uncertainty of the coefficients, what the components do, requirements; in ASCII.
-    """
+    """Tell the uncertainty of the coefficients, what the components do, and requirements."""
     parts = [_heading(document), _coefficients(document), _components(document)]
     if document["requirements"] is not None:
         parts += [_targets(document), _instruments(document)]
@@ -49,19 +38,7 @@ def _heading(document: Document) -> Iterator[str]:
 
 
 def shown_unit(coefficient: Document) -> tuple[float, str]:
-    """Tell the unit in which an uncertainty is shown, as `in_small_unit` does.
-
-    Parameters
-    ----------
-    coefficient : mapping
-        An entry of ``"coefficients"``.
-
-    Returns
-    -------
-    factor : float
-        What the uncertainty is multiplied by.
-    unit : str
-        Such as ``"ug"``; ppm for the scale factor.
+    """Tell factor and unit of an uncertainty as `in_small_unit` does; ppm for the scale factor.
 
     Examples
     --------
@@ -77,19 +54,9 @@ def shown_unit(coefficient: Document) -> tuple[float, str]:
 
 
 def shares(document: Document, place: int) -> list[tuple[str, float]]:
-    """Parts of the variance of one coefficient, the largest first.
+    """Name the components of one coefficient, the largest first, with their parts of its variance.
 
-    Parameters
-    ----------
-    document : mapping
-        Document of a budget.
-    place : int
-        Place of the coefficient.
-
-    Returns
-    -------
-    list of (str, float)
-        Components and their parts, which add up to 1; none where the uncertainty is 0.
+    The parts add up to 1; there are none where the uncertainty is 0.
     """
     variance = document["coefficients"][place]["standard_uncertainty"] ** 2
     if variance == 0.0:

@@ -29,18 +29,7 @@ _WORTH_TELLING = 0.005
 
 
 def stand_text(found: StandDiscovery) -> str:
-    """Tell what several units tell of their stand.
-
-    Parameters
-    ----------
-    found : StandDiscovery
-        What was discovered.
-
-    Returns
-    -------
-    str
-        Lines of at most 100 characters.
-    """
+    """Tell what several units tell of their stand, in lines of at most 100 characters."""
     return sections(
         _head(found),
         *(_effect(found, effect) for effect in found.effects),

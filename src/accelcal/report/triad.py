@@ -18,18 +18,7 @@ _HEADING = ("", "", "value", "std. unc.", "+- 95 %", "unit")
 
 
 def triad_text(found: TriadCalibration) -> str:
-    """Write the calibration of a triad as text.
-
-    Parameters
-    ----------
-    found : TriadCalibration
-        The calibration.
-
-    Returns
-    -------
-    str
-        Lines of at most 100 characters, in ASCII but for names of the user.
-    """
+    """Write the calibration of a triad as lines of at most 100 characters."""
     return sections(_head(found), _table(found), _gates(found))
 
 

@@ -13,17 +13,7 @@ _HEADING = ("", "", "value", "+- U", "limit", "")
 
 
 def verdict_text(document: Document) -> str:
-    """Write a verdict as text.
-
-    Parameters
-    ----------
-    document : mapping
-        Document of a verdict, as of `accelcal.results.verdict.Verdict.to_document`.
-
-    Returns
-    -------
-    str
-        A line for each limit and place, the remarks, and the decision rule, in ASCII.
+    """Write a line for each limit and place, the remarks, and the decision rule.
 
     Examples
     --------

@@ -1,9 +1,10 @@
 """What calibrations say against the limits of a data sheet: the rule by which each is judged.
 
 A limit passes where the interval value +- w lies within it, fails where that interval lies outside,
-and is undecided where the interval straddles it; w is the guard band of the decision rule. What a
-tumble test does not tell is "not tested", and never passes. The rule takes many calibrations of one
-plan as it takes one.
+and is undecided where the interval straddles it; w is the guard band of the decision rule. Where
+the uncertainty is unknown, a value beyond its limit fails and one within stays undecided, except by
+simple acceptance. What a tumble test does not tell is "not tested", and never passes. The rule
+takes many calibrations of one plan as it takes one.
 """
 
 from __future__ import annotations
@@ -135,13 +136,6 @@ def conformity(specification: Specification, measured: Measured) -> Iterator[Con
     ------
     InputError
         If the unit of the scale factor does not fit the output of the calibrations.
-
-    Notes
-    -----
-    With the expanded uncertainty U (95 %) and the guard band w = r U of the rule, a value x passes
-    where all of x - w .. x + w keeps the limit, fails where none of it does, and is undecided
-    otherwise. Where U is unknown, a value beyond its limit fails and one within stays undecided,
-    except by simple acceptance.
     """
     guard_band = RULES[specification.rule].guard_band
     for limit in specification.limits:
