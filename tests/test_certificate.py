@@ -542,20 +542,30 @@ def test_one_person_and_one_statement_need_no_list():
     assert (known.persons, known.statements) == ((Contact(name="A"),), ("made today",))
 
 
+HEADED = 'schema = "accelcal/laboratory/1"\n'
+
+
 @pytest.mark.parametrize(
     ("lab", "said"),
     [
         ("schema = 1", "schema 1; write schema ="),
-        ("x = [", "no TOML"),
-        ('schema = "accelcal/laboratory/1"\nlab = "x"', "unknown key 'lab'"),
-        ('schema = "accelcal/laboratory/1"\ncustomer = "x"', "write it as a table"),
-        ('schema = "accelcal/laboratory/1"\n[customer]\nnam = "x"', "customer has 'nam'"),
-        ('schema = "accelcal/laboratory/1"\n[customer]\nname = 3', "a text of one line"),
-        ('schema = "accelcal/laboratory/1"\ncountry = "Germany"', "two capital letters"),
-        ('schema = "accelcal/laboratory/1"\nperformed_from = "yesterday"', "a day such as"),
-        ('schema = "accelcal/laboratory/1"\nstatements = "x"', "a list of texts"),
-        ('schema = "accelcal/laboratory/1"\nperformance_location = "x"', "it is one of lab"),
-        ('schema = "accelcal/laboratory/1"\npersons = ["x"]', "a list of tables"),
+        ("x = [", "lab.toml: not TOML"),
+        ("\nx = ]", "lab.toml:2: not TOML"),
+        (HEADED + 'lab = "x"', "key 'lab' is unknown"),
+        (HEADED + 'customer = "x"', "it is a table such as [customer]"),
+        (
+            'schema = "accelcal/laboratory/1"\n[customer]\nnam = "x"',
+            "customer: key 'nam' is unknown",
+        ),
+        (
+            'schema = "accelcal/laboratory/1"\n[customer]\nname = 3',
+            "customer: name is 3; it is a text",
+        ),
+        (HEADED + 'country = "Germany"', "two capital letters"),
+        (HEADED + 'performed_from = "yesterday"', "a day such as"),
+        (HEADED + 'statements = "x"', "it is a list, of texts"),
+        (HEADED + 'performance_location = "x"', "it is one of lab"),
+        (HEADED + 'persons = ["x"]', "it is a table such as"),
     ],
 )
 def test_a_bad_laboratory_is_one_line(folder, lab, said, capsys):

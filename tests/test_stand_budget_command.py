@@ -336,7 +336,7 @@ def test_a_stand_is_read():
         ("factor = 2", "factor = 2\norder = 2", "order goes with kind head-harmonic"),
         ("[components.head]", "[[components.head]]", "make it a table"),
         ("name =", "nome =", "key 'nome' is unknown"),
-        ("name =", "name", "not TOML"),
+        ("name =", "name", ":3: not TOML"),
     ],
 )
 def test_a_faulty_stand_is_one_line(old, new, told):

@@ -542,7 +542,7 @@ def test_a_whole_number_is_a_number():
         ('name = "trial"', 'name = "trial"\nrule = "luck"', "rule 'luck' is unknown"),
         ("specification/1", "specification/9", "schema 'accelcal/specification/9' is unknown"),
         ("specification/1", "laboratory/1", "schema 'accelcal/laboratory/1' is unknown; write"),
-        ("[limits.bias]", "[limits.bias", "not TOML"),
+        ("[limits.bias]", "[limits.bias", ".toml:3: not TOML"),
         (SHEET[SHEET.index("[") :], "[limits]", "no limits; give a table such as [limits.bias]"),
         ("limits.bias", "limits.operating_temperatures", "unit 'mg' is none of this quantity"),
     ],
@@ -554,7 +554,7 @@ def test_a_faulty_data_sheet_is_one_line(tmp_path, capsys, old, new, told):
     with pytest.raises(TableError) as caught:
         read_specification(path)
     line = str(caught.value)
-    assert line.startswith(f"{path}: ")
+    assert line.startswith(f"{path}:")
     assert told in line
     assert "; " in line
     assert "\n" not in line

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Mapping
 from typing import Any, NamedTuple, cast
 
@@ -12,6 +11,7 @@ from accelcal.effects.effect import ActsOn, Effect, Parameter
 from accelcal.effects.formula import STATIC, Formula
 from accelcal.errors import InputError, TableError, located
 from accelcal.io.text import Source, SourceText, read_text
+from accelcal.io.toml_keys import toml_document
 
 __all__ = ["read_effects"]
 
@@ -91,13 +91,7 @@ class _Place(NamedTuple):
 
 
 def _entries(given: SourceText) -> list[Mapping[str, Any]]:
-    try:
-        document = tomllib.loads(given.text)
-    except tomllib.TOMLDecodeError as error:
-        message, _, place = str(error).partition(" (at line ")
-        line = int(place.partition(",")[0]) if place else None
-        remedy = "write key = value lines under [[effect]]"
-        raise TableError(f"not TOML ({message})", remedy, source=given.name, line=line) from None
+    document = toml_document(given, "[[effect]]")
     entries = document.pop("effect", None)
     if not (isinstance(entries, list) and entries and all(isinstance(e, dict) for e in entries)):
         problem, remedy = "no [[effect]]", "begin each effect with a line [[effect]]"

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import date
 from typing import Any
 
 from accelcal.arguments.kinds import each_of, expect, several
 from accelcal.dates import date_of
 from accelcal.errors import InputError
 from accelcal.io.text import read_text
+from accelcal.io.toml_keys import check_keys, read_toml
 
 __all__ = ["NOT_STATED", "PLACES", "Contact", "Laboratory", "read_laboratory"]
 
@@ -141,6 +142,21 @@ class Laboratory:
             _check_line("a statement", statement, blank=False)
 
 
+_KEYS = {
+    **dict.fromkeys(("identifier", "country", "performance_location", "model"), str),
+    **dict.fromkeys(_DAYS, (str, date)),
+    **dict.fromkeys(_CONTACTS, dict),
+    **dict.fromkeys(("persons", "statements"), list),
+}
+_CONTACT_KEYS = dict.fromkeys(Contact.__slots__, str)
+_TYPE_NAMES = {
+    str: "a text in quotes",
+    (str, date): "a day such as 2026-11-21",
+    dict: "a table such as [customer] or [[persons]]",
+    list: "a list, of texts in statements and of tables [[persons]]",
+}
+
+
 def read_laboratory(source: str) -> Laboratory:
     """Read the administrative part of a certificate.
 
@@ -157,58 +173,26 @@ def read_laboratory(source: str) -> Laboratory:
     Raises
     ------
     TableError
-        If the file cannot be read.
-    InputError
-        If it is no such file, or a key or a value breaks a rule.
+        If the file cannot be read or is not TOML, or a key or a value breaks a rule.
     """
-    read = read_text(source, "laboratory")
-    try:
-        return _laboratory(tomllib.loads(read.text))
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"no TOML ({error}); see examples/laboratory.toml").at(read.name) from None
-    except InputError as error:
-        raise error.at(read.name) from None
+    return read_toml(read_text(source, "laboratory"), _laboratory, "[laboratory]")
 
 
-def _laboratory(document: dict[str, Any]) -> Laboratory:
-    schema = document.pop("schema", None)
+def _laboratory(document: Mapping[str, Any]) -> Laboratory:
+    given = dict(document)
+    schema = given.pop("schema", None)
     if schema != SCHEMA:
         raise InputError(f"schema {schema!r}; write schema = {SCHEMA!r} first")
-    given: dict[str, Any] = {}
-    for key, value in document.items():
-        if key in _CONTACTS:
-            given[key] = _contact(key, value)
-        elif key == "persons":
-            given[key] = tuple(_contact(key, person) for person in _list(key, value, dict))
-        elif key == "statements":
-            given[key] = tuple(_list(key, value, str))
-        elif key in Laboratory.__slots__:
-            given[key] = value if key in _DAYS else _text(key, value)
-        else:
-            raise InputError(f"unknown key {key!r}; it is one of {', '.join(Laboratory.__slots__)}")
-    return Laboratory(**given)
+    check_keys(given, _KEYS, _TYPE_NAMES)
+    given |= {key: _contact(key, given[key]) for key in _CONTACTS if key in given}
+    persons = [_contact("persons", person) for person in given.get("persons", ())]
+    return Laboratory(**(given | {"persons": persons}))
 
 
-def _contact(place: str, value: Any) -> Contact:
-    if not isinstance(value, Mapping):
-        raise InputError(f"{place} is {value!r:.40}; write it as a table, such as [{place}]")
-    unknown = [key for key in value if key not in Contact.__slots__]
-    if unknown:
-        raise InputError(f"{place} has {unknown[0]!r}; it may have {', '.join(Contact.__slots__)}")
-    texts = {key: _text(f"{place}.{key}", part) for key, part in value.items()}
+def _contact(place: str, entry: Any) -> Contact:
+    check_keys({place: entry}, {place: dict}, _TYPE_NAMES)
+    check_keys(entry, _CONTACT_KEYS, _TYPE_NAMES, where=f"{place}: ")
     try:
-        return Contact(**texts)
+        return Contact(**entry)
     except InputError as error:
-        raise InputError(f"{place}.{error}") from None
-
-
-def _text(place: str, value: Any) -> str:
-    _check_line(place, value, blank=False)
-    return str(value).strip()
-
-
-def _list(place: str, value: Any, kind: type) -> list[Any]:
-    if not isinstance(value, list) or not all(isinstance(item, kind) for item in value):
-        wanted = "tables [[persons]]" if kind is dict else "texts"
-        raise InputError(f"{place} is {value!r:.40}; it is a list of {wanted}")
-    return [_text(place, item) for item in value] if kind is str else value
+        raise InputError(f"{place}: {error}") from None

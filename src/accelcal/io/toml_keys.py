@@ -34,12 +34,34 @@ def read_toml(given: SourceText, make: Callable[[dict[str, Any]], Found], tables
     TableError
         If the file is not TOML, or `make` refuses the document.
     """
+    return located(make, toml_document(given, tables), source=given.name)
+
+
+def toml_document(given: SourceText, tables: str) -> dict[str, Any]:
+    """Read a file in TOML.
+
+    Parameters
+    ----------
+    given, tables
+        As of `read_toml`.
+
+    Returns
+    -------
+    dict
+        The document.
+
+    Raises
+    ------
+    TableError
+        If the file is not TOML; the message names the line.
+    """
     try:
-        document = tomllib.loads(given.text)
+        return tomllib.loads(given.text)
     except tomllib.TOMLDecodeError as error:
-        problem, remedy = f"not TOML ({error})", f"write key = value lines under {tables}"
-        raise TableError(problem, remedy, source=given.name) from None
-    return located(make, document, source=given.name)
+        message, _, place = str(error).partition(" (at line ")
+        line = int(place.partition(",")[0]) if place else None
+        remedy = f"write key = value lines under {tables}"
+        raise TableError(f"not TOML ({message})", remedy, source=given.name, line=line) from None
 
 
 def check_keys(
