@@ -10,7 +10,7 @@
 4. `family` is one test over all of them, with a false-alarm rate from simulated noise. `search`
    finds the smallest sets of effects beside which nothing disagrees, each an `explanation`.
 5. `solution` tells their sizes and what they change in the coefficients, `where` in which `factors`
-   of the test the disagreement is, `held_out` how well readings are predicted that were not fitted.
+   of the test the disagreement is, `gaps` how well the readings are predicted that were not fitted.
 6. `prospects` tells what the test cannot show, what looks alike in it and what to measure next,
    `caveats` what else a reader must know, as of a bias that is `wandering` or of `other_laws`.
 

@@ -17,9 +17,9 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.discovery.candidates import VISIBLE, Instance, amplitude_columns, column_of
 from accelcal.discovery.comparison import Comparison, compared
-from accelcal.discovery.held_out import held_out_rms
+from accelcal.discovery.gaps import gaps_with
 from accelcal.discovery.known import instance_of, sizes_of
-from accelcal.discovery.solution import parameters_of, solution
+from accelcal.discovery.solution import parameters_of
 from accelcal.discovery.spans import lengths
 from accelcal.effects.found import disturbances
 from accelcal.numerics.covariance_root import covariance_root
@@ -99,8 +99,13 @@ def correction(
     columns, sizes, factor = _columns(comparison, effects)
     output = record.output - comparison.model.nominal * (columns @ sizes)
     acting = comparison.model.nominal * columns @ factor
-    told = tuple(_gaps(comparison, effects, instances)) if gaps else effects
-    return Correction(replace(record, output=output), acting, comparison.space.dof, told)
+    if gaps:
+        steps = gaps_with(comparison, [instances[:k] for k in range(len(instances) + 1)])
+        effects = tuple(
+            replace(found, **before.until(after))
+            for found, before, after in zip(effects, steps, steps[1:], strict=False)
+        )
+    return Correction(replace(record, output=output), acting, comparison.space.dof, effects)
 
 
 def _is_visible(comparison: Comparison, item: Instance) -> bool:
@@ -156,24 +161,3 @@ def _columns(comparison: Comparison, effects: Sequence[FoundEffect]) -> tuple[Ar
 
 def _uncertainty(quantity: Quantity | None) -> float:
     return 0.0 if quantity is None else quantity.standard_uncertainty or 0.0
-
-
-def _gaps(
-    comparison: Comparison, effects: Sequence[FoundEffect], instances: Sequence[Instance]
-) -> list[FoundEffect]:
-    """Tell the gap in this record, each effect on top of those before it."""
-    steps = range(len(instances) + 1)
-    rms = [
-        float(np.sqrt(np.mean(solution(comparison, instances[:k]).residual ** 2))) for k in steps
-    ]
-    held = held_out_rms(comparison, [instances[:k] for k in steps])
-    return [
-        replace(
-            found,
-            gap_before=rms[k],
-            gap_after=rms[k + 1],
-            heldout_before=held[k],
-            heldout_after=held[k + 1],
-        )
-        for k, found in enumerate(effects)
-    ]

@@ -21,7 +21,7 @@ from accelcal.discovery.factors import Block
 from accelcal.discovery.family import Family, family_of, judge, with_rates
 from accelcal.discovery.faults import fault
 from accelcal.discovery.faults.finder import faults
-from accelcal.discovery.held_out import held_out_rms
+from accelcal.discovery.gaps import gap_of, gaps_with
 from accelcal.discovery.noise import ReadingNoise, refuse_too_many, sources
 from accelcal.discovery.one_clamping import refuse_several_clampings
 from accelcal.discovery.passing import passing, shift_in_place_of_a_step
@@ -29,7 +29,7 @@ from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
 from accelcal.discovery.search import Findings, search
-from accelcal.discovery.solution import Solution, changes, parameters_of, solution
+from accelcal.discovery.solution import changes, parameters_of, solution
 from accelcal.discovery.spans import orthonormal, squares_in
 from accelcal.discovery.wandering import LIKELY, Wandering, wandering
 from accelcal.discovery.where import pattern, shares, structure
@@ -229,21 +229,20 @@ def _discovery(
     unexplained = _unexplained(look, question)
     if unexplained is not None and question.empirical:
         named = empirical_explanation(family)
-    instances = named.instances if named else ()
-    bare, within = solution(comparison), solution(comparison, instances)
-    steps = list(_steps(comparison, named, question))
+    bare = solution(comparison)
+    within = solution(comparison, named.instances) if named else bare
+    strongest = _strongest_first(named) if named else ()
+    sets = [[item for item, _ in strongest[:k]] for k in range(len(strongest) + 1)]
+    steps = gaps_with(comparison, sets, question.seed)
+    single = chances(comparison.space, comparison.seen, family.blocks)
     said = list(caveats(comparison, findings.explanations, look.walks))
     as_given = _gap_as_given(record, question, comparison.noise) if found else None
     return Discovery(
         noise=sources(comparison.noise, record.apparatus, record, free=("launch", "launch_sf")),
-        before=as_given or _gap(bare, steps[0].held_out),
-        after=_gap(within, steps[-1].held_out),
-        where=shares(
-            comparison.seen,
-            family.blocks,
-            chances(comparison.space, comparison.seen, family.blocks),
-        ),
-        effects=tuple(_effects(look, named, steps)) if named else (),
+        before=as_given or steps[0],
+        after=gap_of(within, steps[-1].heldout_rms),
+        where=shares(comparison.seen, family.blocks, single),
+        effects=tuple(_effects(look, named, strongest, steps)) if named else (),
         unexplained=unexplained,
         undetectable=undetectable(comparison, family.candidates),
         smallest_detectable=smallest_detectable(family, question.alpha),
@@ -293,50 +292,33 @@ def _next_measurement(look: _Look, named: Explanation, question: _Question) -> s
 def _gap_as_given(record: TumbleRecord, question: _Question, noise: ReadingNoise) -> Gap:
     """Gap of the readings with their faults, in the measure of the noise without them."""
     given = compared(record, question.reference, question.delta0, noise=noise)
-    return _gap(solution(given), *held_out_rms(given, [()], question.seed))
+    return gaps_with(given, [()], question.seed)[0]
 
 
-def _gap(fit: Solution, held_out: float | None) -> Gap:
-    return Gap(float(np.sqrt(np.mean(fit.residual**2))), held_out, fit.chi2 / fit.dof)
+def _strongest_first(named: Explanation) -> tuple[tuple[Instance, float], ...]:
+    """Effects of an explanation with their p-values."""
+    both = zip(named.instances, named.p_values, strict=True)
+    return tuple(sorted(both, key=lambda item: item[1]))
 
 
-class _Step(NamedTuple):
-    """The model with the strongest effects of an explanation, and its gap [g]."""
-
-    instances: tuple[Instance, ...]
-    p_value: float
-    rms: float
-    held_out: float | None
-
-
-def _steps(
-    comparison: Comparison, named: Explanation | None, question: _Question
-) -> Iterator[_Step]:
-    """Add the effects of an explanation one by one, the strongest first."""
-    order = np.argsort(named.p_values, kind="stable") if named else np.empty(0, dtype=np.intp)
-    instances = tuple(named.instances[i] for i in order) if named else ()
-    p_values = [1.0, *(named.p_values[i] for i in order)] if named else [1.0]
-    sets = [instances[:k] for k in range(len(instances) + 1)]
-    held = held_out_rms(comparison, sets, question.seed)
-    for effects, p_value, out in zip(sets, p_values, held, strict=True):
-        yield _Step(effects, p_value, _gap(solution(comparison, effects), out).rms, out)
-
-
-def _effects(look: _Look, named: Explanation, steps: Sequence[_Step]) -> Iterator[FoundEffect]:
+def _effects(
+    look: _Look,
+    named: Explanation,
+    strongest: Sequence[tuple[Instance, float]],
+    steps: Sequence[Gap],
+) -> Iterator[FoundEffect]:
     """Effects of the best explanation, each on top of those before it."""
-    instances = steps[-1].instances
-    told = parameters_of(look.comparison, instances)
-    for item, parameters, before, after in zip(instances, told, steps, steps[1:], strict=False):
+    told = parameters_of(look.comparison, [item for item, _ in strongest])
+    for (item, p_value), parameters, before, after in zip(
+        strongest, told, steps, steps[1:], strict=False
+    ):
         others = _indistinguishable(look.findings, named, item.effect)
         yield FoundEffect(
             id=item.effect.id,
             name=item.effect.name,
             parameters=parameters,
-            p_value=after.p_value,
-            gap_before=before.rms,
-            gap_after=after.rms,
-            heldout_before=before.held_out,
-            heldout_after=after.held_out,
+            p_value=p_value,
+            **before.until(after),
             indistinguishable=others,
             to_tell_apart=item.effect.to_tell_apart if others else "",
         )

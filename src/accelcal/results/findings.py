@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from accelcal.escapes import visible
 from accelcal.results.fields import StoredPart
@@ -43,6 +44,15 @@ class Gap(StoredPart):
     rms: float
     heldout_rms: float | None
     reduced_chi2: float
+
+    def until(self, after: Gap) -> dict[str, Any]:
+        """Both gaps, as a `FoundEffect` has those without and with it."""
+        return {
+            "gap_before": self.rms,
+            "gap_after": after.rms,
+            "heldout_before": self.heldout_rms,
+            "heldout_after": after.heldout_rms,
+        }
 
 
 @dataclass(frozen=True, slots=True)

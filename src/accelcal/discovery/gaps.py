@@ -1,4 +1,4 @@
-"""The gap on readings that were not fitted: the model is fitted to the others and predicts them."""
+"""The gap between model and readings: of those fitted, and of those that the others predict."""
 
 from __future__ import annotations
 
@@ -10,8 +10,23 @@ from accelcal.arrays import Array, Mask
 from accelcal.discovery.candidates import Instance, column_of
 from accelcal.discovery.columns import cells, cycle
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.solution import Solution, solution
 from accelcal.discovery.spans import lengths
 from accelcal.numerics.grouping import grouped
+from accelcal.results.findings import Gap
+
+
+def gap_of(fit: Solution, held_out: float | None) -> Gap:
+    """Gap that a fit leaves, with that of readings left out."""
+    return Gap(float(np.sqrt(np.mean(fit.residual**2))), held_out, fit.chi2 / fit.dof)
+
+
+def gaps_with(
+    comparison: Comparison, sets: Sequence[Sequence[Instance]], seed: int = 0
+) -> list[Gap]:
+    """Gap with each of several sets of effects in the model, see `held_out_rms`."""
+    held = held_out_rms(comparison, sets, seed)
+    return [gap_of(solution(comparison, own), out) for own, out in zip(sets, held, strict=True)]
 
 
 def held_out_rms(
