@@ -48,8 +48,8 @@ __all__ = ["discover"]
 _SAME_NOISE = 0.01
 
 
-class _Question(NamedTuple):
-    """What is asked of a record."""
+class Question(NamedTuple):
+    """What is asked of a record: T0 [degC], fixture angle [rad], and how to search."""
 
     reference: float
     delta0: float
@@ -57,7 +57,7 @@ class _Question(NamedTuple):
     alpha: float
     most: int
     seed: int
-    empirical: bool
+    empirical: bool = False
 
 
 class _Look(NamedTuple):
@@ -137,7 +137,7 @@ def discover(
     check_flag(empirical=empirical)
     refuse_several_clampings(record)
     t0 = reference_temperature_of(record, reference_temperature)
-    question = _Question(
+    question = Question(
         reference=0.0 if t0 is None else t0,
         delta0=fixture_angle(record, delta0),
         effects=searched_among(effects),
@@ -146,10 +146,15 @@ def discover(
         seed=seed,
         empirical=empirical,
     )
+    return answered(record, question)
+
+
+def answered(record: TumbleRecord, question: Question) -> Discovery:
+    """Search a record in one clamping, as `discover` does."""
     tell("searching %r among %d effects", record.source, len(question.effects))
     with naming(record):
         refuse_too_many(record)
-        found, mended = faults(record, question.reference, question.delta0, alpha)
+        found, mended = faults(record, question.reference, question.delta0, question.alpha)
         look = _beyond_disturbances(_searched(mended, question))
         return _discovery(look, record, found, question)
 
@@ -165,7 +170,7 @@ def check_search(alpha: float, max_effects: int, seed: int) -> None:
         raise InputError(f"max_effects is {max_effects}; it is a whole number from 1 to 5")
 
 
-def _searched(record: TumbleRecord, question: _Question) -> _Look:
+def _searched(record: TumbleRecord, question: Question) -> _Look:
     """Search, and once more with the noise judged beside what was found."""
     look = _look(record, question, ())
     if not look.findings.explanations and look.comparison.noise.rho > 0.0:
@@ -177,7 +182,7 @@ def _searched(record: TumbleRecord, question: _Question) -> _Look:
     return look if _same_noise(look.comparison, known.comparison) else known
 
 
-def _without_memory(record: TumbleRecord, question: _Question) -> _Look | None:
+def _without_memory(record: TumbleRecord, question: Question) -> _Look | None:
     """Search for effects that alone make the noise look as if it had a memory.
 
     A slow effect within a cycle correlates neighbours. It is found as if they were independent, and
@@ -205,7 +210,7 @@ def _beyond_disturbances(look: _Look) -> _Look:
 
 
 def _look(
-    record: TumbleRecord, question: _Question, known: tuple[Instance, ...], *, memory: bool = True
+    record: TumbleRecord, question: Question, known: tuple[Instance, ...], *, memory: bool = True
 ) -> _Look:
     comparison = compared(record, question.reference, question.delta0, known, memory=memory)
     family = with_rates(family_of(comparison, question.effects), question.seed)
@@ -222,7 +227,7 @@ def _same_noise(one: Comparison, other: Comparison) -> bool:
 
 
 def _discovery(
-    look: _Look, record: TumbleRecord, found: Sequence[fault.Fault], question: _Question
+    look: _Look, record: TumbleRecord, found: Sequence[fault.Fault], question: Question
 ) -> Discovery:
     comparison, family, findings = look.comparison, look.family, look.findings
     named = findings.explanations[0] if findings.explanations else None
@@ -275,7 +280,7 @@ def _fault(found: fault.Fault) -> Fault:
     return Fault(entry, found.finding, found.text, parameters, found.p_value, readings)
 
 
-def _next_measurement(look: _Look, named: Explanation, question: _Question) -> str:
+def _next_measurement(look: _Look, named: Explanation, question: Question) -> str:
     """What would tell the best explanation from the others; empty where there are none."""
     rivals = [other.instances for other in look.findings.explanations[1:]]
     if not rivals:
@@ -289,7 +294,7 @@ def _next_measurement(look: _Look, named: Explanation, question: _Question) -> s
     return best.text if best else "nothing on the menu of further readings tells them apart"
 
 
-def _gap_as_given(record: TumbleRecord, question: _Question, noise: ReadingNoise) -> Gap:
+def _gap_as_given(record: TumbleRecord, question: Question, noise: ReadingNoise) -> Gap:
     """Gap of the readings with their faults, in the measure of the noise without them."""
     given = compared(record, question.reference, question.delta0, noise=noise)
     return gaps_with(given, [()], question.seed)[0]
@@ -331,7 +336,7 @@ def _indistinguishable(findings: Findings, named: Explanation, effect: Effect) -
     return tuple(next(iter(ids)) for ids in found if len(ids) == 1 and effect.id not in ids)
 
 
-def _unexplained(look: _Look, question: _Question) -> Unexplained | None:
+def _unexplained(look: _Look, question: Question) -> Unexplained | None:
     if look.findings.explanations:
         return None
     if look.findings.before.p_value < question.alpha:

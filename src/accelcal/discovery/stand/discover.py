@@ -10,7 +10,7 @@ import numpy as np
 from accelcal.arguments.kinds import each_of
 from accelcal.discovery.candidates import Instance, searched_among
 from accelcal.discovery.comparison import compared
-from accelcal.discovery.discover import check_search, discover
+from accelcal.discovery.discover import Question, answered, check_search
 from accelcal.discovery.one_clamping import refuse_several_clampings
 from accelcal.discovery.stand.joint_fit import coefficients, without_head
 from accelcal.discovery.stand.mean_unit import (
@@ -38,16 +38,17 @@ from accelcal.results.stand_discovery import StandDiscovery
 __all__ = ["discover_stand"]
 
 
-class _Settings(NamedTuple):
-    """What is asked for."""
+class _Stand(NamedTuple):
+    """Records of one stand, what is asked of them, and the declared uncertainty of its head."""
 
-    alpha: float
-    most: int
-    reference: float
-    delta0: float
-    effects: Sequence[Effect] | None
-    seed: int
+    records: Sequence[TumbleRecord]
+    question: Question
     head: float | None
+
+    @property
+    def alpha_of_a_unit(self) -> float:
+        """False-alarm rate for what one unit has alone."""
+        return self.question.alpha / (2.0 * len(self.records))
 
 
 class _State(NamedTuple):
@@ -129,18 +130,16 @@ def discover_stand(
         refuse_several_clampings(record)
     check_one_plan(records)
     refuse_twice(records)
-    records = on_one_stand(records)
-    settings = _Settings(
-        alpha=alpha,
-        most=max_effects,
+    question = Question(
         reference=_one_reference(records, reference_temperature),
         delta0=fixture_angle(records[0], delta0),
-        effects=effects,
+        effects=searched_among(effects),
+        alpha=alpha,
+        most=max_effects,
         seed=seed,
-        head=records[0].apparatus.head_uncertainty,
     )
-    common, state = _settled(records, settings)
-    return _told(common, state, _names(records), settings)
+    stand = _Stand(on_one_stand(records), question, records[0].apparatus.head_uncertainty)
+    return _told(stand, *_settled(stand))
 
 
 def _one_reference(records: Sequence[TumbleRecord], given: float | None) -> float:
@@ -153,70 +152,53 @@ def _one_reference(records: Sequence[TumbleRecord], given: float | None) -> floa
     return found.pop()
 
 
-def _settled(records: Sequence[TumbleRecord], settings: _Settings) -> tuple[Discovery, _State]:
+def _settled(stand: _Stand) -> tuple[Discovery, _State]:
     """Look at the mean and at each unit in turns, until no unit has anything new of its own."""
-    searched = searched_among(settings.effects)
-    looker = Looker(searched, settings.head or 0.0, settings.seed)
-    state = _State(_units(records, settings, (), {}), (), {})
-    for _ in range(len(records) + 2):
-        common = _common(state, settings)
-        shared = _shared(state.units, common, settings)
-        own = _own(looker, state, shared, settings)
-        before, state = state, _State(_units(records, settings, shared, own), shared, own)
+    question, head = stand.question, stand.head
+    looker = Looker(question.effects, head or 0.0, question.seed)
+    of_the_mean = question._replace(alpha=question.alpha / 2.0)
+    state = _State(_units(stand, (), {}), (), {})
+    for _ in range(len(stand.records) + 2):
+        common = answered(mean_unit(state.units, state.shared, head), of_the_mean)
+        shared = _shared(state.units, common, question.alpha)
+        own = _own(stand, looker, state, shared)
+        before, state = state, _State(_units(stand, shared, own), shared, own)
         if state.ids == before.ids:
             break
     return common, state
 
 
-def _units(
-    records: Sequence[TumbleRecord],
-    settings: _Settings,
-    shared: tuple[Instance, ...],
-    own: dict[int, Own],
-) -> list[Unit]:
+def _units(stand: _Stand, shared: tuple[Instance, ...], own: dict[int, Own]) -> list[Unit]:
     """Units compared with the base model, what was found in them not taken for noise."""
     found = []
-    for number, record in enumerate(records):
+    for number, record in enumerate(stand.records):
         alone = own[number].instances if number in own else ()
         bare = record.with_apparatus(head_uncertainty=None)
-        comparison = compared(bare, settings.reference, settings.delta0, (*shared, *alone))
-        found.append(Unit.of(comparison)._replace(own=alone))
+        question = stand.question
+        comparison = compared(bare, question.reference, question.delta0, (*shared, *alone))
+        found.append(Unit.of(comparison, alone))
     return found
 
 
-def _common(state: _State, settings: _Settings) -> Discovery:
-    return discover(
-        mean_unit(state.units, state.shared, settings.head),
-        alpha=settings.alpha / 2.0,
-        max_effects=settings.most,
-        reference_temperature=settings.reference,
-        delta0=settings.delta0,
-        effects=settings.effects,
-        seed=settings.seed,
-    )
-
-
-def _shared(units: Sequence[Unit], common: Discovery, settings: _Settings) -> tuple[Instance, ...]:
+def _shared(units: Sequence[Unit], common: Discovery, alpha: float) -> tuple[Instance, ...]:
     """Effects of the mean that may be the stand's; it takes three units to know."""
     if len(units) < FEWEST:
         return ()
     found = instances_in(common)
-    return tuple(
-        item for item in found if one_value(units, item, found, settings.alpha).verdict != "unit"
-    )
+    return tuple(item for item in found if one_value(units, item, found, alpha).verdict != "unit")
 
 
 def _own(
-    looker: Looker, state: _State, shared: tuple[Instance, ...], settings: _Settings
+    stand: _Stand, looker: Looker, state: _State, shared: tuple[Instance, ...]
 ) -> dict[int, Own]:
     """Effects of the units that had some already, and of the clearest one that is new."""
-    level = settings.alpha / (2.0 * len(state.units))
+    level = stand.alpha_of_a_unit
     looks = [looker(state.units, number, shared) for number in range(len(state.units))]
     new = [n for n, look in enumerate(looks) if n not in state.own and look.p_value < level]
     new.sort(key=lambda n: (looks[n].p_value, -float(np.sum(looks[n].family.comparison.seen ** 2))))
     found = {}
     for number in [*state.own, *new[:1]]:
-        explanations, complete = looks[number].explained(level, settings.most)
+        explanations, complete = looks[number].explained(level, stand.question.most)
         if not explanations:
             found[number] = Own((), (), (), complete)
             continue
@@ -226,17 +208,16 @@ def _own(
     return found
 
 
-def _told(
-    common: Discovery, state: _State, names: tuple[str, ...], settings: _Settings
-) -> StandDiscovery:
-    units, alpha, head = state.units, settings.alpha, settings.head or 0.0
+def _told(stand: _Stand, common: Discovery, state: _State) -> StandDiscovery:
+    units, alpha, head = state.units, stand.question.alpha, stand.head or 0.0
+    names = _names(stand.records)
     level = without_head(units, state.shared, head)
     effects = (
         *common_effects(level, common, names, alpha),
         *own_effects(level, state.own, state.shared, names, alpha),
     )
     order = {"stand": 0, "undecided": 1, "unit": 2}
-    hinging = _hinging_on_one_head(state, settings)
+    hinging = _hinging_on_one_head(stand, state)
     of_stand = {item.id for item in effects if item.verdict == "stand"}
     shared = tuple(item for item in state.shared if item.effect.id in of_stand)
     gain = len(units) >= FEWEST and bool(shared or head)
@@ -254,15 +235,13 @@ def _told(
     )
 
 
-def _hinging_on_one_head(state: _State, settings: _Settings) -> tuple[int, ...]:
+def _hinging_on_one_head(stand: _Stand, state: _State) -> tuple[int, ...]:
     """Units whose own effects a head of their own, as good as declared, could make as well."""
-    if not settings.head or len(state.units) < FEWEST:
+    if not stand.head or len(state.units) < FEWEST:
         return ()
-    searched, level = searched_among(settings.effects), settings.alpha / (2.0 * len(state.units))
-    looker = Looker(searched, settings.head, settings.seed, one_head=False)
-    return tuple(
-        n for n in sorted(state.own) if looker(state.units, n, state.shared).p_value >= level
-    )
+    looker = Looker(stand.question.effects, stand.head, stand.question.seed, one_head=False)
+    looks = {n: looker(state.units, n, state.shared) for n in sorted(state.own)}
+    return tuple(n for n, look in looks.items() if look.p_value >= stand.alpha_of_a_unit)
 
 
 def _doubtful(state: _State, hinging: Sequence[int]) -> tuple[str, ...]:

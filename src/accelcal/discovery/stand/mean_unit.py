@@ -37,9 +37,9 @@ class Unit(NamedTuple):
     own: tuple[Instance, ...] = ()
 
     @classmethod
-    def of(cls, comparison: Comparison) -> Unit:
-        """Set up a unit without effects of its own."""
-        return cls(comparison, head_columns(comparison.model.conditions))
+    def of(cls, comparison: Comparison, own: tuple[Instance, ...] = ()) -> Unit:
+        """Set up a unit with effects of its own."""
+        return cls(comparison, head_columns(comparison.model.conditions), own)
 
 
 def amplitudes(instances: Sequence[Instance]) -> tuple[Instance, ...]:

@@ -16,7 +16,7 @@ from accelcal.numerics.probability import f_survival
 Verdict = Literal["stand", "unit", "undecided"]
 
 FEWEST = 3
-"""Units that it takes to call an effect the stand's."""
+"""Units that it takes to call an effect the stand's, and to tell a unit from the others."""
 
 _ALIKE = 0.02
 """Spread from unit to unit, over the size, that still counts as one value."""

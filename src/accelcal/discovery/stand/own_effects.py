@@ -17,10 +17,8 @@ from accelcal.discovery.stand.joint_fit import (
     shared_columns,
 )
 from accelcal.discovery.stand.mean_unit import Unit
+from accelcal.discovery.stand.one_value import FEWEST
 from accelcal.effects.effect import Effect
-
-FEWEST = 3
-"""Units of which the others tell what the stand does."""
 
 
 class OwnLook(NamedTuple):
