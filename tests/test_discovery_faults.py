@@ -35,7 +35,7 @@ def changed(record, change):
 
 
 def named(found):
-    return [fault.effect.id if fault.effect else fault.finding for fault in found]
+    return [fault.id if fault.is_entry else fault.name for fault in found]
 
 
 # -- nothing where there is nothing ----------------------------------------------------------------
@@ -83,17 +83,18 @@ def test_outlier_is_found_and_set_aside(tmp_path, regime, s):
     case, table, record = hidden("outlier", tmp_path, seed=4, regime=regime, s=s)
     (fault,), mended = faults(record, 20.0)
     wrong = case.truth["outlier"]["outlier_at"]
-    assert fault.effect.id == "outlier"
+    assert fault.id == "outlier"
     assert fault.readings == (wrong,)
     assert fault.p_value < 0.01
-    value, error, unit = fault.parameters["error"]
+    told = fault.parameters["error"]
+    value, error, unit = told.value, told.standard_uncertainty, told.unit
     assert unit == "g"
     size = case.truth["outlier"]["outlier"] / table.scale
     assert value == pytest.approx(size, abs=4.0 * error, rel=2e-4)  # the scale factor is nominal
-    assert fault.parameters["reading"] == (wrong + 1.0, 0.0, "1")
+    assert fault.parameters["reading"] == accelcal.Quantity(wrong + 1.0, 0.0, "1")
     assert mended == record.select(np.arange(len(record)) != wrong)
-    assert fault.text in mended.notes
-    assert f"line {record.line[wrong]}" in fault.text
+    assert fault.finding in mended.notes
+    assert f"line {record.line[wrong]}" in fault.finding
 
 
 def test_outliers_that_hide_one_another_are_found(clean):
@@ -143,9 +144,9 @@ def test_exchanged_readings_are_exchanged_back(tmp_path, seed, design, regime):
     if np.abs(table.effect).max() < 8.0 * table.sigma:
         pytest.skip("the two readings are almost equal")
     (fault,), mended = faults(record, 20.0)
-    assert fault.effect.id == "swapped-positions"
+    assert fault.id == "swapped-positions"
     assert fault.readings == tuple(pair)
-    assert fault.parameters["apart"][0] == pair[1] - pair[0]
+    assert fault.parameters["apart"].value == pair[1] - pair[0]
     right = record.output.copy()
     right[pair] = right[pair[::-1]]
     assert mended == replace(record, output=right)
@@ -187,10 +188,10 @@ def test_mirrored_stroke_is_put_right(clean):
         output[own] = output[own[::-1]]
 
     (fault,), mended = faults(changed(clean, change), 20.0)
-    assert fault.finding == "wrong order of positions"
-    assert fault.effect is None
+    assert fault.name == "wrong order of positions"
+    assert not fault.is_entry
     assert fault.readings == tuple(own)
-    assert "mirrored" in fault.text
+    assert "mirrored" in fault.finding
     assert mended.angle[own].tolist() == clean.angle[own[::-1]].tolist()
     assert mended.position[own].tolist() == clean.position[own[::-1]].tolist()
 
@@ -205,7 +206,9 @@ def test_a_unit_mounted_anew_is_turned_back():
     found, mended = faults(turned, 20.0)
     assert named(found) == ["mounted anew", "mounted anew"]
     assert sorted(r for fault in found for r in fault.readings) == np.flatnonzero(later).tolist()
-    assert [fault.parameters["turn"][0] for fault in found] == pytest.approx([-4e-4] * 2, abs=6e-6)
+    assert [fault.parameters["turn"].value for fault in found] == pytest.approx(
+        [-4e-4] * 2, abs=6e-6
+    )
     assert np.abs(mended.output - clean.output).max() < 1e-5
     discovery = accelcal.discover(turned)
     assert discovery.effects == ()
@@ -236,7 +239,7 @@ def test_a_lag_without_misalignment_is_no_mirrored_stroke(strokes):
 def test_stroke_of_the_other_sign_is_put_right(clean):
     own = stroke_of(clean)
     (fault,), mended = faults(changed(clean, lambda y: np.negative.at(y, own)), 20.0)
-    assert fault.finding == "wrong sign"
+    assert fault.name == "wrong sign"
     assert fault.readings == tuple(own)
     assert mended == clean
 
@@ -248,7 +251,7 @@ def test_shifted_stroke_is_put_right(clean):
         output[own] = output[[*own[1:], own[1]]]
 
     (fault,), mended = faults(changed(clean, change), 20.0)
-    assert "shifted by one position" in fault.text
+    assert "shifted by one position" in fault.finding
     assert mended.position[own].tolist() == [2, 3, 4, 5, 6, 7, 8, 9, 2]
     assert mended.angle[own].tolist() == [45.0 * k for k in (1, 2, 3, 4, 5, 6, 7, 8, 1)]
 
@@ -256,15 +259,15 @@ def test_shifted_stroke_is_put_right(clean):
 def test_tables_negative_as_a_whole_are_named_and_left(clean):
     negative = changed(clean, lambda output: np.negative(output, out=output))
     (fault,), mended = faults(negative, 20.0)
-    assert fault.finding == "wrong sign"
+    assert fault.name == "wrong sign"
     assert fault.readings == tuple(range(len(clean)))
     assert mended == negative
 
 
 def test_tables_shifted_as_a_whole_are_named(clean):
     (fault,), _ = faults(replace(clean, angle=np.mod(clean.angle + 45.0, 360.0)), 20.0)
-    assert fault.finding == "positions shifted"
-    assert fault.parameters["turn"][0] == pytest.approx(-45.0, abs=0.5)
+    assert fault.name == "positions shifted"
+    assert fault.parameters["turn"].value == pytest.approx(-45.0, abs=0.5)
 
 
 @pytest.mark.parametrize("positions", [4, 6])
@@ -274,8 +277,8 @@ def test_an_undeclared_number_of_positions_is_named(positions):
     record = accelcal.simulate(plan=plan, seed=1)
     taken = replace(record, positions=8, angle=record.angle * positions / 8.0)
     (fault,), _ = faults(taken, 20.0)
-    assert fault.finding == "number of positions"
-    assert f"declare '# positions: {positions}'" in fault.text
+    assert fault.name == "number of positions"
+    assert f"declare '# positions: {positions}'" in fault.finding
 
 
 # -- a visible step --------------------------------------------------------------------------------
@@ -285,9 +288,9 @@ def test_an_undeclared_number_of_positions_is_named(positions):
 def test_step_is_found(tmp_path, s):
     case, table, record = hidden("quantization", tmp_path, seed=3, s=s)
     (fault,), mended = faults(record, 20.0)
-    assert fault.effect.id == "quantization"
+    assert fault.id == "quantization"
     step = case.truth["quantization"]["resolution"] / table.scale
-    assert fault.parameters["step"][0] == pytest.approx(step, rel=1e-3)
+    assert fault.parameters["step"].value == pytest.approx(step, rel=1e-3)
     assert mended.apparatus.resolution == pytest.approx(step * table.scale, rel=1e-3)
     assert mended == record.with_apparatus(resolution=mended.apparatus.resolution)
 
@@ -320,7 +323,8 @@ def test_vibration_is_found_with_its_size(tmp_path, regime):
     case, _, record = hidden("vibration-noise", tmp_path, 2, "loop", regime, s=10.0)
     found, mended = faults(record, 20.0)
     assert named(found) == ["vibration-noise"]
-    value, error, unit = found[0].parameters["sigma"]
+    told = found[0].parameters["sigma"]
+    value, error, unit = told.value, told.standard_uncertainty, told.unit
     assert unit == "g"
     assert abs(value - case.truth["vibration-noise"]["shaking"]) < 5.0 * error
     assert mended == record

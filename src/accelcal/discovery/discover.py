@@ -19,7 +19,6 @@ from accelcal.discovery.empirical_terms import empirical_explanation
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.factors import Block
 from accelcal.discovery.family import Family, family_of, judge, with_rates
-from accelcal.discovery.faults import fault
 from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.gaps import gap_of, gaps_with
 from accelcal.discovery.noise import ReadingNoise, refuse_too_many, sources
@@ -39,8 +38,7 @@ from accelcal.logs import tell
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
-from accelcal.results.findings import WRONG_ORDER, Fault, FoundEffect, Gap, Unexplained
-from accelcal.results.quantity import Quantity
+from accelcal.results.findings import Fault, FoundEffect, Gap, Unexplained
 from accelcal.version import SOFTWARE
 
 __all__ = ["discover"]
@@ -227,7 +225,7 @@ def _same_noise(one: Comparison, other: Comparison) -> bool:
 
 
 def _discovery(
-    look: _Look, record: TumbleRecord, found: Sequence[fault.Fault], question: Question
+    look: _Look, record: TumbleRecord, found: Sequence[Fault], question: Question
 ) -> Discovery:
     comparison, family, findings = look.comparison, look.family, look.findings
     named = findings.explanations[0] if findings.explanations else None
@@ -251,7 +249,7 @@ def _discovery(
         unexplained=unexplained,
         undetectable=undetectable(comparison, family.candidates),
         smallest_detectable=smallest_detectable(family, question.alpha),
-        faults=tuple(map(_fault, found)),
+        faults=tuple(found),
         coefficients=changes(comparison, bare, within),
         scale_factor=comparison.model.nominal,
         output_unit=record.unit,
@@ -268,16 +266,6 @@ def _discovery(
         software=SOFTWARE,
         sha256=record.sha256,
     )
-
-
-def _fault(found: fault.Fault) -> Fault:
-    parameters = {
-        name: Quantity(value, uncertainty, unit)
-        for name, (value, uncertainty, unit) in found.parameters.items()
-    }
-    entry = WRONG_ORDER if found.effect is None else found.effect.id
-    readings = tuple(map(int, found.readings))
-    return Fault(entry, found.finding, found.text, parameters, found.p_value, readings)
 
 
 def _next_measurement(look: _Look, named: Explanation, question: Question) -> str:

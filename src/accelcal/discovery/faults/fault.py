@@ -1,42 +1,40 @@
-"""What a fault of the readings is."""
+"""How faults of the readings are told."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
 
-from accelcal.effects.effect import Effect
+from accelcal.effects.catalogue import effect
 from accelcal.record import TumbleRecord
+from accelcal.results.findings import WRONG_ORDER, Fault
+from accelcal.results.quantity import Quantity
 
 SMALLEST = 1e-300
 """Smallest p-value told, and smallest error that is divided by."""
 
 
-class Fault(NamedTuple):
-    """A fault of the readings.
+def entry_fault(
+    name: str,
+    finding: str,
+    parameters: Mapping[str, Quantity],
+    chance: float,
+    readings: Sequence[int] = (),
+) -> Fault:
+    """Tell a fault that the catalogue of effects has an entry for, by its id."""
+    p_value = max(chance, SMALLEST)
+    return Fault(name, effect(name).name, finding, parameters, p_value, tuple(readings))
 
-    Attributes
-    ----------
-    effect : Effect or None
-        Entry of the catalogue; None for a wrong order or sign, which is none.
-    finding : str
-        Its name.
-    parameters : mapping of str to (float, float, str)
-        Value, standard uncertainty and unit of each parameter.
-    p_value : float
-        Chance of as much without the fault, over all readings that it was looked for in.
-    readings : tuple of int
-        Indices of the readings that it touches, in the record as given.
-    text : str
-        What, where, how sure, and the remedy, in a line.
-    """
 
-    effect: Effect | None
-    finding: str
-    parameters: Mapping[str, tuple[float, float, str]]
-    p_value: float
-    readings: tuple[int, ...]
-    text: str
+def order_fault(
+    name: str,
+    finding: str,
+    parameters: Mapping[str, Quantity],
+    chance: float,
+    readings: Sequence[int],
+) -> Fault:
+    """Tell a fault of the order, the sign or the mounting, which is no entry of the catalogue."""
+    p_value = max(chance, SMALLEST)
+    return Fault(WRONG_ORDER, name, finding, parameters, p_value, tuple(readings))
 
 
 def of_run(record: TumbleRecord, reading: int) -> str:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Places
-from accelcal.discovery.faults.fault import SMALLEST, Fault
+from accelcal.discovery.faults.fault import entry_fault
 from accelcal.discovery.faults.pure_error import PureError, moving, pure_error
 from accelcal.discovery.faults.remounting import mounted_anew
 from accelcal.discovery.faults.single_readings import nominal_scale, single_readings
@@ -25,12 +25,13 @@ from accelcal.discovery.faults.uneven_noise import (
 from accelcal.discovery.faults.visible_step import VisibleStep, visible_step
 from accelcal.discovery.faults.wrong_order import turned_tables, wrong_orders
 from accelcal.discovery.noise import FEWEST_REPLICATES
-from accelcal.effects.catalogue import effect
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.gates.verdict import acceleration
 from accelcal.numerics.decimal_steps import decimal_step
 from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
+from accelcal.results.findings import Fault
+from accelcal.results.quantity import Quantity
 
 _OF_NORMAL = 1.4826  # standard deviation over the median size of a normal deviation
 
@@ -93,7 +94,7 @@ def faults(
     >>> wrong = effect("outlier").of(1e-3, reading=17)
     >>> record = accelcal.simulate(effects=[wrong], seed=1)
     >>> found, mended = faults(record, 20.0)
-    >>> [fault.effect.id for fault in found], len(record) - len(mended)
+    >>> [fault.id for fault in found], len(record) - len(mended)
     (['outlier'], 1)
     """
     orders, ordered = wrong_orders(record, delta0)
@@ -113,7 +114,7 @@ def faults(
         shaken = (_of_vibration(_scene(mended, reference_temperature, delta0), chance),)
     stepped = () if step is None else (_of_step(step, rest),)
     turned = turned_tables(mended, delta0, _kept(record, single))
-    notes = [fault.text for fault in (*orders, *turns, *single)]
+    notes = [fault.finding for fault in (*orders, *turns, *single)]
     if scene.view.dof < FEWEST_REPLICATES:
         notes.append(_NOT_JUDGED.format(dof=max(int(scene.view.dof), 0)))
     mended = replace(mended, notes=(*mended.notes, *notes))
@@ -163,26 +164,23 @@ def _of_step(step: VisibleStep, scene: _Scene) -> Fault:
     declared = scene.record.apparatus.resolution
     known = declared is not None and step.step < 1.5 * declared
     said = "as declared" if known else f"declare '# resolution: {step.step:.6g}'"
-    return Fault(
-        effect=effect("quantization"),
-        finding=effect("quantization").name,
-        parameters={"step": (size, error, "g")},
-        p_value=step.p_value,
-        readings=tuple(range(len(scene.record))),
-        text=f"all readings are multiples of {step.step:.6g} {scene.record.unit or 'output units'}"
+    return entry_fault(
+        "quantization",
+        f"all readings are multiples of {step.step:.6g} {scene.record.unit or 'output units'}"
         f" ({acceleration(size)}), which their noise does not hide; {said}, or read more digits",
+        {"step": Quantity(size, error, "g")},
+        step.p_value,
+        range(len(scene.record)),
     )
 
 
 def _of_vibration(scene: _Scene, chance: float) -> Fault:
     found = vibration(scene.readings, scene.c, scene.record.mounting)
-    return Fault(
-        effect=effect("vibration-noise"),
-        finding=effect("vibration-noise").name,
-        parameters={"sigma": (found.vibration, found.uncertainty, "g")},
-        p_value=max(chance, SMALLEST),
-        readings=(),
-        text=f"readings scatter by {acceleration(found.sigma)} where the angle does not matter and"
+    return entry_fault(
+        "vibration-noise",
+        f"readings scatter by {acceleration(found.sigma)} where the angle does not matter and"
         f" by {acceleration(float(np.hypot(found.sigma, found.vibration)))} where it matters most,"
         f" p = {chance:.2g}; nothing is taken out, but these readings weigh less: quiet the stand",
+        {"sigma": Quantity(found.vibration, found.uncertainty, "g")},
+        chance,
     )

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.discovery.faults.fault import SMALLEST, Fault
+from accelcal.discovery.faults.fault import SMALLEST, order_fault
 from accelcal.estimate.launch import same_levels
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.gates.record import is_turn
@@ -16,6 +16,8 @@ from accelcal.gates.trend import moments
 from accelcal.gates.verdict import angle
 from accelcal.numerics.probability import student_survival
 from accelcal.record import TumbleRecord
+from accelcal.results.findings import Fault
+from accelcal.results.quantity import Quantity
 
 _MOVES = 4.0  # standard uncertainties of a misalignment that moves within a run
 
@@ -102,13 +104,12 @@ def _moves(table: PreparedTable, rest: Array, column: Array) -> bool:
 
 def _fault(record: TumbleRecord, own: _Tilt, reference: _Tilt, turn: float, error: float) -> Fault:
     run, earlier = (record.run_labels[record.run[tilt.readings][0]] for tilt in (own, reference))
-    return Fault(
-        effect=None,
-        finding="mounted anew",
-        parameters={"turn": (turn, error, "rad")},
-        p_value=max(2.0 * student_survival(abs(turn) / max(error, SMALLEST), own.dof), SMALLEST),
-        readings=tuple(np.flatnonzero(own.readings).tolist()),
-        text=f"run {run}: the misalignment differs by {angle(abs(turn))} from that of run {earlier}"
+    return order_fault(
+        "mounted anew",
+        f"run {run}: the misalignment differs by {angle(abs(turn))} from that of run {earlier}"
         " at the same temperature, as of a unit that was mounted anew; the run is taken as turned"
         " back; calibrate each mounting alone",
+        {"turn": Quantity(turn, error, "rad")},
+        2.0 * student_survival(abs(turn) / max(error, SMALLEST), own.dof),
+        np.flatnonzero(own.readings).tolist(),
     )

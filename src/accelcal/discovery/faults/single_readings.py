@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.discovery.faults.fault import SMALLEST, Fault, of_run
+from accelcal.discovery.faults.fault import SMALLEST, entry_fault, of_run
 from accelcal.discovery.faults.suspects import Suspect, Views, suspects, views_of
-from accelcal.effects.catalogue import effect
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions
 from accelcal.gates.verdict import acceleration, reading_name
 from accelcal.record import TumbleRecord
+from accelcal.results.findings import Fault
+from accelcal.results.quantity import Quantity
 
 
 def nominal_scale(record: TumbleRecord, c: Conditions, kept: Mask | None = None) -> float:
@@ -134,18 +135,17 @@ def _outlier(
     record: TumbleRecord, c: Conditions, reading: int, error: tuple[float, float], chance: float
 ) -> Fault:
     size, uncertainty = error
-    return Fault(
-        effect=effect("outlier"),
-        finding=effect("outlier").name,
-        parameters={
-            "error": (size, uncertainty, "g"),
-            "reading": (float(c.number[reading]), 0.0, "1"),
-        },
-        p_value=max(chance, SMALLEST),
-        readings=(reading,),
-        text=f"{_where(record, reading)} is {acceleration(size)} off its replicates (standard"
+    return entry_fault(
+        "outlier",
+        f"{_where(record, reading)} is {acceleration(size)} off its replicates (standard"
         f" uncertainty {acceleration(uncertainty)}, p = {chance:.2g}): set aside as an outlier;"
         " repeat the reading",
+        {
+            "error": Quantity(size, uncertainty, "g"),
+            "reading": Quantity(float(c.number[reading]), 0.0, "1"),
+        },
+        chance,
+        [reading],
     )
 
 
@@ -154,15 +154,14 @@ def _exchange(record: TumbleRecord, c: Conditions, step: Suspect) -> Fault:
     first, second = sorted(step.readings, key=lambda reading: int(c.number[reading]))
     apart = float(c.number[second] - c.number[first])
     other = reading_name(record, second, record.line)
-    return Fault(
-        effect=effect("swapped-positions"),
-        finding=effect("swapped-positions").name,
-        parameters={
-            "reading": (float(c.number[first]), 0.0, "1"),
-            "apart": (apart, 0.0, "1"),
-        },
-        p_value=chance,
-        readings=(first, second),
-        text=f"{_where(record, first)} and {other} are written at each other's place"
+    return entry_fault(
+        "swapped-positions",
+        f"{_where(record, first)} and {other} are written at each other's place"
         f" (p = {chance:.2g}): exchanged back; check the protocol",
+        {
+            "reading": Quantity(float(c.number[first]), 0.0, "1"),
+            "apart": Quantity(apart, 0.0, "1"),
+        },
+        chance,
+        [first, second],
     )

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from accelcal.arrays import Array, Mask, Places
-from accelcal.discovery.faults.fault import SMALLEST, Fault, of_run
+from accelcal.discovery.faults.fault import SMALLEST, of_run, order_fault
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.gates.order import OtherOrder, order_of_strokes
 from accelcal.gates.sizes import wrong_sign
@@ -16,6 +16,8 @@ from accelcal.gates.verdict import times
 from accelcal.numerics.probability import f_survival, student_survival
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
+from accelcal.results.findings import Fault
+from accelcal.results.quantity import Quantity
 
 _LAGGING, _LARGEST_LAG = 1.5, 3e-4
 """Squared residuals of another order, over those of a lag, from which on it is the lag, and the
@@ -73,16 +75,16 @@ def turned_tables(record: TumbleRecord, delta0: float, index: Places) -> tuple[F
     tables = _tables(record)
     turned = [_turned(record, own, delta0, index) for own in tables]
     found = [fault for fault in turned if fault is not None]
-    alike = len({fault.finding for fault in found}) == 1 and len(found) == len(tables)
+    alike = len({fault.name for fault in found}) == 1 and len(found) == len(tables)
     return (_of_all(found),) if alike and len(found) > 1 else tuple(found)
 
 
 def _of_all(found: list[Fault]) -> Fault:
     """The same fault of all tables as one."""
-    text = f"all tables alike, {found[0].text}"
+    text = f"all tables alike, {found[0].finding}"
     readings = sorted(reading for fault in found for reading in fault.readings)
     p = max(fault.p_value for fault in found)
-    return found[0]._replace(p_value=p, readings=tuple(readings), text=text)
+    return replace(found[0], p_value=p, readings=tuple(readings), finding=text)
 
 
 def _tables(record: TumbleRecord) -> list[Mask]:
@@ -109,16 +111,14 @@ def _lags_instead(table: PreparedTable, other: OtherOrder) -> bool:
 
 def _fault(record: TumbleRecord, table: PreparedTable, other: OtherOrder, places: Places) -> Fault:
     dof = float(len(table.record) - len(table.estimability.kept))
-    p = max(f_survival(other.better, dof, dof), SMALLEST)
-    return Fault(
-        effect=None,
-        finding="wrong order of positions" if other.sign > 0.0 else "wrong sign",
-        parameters={},
-        p_value=p,
-        readings=tuple(places.tolist()),
-        text=f"{of_run(record, int(places[0]))}{other.said}: the residuals are"
+    return order_fault(
+        "wrong order of positions" if other.sign > 0.0 else "wrong sign",
+        f"{of_run(record, int(places[0]))}{other.said}: the residuals are"
         f" {times(float(np.sqrt(other.better)))} times smaller so, and that is how they are taken;"
         " correct the table",
+        {},
+        f_survival(other.better, dof, dof),
+        places.tolist(),
     )
 
 
@@ -155,14 +155,13 @@ def _turned(record: TumbleRecord, own: Mask, delta0: float, index: Places) -> Fa
     row = table.least_squares.map[table.estimability.kept.index(what)]
     error = max(float(np.sqrt(row @ row * (rest @ rest) / dof)), SMALLEST)
     turn = float(np.degrees(np.arctan2(-m, k1)))
-    finding, said = _whole_table(table, k1, turn, delta0)
-    return Fault(
-        effect=None,
-        finding=finding,
-        parameters={"turn": (turn, float(np.degrees(error / np.hypot(k1, m))), "deg")},
-        p_value=max(2.0 * student_survival(abs(size[what]) / error, dof), SMALLEST),
-        readings=tuple(index[own].tolist()),
-        text=f"{of_run(record, int(own.argmax()))}{said}; correct the table, it is fitted as given",
+    name, said = _whole_table(table, k1, turn, delta0)
+    return order_fault(
+        name,
+        f"{of_run(record, int(own.argmax()))}{said}; correct the table, it is fitted as given",
+        {"turn": Quantity(turn, float(np.degrees(error / np.hypot(k1, m))), "deg")},
+        2.0 * student_survival(abs(size[what]) / error, dof),
+        index[own].tolist(),
     )
 
 
