@@ -432,6 +432,15 @@ def test_prefixes_of_units_are_converted():
     assert "scale factors of outputs in uA, A are converted to mA/g" in other.notes
 
 
+def test_tests_in_a_unit_of_another_quantity_are_left_out():
+    """Volts over a load resistor among milliamperes; the history of the others was refused."""
+    units = ["V", "mA", "V", "mA", "uA", "mA", "mA", "mA", "V", "V"]
+    k1 = [{"V": 13.5, "mA": 1.35, "uA": 1350.0}[unit] for unit in units]
+    found = accelcal.history(frame(K1=k1, output_unit=units))
+    assert [len(trend.points) for trend in found.trends] == [6, 6]
+    assert any("mA is followed: left out are 4 of 10 tables, V in 2010" in n for n in found.notes)
+
+
 @pytest.mark.parametrize(
     ("table", "options", "message"),
     [
@@ -444,7 +453,7 @@ def test_prefixes_of_units_are_converted():
         (frame(), {"temperature": 80.0}, "no calibration at 80 degC; there is 20 degC"),
         (frame(), {"alpha": 2.0}, "alpha is 2; it is a chance from 0.001 to 1"),
         (frame(k0_standard_uncertainty=np.nan), {}, "10 of 10 tables have no uncertainty"),
-        (frame(4, output_unit=["mA", "mA", "V", "V"]), {}, "differ, mA in 2010.csv, V in 2012.csv"),
+        (frame(4, output_unit=["mA", "mA", "V", "V"]), {}, "left out are 2 of 4 tables, V in 2012"),
         (frame(4, output_unit=["mA", "mA", None, None]), {}, "none given in 2012.csv; .* '# unit"),
         (frame().drop(columns="K1"), {}, "no column 'K1' in the frame"),
         (frame(0), {}, "no calibration is given"),

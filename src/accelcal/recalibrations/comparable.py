@@ -197,26 +197,36 @@ def _whole(entries: list[Entry], notes: list[str]) -> list[Entry]:
 
 
 def _in_one_unit(entries: list[Entry], notes: list[str]) -> list[Entry]:
-    """Tables with their scale factors in the unit of most."""
+    """Tables whose scale factors can be given in the unit of most, in this unit."""
     units = Counter(entry.unit for entry in entries)
-    common = max(units, key=lambda unit: units[unit], default="")
+
+    def followed(unit: str) -> tuple[int, int]:
+        alike = (other for other in units if conversion_factor(other, unit) is not None)
+        return sum(units[other] for other in alike), units[unit]
+
+    common = max(units, key=followed, default="")
     factors = {unit: conversion_factor(unit, common) for unit in units}
-    if None in factors.values():
+    kept = [entry for entry in entries if factors[entry.unit] is not None]
+    lost = [unit for unit in units if factors[unit] is None]
+    if lost:
         first = {entry.unit: entry.source for entry in reversed(entries)}
-        differ = ", ".join(
-            f"{'none given' if unit == NO_UNIT else unit} in {first[unit]}" for unit in units
+        differ = ", ".join(f"{_said_of_unit(unit)} in {first[unit]}" for unit in lost)
+        missing = "; declare '# unit: mA' where it is" if NO_UNIT in units else ""
+        notes.append(
+            f"output units differ, and {_said_of_unit(common)} is followed: left out are"
+            f" {len(entries) - len(kept)} of {len(entries)} tables, {differ}{missing}"
         )
-        raise InputError(
-            f"output units differ, {differ}; give calibrations in one unit, declared above the"
-            " readings by '# unit: mA'"
-        )
-    if len(units) > 1:
-        others = ", ".join(unit for unit in units if unit != common)
-        notes.append(f"scale factors of outputs in {others} are converted to {common}/g")
+    others = [unit for unit in units if unit != common and unit not in lost]
+    if others:
+        notes.append(f"scale factors of outputs in {', '.join(others)} are converted to {common}/g")
     return [
         replace(entry, scale_factor=_scaled(entry.scale_factor, factors[entry.unit]), unit=common)
-        for entry in entries
+        for entry in kept
     ]
+
+
+def _said_of_unit(unit: str) -> str:
+    return "none given" if unit == NO_UNIT else unit
 
 
 def _at_one_place(entries: list[Entry], notes: list[str]) -> list[Entry]:
