@@ -22,6 +22,7 @@ RECORD = accelcal.simulate(plan=TumblePlan(temperatures=20.0, strokes=2), seed=1
 CALIBRATION = accelcal.fit(RECORD)
 FRAME = RECORD.to_frame()
 DATA_SHEET = Specification("AL-15", (Limit("bias", "mg", maximum=5.0),))
+STABILITY = accelcal.analyse(accelcal.read_stability("examples/stability.csv"))
 TURN = accelcal.accelerations([0, 45])
 
 WRONG = {
@@ -167,6 +168,22 @@ def test_every_public_function_is_tried():
             "factor is 0.0; it is above 0",
         ),
         (lambda: accelcal.Apparatus(head_uncertainty="x"), "head_uncertainty is 'x'; it is a"),
+        (lambda: Limit("bias", "mg", maximum="5"), "bias: maximum is '5'; it is a finite number"),
+        (lambda: Limit("bias", 5, maximum=5), "unit is 5; it is a text, in quotes"),
+        (lambda: Specification(None, DATA_SHEET.limits), "name is None; it is a text, in quotes"),
+        (lambda: accelcal.Disturbance("hysteresis", {}), "str in place of an effect; make one by"),
+        (
+            lambda: accelcal.Disturbance(accelcal.effect("hysteresis"), {"half_with": 2e-5}),
+            "hysteresis has no parameter 'half_with'; it has half_width",
+        ),
+        (
+            lambda: accelcal.Disturbance(accelcal.effect("hysteresis"), {}),
+            "hysteresis: half_width is missing; it is needed [g]",
+        ),
+        (
+            lambda: accelcal.random_part(CALIBRATION, STABILITY),
+            "the stability test is in mA in place of g; give accelcal.analyse the scale_factor",
+        ),
     ],
 )
 def test_the_line_says_what_makes_the_right_thing(call, told):
@@ -177,6 +194,15 @@ def test_the_line_says_what_makes_the_right_thing(call, told):
 @pytest.mark.parametrize("value", [-1.0, np.nan, "x", None])
 def test_an_uncertainty_that_is_none(name, value):
     assert f"{name} is " in refusal_of(accelcal.apply, CALIBRATION, [1.0], **{name: value})
+
+
+def test_a_seed_of_a_frame_is_that_of_the_whole_number():
+    record = accelcal.simulate(seed=1)
+    assert accelcal.simulate(seed=1.0) == record
+    assert accelcal.discover(record, seed=1.0) == accelcal.discover(record, seed=1)
+    stand = accelcal.read_stand("examples/paper-stand.toml")
+    found = [accelcal.stand_budget(stand, RECORD, trials=n, seed=n) for n in (2000, 2000.0)]
+    assert found[0] == found[1]
 
 
 # -- plans -----------------------------------------------------------------------------------------

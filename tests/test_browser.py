@@ -81,7 +81,7 @@ def chromium():
     try:
         from playwright.sync_api import sync_playwright
     except ImportError:
-        needed("no playwright; install it with: pip install 'accelcal[browser]'")
+        needed('no playwright; install it with: pip install "accelcal[browser]"')
     with sync_playwright() as driver:
         found = driver.chromium.launch(executable_path=program, args=list(QUIET))
         yield found

@@ -656,7 +656,7 @@ def test_picture_of_many_points(al15):
 def test_without_matplotlib_the_error_says_how_to_install_it(saved, tmp_path, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     assert run(saved, "--plot", tmp_path / "budget.png") == 2
-    assert "pip install 'accelcal[plot]'" in capsys.readouterr().err
+    assert 'pip install "accelcal[plot]"' in capsys.readouterr().err
     assert not (tmp_path / "budget.png").exists()
 
 

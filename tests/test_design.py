@@ -156,6 +156,7 @@ def test_a_sum_is_on_no_front_and_meets_no_target():
     assert found.designs[0].forecast("K1").standard_uncertainty < 9e-6
     assert found.front("K1") == (1,)
     assert found.meeting() == (1,)
+    assert compared(positions=[4, 8], strokes=[6], targets={"K1": "9 ppm"}) == found
 
 
 def test_effects_that_positions_show():

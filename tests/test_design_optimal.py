@@ -127,6 +127,8 @@ def for_k2():
 def test_the_best_angles_are_never_worse_than_equal_ones_repeated(for_k2):
     assert for_k2.gain("equally spaced, repeated at its stops") >= 1.0 - 1e-9
     assert for_k2.gain("equally spaced") > 1.1
+    with pytest.raises(InputError, match="rival 'equal' is unknown; choose from optimal, "):
+        for_k2.gain("equal")
 
 
 def test_they_keep_hours_and_distance(for_k2):

@@ -433,7 +433,7 @@ def test_a_missing_package_is_one_line(folder, package, monkeypatch, capsys):
 
     monkeypatch.setattr(builtins, "__import__", without)
     assert main(["report", str(folder / "cal.json"), "-o", str(folder / "no.html")]) == 2
-    assert "pip install 'accelcal[report]'" in capsys.readouterr().err
+    assert 'pip install "accelcal[report]"' in capsys.readouterr().err
     assert not (folder / "no.html").exists()
 
 

@@ -91,7 +91,7 @@ def test_without_pyarrow_the_same_is_told_everywhere(path, monkeypatch, capsys, 
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
     assert main([argument.format(path) for argument in arguments]) == 2
-    remedy = "Parquet needs pyarrow; install it with: pip install 'accelcal[parquet]'\n"
+    remedy = 'Parquet needs pyarrow; install it with: pip install "accelcal[parquet]"\n'
     assert capsys.readouterr().err.endswith(remedy)
 
 

@@ -405,7 +405,7 @@ def test_unknown_runs_effects_axes_and_themes_are_told(several, found):
 
 def test_without_matplotlib_a_line_tells_how_to_install_it(several, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    with pytest.raises(InputError, match=r"install it with: pip install 'accelcal\[plot\]'$"):
+    with pytest.raises(InputError, match=r'install it with: pip install "accelcal\[plot\]"$'):
         several.plot.residuals()
 
 

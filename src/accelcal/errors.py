@@ -179,9 +179,10 @@ def not_installed(what: str, package: str, extra: str) -> InputError:
     Examples
     --------
     >>> print(not_installed("Parquet", "pyarrow", "parquet"))
-    Parquet needs pyarrow; install it with: pip install 'accelcal[parquet]'
+    Parquet needs pyarrow; install it with: pip install "accelcal[parquet]"
     """
-    return InputError(f"{what} needs {package}; install it with: pip install 'accelcal[{extra}]'")
+    quoted = f'"accelcal[{extra}]"'  # double quotes are those of all shells, also on Windows
+    return InputError(f"{what} needs {package}; install it with: pip install {quoted}")
 
 
 def _place(source: str, line: int | None) -> str:

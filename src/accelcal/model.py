@@ -165,12 +165,12 @@ def law_units(output_unit: str | None = None) -> dict[str, tuple[str, str]]:
     }
 
 
-def output(coefficients: Mapping[str, float], acceleration: Acceleration) -> Array:
+def output(coefficients: Mapping[str, ArrayLike], acceleration: Acceleration) -> Array:
     """Output of the accelerometer, equation (1).
 
     Parameters
     ----------
-    coefficients : mapping of str to float
+    coefficients : mapping of str to array_like
         Any of K0, K1, K2, K3, M_O, M_P, M_ip, M_io; those left out are zero [output unit / g^n].
     acceleration : Acceleration
         Along the three axes [local g]; the arrays broadcast.

@@ -266,7 +266,7 @@ def simulate(
         blank,
         output=_rounded(run.output(run.true_conditions(blank)), plan.resolution),
         time=blank.time if plan.timed else None,
-        metadata={"simulated": ", ".join([f"seed {seed}", *map(str, run.effects)])},
+        metadata={"simulated": ", ".join([f"seed {run.seed}", *map(str, run.effects)])},
     )
     return run.declared_in(record) if declare else record
 

@@ -10,6 +10,8 @@ from types import MappingProxyType
 import numpy as np
 
 from accelcal.arguments.kinds import each_of
+from accelcal.arguments.numbers import check_number
+from accelcal.arguments.options import check_choice, check_written
 from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError
 from accelcal.escapes import visible
@@ -172,6 +174,7 @@ class Limit:
     condition: str = ""
 
     def __post_init__(self) -> None:
+        check_written(name=self.name, unit=self.unit, at=self.at, condition=self.condition)
         if self.name not in QUANTITIES:
             raise InputError(f"limit {self.name!r} is unknown; there are {', '.join(QUANTITIES)}")
         self.factor()
@@ -180,9 +183,12 @@ class Limit:
         self._check_bounds()
 
     def _check_bounds(self) -> None:
-        given = [bound for bound in (self.minimum, self.maximum) if bound is not None]
-        if not given or not all(math.isfinite(bound) for bound in given):
-            raise InputError(f"{self.name}: no finite limit; give minimum, maximum or both")
+        ends = (("minimum", self.minimum), ("maximum", self.maximum))
+        bounds = {f"{self.name}: {end}": bound for end, bound in ends if bound is not None}
+        check_number(**bounds)
+        given = list(bounds.values())
+        if not given:
+            raise InputError(f"{self.name}: no limit; give minimum, maximum or both")
         if given != sorted(given):
             raise InputError(
                 f"{self.name}: minimum {self.minimum} lies above maximum {self.maximum};"
@@ -328,8 +334,8 @@ class Specification:
     rule: str = "guard band"
 
     def __post_init__(self) -> None:
-        if self.rule not in RULES:
-            raise InputError(f"rule {self.rule!r} is unknown; there are {', '.join(RULES)}")
+        check_written(name=self.name, source=self.source)
+        check_choice(RULES, rule=self.rule)
         object.__setattr__(self, "limits", each_of(self.limits, Limit))
         if not self.limits:
             raise InputError("no limits; give a table such as [limits.bias]")

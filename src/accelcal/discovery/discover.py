@@ -141,7 +141,7 @@ def discover(
         effects=searched_among(effects),
         alpha=alpha,
         most=max_effects,
-        seed=seed,
+        seed=int(seed),
         empirical=empirical,
     )
     return answered(record, question)

@@ -11,9 +11,9 @@ from typing import Literal
 
 import numpy as np
 
-from accelcal.arguments.kinds import each_of
+from accelcal.arguments.kinds import each_of, expect
 from accelcal.arguments.numbers import check_number
-from accelcal.arguments.options import check_flag, check_function, check_written
+from accelcal.arguments.options import check_flag, check_function, check_written, mapping_of
 from accelcal.arrays import Array
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
@@ -227,7 +227,7 @@ class Effect:
         >>> accelcal.effect("warm-up").of(1e-4, tau=900).values
         {'amplitude': 0.0001, 'tau': 900.0}
         """
-        return Disturbance(self, self._complete({self.parameters[0].name: value, **others}))
+        return Disturbance(self, {self.parameters[0].name: value, **others})
 
     def columns(self, conditions: Conditions, **shape: float) -> Array:
         """Change of the readings per unit of each amplitude, for small amplitudes.
@@ -355,7 +355,12 @@ class Disturbance:
     effect : Effect
         The effect.
     values : mapping of str to float
-        All its parameters.
+        All its parameters; those left out have their defaults.
+
+    Raises
+    ------
+    InputError
+        If it is no effect, or a parameter is unknown, missing or breaks a rule.
 
     Examples
     --------
@@ -368,7 +373,9 @@ class Disturbance:
     values: Mapping[str, float]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "values", FrozenMapping(self.values))
+        expect(self.effect, Effect)
+        given = mapping_of(self.values, "values", "{'half_width': 2e-5}")
+        object.__setattr__(self, "values", FrozenMapping(self.effect._complete(given)))
 
     def __str__(self) -> str:
         """As ``--effect`` takes it: ``ID=VALUE,NAME=VALUE``."""

@@ -11,7 +11,7 @@ from typing import Any
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_written
-from accelcal.errors import InputError
+from accelcal.errors import DocumentError, InputError
 from accelcal.results.calibration import Calibration
 from accelcal.results.checked import checked, mapping_of, one_of, schema_of
 from accelcal.results.damage import read_as
@@ -201,7 +201,12 @@ def random_part(
 def _document_of(stability: Stability | Mapping[str, Any] | None) -> Mapping[str, Any] | None:
     if isinstance(stability, str | PathLike):
         expect(stability, Stability)
-    return stability.to_document() if isinstance(stability, Stability) else stability
+    if not isinstance(stability, Stability):
+        return stability
+    if stability.unit != "g":
+        remedy = "give accelcal.analyse the scale_factor, such as that of the calibration"
+        raise DocumentError(f"the stability test is in {stability.unit} in place of g; {remedy}")
+    return stability.to_document()
 
 
 def _given(bound: float | None, divisor: float) -> RandomBound | None:

@@ -54,7 +54,7 @@ def design(
     resolution: float = 0.0,
     pace: Pace = PACE,
     hours: float | None = None,
-    targets: Mapping[str, float] | None = None,
+    targets: Mapping[str, float | str] | None = None,
     declare: bool = True,
     effects: bool = True,
     accelerometer: Accelerometer = AL15,
@@ -84,8 +84,9 @@ def design(
         Time that each action takes.
     hours : float, optional
         The most time [h]; longer tests are left out.
-    targets : mapping of str to float, optional
-        Standard uncertainties asked for, as ``{"K1": 5e-6}``.
+    targets : mapping of str to float or str, optional
+        Standard uncertainties asked for, as ``{"K1": "5 ppm"}`` or ``{"K1": 5e-6}``, K1 relative;
+        `accelcal.stand_budget` asks for expanded ones.
     declare : bool, default True
         Whether the errors of the stand will be declared to the fit, or estimated by it.
     effects : bool, default True

@@ -101,7 +101,7 @@ def optimal_design(
     noise: NoiseComponents = STAND,
     resolution: float = 0.0,
     pace: Pace = PACE,
-    targets: Mapping[str, float] | None = None,
+    targets: Mapping[str, float | str] | None = None,
     spacing: float = SPACING,
     seed: int = 0,
     declare: bool = True,
@@ -121,7 +121,7 @@ def optimal_design(
         Strokes in a run. More time goes into readings at a stop, which cost no turn.
     temperatures, mountings, noise, resolution, pace, declare, effects, accelerometer
         As of `accelcal.design`, one choice each.
-    targets : mapping of str to float, optional
+    targets : mapping of str to float or str, optional
         Standard uncertainties asked for; for A also what counts as one. By default those of 8
         positions.
     spacing : float, default 15
@@ -169,14 +169,14 @@ def optimal_design(
     aim = criterion_of(criterion, asked or sizes)
     question = _Question(plan, noise, pace, hours, accelerometer, aim, shifts, spacing)
     _check_time(question)
-    plans = {"optimal": _best(question, seed), **dict(_rivals(question))}
+    plans = {"optimal": _best(question, int(seed)), **dict(_rivals(question))}
     designs = tuple(
         design_of(each, noise, pace, accelerometer, declared=declare, effects=effects)
         for each in plans.values()
     )
     comparison = compared(designs, noise, resolution, pace, asked, declared=declare)
     found = {name: question.loss(each) for name, each in plans.items()}
-    return OptimalDesign(criterion, comparison, found, spacing, seed)
+    return OptimalDesign(criterion, comparison, found, spacing, int(seed))
 
 
 def _of_eight_positions(

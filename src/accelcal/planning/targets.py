@@ -59,18 +59,18 @@ def target_value(text: str) -> float:
     return value
 
 
-def checked_targets(targets: Mapping[str, float] | None) -> dict[str, float]:
+def checked_targets(targets: Mapping[str, float | str] | None) -> dict[str, float]:
     """Check names and sizes of the uncertainties asked for.
 
     Parameters
     ----------
-    targets : mapping of str to float, or None
-        Name -> standard uncertainty.
+    targets : mapping of str to float or str, or None
+        Name -> standard uncertainty, a text as `target_value` reads it.
 
     Returns
     -------
     dict of str to float
-        The same; empty for None.
+        The same as numbers; empty for None.
 
     Raises
     ------
@@ -78,12 +78,13 @@ def checked_targets(targets: Mapping[str, float] | None) -> dict[str, float]:
         If a name is unknown or a size is not a positive number.
     """
     asked = mapping_of(targets, "targets", "{'K1': 5e-6}")
-    for name, value in asked.items():
+    found = {n: target_value(t) if isinstance(t, str) else t for n, t in asked.items()}
+    for name, value in found.items():
         check_choice(NAMES, coefficient=name)
         check_number(**{f"target {name}": value})
         if not value > 0.0:
             raise InputError(f"target {name}={value:g}; an uncertainty is a number above zero")
-    return dict(asked)
+    return found
 
 
 def refuse_impossible(designs: Sequence[TestDesign], targets: Mapping[str, float]) -> None:

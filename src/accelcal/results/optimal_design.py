@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from accelcal.arguments.options import check_choice
 from accelcal.results.designs import DesignComparison, TestDesign
 from accelcal.results.mapping import freeze
 from accelcal.results.result import JsonResult, TabularResult
@@ -79,7 +80,13 @@ class OptimalDesign(JsonResult, TabularResult):
         -------
         float
             1.1 where the rival is 10 % less certain.
+
+        Raises
+        ------
+        InputError
+            If there is no such rival.
         """
+        check_choice(self.losses, rival=rival)
         return self.losses[rival] / self.losses["optimal"]
 
     @property

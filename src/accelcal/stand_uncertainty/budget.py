@@ -70,7 +70,8 @@ def stand_budget(
     seed : int, optional
         Seed of the random numbers.
     targets : mapping of str to float or str, optional
-        Largest expanded uncertainties, such as ``{"K1": "5 ppm"}``: what must each instrument be?
+        Largest expanded uncertainties, such as ``{"K1": "5 ppm"}``, numbers in the unit of the
+        coefficient: what must each instrument be?
     specification : Specification, optional
         Data sheet: does the stand suffice for its limits?
 
@@ -147,7 +148,7 @@ def _tried(
         readings,
         estimator,
         Linear(budget.nominal, budget.expanded_uncertainty, dust),
-        trials=trials,
+        trials=None if trials is None else int(trials),
         seed=seed,
     )
     return replace(budget, monte_carlo=found, warnings=(*budget.warnings, *_unstable(found.stable)))

@@ -85,8 +85,7 @@ def monte_carlo(
     most = min(MOST, _STORED // len(estimator.named))
     if trials is not None and not FEWEST <= trials <= most:
         raise InputError(f"{trials} trials; there are from {FEWEST} to {most} in this test")
-    if seed is None:
-        seed = int(np.random.default_rng().integers(2**32))
+    seed = int(np.random.default_rng().integers(2**32) if seed is None else seed)
     random = np.random.default_rng(seed)
     batches: list[Array] = []
     summaries: list[Array] = []

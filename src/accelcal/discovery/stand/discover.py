@@ -136,7 +136,7 @@ def discover_stand(
         effects=searched_among(effects),
         alpha=alpha,
         most=max_effects,
-        seed=seed,
+        seed=int(seed),
     )
     stand = _Stand(on_one_stand(records), question, records[0].apparatus.head_uncertainty)
     return _told(stand, *_settled(stand))
