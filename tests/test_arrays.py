@@ -1,7 +1,10 @@
 """Records from arrays: equal to those of the file, by the same rules."""
 
+import io
 import json
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -205,3 +208,28 @@ def test_two_units_in_a_frame_are_refused_whatever_it_declares():
     assert both.attrs["declared"]["serial"] == "AL-15"
     with pytest.raises(accelcal.TableError, match="A, B"):
         accelcal.read_arrays(both)
+
+
+def test_samples_are_averaged_as_the_guide_has_it(tmp_path, monkeypatch):
+    record = simulated()
+    sampled = pd.concat([record.to_frame()] * 4, ignore_index=True)
+    sampled["output"] += np.repeat([-2e-6, 0.0, 0.0, 2e-6], len(record))
+    in_order = np.arange(len(sampled)).reshape(4, -1).T.ravel()
+    text = sampled.iloc[in_order].to_csv(index=False)
+    with pytest.raises(accelcal.TableError, match="average the samples of a reading"):
+        accelcal.read_table(io.StringIO(text))
+    monkeypatch.chdir(tmp_path)
+    Path("samples.csv").write_text(f"# unit: mA\n{text}", "utf-8")
+    guide = (Path(__file__).parents[1] / "docs" / "csv-forms.md").read_text("utf-8")
+    (code,) = re.findall(
+        r"^```python\n([^`]*samples\.csv.*?)^```$", guide, re.DOTALL | re.MULTILINE
+    )
+    names = {"accelcal": accelcal}
+    exec(code, names)
+    found = names["record"]
+    np.testing.assert_allclose(found.output, record.output, rtol=0, atol=1e-15)
+    np.testing.assert_array_equal(found.position, record.position)
+    np.testing.assert_array_equal(found.run, record.run)
+    np.testing.assert_allclose(found.std, np.std([-2e-6, 0.0, 0.0, 2e-6], ddof=1), rtol=1e-6)
+    assert set(found.count) == {4.0}
+    assert accelcal.fit(found).tables[0].coefficients["K1"].value is not None

@@ -303,6 +303,11 @@ ERRORS = {
         "6: angle 0, stroke 1 at 20 degC has output 1.25, but 1.5 in line 2;"
         " write the return to it as 360",
     ),
+    "samples": (
+        "T,J,k,Y\n20,1,1,1.5\n20,1,1,1.25\n20,3,1,0\n20,3,1,0.25\n",
+        "3: position 1, stroke 1 at 20 degC has output 1.25, but 1.5 in line 2;"
+        " average the samples of a reading: write their mean, with columns std and n",
+    ),
     "twice in a run": (
         "T,angle,k,Y,run\n20,30,1,1.5,a\n21,30,1,1.25,a\n",
         "3: angle 30, stroke 1 at 21 degC has output 1.25, but 1.5 in line 2;"

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arrays import Array, Ints, Mask
+from accelcal.arrays import Array, Ints
 from accelcal.dates import date_of
 from accelcal.errors import TableError, located
 from accelcal.io.cells import MISSING, Column
@@ -30,6 +30,7 @@ from accelcal.io.readings import (
     notes_of_turn,
     read_readings,
 )
+from accelcal.io.repeats import without_repeats
 from accelcal.io.runs import runs_of
 from accelcal.io.text import Source, SourceText, read_texts
 from accelcal.io.units_row import with_units_below
@@ -303,7 +304,7 @@ def _serials(layout: Layout, readings: Readings, declared: str | None) -> tuple[
 
 def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) -> TumbleRecord:
     runs = runs_of(readings, declared.runs)
-    kept = _without_repeats(readings, runs.index)
+    kept = without_repeats(readings, runs.index)
     notes = [*common["notes"], *runs.notes]
     if readings.missing.size:
         notes.append(_left_out(readings.missing, "missing reading"))
@@ -328,47 +329,6 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
 
 def _left_out(lines: Ints, what: str) -> str:
     return f"{were(lines, what)} left out ({listed(lines)})"
-
-
-def _without_repeats(readings: Readings, run: Ints) -> Mask:
-    """Mask of the readings without those that repeat one with the same output."""
-    place = np.where(readings.position > 0, readings.position, readings.angle)
-    kind = readings.position > 0
-    keys = (readings.stroke, place, kind, readings.mounting, run)
-    order = np.lexsort(keys)
-    same = np.ones(max(order.size - 1, 0), dtype=bool)
-    for key in keys:
-        same &= key[order][1:] == key[order][:-1]
-    earlier, later = order[:-1][same], order[1:][same]
-    clash = readings.output[earlier] != readings.output[later]
-    if clash.any():
-        at = np.argmin(later[clash])
-        raise _clash(readings, int(earlier[clash][at]), int(later[clash][at]))
-    kept = np.ones(order.size, dtype=bool)
-    kept[later] = False
-    return kept
-
-
-_NEAR = 3
-"""Most rows from a reading to a second one of it; further down in the stroke it is a return."""
-
-
-def _clash(readings: Readings, first: int, second: int) -> TableError:
-    where, further = f"angle {readings.angle[first]:g}", f"{readings.angle[first] + 360.0:g}"
-    if readings.position[first]:
-        where, further = f"position {readings.position[first]}", "the position behind the last"
-    problem = (
-        f"{where}, stroke {readings.stroke[first]} at {readings.temperature[second]:g} degC has"
-        f" output {float(readings.output[second])!r}, but {float(readings.output[first])!r}"
-        f" in line {readings.line[first]}"
-    )
-    remedy = "delete one, or tell the runs apart by a column run"
-    if readings.run is not None:
-        remedy = "delete one, or give each visit to a temperature its own label in the column run"
-    one_stroke = (readings.stroke[first:second] == readings.stroke[first]).all()
-    if one_stroke and second > first + _NEAR:
-        remedy = f"write the return to it as {further}"
-    return readings.refuse(second, problem, remedy)
 
 
 def _require_change(readings: Readings) -> None:
