@@ -164,6 +164,21 @@ def test_launches_that_creep_are_flagged_and_lose_their_interval():
     assert "not independent" in sigma.finding
 
 
+def test_pauses_longer_than_the_record_are_told():
+    """Launches of four days in one file passed for one launch of 74 h, with no word of it."""
+    time = np.concatenate([86400.0 * day + 10.0 * np.arange(720) for day in range(4)])
+    random = np.random.default_rng(3)
+    record = StabilityRecord((Launch("1", time, random.normal(size=time.size)),))
+    (gate,) = [gate for gate in analyse(record).gates if gate.name == "pauses"]
+    said = "launch 1 pauses for up to 7.92e+04 s; if the unit was off, give the launch gap"
+    assert (gate.verdict, gate.finding) == ("warn", said)
+    apart = analyse(split_at_gaps(record, 600.0))
+    short = analyse(
+        StabilityRecord((Launch("1", time[:720] + (time[:720] > 5000) * 2000.0, time[:720]),))
+    )
+    assert all(gate.name != "pauses" for found in (apart, short) for gate in found.gates)
+
+
 def test_launches_that_scatter_are_not_flagged_too_often():
     random = np.random.default_rng(1)
     flagged = sum(lag1_correlation(random.normal(size=6)).p_value < 0.05 for _ in range(60))

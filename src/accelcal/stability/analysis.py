@@ -28,7 +28,7 @@ from accelcal.stability.allan import overlapping_allan
 from accelcal.stability.bound import coverage_factor, random_bias
 from accelcal.stability.noise_terms import noise_terms
 from accelcal.stability.record import Launch, StabilityRecord
-from accelcal.stability.sampling import even_series
+from accelcal.stability.sampling import even_series, was_off
 from accelcal.stability.spread import deviation, lag1_correlation
 from accelcal.stability.threshold import hysteresis, threshold
 from accelcal.stability.trend import Trend, fit_trend
@@ -340,6 +340,7 @@ def _gates(
         finding = f"lag-1 correlation of the launch means {lag.value:+.2f}, p = {lag.p_value:.2g}"
         yield Gate("independent launches", "warn" if lag.p_value < _ALPHA else "pass", finding)
     yield from _temperature_gate(launches)
+    yield from (Gate("pauses", "warn", said) for said in map(was_off, launches) if said)
     step, noise = components["resolution"].value, components["noise"].value
     if step and noise is not None and noise < 0.5 * step:
         finding = f"the output moves in steps of {step:.3g}, its noise is {noise:.3g} only"

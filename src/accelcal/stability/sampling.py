@@ -141,3 +141,28 @@ def _evened(launch: Launch, interval: float, longest: float) -> list[_Piece]:
         late = interval * np.arange(time.size) - time
         even.append(_Piece(output + slope * (late - late.mean()), time.size))
     return even
+
+
+def was_off(launch: Launch) -> str | None:
+    """Say that a launch may be several, with the power off between them.
+
+    Parameters
+    ----------
+    launch : Launch
+        The launch.
+
+    Returns
+    -------
+    str or None
+        Its longest pause, where it pauses longer than it was recorded.
+
+    Examples
+    --------
+    >>> was_off(Launch("1", [0, 1, 2, 100, 101, 102], [1, 2, 1, 5, 6, 5]))
+    'launch 1 pauses for up to 98 s; if the unit was off, give the launch gap'
+    """
+    steps = np.diff(launch.time)
+    if steps[steps > _GAP * np.median(steps)].sum() <= 0.5 * steps.sum():
+        return None
+    pause = f"launch {launch.label} pauses for up to {float(steps.max()):.3g} s"
+    return f"{pause}; if the unit was off, give the launch gap"
