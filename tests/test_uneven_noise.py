@@ -10,15 +10,16 @@ STROKE = np.repeat(np.arange(1, 7), 9)
 SAID = "the strokes scatter more at some positions than at others"
 
 
-def table(noise, *, strokes=6, **columns):
+def table(noise, *, strokes=6, runs=1, seed=5, **columns):
     """A test on a head without errors; `noise` is that of each angle [g]."""
-    rng = np.random.default_rng(5)
-    angle, stroke = ANGLE[: 9 * strokes], STROKE[: 9 * strokes]
+    rng = np.random.default_rng(seed)
+    angle, stroke = (np.tile(values[: 9 * strokes], runs) for values in (ANGLE, STROKE))
     th = np.radians(angle)
     y = 1.35 * (np.cos(th) + 3e-3 + noise(th) * rng.standard_normal(th.size))
-    readings = {"angle": angle, "stroke": stroke, "temperature": 20.0, "Y [mA]": y}
-    declared = {"head_uncertainty": 0.0, "launch_uncertainty": 0.0}
-    return accelcal.read_arrays(readings | columns, overrides=declared)
+    run = np.repeat(np.arange(runs), 9 * strokes)
+    readings = {"angle": angle, "stroke": stroke, "temperature": 20.0, "Y [mA]": y, "run": run}
+    errors = ("head_uncertainty", "launch_uncertainty", "launch_sf_uncertainty")
+    return accelcal.read_arrays(readings | columns, overrides=dict.fromkeys(errors, 0.0))
 
 
 def noisy_at_the_ends(th):
@@ -64,3 +65,33 @@ def test_it_is_said():
 )
 def test_other_noise_is_one_for_all(record):
     assert not says_so(accelcal.fit(record))
+
+
+def test_runs_of_few_strokes_tell_it_together():
+    """Each of three runs of two strokes takes the scatter of all, in units of its own noise."""
+    record = table(noisy_at_the_ends, strokes=2, runs=3)
+    found = accelcal.fit(record).tables[0]
+    assert says_so(accelcal.fit(record))
+    place = record.angle % 360
+    squares = np.zeros((3, 8))
+    for run, at in np.ndindex(3, 8):
+        own = record.output[(record.run == run) & (place == 45 * at)]
+        squares[run, at] = ((own - own.mean()) ** 2).sum()
+    size = squares.sum(axis=1) / 10.0
+    repeats = 3.0 * np.array([3, *7 * [1]])
+    variance = size[0] * (squares / size[:, None]).sum(axis=0) / repeats
+    th = np.radians(record.angle[record.run == 0])
+    a, p = np.cos(th), np.sin(th)
+    rows = np.linalg.pinv(np.column_stack([np.ones_like(a), a, a**2, a**3, p, a * p]))
+    at = (place[record.run == 0] // 45).astype(int)
+    parts = np.stack([(rows[:, at == j] ** 2).sum(axis=1) * variance[j] for j in range(8)], axis=1)
+    inverse = (parts**2 / repeats).sum(axis=1) / parts.sum(axis=1) ** 2 + 1.0 / 10.0
+    for i, name in enumerate(("K0", "K1", "K2", "K3", "M", "M_ip")):
+        quantity = found.coefficients[name]
+        assert quantity.standard_uncertainty == pytest.approx(parts[i].sum() ** 0.5, rel=1e-6)
+        assert quantity.dof == pytest.approx(1.0 / inverse[i], rel=1e-6)
+
+
+@pytest.mark.parametrize(("strokes", "runs"), [(2, 2), (3, 1), (1, 5)])
+def test_too_few_repeats_in_all_runs_tell_nothing(strokes, runs):
+    assert not says_so(accelcal.fit(table(noisy_at_the_ends, strokes=strokes, runs=runs)))

@@ -23,7 +23,7 @@ from accelcal.estimate.many_positions import ManyPositions
 from accelcal.estimate.noise import ReadingNoise, noise_of_stack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
-from accelcal.estimate.uneven_noise import uneven_noise
+from accelcal.estimate.uneven_noise import uneven_noises
 from accelcal.estimate.unrepeated import told_apart
 from accelcal.model import COEFFICIENTS, SCALE_FACTOR
 from accelcal.numerics.decimal_steps import decimal_steps
@@ -305,7 +305,7 @@ def _judge(
     else:
         head = head_error(found, declared, separable=not sources & {"residuals", "none"})
     seen = found.seen(head.uncertainty if predict else np.zeros_like(head.uncertainty))
-    uneven = list(map(uneven_noise, tables, readings, noises, steps))
+    uneven = uneven_noises(tables, readings, noises, steps)
     return ErrorsOfReadings(coefficients, noises, found, head, seen, uneven, root)
 
 

@@ -1,11 +1,12 @@
 """Reading noise that differs by position, as that of temperatures which nobody recorded.
 
 One noise for all readings then makes some intervals too short and others too wide. The scatter at
-each position tells its own, if there are strokes enough.
+each position tells its own, if there are strokes enough, in the table or in all of them together.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -37,11 +38,15 @@ class UnevenNoise(NamedTuple):
         Variance of a reading.
     dof : ndarray, shape (J,)
         Its degrees of freedom.
+    of_size : ndarray, shape (R,)
+        Those of the noise of the table, where other tables tell how it differs by position;
+        infinite where the table alone tells.
     """
 
     differs: Mask
     variance: Array
     dof: Array
+    of_size: Array
 
     def noise(self, influence: Array) -> tuple[Array, Array]:
         """What the noise of the records that differ does to p coefficients, with its dof.
@@ -60,43 +65,97 @@ class UnevenNoise(NamedTuple):
         """
         own = self.variance[self.differs]
         parts = own[:, :, None] * np.diagonal(influence, axis1=1, axis2=2)
-        squares = (parts**2 / self.dof[:, None]).sum(axis=1)
-        return np.tensordot(own, influence, axes=1), parts.sum(axis=1) ** 2 / squares
+        inverse = (parts**2 / self.dof[:, None]).sum(axis=1) / parts.sum(axis=1) ** 2
+        inverse += 1.0 / self.of_size[self.differs, None]
+        return np.tensordot(own, influence, axes=1), 1.0 / inverse
 
 
-def uneven_noise(
-    table: PreparedTable, output: Array, noise: ReadingNoise, step: Array
-) -> UnevenNoise:
-    """Tell whether the readings scatter alike at all positions.
+class _Scatter(NamedTuple):
+    """Scatter of the readings of a table about the means of its J positions, in R records.
+
+    Attributes
+    ----------
+    kind : tuple
+        What must be equal in two tables for their scatter to differ alike by position.
+    squares : ndarray, shape (R, J)
+        Sums of squares, in units of the noise of the table.
+    dof : ndarray, shape (J,)
+        Their degrees of freedom; 0 where the scatter is declared.
+    """
+
+    kind: tuple[object, ...]
+    squares: Array
+    dof: Array
+
+    @classmethod
+    def of(cls, table: PreparedTable, output: Array, noise: ReadingNoise) -> _Scatter:
+        at, cell, members = table.at_head
+        kind = table.scatter_dof is None, table.mounting, at.tobytes()
+        if table.scatter_dof is not None:
+            return cls(kind, np.zeros((len(output), at.size)), np.zeros(at.size))
+        means = sums_of_groups(output.T, cell, members) / members[:, None]
+        apart = (output.T - means[cell]) / np.where(noise.factor > 0.0, noise.factor, 1.0)
+        return cls(kind, sums_of_groups(apart**2, cell, members).T, np.asarray(members - 1.0))
+
+    @property
+    def tells(self) -> bool:
+        """Whether it shows noise that differs by position."""
+        return bool(self.dof.size > 1 and self.dof.min() >= FEW)
+
+
+def uneven_noises(
+    tables: Sequence[PreparedTable],
+    outputs: Sequence[Array],
+    noises: Sequence[ReadingNoise],
+    steps: Sequence[Array],
+) -> list[UnevenNoise]:
+    """Tell of each table whether the readings scatter alike at all positions.
 
     Parameters
     ----------
-    table : PreparedTable
-        The table of any of R records of one plan.
-    output : ndarray, shape (R, n)
-        Its readings [output unit].
-    noise : ReadingNoise
-        Their common noise.
-    step : ndarray, shape (R,)
-        Step of the readings [output unit].
+    tables : sequence of PreparedTable
+        The tables of any of R records of one plan.
+    outputs : sequence of ndarray, shape (R, n)
+        Their readings [output unit].
+    noises : sequence of ReadingNoise
+        The noise that the readings of each have in common.
+    steps : sequence of ndarray, shape (R,)
+        Steps of the readings of each [output unit].
 
     Returns
     -------
-    UnevenNoise
-        It never differs with declared scatter, or with fewer than four readings at any position.
+    list of UnevenNoise
+        One a table. It never differs with declared scatter. A table with fewer than four readings
+        at any position takes the scatter of all tables of its mounting and positions together.
     """
-    _, cell, members = table.at_head
-    dof = (members - 1).astype(np.float64)
-    nowhere = np.zeros(len(output), dtype=np.bool_)
-    if table.scatter_dof is not None or members.size < 2 or dof.min() < FEW:
-        return UnevenNoise(nowhere, np.zeros((len(output), members.size)), dof)
-    means = sums_of_groups(output.T, cell, members) / members[:, None]
-    squares = sums_of_groups((output.T - means[cell]) ** 2, cell, members)
-    variance = squares.T / dof
+    own = list(map(_Scatter.of, tables, outputs, noises))
+    told = own if all(scatter.tells for scatter in own) else _with_others(own)
+    return list(map(_uneven, told, own, outputs, noises, steps))
+
+
+def _with_others(scatters: Sequence[_Scatter]) -> list[_Scatter]:
+    """Those that tell enough, and for the others that of all tables of their kind together."""
+    kinds: dict[tuple[object, ...], list[_Scatter]] = {}
+    for own in scatters:
+        kinds.setdefault(own.kind, []).append(own)
+    together = {
+        kind: _Scatter(kind, np.sum([s.squares for s in own], 0), np.sum([s.dof for s in own], 0))
+        for kind, own in kinds.items()
+    }
+    return [own if own.tells else together[own.kind] for own in scatters]
+
+
+def _uneven(
+    told: _Scatter, own: _Scatter, output: Array, noise: ReadingNoise, step: Array
+) -> UnevenNoise:
+    of_size = np.full(len(output), np.inf) if told is own else noise.dof
+    if not told.tells:
+        nowhere = np.zeros(len(output), dtype=np.bool_)
+        return UnevenNoise(nowhere, np.zeros_like(told.squares), told.dof, of_size)
+    variance = noise.factor[:, None] ** 2 * told.squares / told.dof
     least = np.maximum(_OF_STEP * step, _ROUNDED * np.abs(output).max(axis=1))
-    return UnevenNoise(
-        (noise.factor > least) & differ(variance.T, dof, _SIGNIFICANT), variance, dof
-    )
+    differs = (noise.factor > least) & differ(variance.T, told.dof, _SIGNIFICANT)
+    return UnevenNoise(differs, variance, told.dof, of_size)
 
 
 def differ(variance: Array, dof: ArrayLike, level: float) -> Mask:

@@ -215,7 +215,7 @@ def _sentences(
         yield (
             f"{_runs(labels, partly)}: of the recorded changes of the temperature {shares} were"
             " felt, so others were that nobody recorded: they make readings near 0 and 180 deg"
-            " noisier than the others, which fewer than four strokes do not tell: then U of K3 may"
+            " noisier than the others, which few strokes and runs do not tell: then U of K3 may"
             " be too small, those of K0 and M are too large; mend the sensor or the chamber"
         )
     for place in np.flatnonzero(felt.ignored).tolist():
