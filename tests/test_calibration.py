@@ -167,6 +167,16 @@ def test_correlation(calibration):
     assert part.correlation[1, 3] < -0.9
 
 
+def test_correlation_where_the_covariance_is_unknown_or_zero(calibration):
+    part = calibration.tables[0]
+    unknown = dataclasses.replace(part, covariance_names=(), covariance_matrix=())
+    assert unknown.covariance.shape == unknown.correlation.shape == (0, 0)
+    matrix = ((0.0, 0.0), (0.0, 1.0))
+    exact = dataclasses.replace(part, covariance_names=("K0", "K1"), covariance_matrix=matrix)
+    assert np.isnan(exact.correlation[0]).all()
+    assert exact.correlation[1, 1] == 1.0
+
+
 def test_residuals_are_in_g(calibration):
     """Readings minus (1) with the coefficients of the result, over K1."""
     part = calibration.tables[1]

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import accelcal
-from accelcal.report.calibration import calibration_text
 from accelcal.report.calibration_rows import residual_grid
 from accelcal.report.numbers import matching_digits, significant
+from accelcal.results.quantity import ErrorSource
 
 COUNTS = 1.35e9
 
@@ -232,19 +232,19 @@ def test_unknown_uncertainty_says_why():
 
 
 def test_head_error_of_zero_is_told_in_words():
-    document = fitted().to_document()
-    sources = document["error_sources"]
-    head = next(source for source in sources if source["name"] == "head")
-    head |= {"value": 0.0, "source": "estimated", "dof": 2.0}
+    calibration = fitted()
+    head = ErrorSource("head", 0.0, "rad", 2.0, "estimated")
+    others = tuple(source for source in calibration.error_sources if source.name != "head")
     said = "head position: none shows above the reading noise (estimated, 2 degrees of freedom)"
-    assert said in calibration_text(document)
+    assert said in str(replace(calibration, error_sources=(*others, head)))
 
 
 def test_scale_factor_that_is_not_determined_has_its_unit():
-    document = fitted(levels=("20", "80", "-40")).to_document()
-    document["temperature_model"]["K1"]["at_T0"] = None
-    unit = document["tables"][0]["coefficients"]["K1"]["unit"]
-    text = calibration_text(document)
+    calibration = fitted(levels=("20", "80", "-40"))
+    laws = calibration.temperature_model
+    unit = laws.K1.at_T0.unit
+    bare = replace(laws, K1=replace(laws.K1, at_T0=None))
+    text = str(replace(calibration, temperature_model=bare))
     assert re.search(rf"scale factor at T0 +K1N +not determined +{unit}\n", text)
 
 
@@ -338,7 +338,7 @@ def test_residual_grid_shows_every_reading():
 def test_missing_reading_leaves_a_gap():
     lines = table(strokes=2).splitlines()
     text = "\n".join(line for line in lines if not line.startswith("1,20,3,2,"))
-    strokes, rows = residual_grid(fitted(text + "\n").to_document()["tables"][0])
+    strokes, rows = residual_grid(fitted(text + "\n").tables[0])
     assert strokes == [1, 2]
     assert dict(rows)[90.0][1] is None
     assert dict(rows)[90.0][0] is not None

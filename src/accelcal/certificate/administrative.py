@@ -178,13 +178,12 @@ def _statements(calibration: Calibration, known: Laboratory) -> list[str]:
 
 def _of_the_test(calibration: Calibration) -> list[str]:
     """What the report of the calibration tells beside its numbers."""
-    document = calibration.to_document()
     laws = calibration.temperature_model
     return [
-        *without_uncertainty(document),
+        *without_uncertainty(calibration),
         *(
             f"A check of the test warns. {alarm[0].upper()}{alarm[1:]}"
-            for alarm in alarms(document)
+            for alarm in alarms(calibration)
         ),
         *calibration.warnings,
         *(

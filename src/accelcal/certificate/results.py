@@ -76,11 +76,10 @@ def _method(calibration: Calibration) -> Element:
 def _table(table: TableCalibration, calibration: Calibration) -> Element:
     temperature = table.temperature_degC
     where = "" if temperature is None else f", {temperature:.6g} degC"
-    quantities = {**table.coefficients, **table.error_model}
     data = [] if temperature is None else [temperature_quantity([temperature])]
     data += [
         _quantity(name, quantity, calibration, table.meaning(name))
-        for name, quantity in quantities.items()
+        for name, quantity in table.quantities.items()
     ]
     title = f"run {table.run}, mounting {table.mounting}{where}"
     return _result(title, "coefficients", data, _covariance(table, calibration))

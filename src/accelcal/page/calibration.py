@@ -13,8 +13,8 @@ from accelcal.plural import counted
 from accelcal.report.calibration import in_microradians
 from accelcal.report.calibration_rows import alarms, coefficient_rows, without_uncertainty
 from accelcal.results.calibration import Calibration
-from accelcal.results.levels import nearest_level
-from accelcal.results.quantity import Document
+from accelcal.results.quantity import Quantity
+from accelcal.results.table import TableCalibration, nearest_table
 
 _HIGHLIGHTED = ("K1", "k0", "delta")
 _UNITS = {"1": ""}
@@ -22,66 +22,65 @@ _UNITS = {"1": ""}
 
 def calibration_chapter(calibration: Calibration, name: str) -> Chapter:
     """Make the report of a calibration; `name` sets its pictures apart on a page of several."""
-    document = calibration.to_document()
-    tone, outcome = _outcome(document)
+    tone, outcome = _outcome(calibration)
     sections = (
-        _warnings(document),
-        evidence.verdict(document),
-        coefficients.coefficients(document),
-        coefficients.temperature(calibration, document, name),
-        coefficients.fixture_angles(document),
-        coefficients.effects(document),
-        evidence.residuals(calibration, document, name),
-        evidence.budget(calibration, document, name),
-        evidence.checks(document),
-        evidence.open_questions(document),
-        evidence.provenance(document),
+        _warnings(calibration),
+        evidence.verdict(calibration),
+        coefficients.coefficients(calibration),
+        coefficients.temperature(calibration, name),
+        coefficients.fixture_angles(calibration),
+        coefficients.effects(calibration),
+        evidence.residuals(calibration, name),
+        evidence.budget(calibration, name),
+        evidence.checks(calibration),
+        evidence.open_questions(calibration),
+        evidence.provenance(calibration),
     )
     return Chapter(
         sort="Calibration",
-        title=str(document["serial"] or PurePath(document["source"]).name),
-        subtitle=_subtitle(document),
+        title=str(calibration.serial or PurePath(calibration.source).name),
+        subtitle=_subtitle(calibration),
         tone=tone,
         outcome=outcome,
-        lede=_lede(document),
-        highlights=list(_highlights(document)),
+        lede=_lede(calibration),
+        highlights=list(_highlights(calibration)),
         sections=[section for section in sections if section is not None],
     )
 
 
-def _subtitle(document: Document) -> str:
-    date = f"tested {document['date']}, " if document["date"] else ""
-    return f"{date}from {document['source']}"
+def _subtitle(calibration: Calibration) -> str:
+    date = f"tested {calibration.date}, " if calibration.date else ""
+    return f"{date}from {calibration.source}"
 
 
-def _outcome(document: Document) -> tuple[Tone, str]:
+def _outcome(calibration: Calibration) -> tuple[Tone, str]:
     """How it came out: the verdict, or else what the checks say."""
-    verdict = document.get("verdict")
-    warned = bool(alarms(document))
-    bare = bool(without_uncertainty(document))
-    if verdict and verdict["outcome"] == "fail":
+    verdict = calibration.verdict
+    warned = bool(alarms(calibration))
+    bare = bool(without_uncertainty(calibration))
+    if verdict is not None and verdict.outcome == "fail":
         return "bad", "fails its data sheet"
     if warned:
         return "warn", "checks warn"
     if bare:
         return "warn", "no uncertainty"
-    if verdict and verdict["outcome"] == "pass":
+    if verdict is not None and verdict.outcome == "pass":
         return "good", "keeps its data sheet"
-    if verdict:
+    if verdict is not None:
         return "warn", "data sheet: some limits open"
-    return ("plain" if _not_made(document) else "good"), "no check warns"
+    return ("plain" if _not_made(calibration) else "good"), "no check warns"
 
 
-def _lede(document: Document) -> str:
-    table = _main_table(document)
+def _lede(calibration: Calibration) -> str:
+    table = nearest_table(calibration.tables, calibration.T0_degC)
     rows = {row.symbol: row for row in coefficient_rows(table)}
     k1, k0 = rows["K1"], rows["k0"]
-    temperature = table["temperature_degC"]
+    temperature = table.temperature_degC
     where = "" if temperature is None else f" at {temperature:.4g} degC"
     told = f"Scale factor {_with(k1)} and bias {_with(k0)}{where}"
-    readings = counted(sum(t["readings"] for t in document["tables"]), "reading")
-    told += f", from {readings} in {counted(len(document['tables']), 'table')}. "
-    return typeset(told) + _said_of_verdict(document) + _said_of_checks(document)
+    readings = counted(sum(t.readings for t in calibration.tables), "reading")
+    told += f", from {readings} in {counted(len(calibration.tables), 'table')}. "
+    return typeset(told) + _said_of_verdict(calibration) + _said_of_checks(calibration)
 
 
 def _with(row: Any) -> str:
@@ -91,47 +90,40 @@ def _with(row: Any) -> str:
     return f"{told} (which is {row.meaning})" if row.meaning else told
 
 
-def _said_of_verdict(document: Document) -> str:
-    verdict = document.get("verdict")
-    if not verdict:
+def _said_of_verdict(calibration: Calibration) -> str:
+    verdict = calibration.verdict
+    if verdict is None:
         return ""
-    failed = [limit["limit"] for limit in verdict["limits"] if limit["outcome"] == "fail"]
+    failed = [limit.limit for limit in verdict.judgements if limit.outcome == "fail"]
     names = ", ".join(dict.fromkeys(name.replace("_", " ") for name in failed))
-    of = verdict["specification"]
+    of = verdict.specification
     if failed:
         return f"It fails the data sheet {of} in {names}. "
-    open_ = [limit for limit in verdict["limits"] if limit["outcome"] != "pass"]
+    open_ = [limit for limit in verdict.judgements if limit.outcome != "pass"]
     if open_:
         return (
-            f"It breaks no limit of {of}, but {len(open_)} of {len(verdict['limits'])} are open. "
+            f"It breaks no limit of {of}, but {len(open_)} of {len(verdict.judgements)} are open. "
         )
     return f"It keeps all limits of {of}. "
 
 
-def _said_of_checks(document: Document) -> str:
-    warned = len(alarms(document))
+def _said_of_checks(calibration: Calibration) -> str:
+    warned = len(alarms(calibration))
     if warned:
         return f"{counted(warned, 'check').capitalize()} warn{'s' if warned == 1 else ''}."
-    skipped = _not_made(document)
+    skipped = _not_made(calibration)
     return f"No check warns; {skipped} could not be made." if skipped else "No check warns."
 
 
-def _not_made(document: Document) -> int:
+def _not_made(calibration: Calibration) -> int:
     """How many checks could not be made, of all tables and of the record as a whole."""
-    gates = [gate for table in document["tables"] for gate in table["gates"]]
-    return sum(gate["verdict"] not in ("pass", "warn") for gate in (*gates, *document["gates"]))
+    gates = [gate for table in calibration.tables for gate in table.gates]
+    return sum(gate.verdict not in ("pass", "warn") for gate in (*gates, *calibration.gates))
 
 
-def _main_table(document: Document) -> Document:
-    """The table nearest to the reference temperature."""
-    levels = [table["temperature_degC"] for table in document["tables"]]
-    nearest: Document = document["tables"][nearest_level(levels, document["T0_degC"])]
-    return nearest
-
-
-def _highlights(document: Document) -> Iterator[Highlight]:
-    table = _main_table(document)
-    free = _free_misalignment(document, table)
+def _highlights(calibration: Calibration) -> Iterator[Highlight]:
+    table = nearest_table(calibration.tables, calibration.T0_degC)
+    free = _free_misalignment(calibration, table)
     for row in coefficient_rows(table):
         if row.symbol not in _HIGHLIGHTED or row.value == "not determined":
             continue
@@ -145,20 +137,15 @@ def _highlights(document: Document) -> Iterator[Highlight]:
         yield Highlight(f"{row.name} {symbol}", typeset(f"{row.value} {unit}"), detail)
 
 
-def _free_misalignment(document: Document, table: Document) -> Document | None:
-    """The misalignment free of the fixture angle at the level of a table, where it is known."""
-    for found in document.get("fixture_angle", ()):
-        for level in found["misalignment"]:
-            near = level["temperature_degC"] == table["temperature_degC"]
-            if found["axis"] == table["mounting"][0] and near:
-                known: Document = level
-                return known
-    return None
+def _free_misalignment(calibration: Calibration, table: TableCalibration) -> Quantity | None:
+    """The misalignment of a table free of the fixture angle, where it is known."""
+    found = calibration.misalignment(table)
+    return None if found is table.error_model["delta"] else found
 
 
-def _warnings(document: Document) -> Section | None:
+def _warnings(calibration: Calibration) -> Section | None:
     blocks: list[Block] = []
-    bare, warned = without_uncertainty(document), alarms(document)
+    bare, warned = without_uncertainty(calibration), alarms(calibration)
     if bare:
         blocks.append(Note("bad", "No uncertainty", [typeset(item) for item in bare]))
     if warned:

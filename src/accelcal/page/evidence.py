@@ -25,7 +25,8 @@ from accelcal.report.calibration_rows import residuals_by_angle, table_title
 from accelcal.report.numbers import significant
 from accelcal.report.verdict import limit_row, remark
 from accelcal.results.calibration import Calibration
-from accelcal.results.quantity import Document
+from accelcal.results.quantity import Gate
+from accelcal.results.table import TableCalibration
 from accelcal.units import MICRO
 
 _OUTCOMES: dict[str, Tone] = {"PASS": "good", "FAIL": "bad", "undecided": "warn"}
@@ -35,36 +36,36 @@ _NAMES = {"reading": "readings", "launch": "launches", "launch_sf": "launches (s
 _NOT_RECORDED = "not recorded"
 
 
-def verdict(document: Document) -> Section | None:
+def verdict(calibration: Calibration) -> Section | None:
     """Tell the verdict against a data sheet; None where it was not judged."""
-    found = document.get("verdict")
-    if not found:
+    found = calibration.verdict
+    if found is None:
         return None
     rows = []
-    for limit in found["limits"]:
+    for limit in found.judgements:
         outcome, symbol, value, expanded, allowed, name = limit_row(limit)
-        said = "" if outcome in ("PASS", "FAIL") and not limit["remark"] else remark(limit)
+        said = "" if outcome in ("PASS", "FAIL") and not limit.remark else remark(limit)
         row = (name, outcome, symbol, value, expanded, allowed, said)
         rows.append(tuple(map(typeset, row)))
     headings = ("limit", "outcome", "symbol", "value", "U (95 %)", "allowed", "remark")
-    source = f" ({found['source']})" if found["source"] else ""
+    source = f" ({found.source})" if found.source else ""
     blocks: list[Block] = [
-        Table(f"Limits of {found['specification']}", headings, rows, frozenset({3, 4}), _OUTCOMES),
-        Paragraph(f"Decision rule: {typeset(found['rule_statement'])}"),
-        Paragraph(f"Data sheet: {found['specification']}{source}."),
+        Table(f"Limits of {found.specification}", headings, rows, frozenset({3, 4}), _OUTCOMES),
+        Paragraph(f"Decision rule: {typeset(found.rule_statement)}"),
+        Paragraph(f"Data sheet: {found.specification}{source}."),
     ]
     return Section("Verdict against the data sheet", blocks)
 
 
-def residuals(calibration: Calibration, document: Document, name: str) -> Section | None:
+def residuals(calibration: Calibration, name: str) -> Section | None:
     """Show what the model leaves of the readings; None where the document has no residuals."""
-    tables = [table for table in document["tables"] if table["residuals"]["value"]]
+    tables = [table for table in calibration.tables if table.residuals.value]
     if not tables:
         return None
-    if not any(table["dof"] for table in tables):
+    if not any(table.dof for table in tables):
         said = "There are none: as many coefficients were fitted as there are readings."
         return Section("Residuals", [Paragraph(said)])
-    rms = [table["residual_rms"] / abs(table["coefficients"]["K1"]["value"]) for table in tables]
+    rms = [table.residual_rms / abs(table.coefficients["K1"].value or 1.0) for table in tables]
     told = " to ".join(f"{significant(MICRO * size)}" for size in sorted({min(rms), max(rms)}))
     intro = f"Reading minus model; its rms over the degrees of freedom is {told} µg."
     blocks: list[Block] = [Paragraph(intro), Gallery(_residual_pictures(calibration, name, tables))]
@@ -72,10 +73,12 @@ def residuals(calibration: Calibration, document: Document, name: str) -> Sectio
     return Section("Residuals", blocks)
 
 
-def _residual_pictures(calibration: Calibration, name: str, tables: list[Document]) -> list[Figure]:
+def _residual_pictures(
+    calibration: Calibration, name: str, tables: list[TableCalibration]
+) -> list[Figure]:
     plot, strokes = (
         calibration.plot,
-        sum(len(set(table["residuals"]["stroke"])) for table in tables),
+        sum(len(set(table.residuals.stroke)) for table in tables),
     )
     words = {
         "map": (
@@ -109,9 +112,9 @@ _MOST_COLUMNS = 10
 """Strokes for which paper is wide enough."""
 
 
-def _residual_tables(table: Document) -> Iterator[Table]:
+def _residual_tables(table: TableCalibration) -> Iterator[Table]:
     """All residuals, some strokes at a time, at the angles that these have."""
-    strokes = sorted(set(table["residuals"]["stroke"]))
+    strokes = sorted(set(table.residuals.stroke))
     part = {stroke: i // _MOST_COLUMNS for i, stroke in enumerate(strokes)}
     rows: list[dict[float, dict[int, float]]] = [{} for _ in strokes[::_MOST_COLUMNS] or [0]]
     for angle, own in residuals_by_angle(table).items():
@@ -132,27 +135,27 @@ def _cell(value: float | None) -> str:
     return "" if value is None else typeset(f"{MICRO * value + 0.0:.1f}")
 
 
-def budget(calibration: Calibration, document: Document, name: str) -> Section:
+def budget(calibration: Calibration, name: str) -> Section:
     """Tell the sources of error, and the share of each in each coefficient."""
     headings = ("source of error", "standard uncertainty")
-    sources = Table("Sources of error", headings, _sources(document))
+    sources = Table("Sources of error", headings, _sources(calibration))
     blocks: list[Block] = [sources]
-    if any(table["budget"] for table in document["tables"]):
+    if any(table.budget for table in calibration.tables):
         caption = "Shares of the variance of each coefficient by source of error."
         seen = "Stacked bars of the shares; the tables below have the numbers."
         drawn = picture(f"{name}budget", calibration.plot.budget, (caption, seen), (3.8, 3.2))
         blocks = [Gallery([drawn, sources])]
-    blocks += [_shares(table) for table in document["tables"] if table["budget"]]
+    blocks += [_shares(table) for table in calibration.tables if table.budget]
     return Section("Uncertainty budget", blocks)
 
 
-def _sources(document: Document) -> list[tuple[str, str]]:
-    rows = [(name, typeset(size)) for name, size in error_rows(document)]
+def _sources(calibration: Calibration) -> list[tuple[str, str]]:
+    rows = [(name, typeset(size)) for name, size in error_rows(calibration)]
     return rows or [("none", _NOT_RECORDED)]
 
 
-def _shares(table: Document) -> Table:
-    parts = table["budget"]
+def _shares(table: TableCalibration) -> Table:
+    parts = table.budget
     sources = list(dict.fromkeys(source for own in parts.values() for source in own))
     rows = []
     for name, own in parts.items():
@@ -164,12 +167,12 @@ def _shares(table: Document) -> Table:
     return Table(caption, headings, rows, frozenset(range(1, len(headings))), folded=True)
 
 
-def checks(document: Document) -> Section:
+def checks(calibration: Calibration) -> Section:
     """Tell what the gates found: a row a gate, a column a table; then what they warn of."""
-    columns = [(table_title(table), table["gates"]) for table in document["tables"]]
-    if document["gates"]:
-        columns.append(("all", document["gates"]))
-    names = list(dict.fromkeys(gate["name"] for _, gates in columns for gate in gates))
+    columns = [(table_title(table), table.gates) for table in calibration.tables]
+    if calibration.gates:
+        columns.append(("all", calibration.gates))
+    names = list(dict.fromkeys(gate.name for _, gates in columns for gate in gates))
     if not names:
         return Section("Checks", [Paragraph("No check was made.")])
     rows = [(name, *(_outcome(name, gates) for _, gates in columns)) for name in names]
@@ -188,61 +191,61 @@ def checks(document: Document) -> Section:
     return Section("Checks", blocks)
 
 
-def _outcome(name: str, gates: Iterable[Document]) -> str:
-    found = [gate["verdict"] for gate in gates if gate["name"] == name]
+def _outcome(name: str, gates: Iterable[Gate]) -> str:
+    found = [gate.verdict for gate in gates if gate.name == name]
     return _SHOWN.get(found[0], "not made") if found else "–"
 
 
 def _findings(
-    columns: Iterable[tuple[str, Iterable[Document]]], verdicts: tuple[str, ...]
+    columns: Iterable[tuple[str, Iterable[Gate]]], verdicts: tuple[str, ...]
 ) -> Iterable[str]:
     """What some gates found, once where several tables say the same."""
     where: dict[str, list[str]] = {}
     for title, gates in columns:
         for gate in gates:
-            if gate["verdict"] in verdicts:
-                where.setdefault(f"{gate['name']}: {gate['finding']}", []).append(title)
+            if gate.verdict in verdicts:
+                where.setdefault(f"{gate.name}: {gate.finding}", []).append(title)
     return (f"{typeset(finding)} ({', '.join(titles)})" for finding, titles in where.items())
 
 
-def open_questions(document: Document) -> Section:
+def open_questions(calibration: Calibration) -> Section:
     """Tell what was not determined, what stands for something else, what was taken as given."""
-    items = list(document["warnings"])
-    for table in document["tables"]:
-        missing = [n for n, q in table["coefficients"].items() if q["value"] is None]
+    items = list(calibration.warnings)
+    for table in calibration.tables:
+        missing = [n for n, q in table.coefficients.items() if q.value is None]
         if missing:
-            items.append(f"run {table['run']}: {', '.join(missing)} not determined, taken as zero")
-        for name, meaning in table["stands_for"].items():
+            items.append(f"run {table.run}: {', '.join(missing)} not determined, taken as zero")
+        for name, meaning in table.stands_for.items():
             items.append(
-                f"run {table['run']}: {name} cannot be told from others at these angles; it stands"
+                f"run {table.run}: {name} cannot be told from others at these angles; it stands"
                 f" for {meaning}"
             )
-    if document["delta0_rad"]:
-        given = significant(MICRO * document["delta0_rad"], 4)
+    if calibration.delta0_rad:
+        given = significant(MICRO * calibration.delta0_rad, 4)
         items.append(f"a fixture angle of {given} urad was taken as given")
     said = [typeset(item) for item in dict.fromkeys(items)]
     title = "What these readings cannot tell"
     return Section(title, [Bullets(said) if said else Paragraph("Nothing is left open.")])
 
 
-def provenance(document: Document) -> Section:
+def provenance(calibration: Calibration) -> Section:
     """Tell input, options and software; ``not recorded`` where the document does not say."""
-    known = document.get("provenance", {})
-    gravity, reference = document["g_local_m_s2"], document["T0_degC"]
+    known = calibration.provenance
+    gravity, reference = calibration.g_local_m_s2, calibration.T0_degC
     items = [
-        ("serial number", document["serial"] or _NOT_RECORDED),
-        ("date of the test", document["date"] or _NOT_RECORDED),
-        ("input", document["source"]),
+        ("serial number", calibration.serial or _NOT_RECORDED),
+        ("date of the test", calibration.date or _NOT_RECORDED),
+        ("input", calibration.source),
         ("SHA-256 of the input", known.get("sha256") or _NOT_RECORDED),
-        ("readings", f"{sum(table['readings'] for table in document['tables'])}"),
-        ("method", document["method"] + (", robust" if document["robust"] else "")),
+        ("readings", f"{sum(table.readings for table in calibration.tables)}"),
+        ("method", calibration.method + (", robust" if calibration.robust else "")),
         ("reference temperature", _NOT_RECORDED if reference is None else f"{reference:g} °C"),
         ("local gravity", f"{gravity:.9g} m/s²" if gravity else "not given; g is local g"),
-        ("unit of the output", document["output_unit"] or _NOT_RECORDED),
+        ("unit of the output", calibration.output_unit or _NOT_RECORDED),
         ("declared", _listed(known.get("declared")) if known else _NOT_RECORDED),
         ("options", _listed(known.get("options")) if known else _NOT_RECORDED),
         *((f"header: {name}", str(value)) for name, value in known.get("metadata", {}).items()),
-        ("software", document["software"] or _NOT_RECORDED),
+        ("software", calibration.software or _NOT_RECORDED),
     ]
     blocks: list[Block] = [Facts(items)]
     if known.get("notes"):

@@ -36,7 +36,7 @@ def coefficients(calibration: Calibration, axes: Any) -> Any:
     panels = canvases(axes, 2, 3, (10.0, 5.2))
     names = _run_names(calibration.tables)
     for ax, (name, symbol, _) in zip(panels, _SHOWN, strict=True):
-        _draw_runs(ax, [_quantity(table, symbol) for table in calibration.tables], names)
+        _draw_runs(ax, [table.quantities[symbol] for table in calibration.tables], names)
         ax.set_title(f"{name.capitalize()} {_SYMBOLS[symbol]}")
     return panels
 
@@ -51,10 +51,6 @@ def run_changes(disagreement: Disagreement, axes: Any) -> Any:
         ax.axhline(0.0, color=palette().ink, lw=0.8)
         ax.set_title(f"Change of {name.replace('_', ' ')}")
     return panels
-
-
-def _quantity(table: TableCalibration, symbol: str) -> Quantity:
-    return (table.coefficients if symbol == "K1" else table.error_model)[symbol]
 
 
 def _run_names(tables: Sequence[TableCalibration]) -> list[str]:
@@ -153,7 +149,7 @@ def _stack(ax: Axes, parts: Sequence[Any]) -> None:
 
 def _uncertainty(table: TableCalibration, symbol: str) -> str:
     """Standard uncertainty of a coefficient, that of the scale factor over it."""
-    quantity = _quantity(table, symbol)
+    quantity = table.quantities[symbol]
     size, unit = quantity.standard_uncertainty, quantity.unit
     if size is None:
         return "unknown"

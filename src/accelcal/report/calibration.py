@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from accelcal.escapes import visible
 from accelcal.plural import counted, plural
 from accelcal.report.calibration_rows import (
     HEADINGS,
     LAW_HEADINGS,
+    LawRow,
     alarms,
     coefficient_rows,
     strong_correlations,
@@ -19,90 +21,99 @@ from accelcal.report.lines import aligned, hanging, sections, unit_of
 from accelcal.report.numbers import in_small_unit, matching_digits, significant
 from accelcal.report.residuals import residual_lines
 from accelcal.report.scale import sized
-from accelcal.results.quantity import Document, Quantity
 from accelcal.units import MICRO
+
+if TYPE_CHECKING:
+    from accelcal.results.calibration import Calibration
+    from accelcal.results.findings import FoundEffect
+    from accelcal.results.fixture_angle import FixtureAngle
+    from accelcal.results.quantity import ErrorSource, Gate, Quantity
+    from accelcal.results.table import TableCalibration
+    from accelcal.results.verdict import Verdict
 
 _STANDARD_GRAVITY = 9.80665  # m/s^2, 3rd CGPM 1901
 
 
-def calibration_text(document: Document) -> str:
-    """Write the document of a calibration as lines of at most 100 characters, in ASCII."""
+def calibration_text(calibration: Calibration) -> str:
+    """Write a calibration as lines of at most 100 characters, in ASCII."""
     return sections(
-        _heading(document),
-        _bare(document),
-        _alarms(document),
-        _open(document["warnings"]),
-        *(_table(table, document) for table in document["tables"]),
-        _temperature(document),
-        _fixture_angles(document.get("fixture_angle", ())),
-        _effects(document.get("effects", ())),
-        _errors(document),
-        _record_gates(document["gates"]),
-        _verdict(document.get("verdict")),
+        _heading(calibration),
+        _bare(calibration),
+        _alarms(calibration),
+        _open(calibration.warnings),
+        *(_table(table, calibration) for table in calibration.tables),
+        _temperature(calibration),
+        _fixture_angles(calibration.fixture_angle),
+        _effects(calibration.effects),
+        _errors(calibration),
+        _record_gates(calibration.gates),
+        _verdict(calibration.verdict),
     )
 
 
-def _heading(document: Document) -> Iterator[str]:
-    unit = unit_of(document["serial"], document["source"])
-    date = f", {document['date']}" if document["date"] else ""
+def _heading(calibration: Calibration) -> Iterator[str]:
+    unit = unit_of(calibration.serial, calibration.source)
+    date = f", {calibration.date}" if calibration.date else ""
     yield from hanging(visible(f"Calibration of {unit}{date}"))
-    tables = document["tables"]
-    readings = counted(sum(table["readings"] for table in tables), "reading")
-    robust = ", robust" if document["robust"] else ""
+    tables = calibration.tables
+    readings = counted(sum(table.readings for table in tables), "reading")
+    robust = ", robust" if calibration.robust else ""
     yield (
-        f"{document['method']}{robust}, {readings} in {counted(len(tables), 'table')}; g is local g"
-        + (f" = {document['g_local_m_s2']:g} m/s^2" if document["g_local_m_s2"] else "")
-        + (f"; T0 = {document['T0_degC']:g} degC" if document["T0_degC"] is not None else "")
+        f"{calibration.method}{robust}, {readings} in {counted(len(tables), 'table')}; g is local g"
+        + (f" = {calibration.g_local_m_s2:g} m/s^2" if calibration.g_local_m_s2 else "")
+        + (f"; T0 = {calibration.T0_degC:g} degC" if calibration.T0_degC is not None else "")
     )
 
 
-def _bare(document: Document) -> Iterator[str]:
-    for sentence in without_uncertainty(document):
+def _bare(calibration: Calibration) -> Iterator[str]:
+    for sentence in without_uncertainty(calibration):
         yield from hanging(visible(f"NO UNCERTAINTY: {sentence}"))
 
 
-def _alarms(document: Document) -> Iterator[str]:
-    found = alarms(document)
+def _alarms(calibration: Calibration) -> Iterator[str]:
+    found = alarms(calibration)
     if found:
         yield "CLEAR UP THESE WARNINGS FIRST (each warns by chance in at most 1 % of good records)"
     yield from _items("WARNING", found)
 
 
-def _table(table: Document, document: Document) -> Iterator[str]:
-    temperature = table["temperature_degC"]
+def _table(table: TableCalibration, calibration: Calibration) -> Iterator[str]:
+    temperature = table.temperature_degC
     where = "temperature unknown" if temperature is None else f"{temperature:.2f} degC"
     yield (
-        f"Run {table['run']}: {where}, mounting {table['mounting']},"
-        f" {counted(table['readings'], 'reading')}, {_degrees(table['dof'])}"
+        f"Run {table.run}: {where}, mounting {table.mounting},"
+        f" {counted(table.readings, 'reading')}, {_degrees(table.dof)}"
     )
     yield from _coefficients(table)
-    yield from scale_factor_elsewhere(table, document["g_local_m_s2"])
+    yield from scale_factor_elsewhere(table, calibration.g_local_m_s2)
     yield from _correlations(table)
     yield from (f"  {line}" for line in residual_lines(table))
-    yield from _gates(table["gates"])
-    yield from _items("note", table["warnings"])
+    yield from _gates(table.gates)
+    yield from _items("note", table.warnings)
 
 
 def _degrees(dof: float) -> str:
     return f"{dof:.0f} {plural('degree', round(dof))} of freedom"
 
 
-def _coefficients(table: Document) -> Iterator[str]:
+def _coefficients(table: TableCalibration) -> Iterator[str]:
     found = coefficient_rows(table)
     rows = [(r.name, r.symbol + " *" * bool(r.meaning), *r[3:]) for r in found]
     yield from aligned([HEADINGS, *rows], right={2, 3, 5, 6}, indent="  ")
     yield from (f"  * {r.symbol} stands for {r.meaning}" for r in found if r.meaning)
 
 
-def scale_factor_elsewhere(table: Document, local_gravity: float | None) -> Iterator[str]:
+def scale_factor_elsewhere(table: TableCalibration, local_gravity: float | None) -> Iterator[str]:
     """Scale factor in ppm, and per m/s^2 and standard g, which need the local gravity."""
-    quantity = table["coefficients"]["K1"]
-    value, expanded = quantity["value"], quantity["expanded_uncertainty"]
+    quantity = table.coefficients["K1"]
+    value, expanded = quantity.value, quantity.expanded_uncertainty
+    if value is None:
+        return
     if expanded is not None:
         yield f"  scale factor known to {significant(expanded / abs(value) * MICRO, 2)} ppm (U)"
     if not local_gravity:
         return
-    unit = quantity["unit"].removesuffix("/g")
+    unit = quantity.unit.removesuffix("/g")
     for factor, per in (
         (1.0 / local_gravity, "per m/s^2"),
         (_STANDARD_GRAVITY / local_gravity, f"per standard g ({_STANDARD_GRAVITY} m/s^2)"),
@@ -111,79 +122,78 @@ def scale_factor_elsewhere(table: Document, local_gravity: float | None) -> Iter
         yield f"  K1 = {shown[0]} +- {shown[1]} {unit} {per}"
 
 
-def _correlations(table: Document) -> Iterator[str]:
+def _correlations(table: TableCalibration) -> Iterator[str]:
     for sentence in strong_correlations(table):
         yield from hanging(sentence, indent="  ")
 
 
-def _temperature(document: Document) -> Iterator[str]:
-    for whose, rows in temperature_laws(document):
-        yield f"Temperature laws{whose}, bilinear about T0 = {document['T0_degC']:g} degC"
+def _temperature(calibration: Calibration) -> Iterator[str]:
+    for whose, rows in temperature_laws(calibration):
+        yield f"Temperature laws{whose}, bilinear about T0 = {calibration.T0_degC:g} degC"
         yield from aligned([LAW_HEADINGS, *rows], right={2, 3}, indent="  ")
-    yield from _items("note", (document["temperature_model"] or {}).get("warnings", ()))
+    if calibration.temperature_model:
+        yield from _items("note", calibration.temperature_model.warnings)
 
 
-def _fixture_angles(angles: Sequence[Document]) -> Iterator[str]:
+def _fixture_angles(angles: Sequence[FixtureAngle]) -> Iterator[str]:
     """What both sides of an axis tell; the tables above hold M with the angle in it."""
     for found in angles:
         yield f"Fixture angle apart from the misalignment, mountings {reversed_mountings(found)}"
         yield from aligned([LAW_HEADINGS, *fixture_angle_rows(found)], right={2, 3}, indent="  ")
 
 
-def reversed_mountings(found: Document) -> str:
+def reversed_mountings(found: FixtureAngle) -> str:
     """Name the mountings that freed a misalignment from the fixture angle."""
-    clamped = f", clamped at {found['clamping_deg']:g} deg" if found.get("clamping_deg") else ""
-    return f"{found['axis']}+ and {found['axis']}-{clamped}"
+    clamped = f", clamped at {found.clamping_deg:g} deg" if found.clamping_deg else ""
+    return f"{found.axis}+ and {found.axis}-{clamped}"
 
 
-def fixture_angle_rows(found: Document) -> list[tuple[str, str, str, str, str]]:
+def fixture_angle_rows(found: FixtureAngle) -> list[LawRow]:
     """Make the lines of a fixture angle: name, symbol, value, half width of the interval, unit."""
-    rows = [("fixture angle", "delta0", *in_microradians(found))]
-    levels = [level["temperature_degC"] for level in found["misalignment"]]
-    places = ["" if t is None else f" at {t:.4g} degC" for t in levels]
-    for where, level in zip(places, found["misalignment"], strict=True):
-        rows.append((f"misalignment{where}", "delta", *in_microradians(level)))
-    symbol = "delta_ip" if found["axis"] == "o" else "delta_io"
-    for where, quantity in zip(places, found.get("cross_coupling", ()), strict=False):
+    rows = [("fixture angle", "delta0", *in_microradians(found.angle))]
+    places = ["" if t is None else f" at {t:.4g} degC" for t in found.temperatures]
+    for where, quantity in zip(places, found.misalignments, strict=True):
+        rows.append((f"misalignment{where}", "delta", *in_microradians(quantity)))
+    symbol = "delta_ip" if found.axis == "o" else "delta_io"
+    for where, quantity in zip(places, found.couplings, strict=False):
         size = in_microradians(quantity)[:2]
         rows.append((f"cross-coupling{where}", symbol, *size, "ug/g^2"))
     return rows
 
 
-def in_microradians(quantity: Document) -> tuple[str, str, str]:
+def in_microradians(quantity: Quantity) -> tuple[str, str, str]:
     """Tell an angle: value, half width of the 95 % interval, unit."""
-    return (*matching_digits(quantity["value"], quantity["expanded_uncertainty"], MICRO), "urad")
+    return (*matching_digits(quantity.value or 0.0, quantity.expanded_uncertainty, MICRO), "urad")
 
 
-def _effects(effects: Sequence[Document]) -> Iterator[str]:
+def _effects(effects: Sequence[FoundEffect]) -> Iterator[str]:
     if effects:
         yield "Effects taken out of the readings, with their sizes in this record"
     for effect in effects:
-        gaps = [significant(effect[f"gap_{when}"] * MICRO) for when in ("before", "after")]
-        yield from _item(effect["name"], f"{sizes_of(effect)}; gap {gaps[0]} -> {gaps[1]} ug rms")
+        gaps = [significant(gap * MICRO) for gap in (effect.gap_before, effect.gap_after)]
+        yield from _item(effect.name, f"{sizes_of(effect)}; gap {gaps[0]} -> {gaps[1]} ug rms")
 
 
-def sizes_of(effect: Document) -> str:
+def sizes_of(effect: FoundEffect) -> str:
     """Tell the parameters of an effect with their half widths."""
-    sizes = {name: Quantity.from_document(size) for name, size in effect["parameters"].items()}
-    return ", ".join(f"{name} = {sized(size)}" for name, size in sizes.items())
+    return ", ".join(f"{name} = {sized(size)}" for name, size in effect.parameters.items())
 
 
-def _errors(document: Document) -> Iterator[str]:
-    if document["error_sources"]:
+def _errors(calibration: Calibration) -> Iterator[str]:
+    if calibration.error_sources:
         yield "Sources of error"
-    yield from (f"  {name}: {size}" for name, size in error_rows(document))
+    yield from (f"  {name}: {size}" for name, size in error_rows(calibration))
 
 
-def error_rows(document: Document) -> Iterator[tuple[str, str]]:
+def error_rows(calibration: Calibration) -> Iterator[tuple[str, str]]:
     """Tell each source of error and its size, that of the readings for each table."""
-    sources = document["error_sources"]
-    readings = (source for source in sources if source["name"] == "reading")
-    for table, source in zip(document["tables"], readings, strict=False):
-        yield f"reading noise, run {table['run']}", _size(source) + _in_micro_g(source, table)
+    sources = calibration.error_sources
+    readings = (source for source in sources if source.name == "reading")
+    for table, source in zip(calibration.tables, readings, strict=False):
+        yield f"reading noise, run {table.run}", _size(source) + _in_micro_g(source, table)
     for source in sources:
-        if source["name"] in _COMMON_SOURCES:
-            yield _COMMON_SOURCES[source["name"]], _size(source)
+        if source.name in _COMMON_SOURCES:
+            yield _COMMON_SOURCES[source.name], _size(source)
 
 
 _COMMON_SOURCES = {
@@ -194,46 +204,44 @@ _COMMON_SOURCES = {
 }
 
 
-def _size(source: Document) -> str:
+def _size(source: ErrorSource) -> str:
     """Tell the size of a source of error, and how it is known."""
-    if source["value"] is None:
+    if source.value is None:
         return "unknown"
-    dof = f", {_degrees(source['dof'])}" if source["dof"] is not None else ""
-    if source["value"] == 0.0 and source["source"] == "estimated":
+    dof = f", {_degrees(source.dof)}" if source.dof is not None else ""
+    if source.value == 0.0 and source.source == "estimated":
         return f"none shows above the reading noise (estimated{dof})"
-    factor, unit = in_small_unit(source["unit"])
-    return f"{significant(factor * source['value'])} {unit} ({source['source']}{dof})"
+    factor, unit = in_small_unit(source.unit)
+    return f"{significant(factor * source.value)} {unit} ({source.source}{dof})"
 
 
-def _in_micro_g(source: Document, table: Document) -> str:
+def _in_micro_g(source: ErrorSource, table: TableCalibration) -> str:
     """Tell the noise of a table's readings as an acceleration too."""
-    scale_factor = table["coefficients"]["K1"]["value"]
-    if source["value"] is None or not scale_factor:
+    scale_factor = table.coefficients["K1"].value
+    if source.value is None or not scale_factor:
         return ""
-    return f" = {significant(abs(source['value'] / scale_factor) * MICRO)} ug"
+    return f" = {significant(abs(source.value / scale_factor) * MICRO)} ug"
 
 
-def _record_gates(gates: Sequence[Document]) -> Iterator[str]:
+def _record_gates(gates: Sequence[Gate]) -> Iterator[str]:
     lines = list(_gates(gates))
     yield from ["The record as a whole", *lines] if lines else []
 
 
-def _verdict(verdict: Document | None) -> Sequence[str]:
+def _verdict(verdict: Verdict | None) -> Sequence[str]:
     if verdict is None:
         return ()
-    from accelcal.report.verdict import verdict_text  # here, as most calibrations have none
-
-    return verdict_text(verdict).split("\n")
+    return str(verdict).split("\n")
 
 
-def _gates(gates: Sequence[Document]) -> Iterator[str]:
+def _gates(gates: Sequence[Gate]) -> Iterator[str]:
     for verdict, said in (("warn", "gates that WARN, see above"), ("pass", "gates passed")):
-        names = [gate["name"] for gate in gates if gate["verdict"] == verdict]
+        names = [gate.name for gate in gates if gate.verdict == verdict]
         if names:
             yield from hanging(f"{said}: {', '.join(names)}", indent="  ")
     for gate in gates:
-        if gate["verdict"] not in ("warn", "pass"):
-            yield from _item("not assessed", f"{gate['name']}: {gate['finding']}")
+        if gate.verdict not in ("warn", "pass"):
+            yield from _item("not assessed", f"{gate.name}: {gate.finding}")
 
 
 def _open(warnings: Sequence[str]) -> Iterator[str]:

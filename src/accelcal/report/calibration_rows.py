@@ -1,17 +1,19 @@
-"""The lines of a calibration table, made once for the terminal and the notebook.
-
-Everything here works on the JSON document of a calibration, so that a file can be shown as well
-as a fresh result.
-"""
+"""The lines of a calibration, made once for the terminal, the notebook and the page."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Mapping
+from itertools import combinations
+from typing import TYPE_CHECKING, NamedTuple
 
 from accelcal.report.numbers import matching_digits, significant
-from accelcal.results.quantity import Document
 from accelcal.results.table import mountings_of_laws
+
+if TYPE_CHECKING:
+    from accelcal.results.calibration import Calibration
+    from accelcal.results.quantity import Quantity
+    from accelcal.results.table import TableCalibration
+    from accelcal.results.temperature import TemperatureModel
 
 # Name, symbol, coefficient of (1), factor and unit; the scale factor keeps its own unit.
 SHOWN_COEFFICIENTS = (
@@ -31,6 +33,10 @@ LAW_HEADINGS = HEADINGS[:5]
 _SOURCES = {"reading": "readings", "launch": "launches", "launch_sf": "launches"}
 _STRONG = 0.8
 _DIGITS_OF_UNKNOWN = 4
+
+
+LawRow = tuple[str, str, str, str, str]
+"""Name, symbol, value, half width of the 95 % interval and unit."""
 
 
 class CoefficientRow(NamedTuple):
@@ -61,20 +67,18 @@ class CoefficientRow(NamedTuple):
     dominated_by: str
 
 
-def alarms(document: Document) -> list[str]:
+def alarms(calibration: Calibration) -> list[str]:
     """List run, gate and finding of the gates that warn, before anyone believes the numbers."""
-    found = [(f"{table_title(t)}, ", gate) for t in document["tables"] for gate in t["gates"]]
-    found += [("", gate) for gate in document["gates"]]
+    found = [(f"{table_title(t)}, ", gate) for t in calibration.tables for gate in t.gates]
+    found += [("", gate) for gate in calibration.gates]
     return [
-        f"{where}{gate['name']}: {gate['finding']}"
-        for where, gate in found
-        if gate["verdict"] == "warn"
+        f"{where}{gate.name}: {gate.finding}" for where, gate in found if gate.verdict == "warn"
     ]
 
 
-def without_uncertainty(document: Document) -> list[str]:
+def without_uncertainty(calibration: Calibration) -> list[str]:
     """Say in a sentence of which tables nothing tells how far the values are off."""
-    found = [table_title(t) for t in document["tables"] if _is_bare(t)]
+    found = [table_title(t) for t in calibration.tables if _is_bare(t)]
     if not found:
         return []
     return [
@@ -83,41 +87,46 @@ def without_uncertainty(document: Document) -> list[str]:
     ]
 
 
-def _is_bare(table: Document) -> bool:
-    return table["coefficients"]["K1"]["expanded_uncertainty"] is None
+def _is_bare(table: TableCalibration) -> bool:
+    return table.coefficients["K1"].expanded_uncertainty is None
 
 
-def table_title(table: Document) -> str:
+def table_title(table: TableCalibration) -> str:
     """Name a table by its run, and by its mounting where that is not the usual one."""
-    side = "" if table["mounting"] == "o+" else f" {table['mounting']}"
-    return f"run {table['run']}{side}"
+    side = "" if table.mounting == "o+" else f" {table.mounting}"
+    return f"run {table.run}{side}"
 
 
-def coefficient_rows(table: Document) -> list[CoefficientRow]:
+def coefficient_rows(table: TableCalibration) -> list[CoefficientRow]:
     """Make the lines of one table: scale factor first, then the error model."""
     return [_row(table, *shown) for shown in SHOWN_COEFFICIENTS]
 
 
 def _row(
-    table: Document, name: str, symbol: str, coefficient: str, factor: float, unit: str | None
+    table: TableCalibration,
+    name: str,
+    symbol: str,
+    coefficient: str,
+    factor: float,
+    unit: str | None,
 ) -> CoefficientRow:
-    quantity = table["coefficients" if symbol == coefficient else "error_model"][symbol]
-    unit = unit or quantity["unit"].replace("output unit", "output")
-    if quantity["value"] is None:
+    quantity = table.quantities[symbol]
+    unit = unit or quantity.unit.replace("output unit", "output")
+    if quantity.value is None:
         return CoefficientRow(name, symbol, "", "not determined", "", unit, "", "", "")
-    standard, expanded = quantity["standard_uncertainty"], quantity["expanded_uncertainty"]
+    standard, expanded = quantity.standard_uncertainty, quantity.expanded_uncertainty
     known = expanded is not None
-    value, half_width = matching_digits(quantity["value"], expanded, factor)
+    value, half_width = matching_digits(quantity.value, expanded, factor)
     return CoefficientRow(
         name=name,
         symbol=symbol,
         meaning=_meaning(table, symbol, coefficient),
-        value=value if known else _few_digits(factor * quantity["value"]),
+        value=value if known else _few_digits(factor * quantity.value),
         expanded=half_width,
         unit=unit,
         standard="unknown" if standard is None else _short(factor * standard),
         factor=f"{expanded / standard:.2f}" if standard and expanded is not None else "",
-        dominated_by=_dominating(table["budget"].get(coefficient, {})) if known else "",
+        dominated_by=_dominating(table.budget.get(coefficient, {})) if known else "",
     )
 
 
@@ -134,45 +143,45 @@ _LAWS = (  # name, symbol, law, part, factor, unit; the scale factor keeps its o
 )
 
 
-def temperature_laws(document: Document) -> list[tuple[str, list[tuple[str, str, str, str, str]]]]:
+def temperature_laws(
+    calibration: Calibration,
+) -> list[tuple[str, list[LawRow]]]:
     """Make the lines of the temperature laws of each axis along the shaft that has some.
 
     Of each, whose they are where the tables have several mountings, and `temperature_rows`.
     """
-    mountings = [table["mounting"] for table in document["tables"]]
+    mountings = [table.mounting for table in calibration.tables]
     several = len(set(mountings)) > 1
-    laws = ("temperature_model", "second_axis_model")
-    found = zip(mountings_of_laws(mountings), map(document.get, laws), strict=True)
+    models = (calibration.temperature_model, calibration.second_axis_model)
+    found = zip(mountings_of_laws(mountings), models, strict=True)
     return [
-        (f" of mounting {mounting}" if several else "", temperature_rows(document, model))
+        (f" of mounting {mounting}" if several else "", temperature_rows(calibration, model))
         for mounting, model in found
         if model
     ]
 
 
-def temperature_rows(document: Document, model: Document) -> list[tuple[str, str, str, str, str]]:
-    """Make the lines of one axis: name, symbol, value, half width of the interval, unit."""
-    own = document["tables"][0]["coefficients"]["K1"]["unit"] if document["tables"] else ""
+def temperature_rows(calibration: Calibration, model: TemperatureModel) -> list[LawRow]:
+    """Make the lines of the temperature laws of one axis."""
+    own = calibration.tables[0].coefficients["K1"].unit
     rows = [
-        _law_row(name, symbol, model[law][part], factor, unit or own)
+        _law_row(name, symbol, getattr(getattr(model, law), part), factor, unit or own)
         for name, symbol, law, part, factor, unit in _LAWS
     ]
-    known = model["hysteresis"] is not None
+    known = model.hysteresis is not None
     name = "bias (heated - cooled)/2" if known else "hysteresis of bias"  # its sign is told
-    return [*rows, _law_row(name, "h_T", model["hysteresis"], 1e6, "ug")]
+    return [*rows, _law_row(name, "h_T", model.hysteresis, 1e6, "ug")]
 
 
-def _law_row(
-    name: str, symbol: str, quantity: Document | None, factor: float, unit: str
-) -> tuple[str, str, str, str, str]:
-    if quantity is None or quantity["value"] is None:
+def _law_row(name: str, symbol: str, quantity: Quantity | None, factor: float, unit: str) -> LawRow:
+    if quantity is None or quantity.value is None:
         return name, symbol, "not determined", "", unit
-    shown = matching_digits(quantity["value"], quantity["expanded_uncertainty"], factor)
+    shown = matching_digits(quantity.value, quantity.expanded_uncertainty, factor)
     return name, symbol, *shown, unit
 
 
-def _meaning(table: Document, symbol: str, coefficient: str) -> str:
-    absorbed = table["stands_for"].get(coefficient)
+def _meaning(table: TableCalibration, symbol: str, coefficient: str) -> str:
+    absorbed = table.stands_for.get(coefficient)
     if absorbed is None:
         return ""
     return absorbed if symbol == coefficient else f"({absorbed})/K1"
@@ -196,30 +205,30 @@ def _dominating(budget: Mapping[str, float]) -> str:
     return f"{_SOURCES.get(source, source)} {100 * size**2 / total:.0f} %"
 
 
-def residual_grid(table: Document) -> tuple[list[int], list[tuple[float, list[float | None]]]]:
+def residual_grid(
+    table: TableCalibration,
+) -> tuple[list[int], list[tuple[float, list[float | None]]]]:
     """Arrange residuals by stroke and head angle [deg]; None where there is no reading [g]."""
     found = residuals_by_angle(table)
-    strokes = sorted(set(table["residuals"]["stroke"]))
+    strokes = sorted(set(table.residuals.stroke))
     return strokes, [(angle, [own.get(k) for k in strokes]) for angle, own in found.items()]
 
 
-def residuals_by_angle(table: Document) -> dict[float, dict[int, float]]:
+def residuals_by_angle(table: TableCalibration) -> dict[float, dict[int, float]]:
     """Bring residuals in order: head angle [deg] -> stroke -> residual [g]."""
-    residuals, found = table["residuals"], dict[float, dict[int, float]]()
-    names = ("angle_deg", "stroke", "value")
-    for angle, stroke, value in zip(*(residuals[name] for name in names), strict=True):
+    residuals, found = table.residuals, dict[float, dict[int, float]]()
+    readings = zip(residuals.angle_deg, residuals.stroke, residuals.value, strict=True)
+    for angle, stroke, value in readings:
         found.setdefault(angle, {})[stroke] = value
     return {angle: dict(sorted(found[angle].items())) for angle in sorted(found)}
 
 
-def strong_correlations(table: Document) -> list[str]:
+def strong_correlations(table: TableCalibration) -> list[str]:
     """Name in a sentence the pairs of coefficients that are strongly correlated, if any."""
-    names: Sequence[str] = table["covariance"]["names"]
-    matrix = table["covariance"]["matrix"]
-    pairs = []
-    for i, first in enumerate(names):
-        for j in range(i + 1, len(names)):
-            scale = (matrix[i][i] * matrix[j][j]) ** 0.5
-            if scale > 0.0 and abs(matrix[i][j]) > _STRONG * scale:
-                pairs.append(f"{first} with {names[j]} {matrix[i][j] / scale:+.2f}")
+    found = table.correlation
+    pairs = [
+        f"{one} with {other} {found[i, j]:+.2f}"
+        for (i, one), (j, other) in combinations(enumerate(table.covariance_names), 2)
+        if abs(found[i, j]) > _STRONG
+    ]
     return [f"strongly correlated: {', '.join(pairs)}"] if pairs else []

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from accelcal.report.calibration import fixture_angle_rows, reversed_mountings
 from accelcal.report.calibration_rows import (
     HEADINGS,
@@ -16,25 +13,28 @@ from accelcal.report.calibration_rows import (
 )
 from accelcal.report.html import items, result, safe, table
 from accelcal.report.notebook_results import verdict_html
+from accelcal.results.calibration import Calibration
+from accelcal.results.table import TableCalibration
 
 
-def calibration_html(document: Mapping[str, Any]) -> str:
-    """Write the document of a calibration as tables, without scripts and styles of its own."""
-    parts = [items(map(_bold_warning, [*without_uncertainty(document), *alarms(document)]))]
-    parts += [table_html(found) for found in document["tables"]]
-    for whose, rows in temperature_laws(document):
-        caption = f"temperature laws{whose}, T0 = {document['T0_degC']:g} °C"
+def calibration_html(calibration: Calibration) -> str:
+    """Write a calibration as tables, without scripts and styles of its own."""
+    parts = [items(map(_bold_warning, [*without_uncertainty(calibration), *alarms(calibration)]))]
+    parts += [table_html(found) for found in calibration.tables]
+    for whose, rows in temperature_laws(calibration):
+        caption = f"temperature laws{whose}, T0 = {calibration.T0_degC:g} °C"
         parts.append(table(caption, LAW_HEADINGS, rows))
-    for found in document.get("fixture_angle", ()):
+    for found in calibration.fixture_angle:
         caption = f"fixture angle apart from the misalignment, {reversed_mountings(found)}"
         parts.append(table(caption, LAW_HEADINGS, fixture_angle_rows(found)))
-    model = document["temperature_model"] or {}
-    told = [w for part in (*document["tables"], model) for w in part.get("warnings", ())]
-    parts.append(items(map(safe, [*told, *document["warnings"]])))
-    if verdict := document.get("verdict"):
-        parts.append(verdict_html(verdict))
+    told = [warning for found in calibration.tables for warning in found.warnings]
+    if calibration.temperature_model:
+        told += calibration.temperature_model.warnings
+    parts.append(items(map(safe, [*told, *calibration.warnings])))
+    if calibration.verdict is not None:
+        parts.append(verdict_html(calibration.verdict))
     return result(
-        f"Calibration of {document['serial'] or document['source']}", [document["method"]], *parts
+        f"Calibration of {calibration.serial or calibration.source}", [calibration.method], *parts
     )
 
 
@@ -42,10 +42,10 @@ def _bold_warning(sentence: str) -> str:
     return f"<b>WARNING</b> {safe(sentence)}"
 
 
-def table_html(found: Mapping[str, Any]) -> str:
-    """Write one table of the document of a calibration."""
-    temperature = found["temperature_degC"]
+def table_html(found: TableCalibration) -> str:
+    """Write one table of a calibration."""
+    temperature = found.temperature_degC
     where = "" if temperature is None else f", {temperature:.2f} °C"
-    caption = f"run {found['run']}{where}, mounting {found['mounting']}"
+    caption = f"run {found.run}{where}, mounting {found.mounting}"
     rows = [(r.name, r.meaning or r.symbol, *r[3:]) for r in coefficient_rows(found)]
     return table(caption, HEADINGS, rows)

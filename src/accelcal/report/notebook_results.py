@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from accelcal.plural import counted
 from accelcal.report.disagreement import run_rows
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from accelcal.results.stability import Stability
     from accelcal.results.stand_discovery import StandDiscovery
     from accelcal.results.unit_history import History
+    from accelcal.results.verdict import Verdict
 
 _INTERVAL = ("value", "U (95 %)", "unit")
 
@@ -133,15 +134,15 @@ def budget_html(budget: ErrorBudget) -> str:
     )
 
 
-def verdict_html(document: Mapping[str, Any]) -> str:
-    """Write the document of a verdict, limit by limit."""
-    limits = document["limits"]
-    said = [f"{limit['symbol']}: {told}" for limit in limits if (told := remark(limit))]
+def verdict_html(verdict: Verdict) -> str:
+    """Write a verdict, limit by limit."""
+    limits = verdict.judgements
+    said = [f"{limit.symbol}: {told}" for limit in limits if (told := remark(limit))]
     return result(
-        f"Verdict against {document['specification']}",
-        [document["outcome"].upper()],
+        f"Verdict against {verdict.specification}",
+        [verdict.outcome.upper()],
         table("limits", ("", "", "value", "± U", "limit", ""), map(limit_row, limits)),
-        notes=[*said, f"decision rule: {document['rule_statement']}"],
+        notes=[*said, f"decision rule: {verdict.rule_statement}"],
     )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from accelcal.report.calibration_rows import residual_grid, residuals_by_angle
 from accelcal.report.lines import aligned
-from accelcal.results.quantity import Document
+from accelcal.results.table import TableCalibration
 
 Residual = float | None
 
@@ -16,10 +16,10 @@ _LONGEST_ROW = 96
 _SUMMARY = ("mean", "forward", "back", "lowest", "highest")
 
 
-def residual_lines(table: Document) -> Iterator[str]:
+def residual_lines(table: TableCalibration) -> Iterator[str]:
     """Write a grid of positions and strokes; where it is too wide, a summary of each."""
-    strokes = sorted(set(table["residuals"]["stroke"]))
-    largest = max((abs(value) for value in table["residuals"]["value"]), default=0.0)
+    strokes = sorted(set(table.residuals.stroke))
+    largest = max((abs(value) for value in table.residuals.value), default=0.0)
     size, unit = next((item for item in _UNITS if largest < 0.99995 * 1e4 * item[0]), _UNITS[-1])
     decimals = _decimals(largest / size)
 

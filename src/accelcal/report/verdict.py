@@ -7,82 +7,82 @@ from collections.abc import Iterator
 
 from accelcal.report.lines import aligned, hanging, visible_lines
 from accelcal.report.numbers import matching_digits
-from accelcal.results.quantity import Document
+from accelcal.results.verdict import Judgement, Verdict
 
 _HEADING = ("", "", "value", "+- U", "limit", "")
 
 
-def verdict_text(document: Document) -> str:
+def verdict_text(verdict: Verdict) -> str:
     """Write a line for each limit and place, the remarks, and the decision rule.
 
     Examples
     --------
     >>> from accelcal.results.verdict import Judgement, Verdict
     >>> found = Judgement("bias", "k0", "at T0", "pass", "mg", None, 5.0, 3.3, 0.1, 1.0)
-    >>> print(verdict_text(Verdict("AL-15", "", "guard band", "w = U", (found,)).to_document()))
+    >>> print(verdict_text(Verdict("AL-15", "", "guard band", "w = U", (found,))))
     Verdict against AL-15: PASS (1 pass)
                 value  +- U  limit
       PASS  k0   3.30  0.10  |x| <= 5 mg  bias, at T0
       decision rule: w = U
     """
-    return visible_lines(_lines(document))
+    return visible_lines(_lines(verdict))
 
 
-def _lines(document: Document) -> Iterator[str]:
-    limits = document["limits"]
-    counts = Counter(limit["outcome"] for limit in limits)
+def _lines(verdict: Verdict) -> Iterator[str]:
+    limits = verdict.judgements
+    counts = Counter(limit.outcome for limit in limits)
     told = ", ".join(f"{count} {outcome}" for outcome, count in counts.items())
     yield from hanging(
-        f"Verdict against {document['specification']}: {document['outcome'].upper()} ({told})"
+        f"Verdict against {verdict.specification}: {verdict.outcome.upper()} ({told})"
     )
     rows = [_HEADING, *map(limit_row, limits)]
     yield from aligned(rows, right={2, 3}, indent="  ")
     for limit in limits:
         if said := remark(limit):
-            yield from hanging(f"{limit['symbol']}: {said}", indent="  ")
-    yield from hanging(f"decision rule: {document['rule_statement']}", indent="  ")
+            yield from hanging(f"{limit.symbol}: {said}", indent="  ")
+    yield from hanging(f"decision rule: {verdict.rule_statement}", indent="  ")
 
 
-def limit_row(limit: Document) -> tuple[str, ...]:
+def limit_row(limit: Judgement) -> tuple[str, ...]:
     """Tell outcome, symbol, value, half width of its interval, limit, and name with the place."""
-    outcome = limit["outcome"]
+    outcome = limit.outcome
     return (
         outcome.upper() if outcome in ("pass", "fail") else outcome,
-        limit["symbol"],
+        limit.symbol,
         *_found(limit),
-        f"{_range(limit)} {limit['unit']}",
+        f"{_range(limit)} {limit.unit}",
         _name(limit),
     )
 
 
-def _name(limit: Document) -> str:
+def _name(limit: Judgement) -> str:
     """Name of the limit and where it was tested; of a slope, the symbol tells the side of T0."""
-    name, where = limit["limit"].replace("_", " "), limit["where"]
+    name, where = limit.limit.replace("_", " "), limit.where
     if name.endswith("sensitivity"):
         where = where.rpartition(", ")[0]
     return f"{name}, {where}" if where else name
 
 
-def _found(limit: Document) -> tuple[str, str]:
-    if limit["value"] is None:
+def _found(limit: Judgement) -> tuple[str, str]:
+    if limit.value is None:
         return "", ""
-    return matching_digits(limit["value"], limit["expanded_uncertainty"])
+    return matching_digits(limit.value, limit.expanded_uncertainty)
 
 
-def _range(limit: Document) -> str:
-    low, high = limit["minimum"], limit["maximum"]
+def _range(limit: Judgement) -> str:
+    low, high = limit.minimum, limit.maximum
     if low is None:
         return f"|x| <= {high:g}"
     return f"|x| >= {low:g}" if high is None else f"{low:g} to {high:g}"
 
 
-def remark(limit: Document) -> str:
+def remark(limit: Judgement) -> str:
     """Tell why a limit was not tested, or how near it is."""
-    probability = limit["probability"]
-    if limit["outcome"] != "undecided" or probability is None:
-        return str(limit["remark"])
+    probability = limit.probability
+    if limit.outcome != "undecided" or probability is None:
+        return limit.remark
     chance = f"it keeps the limit with a probability of {_percent(probability)}"
-    return "; ".join(part for part in (chance, limit["remark"]) if part)
+    return "; ".join(part for part in (chance, limit.remark) if part)
 
 
 def _percent(probability: float) -> str:

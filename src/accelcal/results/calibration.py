@@ -133,7 +133,7 @@ class Calibration(StoredResult, TabularResult):
     def __str__(self) -> str:
         from accelcal.report.calibration import calibration_text
 
-        return calibration_text(self.to_document())
+        return calibration_text(self)
 
     def __repr__(self) -> str:
         name = f"serial {self.serial}" if self.serial else self.source
@@ -142,7 +142,7 @@ class Calibration(StoredResult, TabularResult):
     def _repr_html_(self) -> str:
         from accelcal.report.notebook_calibration import calibration_html
 
-        return calibration_html(self.to_document())
+        return calibration_html(self)
 
     @property
     def plot(self) -> CalibrationPlot:
@@ -327,7 +327,7 @@ class Calibration(StoredResult, TabularResult):
         of_tables = [
             self._row(name, quantity, table)
             for table in self.tables
-            for name, quantity in {**table.coefficients, **table.error_model}.items()
+            for name, quantity in table.quantities.items()
         ]
         return of_tables + [
             self._row(name, quantity, mounting)

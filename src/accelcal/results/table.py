@@ -85,20 +85,27 @@ class TableCalibration(StoredPart):
         freeze(self)
 
     @property
+    def quantities(self) -> dict[str, Quantity]:
+        """All of `coefficients` and `error_model`."""
+        return {**self.coefficients, **self.error_model}
+
+    @property
     def covariance(self) -> Array:
         """Covariance of the coefficients `covariance_names`, shape (p, p)."""
         import numpy as np
 
-        return np.array(self.covariance_matrix, dtype=np.float64)
+        return np.reshape(np.array(self.covariance_matrix), 2 * (len(self.covariance_matrix),))
 
     @property
     def correlation(self) -> Array:
-        """Correlation of the coefficients `covariance_names`, shape (p, p)."""
+        """Correlation of the coefficients `covariance_names`, shape (p, p); NaN where exact."""
         import numpy as np
 
         covariance = self.covariance
         sigma = np.sqrt(np.diagonal(covariance))
-        return np.asarray(covariance / np.outer(sigma, sigma))
+        scale = np.outer(sigma, sigma)
+        unknown = np.full(scale.shape, np.nan)
+        return np.asarray(np.divide(covariance, scale, out=unknown, where=scale > 0.0))
 
     def __repr__(self) -> str:
         level = "" if self.temperature_degC is None else f" at {self.temperature_degC:.2f} degC"
@@ -108,7 +115,7 @@ class TableCalibration(StoredPart):
     def _repr_html_(self) -> str:
         from accelcal.report.notebook_calibration import table_html
 
-        return table_html(self.to_document())
+        return table_html(self)
 
     def meaning(self, name: str) -> str:
         """Say what a coefficient really estimates at these angles.

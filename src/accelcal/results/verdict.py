@@ -112,7 +112,7 @@ class Verdict(StoredPart, TabularResult):
     def _repr_html_(self) -> str:
         from accelcal.report.notebook_results import verdict_html
 
-        return verdict_html(self.to_document())
+        return verdict_html(self)
 
     def rows(self) -> list[dict[str, Any]]:
         """List the judgements, a flat dictionary each."""
@@ -121,7 +121,7 @@ class Verdict(StoredPart, TabularResult):
     def __str__(self) -> str:
         from accelcal.report.verdict import verdict_text
 
-        return verdict_text(self.to_document())
+        return verdict_text(self)
 
     def to_document(self) -> dict[str, Any]:
         """Return the verdict as it stands in the JSON document of a calibration."""

@@ -123,7 +123,7 @@ def _quantity(calibration: Calibration, symbol: str, place: Place) -> Quantity |
 
 
 def _in_table(calibration: Calibration, symbol: str, table: TableCalibration) -> Quantity:
-    quantity = (table.coefficients if symbol == "K1" else table.error_model)[symbol]
+    quantity = table.quantities[symbol]
     if symbol == "delta" and quantity.value is not None:
         return calibration.misalignment(table)  # free of the fixture angle where it is known
     return quantity
