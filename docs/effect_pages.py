@@ -18,8 +18,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from accelcal.discovery.candidates import candidates, column_of, instances_of, searched_among
+from accelcal.discovery.candidates import candidates, instances_of, searched_among
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.instance import column_of
 from accelcal.discovery.noise import ReadingNoise
 from accelcal.discovery.prospects.aliases import Aliases, aliases
 from accelcal.discovery.prospects.audit import absorbed_by, designed

@@ -15,8 +15,8 @@ from hidden.units import units_of_one_stand
 import accelcal
 from accelcal.cli.main import main
 from accelcal.discovery.base import base_model, solve
-from accelcal.discovery.candidates import Instance, column_of
 from accelcal.discovery.comparison import compared
+from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.stand.discover import discover_stand
 from accelcal.discovery.stand.joint_fit import coefficients, known, shared_columns
 from accelcal.discovery.stand.mean_unit import Unit, mean_unit

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from accelcal.discovery.candidates import Instance
+from accelcal.discovery.instance import Instance
 
 
 class Answer(NamedTuple):

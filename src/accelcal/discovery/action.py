@@ -11,7 +11,7 @@ from accelcal.arguments.options import check_text
 from accelcal.arrays import Array
 from accelcal.discovery.base import solve
 from accelcal.discovery.comparison import Comparison, compared
-from accelcal.discovery.known import contribution, instance_of
+from accelcal.discovery.instance import contribution, instance_of
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.found import disturbances
 from accelcal.errors import InputError

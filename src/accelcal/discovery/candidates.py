@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from accelcal.arguments.kinds import each_of
 from accelcal.arrays import Array, Mask, Places
+from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.space import Space
 from accelcal.discovery.spans import lengths
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.conditions import Conditions
-from accelcal.effects.effect import Effect, Parameter
+from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 
 VISIBLE = 0.01
@@ -26,40 +26,6 @@ _PHASES = 12
 
 _FINER = 3
 """The first search tries so many values of a parameter for each one that an effect lists."""
-
-
-class Instance(NamedTuple):
-    """An effect with everything but its size.
-
-    Attributes
-    ----------
-    effect : Effect
-        Entry of the catalogue.
-    mixture : tuple of float
-        Amplitudes for the size 1.
-    shape : mapping of str to float
-        Parameters that enter nonlinearly.
-    """
-
-    effect: Effect
-    mixture: tuple[float, ...]
-    shape: Mapping[str, float]
-
-    @property
-    def one_sided(self) -> bool:
-        """Whether only a positive size makes sense: of a width, or of a temperature one way."""
-        effect = self.effect
-        return effect.amplitudes[0].minimum == 0.0 or effect.acts_on == "temperature"
-
-    def at(self, name: str, value: float) -> Instance:
-        """The same with another value of a nonlinear parameter."""
-        return self._replace(shape={**self.shape, name: value})
-
-    @property
-    def amplitudes(self) -> tuple[Parameter, ...]:
-        """Amplitudes that the mixture has."""
-        own = zip(self.effect.amplitudes, self.mixture, strict=True)
-        return tuple(parameter for parameter, part in own if part)
 
 
 class Candidates(NamedTuple):
@@ -189,28 +155,3 @@ def _mixtures(effect: Effect) -> list[tuple[float, ...]]:
     phases = np.pi * (np.arange(_PHASES) + 0.5) / _PHASES  # between: none is one amplitude alone
     lead = (0.0,) * (amplitudes - 2)
     return first + [(*lead, float(np.cos(phi)), float(np.sin(phi))) for phi in phases]
-
-
-def amplitude_columns(instance: Instance, c: Conditions) -> Array:
-    """Change of the readings per unit of each amplitude [g per unit], shape (n, m).
-
-    Parameters
-    ----------
-    instance : Instance
-        An effect; the signs of its mixture tell which way it acts.
-    c : Conditions
-        Of n readings.
-
-    Returns
-    -------
-    ndarray, shape (n, m)
-        A column for each of the m amplitudes of the effect.
-    """
-    if instance.mixture[0] < 0.0:
-        c = replace(c, per_degree=c.per_degree_falling)
-    return np.asarray(c.gain[:, None] * instance.effect.columns(c, **instance.shape))
-
-
-def column_of(instance: Instance, c: Conditions) -> Array:
-    """Change of the readings for an instance of size 1 [g], shape (n,)."""
-    return np.asarray(amplitude_columns(instance, c) @ np.array(instance.mixture))

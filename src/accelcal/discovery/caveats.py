@@ -7,11 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.discovery.candidates import Instance, column_of, instances_of
+from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.columns import head_columns
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation
-from accelcal.discovery.other_laws import OtherLaw, OtherPlace, other_laws, other_places
+from accelcal.discovery.instance import Instance, column_of
+from accelcal.discovery.other_laws import Alternative, other_laws, other_places
 from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.wandering import LIKELY, POSSIBLE, Wandering
 from accelcal.results.discovery import IF_IT_IS
@@ -80,7 +81,7 @@ def caveats(
     laws, places = list(other_laws(comparison, best)), list(other_places(comparison, best))
     yield from map(Caveat, _by_another_law(laws))
     yield from map(Caveat, _at_other_places(places))
-    yield from map(Caveat, _otherwise(comparison, found, laws, places))
+    yield from map(Caveat, _otherwise(comparison, found, [*places, *laws]))
     yield from _put_together(comparison, found)
     yield from _of_the_chamber(comparison, found)
     yield from _wandering(walks, named=bool(found))
@@ -109,37 +110,30 @@ def _of_another_size(comparison: Comparison) -> Iterator[str]:
         )
 
 
-def _by_another_law(laws: Sequence[OtherLaw]) -> Iterator[str]:
+def _by_another_law(laws: Sequence[Alternative]) -> Iterator[str]:
     """Effects of which the readings do not tell by which law they go."""
     for law in laws:
-        yield (
-            f"{law.name} explains these readings as well; to tell:"
-            f" {law.fitted.effect.to_tell_apart}"
-        )
+        yield f"{law.name} explains these readings as well; to tell: {law.effect.to_tell_apart}"
 
 
-def _at_other_places(places: Sequence[OtherPlace]) -> Iterator[str]:
+def _at_other_places(places: Sequence[Alternative]) -> Iterator[str]:
     """Effects of which the readings do not tell where they are."""
-    for effect in dict.fromkeys(other.moved.effect.id for other in places):
-        where = [other.where for other in places if other.moved.effect.id == effect]
+    for effect in dict.fromkeys(other.effect.id for other in places):
+        where = [other.what for other in places if other.effect.id == effect]
         yield f"{effect} with {' or '.join(where)} explains these readings as well"
 
 
 def _otherwise(
-    comparison: Comparison,
-    found: Sequence[Explanation],
-    laws: Sequence[OtherLaw],
-    places: Sequence[OtherPlace],
+    comparison: Comparison, found: Sequence[Explanation], alike: Sequence[Alternative]
 ) -> Iterator[str]:
     """Coefficients that are others where another explanation is the true one."""
     if not found:
         return
     bare = solution(comparison)
     best = changes(comparison, bare, solution(comparison, found[0].instances))
-    rivals = [(" + ".join(sorted(other.ids)), other.instances) for other in found[1:]]
-    alike = [(f"{other.moved.effect.id} with {other.where}", other.instances) for other in places]
-    alike += [(law.name, law.instances) for law in laws]
-    for name, instances in (*alike, *rivals[:_MOST_RIVALS]):
+    others = [(other.name, other.instances) for other in alike]
+    others += [(" + ".join(sorted(e.ids)), e.instances) for e in found[1 : 1 + _MOST_RIVALS]]
+    for name, instances in others:
         other = changes(comparison, bare, solution(comparison, instances))
         told = [
             _value(old, new)

@@ -9,8 +9,8 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel, base_model, solve
-from accelcal.discovery.candidates import Instance, column_of
 from accelcal.discovery.columns import saturated
+from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.noise import ReadingNoise, covariance, reading_noise, refuse_too_many
 from accelcal.discovery.space import Space, space_of, whitener_of
 from accelcal.record import TumbleRecord

@@ -15,10 +15,16 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import VISIBLE, Instance, amplitude_columns, column_of
+from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.gaps import gaps_with
-from accelcal.discovery.known import instance_of, sizes_of
+from accelcal.discovery.instance import (
+    Instance,
+    amplitude_columns,
+    column_of,
+    instance_of,
+    sizes_of,
+)
 from accelcal.discovery.solution import parameters_of
 from accelcal.discovery.spans import lengths
 from accelcal.effects.found import disturbances

@@ -11,7 +11,7 @@ from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import Instance, searched_among
+from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.caveats import caveats
 from accelcal.discovery.chances import chances
 from accelcal.discovery.comparison import Comparison, compared
@@ -21,6 +21,7 @@ from accelcal.discovery.factors import Block
 from accelcal.discovery.family import Family, family_of, judge, with_rates
 from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.gaps import gap_of, gaps_with
+from accelcal.discovery.instance import Instance
 from accelcal.discovery.noise import ReadingNoise, refuse_too_many, sources
 from accelcal.discovery.one_clamping import refuse_several_clampings
 from accelcal.discovery.passing import passing, shift_in_place_of_a_step

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from accelcal.discovery.candidates import Instance
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family, judge
+from accelcal.discovery.instance import Instance
 from accelcal.discovery.spans import orthonormal, squares_in
 from accelcal.effects.effect import Effect
 from accelcal.effects.empirical import FACTORS, empirical

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import Instance, amplitude_columns
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import NEW, SMALLEST, Family, agrees, chance
+from accelcal.discovery.instance import Instance, amplitude_columns
 from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
 
 _ROUNDS = 3

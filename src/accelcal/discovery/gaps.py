@@ -7,9 +7,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.discovery.candidates import Instance, column_of
 from accelcal.discovery.columns import cells, cycle
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.solution import Solution, solution
 from accelcal.discovery.spans import lengths
 from accelcal.numerics.grouping import grouped

@@ -12,99 +12,58 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.discovery.candidates import Instance, amplitude_columns, instances_of
+from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import BENT
 from accelcal.discovery.family import chance
-from accelcal.discovery.known import instance_of
+from accelcal.discovery.instance import Instance, amplitude_columns, instance_of
 from accelcal.discovery.solution import parameters_of
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
-from accelcal.effects.effect import Disturbance
+from accelcal.effects.effect import Disturbance, Effect
 
 
-class OtherPlace(NamedTuple):
-    """Effects, one of which is at another place than was named.
+class Alternative(NamedTuple):
+    """Effects, one of which is at another place or goes by another law than was named.
 
     Attributes
     ----------
-    moved : Instance
-        The one, at the other place.
+    effect : Effect
+        The one.
+    what : str
+        Where it is, or the parameters of its other law.
     instances : tuple of Instance
         All of them.
     """
 
-    moved: Instance
-    instances: tuple[Instance, ...]
-
-    @property
-    def where(self) -> str:
-        """The place."""
-        told = (p for p in self.moved.effect.shapes if p.discrete)
-        shape = self.moved.shape
-        return ", ".join(f"{p.name} = {shape[p.name]:g} {p.unit}".removesuffix(" 1") for p in told)
-
-
-class OtherLaw(NamedTuple):
-    """Effects, one of which goes by another law than was named.
-
-    Attributes
-    ----------
-    fitted : Disturbance
-        The one, with the size that the readings give it.
-    instances : tuple of Instance
-        All of them.
-    """
-
-    fitted: Disturbance
+    effect: Effect
+    what: str
     instances: tuple[Instance, ...]
 
     @property
     def name(self) -> str:
-        """The one, with its parameters."""
-        effect, values = self.fitted.effect, self.fitted.values
-        own = (p for p in effect.amplitudes if values[p.name])
-        told = ", ".join(f"{p.name} = {values[p.name]:.3g} {p.unit}" for p in own)
-        return f"{effect.id} with {told}"
+        """The one, with what is otherwise."""
+        return f"{self.effect.id} with {self.what}"
 
 
-def other_laws(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[OtherLaw]:
-    """Find other laws of some effects, which explain the readings as well.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Record and model.
-    instances : sequence of Instance
-        The effects that were named.
-
-    Yields
-    ------
-    OtherLaw
-        The same effects, one of them by another law.
-    """
+def other_laws(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Alternative]:
+    """Find other laws of some effects, which explain the readings as well."""
     for place, others in _instead(comparison, instances, _laws):
         fitted = _fitted(comparison, others, place)
-        yield OtherLaw(fitted, (*others[:place], instance_of(fitted), *others[place + 1 :]))
+        effect, values = fitted.effect, fitted.values
+        own = (p for p in effect.amplitudes if values[p.name])
+        what = ", ".join(f"{p.name} = {values[p.name]:.3g} {p.unit}" for p in own)
+        within = (*others[:place], instance_of(fitted), *others[place + 1 :])
+        yield Alternative(effect, what, within)
 
 
-def other_places(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[OtherPlace]:
-    """Find other places of some effects, which explain the readings as well.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Record and model.
-    instances : sequence of Instance
-        The effects that were named.
-
-    Yields
-    ------
-    OtherPlace
-        The same effects, one of them at another place.
-    """
+def other_places(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Alternative]:
+    """Find other places of some effects, which explain the readings as well."""
     for place, others in _instead(comparison, instances, _places):
-        yield OtherPlace(others[place], others)
+        effect, shape = others[place].effect, others[place].shape
+        told = (p for p in effect.shapes if p.discrete)
+        where = ", ".join(f"{p.name} = {shape[p.name]:g} {p.unit}".removesuffix(" 1") for p in told)
+        yield Alternative(effect, where, others)
 
 
 def _instead(
@@ -160,5 +119,5 @@ def _is_needed(comparison: Comparison, item: Instance, others: Sequence[Instance
         return False
     left = without(seen, within)
     squares = float((without(seen, beside) ** 2).sum() - (left**2).sum())
-    variance = float(space.pure_error(left)) / space.dof
-    return float(chance(np.array(squares / degrees / variance), space.dof, degrees)) < BENT
+    ratio = squares / degrees / space.variance(left)
+    return float(chance(np.array(ratio), space.dof, degrees)) < BENT

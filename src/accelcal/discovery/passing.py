@@ -14,10 +14,10 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Ints
-from accelcal.discovery.candidates import Instance
 from accelcal.discovery.columns import dummies, saturated
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import NEW, drawn
+from accelcal.discovery.instance import Instance
 from accelcal.discovery.noise import memory
 from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
 from accelcal.discovery.where import structure

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Mask
 from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation, CrossAxis
-from accelcal.discovery.known import contribution
+from accelcal.discovery.instance import contribution
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.effects.found import disturbances
 from accelcal.errors import InputError

@@ -9,8 +9,8 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel, solve
-from accelcal.discovery.candidates import Instance, amplitude_columns, column_of
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.instance import Instance, amplitude_columns, column_of
 from accelcal.discovery.spans import lengths
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Parameter
@@ -157,7 +157,7 @@ def _slopes(instance: Instance, names: Sequence[Parameter], size: Array, c: Cond
         value = instance.shape[parameter.name]
         step = _STEP * max(abs(value), 1e-3)
         above, below = (
-            _columns(instance._replace(shape={**instance.shape, parameter.name: at}), names, c)
+            _columns(instance.at(parameter.name, at), names, c)
             for at in (value + step, value - step)
         )
         found.append(((above - below) @ size / (2.0 * step))[:, None])

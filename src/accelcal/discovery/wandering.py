@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import Instance
 from accelcal.discovery.columns import dummies
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.instance import Instance
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
 

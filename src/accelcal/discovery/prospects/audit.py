@@ -8,9 +8,10 @@ import numpy as np
 
 from accelcal.arrays import Array, Places
 from accelcal.discovery.base import BaseModel
-from accelcal.discovery.candidates import Candidates, Instance, column_of, instances_of
+from accelcal.discovery.candidates import Candidates, instances_of
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.family import Family
+from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.noise import FEWEST_REPLICATES, ReadingNoise
 from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.effects.effect import Effect

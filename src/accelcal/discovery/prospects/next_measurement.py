@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import Instance, amplitude_columns, column_of
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.instance import Instance, amplitude_columns, column_of
 from accelcal.discovery.prospects.further_readings import Block
 from accelcal.discovery.prospects.outlook import Outlook
 from accelcal.effects.conditions import Conditions
@@ -155,8 +155,7 @@ def _span(instances: Instances, c: Conditions) -> Array:
                 value = item.shape[parameter.name]
                 low = max(value - step, parameter.minimum)
                 above, below = (
-                    column_of(item._replace(shape={**item.shape, parameter.name: at}), c)
-                    for at in (value + step, low)
+                    column_of(item.at(parameter.name, at), c) for at in (value + step, low)
                 )
                 columns.append((above - below)[:, None])
     return np.hstack(columns)

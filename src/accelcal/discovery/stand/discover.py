@@ -8,9 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arguments.kinds import each_of
-from accelcal.discovery.candidates import Instance, searched_among
+from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.discover import Question, answered, check_search
+from accelcal.discovery.instance import Instance
 from accelcal.discovery.one_clamping import refuse_several_clampings
 from accelcal.discovery.stand.joint_fit import coefficients, without_head
 from accelcal.discovery.stand.mean_unit import (

@@ -19,9 +19,9 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.base import solve
-from accelcal.discovery.candidates import Instance, column_of
 from accelcal.discovery.columns import saturated
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.space import space_of, whitener_of
 from accelcal.discovery.spans import orthonormal, without

@@ -10,9 +10,9 @@ import numpy as np
 
 from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import Instance, column_of
 from accelcal.discovery.columns import head_columns
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.solution import solution
 from accelcal.effects.conditions import LEVEL_CHANGE
 from accelcal.errors import InputError

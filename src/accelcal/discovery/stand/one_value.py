@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import Instance, column_of
+from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.spans import lengths
 from accelcal.discovery.stand.mean_unit import Unit, amplitudes
 from accelcal.numerics.probability import f_survival

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from accelcal.discovery.candidates import Instance
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family, family_of, judge, with_rates
+from accelcal.discovery.instance import Instance
 from accelcal.discovery.search import search
 from accelcal.discovery.stand.joint_fit import (
     beside_the_others,

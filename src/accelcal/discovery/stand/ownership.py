@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.discovery.candidates import Instance
-from accelcal.discovery.known import instance_of
+from accelcal.discovery.instance import Instance, instance_of
 from accelcal.discovery.stand.joint_fit import known, shared_columns
 from accelcal.discovery.stand.mean_unit import Unit, amplitudes
 from accelcal.discovery.stand.one_value import OneValue, one_value

@@ -1,0 +1,102 @@
+"""An effect with everything but its size, and what it does to readings for each size."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.arrays import Array
+from accelcal.effects.conditions import Conditions
+from accelcal.effects.effect import Disturbance, Effect, Parameter
+
+
+class Instance(NamedTuple):
+    """An effect with everything but its size.
+
+    Attributes
+    ----------
+    effect : Effect
+        Entry of the catalogue.
+    mixture : tuple of float
+        Amplitudes for the size 1.
+    shape : mapping of str to float
+        Parameters that enter nonlinearly.
+    """
+
+    effect: Effect
+    mixture: tuple[float, ...]
+    shape: Mapping[str, float]
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether only a positive size makes sense: of a width, or of a temperature one way."""
+        effect = self.effect
+        return effect.amplitudes[0].minimum == 0.0 or effect.acts_on == "temperature"
+
+    def at(self, name: str, value: float) -> Instance:
+        """The same with another value of a nonlinear parameter."""
+        return self._replace(shape={**self.shape, name: value})
+
+    @property
+    def amplitudes(self) -> tuple[Parameter, ...]:
+        """Amplitudes that the mixture has."""
+        own = zip(self.effect.amplitudes, self.mixture, strict=True)
+        return tuple(parameter for parameter, part in own if part)
+
+
+def amplitude_columns(instance: Instance, c: Conditions) -> Array:
+    """Change of the readings per unit of each amplitude [g per unit], shape (n, m).
+
+    Parameters
+    ----------
+    instance : Instance
+        An effect; the signs of its mixture tell which way it acts.
+    c : Conditions
+        Of n readings.
+
+    Returns
+    -------
+    ndarray, shape (n, m)
+        A column for each of the m amplitudes of the effect.
+    """
+    if instance.mixture[0] < 0.0:
+        c = replace(c, per_degree=c.per_degree_falling)
+    return np.asarray(c.gain[:, None] * instance.effect.columns(c, **instance.shape))
+
+
+def column_of(instance: Instance, c: Conditions) -> Array:
+    """Change of the readings for an instance of size 1 [g], shape (n,)."""
+    return np.asarray(amplitude_columns(instance, c) @ np.array(instance.mixture))
+
+
+def instance_of(known: Disturbance) -> Instance:
+    """Take the size out of an effect.
+
+    Parameters
+    ----------
+    known : Disturbance
+        An effect with its size.
+
+    Returns
+    -------
+    Instance
+        The effect with its nonlinear parameters and the mixture of its amplitudes.
+    """
+    sizes = sizes_of(known)
+    norm = float(np.sqrt(sizes @ sizes))
+    mixture = sizes / norm if norm else np.eye(sizes.size)[0]
+    shape = {item.name: known.values[item.name] for item in known.effect.shapes}
+    return Instance(known.effect, tuple(mixture.tolist()), shape)
+
+
+def sizes_of(known: Disturbance) -> Array:
+    """Amplitudes of an effect."""
+    return np.array([known.values[item.name] for item in known.effect.amplitudes])
+
+
+def contribution(known: Disturbance, c: Conditions) -> Array:
+    """What an effect adds to the readings over K1 at T0 [g], shape (n,)."""
+    return np.asarray(amplitude_columns(instance_of(known), c) @ sizes_of(known))
