@@ -44,19 +44,8 @@ class Action:
 def action(discovery: Discovery, record: TumbleRecord, effect: str | None = None) -> Action:
     """Show what an effect does to the readings, beyond what the coefficients take up.
 
-    Parameters
-    ----------
-    discovery : Discovery
-        What was discovered.
-    record : TumbleRecord
-        The readings in which it was.
-    effect : str, optional
-        Id of the effect; the first one found without it.
-
-    Returns
-    -------
-    Action
-        The effect has the size that was found; the coefficients are fitted with and without it.
+    The effect, by default the first one found, has the size that was found; the coefficients are
+    fitted with and without it.
 
     Raises
     ------

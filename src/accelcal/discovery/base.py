@@ -85,21 +85,9 @@ class BaseModel:
 def base_model(
     record: TumbleRecord, reference_temperature: float, delta0: float = 0.0
 ) -> BaseModel:
-    """Set up the base model of a record.
+    """Set up the base model of a record, T0 in degC and the fixture angle in rad.
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        The readings.
-    reference_temperature : float
-        T0 [degC].
-    delta0 : float, default 0
-        Fixture angle [rad].
-
-    Returns
-    -------
-    BaseModel
-        The model, with the conditions of an accelerometer that has the fitted coefficients.
+    Its conditions are those of an accelerometer that has the fitted coefficients.
 
     Raises
     ------
@@ -152,17 +140,7 @@ def _over_scale_factor(model: BaseModel) -> BaseModel:
 def without_shifts(model: BaseModel, sides: Collection[str] | None = None) -> BaseModel:
     """Leave the free shifts of the runs out, which could take the part of the laws.
 
-    Parameters
-    ----------
-    model : BaseModel
-        A model.
-    sides : collection of str, optional
-        Sides of T0 with a slope, ``"above T0"`` or ``"below T0"``; others are left out as well.
-
-    Returns
-    -------
-    BaseModel
-        The same with the columns of the laws alone.
+    With `sides`, ``"above T0"`` or ``"below T0"``, slopes on other sides are left out as well.
     """
     names, p = model.names, model.gain.shape[1]
     given = {"", *(SIDES if sides is None else sides)}
@@ -180,19 +158,10 @@ def without_shifts(model: BaseModel, sides: Collection[str] | None = None) -> Ba
 
 
 def solve(model: BaseModel, whitener: Array | None = None) -> Array:
-    """Fit the model by Gauss-Newton steps of generalised least squares.
+    """Fit the parameters, shape (p + q,), by Gauss-Newton steps of generalised least squares.
 
-    Parameters
-    ----------
-    model : BaseModel
-        The model.
-    whitener : ndarray, shape (n, n), optional
-        Matrix that makes the errors of the readings independent and alike.
-
-    Returns
-    -------
-    ndarray, shape (p + q,)
-        The parameters; of those that the readings do not determine, the smallest set.
+    The whitener, shape (n, n), makes the errors of the readings independent and alike. Of
+    parameters that the readings do not determine, it is the smallest set.
     """
     parameters = np.zeros(len(model.names))
     for _ in range(_STEPS):

@@ -96,37 +96,19 @@ class CalibrationErrors(NamedTuple):
         return np.asarray(1.0 / np.clip(left / np.maximum(1.0 - share, 1e-6), 1e-9, 1.0))
 
     def larger(self, dof: float, *, head: bool) -> Array:
-        """Covariance in which what few degrees of freedom tell counts as larger.
+        """Covariance, shape (18, 18), in which what few degrees of freedom tell counts as larger.
 
-        Parameters
-        ----------
-        dof : float
-            Degrees of freedom of Student's distribution that the covariance is used with.
-        head : bool
-            Count the errors by the head, as of another head than that of the record.
-
-        Returns
-        -------
-        ndarray, shape (18, 18)
-            The covariance.
+        It is used with Student's distribution of `dof`. With `head`, the errors by the head count,
+        as of another head than that of the record.
         """
         known = student_quantile(LEVEL, dof)
         return self.sized(lambda own: max(student_quantile(LEVEL, own) / known, 1.0), head=head)
 
     def sized(self, factor: Callable[[float], float], *, head: bool) -> Array:
-        """Covariance, were the standard uncertainties other than estimated.
+        """Covariance, shape (18, 18), were the standard uncertainties other than estimated.
 
-        Parameters
-        ----------
-        factor : callable
-            Size of an uncertainty over its estimate, of the degrees of freedom of that.
-        head : bool
-            Count the errors by the head, as of another head than that of the record.
-
-        Returns
-        -------
-        ndarray, shape (18, 18)
-            The covariance.
+        `factor` gives the size of one over its estimate, of the degrees of freedom of that; `head`
+        as in `larger`.
         """
         factors = np.array([factor(own) for own in self.freedom.tolist()])
         found = self.rest * np.outer(factors, factors)
@@ -144,18 +126,8 @@ def is_corrected(calibration: Calibration) -> bool:
 def calibration_errors(calibration: Calibration, found: Compensation) -> CalibrationErrors:
     """Split the errors of a calibration into those by the head and the rest.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    found : Compensation
-        Its coefficients.
-
-    Returns
-    -------
-    CalibrationErrors
-        Of no head position, where the calibration does not tell its readings, or was corrected by
-        the known errors of its head.
+    They are of no head position, where the calibration does not tell its readings, or was corrected
+    by the known errors of its head.
     """
     positions, by_head = _by_head(calibration, found)
     head = next((s for s in calibration.error_sources if s.name == "head" and s.value), None)

@@ -72,22 +72,7 @@ def searched_among(effects: Iterable[Effect] | None = None) -> tuple[Effect, ...
 
 
 def candidates(effects: Sequence[Effect], space: Space, c: Conditions) -> Candidates:
-    """Set up the search directions of some effects.
-
-    Parameters
-    ----------
-    effects : sequence of Effect
-        Effects with an amplitude.
-    space : Space
-        What the base model leaves.
-    c : Conditions
-        Of the readings.
-
-    Returns
-    -------
-    Candidates
-        The directions.
-    """
+    """Set up the search directions of some effects, each with an amplitude."""
     seen: list[tuple[Effect, list[Instance], Array, Array]] = []
     hidden = []
     for effect in effects:
@@ -116,20 +101,9 @@ def candidates(effects: Sequence[Effect], space: Space, c: Conditions) -> Candid
 
 
 def instances_of(effect: Effect, c: Conditions) -> Iterator[Instance]:
-    """All instances of an effect that are tried.
+    """All instances of an effect that are tried, for all values of its nonlinear parameters.
 
-    Parameters
-    ----------
-    effect : Effect
-        The effect.
-    c : Conditions
-        Of the readings.
-
-    Yields
-    ------
-    Instance
-        For all values of its nonlinear parameters; of several amplitudes, the first alone, and
-        the last two in all phases.
+    Of several amplitudes, the first is tried alone, and the last two in all phases.
     """
     grids = [_grid(item.search(c), discrete=item.discrete) for item in effect.shapes if item.search]
     names = [item.name for item in effect.shapes]

@@ -62,19 +62,8 @@ def caveats(
 ) -> Iterator[Caveat]:
     """Tell what a reader must know.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        Record and model.
-    found : sequence of Explanation
-        Explanations that pass, best first.
-    walks : sequence of Wandering
-        What could stand in place of the best ones, or of the nearest ones where none passes.
-
-    Yields
-    ------
-    Caveat
-        A sentence, and which effects it makes uncertain.
+    Of the explanations that pass, the best comes first. Walks could stand in place of its effects,
+    or of the nearest ones where none passes.
     """
     yield from map(Caveat, _of_another_size(comparison))
     best = found[0].instances if found else ()

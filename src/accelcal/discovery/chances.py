@@ -54,7 +54,7 @@ def chances(
     known_dof: float = np.inf,
     errors: Estimated | None = None,
 ) -> list[float]:
-    """Chance that noise makes each factor disagree as much.
+    """Chance that noise makes each factor disagree as much, not yet honest for their number.
 
     Parameters
     ----------
@@ -69,11 +69,6 @@ def chances(
         anew.
     errors : Estimated, optional
         Errors with estimated sizes; without them all that the space is whitened by is known.
-
-    Returns
-    -------
-    list of float
-        One a block, not yet honest for their number.
     """
     repeated = space.dof >= FEWEST_REPLICATES
     dof = space.dof if repeated else min(known_dof, _ENDLESS)

@@ -66,19 +66,7 @@ class Uncertain(NamedTuple):
 def changes(record: TumbleRecord, simulated: Simulated, known: Uncertain) -> Iterator[RunChange]:
     """Fit bias, scale factor and misalignment of each run beside those of the calibration.
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        The readings.
-    simulated : Simulated
-        What the calibration says about them.
-    known : Uncertain
-        What is uncertain in the differences.
-
-    Yields
-    ------
-    RunChange
-        One a run; two where it has readings in both cross axes, of which each has a misalignment.
+    There are two of a run with readings in both cross axes, of which each has a misalignment.
     """
     c, residual = simulated.conditions, simulated.residual
     columns = c.gain[:, None] * np.stack([np.ones_like(c.input), c.indicated, c.cross], axis=1)
@@ -141,18 +129,7 @@ def _quantity(value: float, w: Array, v: Array, known: Uncertain, unit: str) -> 
 
 
 def wider(one: RunChange, two: RunChange) -> RunChange:
-    """Take the wider interval of each change of a run.
-
-    Parameters
-    ----------
-    one, two : RunChange
-        The same run, by what may be uncertain in it.
-
-    Returns
-    -------
-    RunChange
-        The run.
-    """
+    """Take the wider interval of each change of a run, by what may be uncertain in it."""
     names = ("bias", "scale_factor", "misalignment")
     pairs = {name: (getattr(one, name), getattr(two, name)) for name in names}
     found = {n: max(pair, key=lambda q: q.expanded_uncertainty or 0.0) for n, pair in pairs.items()}

@@ -32,20 +32,10 @@ def dummies(*keys: NDArray[np.generic]) -> Array:
 
 
 def saturated(c: Conditions, mounting: NDArray[np.str_]) -> Array:
-    """Columns that take up everything that repeats, so that only noise is left.
+    """Columns that take up everything that repeats, so that only noise is left, shape (n, k).
 
-    Parameters
-    ----------
-    c : Conditions
-        Of n readings.
-    mounting : ndarray of str, shape (n,)
-        Their mountings.
-
-    Returns
-    -------
-    ndarray, shape (n, k)
-        Run x position x sense of rotation, the cycles of each run, a drift in each run, and a
-        drift of each position from cycle to cycle.
+    Run x mounting x position x sense of rotation, the cycles of each run, a drift in each run, and
+    a drift of each position from cycle to cycle.
     """
     repeated = dummies(c.run, mounting, np.round(c.angle, 6), c.rotation)
     cycles = dummies(c.run, cycle(c))

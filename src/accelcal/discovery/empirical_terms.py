@@ -19,15 +19,7 @@ _NEEDED = 0.01
 def empirical_explanation(family: Family) -> Explanation | None:
     """Explain a disagreement by terms of the head position that have no other cause.
 
-    Parameters
-    ----------
-    family : Family
-        What is tested.
-
-    Returns
-    -------
-    Explanation or None
-        A term for each factor that is needed, the worst first; None where none can have one.
+    There is one for each factor that needs it, the worst first; None where none can have one.
     """
     comparison, space, seen = family.comparison, family.space, family.comparison.seen
     c = comparison.model.conditions

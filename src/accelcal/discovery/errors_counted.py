@@ -31,37 +31,14 @@ _FEW = 10.0
 def counted(record: TumbleRecord, known: Mapping[str, ErrorSource]) -> Apparatus:
     """Take what the record declares, and where it does not, what the calibration knew.
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        The record that is compared.
-    known : mapping of str to ErrorSource
-        What the calibration knew, from `from_calibration`.
-
-    Returns
-    -------
-    Apparatus
-        The errors. One that the calibration estimated from few degrees of freedom is larger than
-        the estimate by Student's factor over the normal one.
+    An error that it estimated from few degrees of freedom is larger than the estimate by Student's
+    factor over the normal one.
     """
     return replace(record.apparatus, **{name: size_counted(own) for name, own in known.items()})
 
 
 def from_calibration(calibration: Calibration, record: TumbleRecord) -> dict[str, ErrorSource]:
-    """Find what the calibration knew of errors that the record does not declare.
-
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    record : TumbleRecord
-        The record that it is compared with.
-
-    Returns
-    -------
-    dict of str to ErrorSource
-        The errors, by their names in `Apparatus`.
-    """
+    """What the calibration knew of errors that the record does not declare, by their names."""
     known = {f"{source.name}_uncertainty": source for source in calibration.error_sources}
     if is_corrected(calibration):
         known.pop("head_uncertainty", None)  # what the correction left; the record has the whole
@@ -109,23 +86,10 @@ def notes(
     declared: Apparatus,
     known: Mapping[str, ErrorSource],
 ) -> Iterator[str]:
-    """Say what makes a comparison less than it seems.
+    """Say what makes a comparison less than it seems, a sentence each.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    record : TumbleRecord
-        The record.
-    declared : Apparatus
-        The errors, from `counted`.
-    known : mapping of str to ErrorSource
-        What the calibration knew of them, from `from_calibration`.
-
-    Yields
-    ------
-    str
-        A sentence for each.
+    The errors that are `declared` come from `counted`, those that are `known` from
+    `from_calibration`.
     """
     if None not in (calibration.serial, record.serial) and calibration.serial != record.serial:
         yield f"the calibration is that of {calibration.serial}, the record that of {record.serial}"
@@ -148,20 +112,7 @@ def notes(
 
 
 def coefficient_notes(found: Compensation, simulated: Simulated) -> Iterator[str]:
-    """Say where the coefficients of the calibration cannot be those of the record.
-
-    Parameters
-    ----------
-    found : Compensation
-        The calibration.
-    simulated : Simulated
-        What it says about the readings.
-
-    Yields
-    ------
-    str
-        A sentence for each.
-    """
+    """Say where the coefficients of the calibration cannot be those of the record."""
     expected = simulated.simulated
     ratio = float(simulated.reading @ expected / (expected @ expected or 1.0))
     if abs(ratio - 1.0) > _LIKE and np.ptp(expected) > _LIKE:
@@ -183,25 +134,10 @@ def head_notes(
     same: bool | None,
     told: bool,
 ) -> Iterator[str]:
-    """Say what the head and the side of the mounting leave open.
+    """Say what the head and the side of the mounting leave open, a sentence each.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    record : TumbleRecord
-        The record.
-    declared : Apparatus
-        The errors, from `counted`.
-    same : bool or None
-        Whether both were measured on one head.
-    told : bool
-        Whether the calibration tells at which positions of its head it was measured.
-
-    Yields
-    ------
-    str
-        A sentence for each.
+    Whether both were measured on one head is `same`, None where nothing tells; whether the
+    calibration has the positions of its head is `told`.
     """
     if is_corrected(calibration):
         yield (

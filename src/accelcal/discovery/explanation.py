@@ -58,21 +58,10 @@ class Explanation(NamedTuple):
 
 
 def best_instances(family: Family, effects: Sequence[int]) -> tuple[list[int], float]:
-    """Find the best instances of some effects together, in turns.
+    """Find the best instance of each of some effects together, in turns.
 
-    Parameters
-    ----------
-    family : Family
-        The family.
-    effects : sequence of int
-        Indices of the effects.
-
-    Returns
-    -------
-    places : list of int
-        Index of an instance for each effect.
-    squares : float
-        Sum of squares that they take up together.
+    Effects are given by their indices; returned are those of the instances, and the sum of squares
+    that they take up.
     """
     places: list[int] = []
     for effect in effects:
@@ -99,22 +88,7 @@ def _best_place(family: Family, effect: int, others: list[int]) -> int:
 
 
 def explanation(family: Family, places: Sequence[int], alpha: float) -> Explanation:
-    """Fit some effects with all their parameters.
-
-    Parameters
-    ----------
-    family : Family
-        The family.
-    places : sequence of int
-        Instances to start from.
-    alpha : float
-        False-alarm rate over the whole family.
-
-    Returns
-    -------
-    Explanation
-        The effects, off the grid of their parameters.
-    """
+    """Fit some effects with all their parameters, from indices of instances on, off the grid."""
     comparison = family.comparison
     instances = [family.candidates.instances[place] for place in places]
     directions = family.candidates.directions[:, list(places)].copy()

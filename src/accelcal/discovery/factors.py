@@ -34,21 +34,9 @@ class Block(NamedTuple):
 
 
 def blocks(space: Space, c: Conditions, first: str = "position") -> tuple[Block, ...]:
-    """Split the space by factors, each orthogonal to those before it.
+    """Split the space by those factors that the test has, `first` before all others.
 
-    Parameters
-    ----------
-    space : Space
-        What the base model leaves.
-    c : Conditions
-        Of the readings.
-    first : str, default "position"
-        Factor that comes before all others.
-
-    Returns
-    -------
-    tuple of Block
-        Those factors that the test has.
+    Each is orthogonal to those before it.
     """
     found: list[Block] = []
     taken = np.empty((space.size, 0))

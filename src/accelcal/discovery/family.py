@@ -98,19 +98,9 @@ class _Left(NamedTuple):
 
 
 def family_of(comparison: Comparison, effects: Sequence[Effect]) -> Family:
-    """Set up the family of some effects; its false-alarm rates are not known yet.
+    """Set up the family of some effects, each with an amplitude, and of the factors of the test.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        Record and model.
-    effects : sequence of Effect
-        Effects to look for, each with an amplitude.
-
-    Returns
-    -------
-    Family
-        The effects and the factors of the test, each counted as one try.
+    Its false-alarm rates are not known yet: all count as one try.
     """
     space, c = comparison.space, comparison.model.conditions
     found = candidates(effects, space, c)
@@ -118,20 +108,7 @@ def family_of(comparison: Comparison, effects: Sequence[Effect]) -> Family:
 
 
 def with_rates(family: Family, seed: int = 0) -> Family:
-    """Find the false-alarm rates of a family from simulated noise.
-
-    Parameters
-    ----------
-    family : Family
-        From `family_of`.
-    seed : int, default 0
-        Of the noise.
-
-    Returns
-    -------
-    Family
-        The same with its tries and tests.
-    """
+    """Find the tries and tests of a family from noise that is simulated."""
     roots, tails = family.comparison.roots, family.comparison.noise.tails
     noise = drawn(roots, tails, np.random.default_rng(seed), DRAWS)
     effects, factors = _p_values(family, noise, None)
@@ -142,23 +119,10 @@ def with_rates(family: Family, seed: int = 0) -> Family:
 
 
 def drawn(roots: tuple[Array, ...], tails: float, rng: np.random.Generator, draws: int) -> Array:
-    """Draw coordinates of noise alone.
+    """Draw coordinates of noise alone, shape (m, draws or nearly).
 
-    Parameters
-    ----------
-    roots : tuple of ndarray, shape (m, n)
-        Maps of independent numbers to the coordinates, all as likely.
-    tails : float
-        Degrees of freedom of the Student distribution of these numbers; infinite if normal.
-    rng : numpy.random.Generator
-        Who draws them.
-    draws : int
-        How many, or nearly.
-
-    Returns
-    -------
-    ndarray, shape (m, draws or nearly)
-        The coordinates.
+    The roots, shape (m, n) each and all as likely, map independent numbers to coordinates; `tails`
+    are the degrees of freedom of the Student distribution of these numbers, infinite if normal.
     """
     shape = (roots[0].shape[1], draws // len(roots))
     if np.isinf(tails):
@@ -176,17 +140,7 @@ def _multiplicity(p: Array) -> float:
 def judge(family: Family, taken: Array | None = None) -> Judgement:
     """Test the whole family on the readings.
 
-    Parameters
-    ----------
-    family : Family
-        The family.
-    taken : ndarray, shape (m, h), optional
-        Orthonormal basis of what has been explained already.
-
-    Returns
-    -------
-    Judgement
-        p-values.
+    Taken, shape (m, h), is an orthonormal basis of what has been explained already.
     """
     effects, factors = _p_values(family, family.comparison.seen[:, None], taken)
     honest = np.minimum(effects[:, 0] * family.tries, 1.0)
@@ -197,19 +151,8 @@ def judge(family: Family, taken: Array | None = None) -> Judgement:
 def agrees(family: Family, taken: Array, alpha: float) -> bool:
     """Tell whether nothing in the family disagrees with what is left of the readings.
 
-    Parameters
-    ----------
-    family : Family
-        The family.
-    taken : ndarray, shape (m, h)
-        Orthonormal basis of what has been explained already.
-    alpha : float
-        False-alarm rate over the whole family.
-
-    Returns
-    -------
-    bool
-        As the p-value of `judge` has it, without more work than it takes to find that out.
+    It is as the p-value of `judge` has it at a false-alarm rate over the whole family, without more
+    work than it takes to find that out.
     """
     left = _left(family.space, family.comparison.seen[:, None], taken)
     single = _of_effects(family, left, taken)[:, 0] * family.tries

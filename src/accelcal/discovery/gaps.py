@@ -32,22 +32,11 @@ def gaps_with(
 def held_out_rms(
     comparison: Comparison, sets: Sequence[Sequence[Instance]], seed: int = 0
 ) -> list[float | None]:
-    """Rms of reading minus prediction, each reading predicted from other cycles.
+    """Rms of reading minus prediction, each reading predicted from other cycles [g].
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The record and its noise.
-    sets : sequence of sequence of Instance
-        Effects in the model, several models one after the other; their sizes are fitted anew,
-        their nonlinear parameters kept.
-    seed : int, default 0
-        Of the cycle that is left out at each run, position and sense of rotation.
-
-    Returns
-    -------
-    list of float or None
-        The rms with each set of effects [g]; None where there is one cycle only.
+    There is one for each set of effects in the model, whose sizes are fitted anew and nonlinear
+    parameters kept; None where there is one cycle only. The seed is that of the cycle that is left
+    out at each run, position and sense of rotation.
     """
     c = comparison.model.conditions
     jacobian = comparison.model.jacobian(comparison.parameters)

@@ -50,17 +50,7 @@ class Instance(NamedTuple):
 def amplitude_columns(instance: Instance, c: Conditions) -> Array:
     """Change of the readings per unit of each amplitude [g per unit], shape (n, m).
 
-    Parameters
-    ----------
-    instance : Instance
-        An effect; the signs of its mixture tell which way it acts.
-    c : Conditions
-        Of n readings.
-
-    Returns
-    -------
-    ndarray, shape (n, m)
-        A column for each of the m amplitudes of the effect.
+    The signs of its mixture tell which way an effect acts.
     """
     if instance.mixture[0] < 0.0:
         c = replace(c, per_degree=c.per_degree_falling)
@@ -73,18 +63,7 @@ def column_of(instance: Instance, c: Conditions) -> Array:
 
 
 def instance_of(known: Disturbance) -> Instance:
-    """Take the size out of an effect.
-
-    Parameters
-    ----------
-    known : Disturbance
-        An effect with its size.
-
-    Returns
-    -------
-    Instance
-        The effect with its nonlinear parameters and the mixture of its amplitudes.
-    """
+    """Take the size out of an effect."""
     sizes = sizes_of(known)
     norm = float(np.sqrt(sizes @ sizes))
     mixture = sizes / norm if norm else np.eye(sizes.size)[0]

@@ -61,18 +61,7 @@ class ReadingNoise(NamedTuple):
 
 
 def refuse_too_many(record: TumbleRecord) -> None:
-    """Refuse readings that are too many to be held against each other.
-
-    Parameters
-    ----------
-    record : TumbleRecord
-        The readings.
-
-    Raises
-    ------
-    InputError
-        If they are more than 8000.
-    """
+    """Refuse more than 8000 readings, too many to be held against each other."""
     readings = len(record)
     if readings > _MOST_READINGS:
         raise InputError(
@@ -97,11 +86,6 @@ def reading_noise(
         From `saturated`.
     step : float
         Step of the readings [g].
-
-    Returns
-    -------
-    ReadingNoise
-        Standard deviation, correlation of neighbours, degrees of freedom.
 
     Raises
     ------
@@ -177,21 +161,8 @@ def sources(
 ) -> tuple[ErrorSource, ...]:
     """Tell the errors of the readings with where they come from.
 
-    Parameters
-    ----------
-    noise : ReadingNoise
-        Noise of the readings.
-    counted : Apparatus
-        The errors that count: those that the record declares, and others.
-    record : TumbleRecord
-        The record.
-    free : collection of str, optional
-        Errors that are free in each run where nothing tells their size.
-
-    Returns
-    -------
-    tuple of ErrorSource
-        Reading, head, launch, scale factor from launch to launch, temperature.
+    Of the errors that count, the record declares some and the calibration knew others. Those that
+    are `free` are so in each run where nothing tells their size.
     """
     repeated = noise.dof >= FEWEST_REPLICATES
     dof, origin = (float(noise.dof), "replicates") if repeated else (None, "calibration")
@@ -205,24 +176,11 @@ def sources(
 
 
 def covariance(c: Conditions, noise: ReadingNoise, declared: Apparatus, step: float = 0.0) -> Array:
-    """Covariance of the errors of the readings, over the variance of one reading's noise.
+    """Covariance of the errors of n readings, in units of ``noise.sigma ** 2``, shape (n, n).
 
-    Parameters
-    ----------
-    c : Conditions
-        Of n readings.
-    noise : ReadingNoise
-        Their noise.
-    declared : Apparatus
-        What is declared of head, launch and temperature; what is not declared counts as zero.
-    step : float, default 0
-        Step of the readings; where it is coarser than their noise, a rounding error repeats in
-        readings of one angle in a run [g].
-
-    Returns
-    -------
-    ndarray, shape (n, n)
-        In units of ``noise.sigma ** 2``.
+    What is not declared of head, launch and temperature counts as zero. Where the step of the
+    readings [g] is coarser than their noise, a rounding error repeats in readings of one angle in a
+    run.
     """
     total = memory(c, noise.rho)
     rounding = step / np.sqrt(12.0) if step > noise.sigma else 0.0
@@ -240,18 +198,9 @@ def memory(c: Conditions, rho: float) -> Array:
 
 
 def acting(c: Conditions) -> dict[str, Array]:
-    """What the errors of head, launches and chamber do to readings.
+    """What errors of head, launches and chamber do to n readings, by their names in `Apparatus`.
 
-    Parameters
-    ----------
-    c : Conditions
-        Of n readings.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (n, k)
-        Change of the readings by each of k errors of one size, by its name in `Apparatus`
-        [g per unit].
+    There is a column for each of k errors of one size, shape (n, k) [g per unit].
     """
     runs = dummies(c.run)
     return {

@@ -9,20 +9,10 @@ from accelcal.record import TumbleRecord
 
 
 def refuse_several_clampings(record: TumbleRecord) -> None:
-    """Refuse a record of several clampings of the fixture.
+    """Refuse a record whose fixture was clamped at more than one angle.
 
     The errors of the head and the misalignment are the same in all runs of a search; from one
     clamping to the next both are others, and would look like a missing effect.
-
-    Parameters
-    ----------
-    record : TumbleRecord
-        The record.
-
-    Raises
-    ------
-    InputError
-        If the fixture was clamped at more than one angle.
     """
     met = [] if record.clamping is None else distinct(head_positions(record.clamping)).tolist()
     if len(met) > 1:

@@ -90,21 +90,9 @@ def is_turned_over(calibration: Calibration, record: TumbleRecord) -> bool:
 
 
 def head_difference(errors: CalibrationErrors, simulated: Simulated, record: TumbleRecord) -> Array:
-    """What the errors of one head do to readings less what they did to the calibration.
+    """What errors of one head do to n readings less what they did to the calibration.
 
-    Parameters
-    ----------
-    errors : CalibrationErrors
-        What they did to the calibration.
-    simulated : Simulated
-        What it says about the readings.
-    record : TumbleRecord
-        The n readings.
-
-    Returns
-    -------
-    ndarray, shape (n, k)
-        Change of the residual by an error of each of k head positions [g/rad].
+    It is the change of the residual by an error of each of k head positions, shape (n, k) [g/rad].
     """
     at = head_positions(record.graduation)
     positions = distinct(np.concatenate([at, errors.positions]))

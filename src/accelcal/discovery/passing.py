@@ -75,20 +75,9 @@ class _Seen(NamedTuple):
 def passing(comparison: Comparison, alpha: float, seed: int = 0) -> Unexplained | None:
     """Find a bias that oscillates or is shifted for a time, or a stroke with larger noise.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        Record and model, which agree but for that.
-    alpha : float
-        False-alarm rate.
-    seed : int, default 0
-        Of the noise that is simulated.
-
-    Returns
-    -------
-    Unexplained or None
-        The disturbance; None where noise of an AR(1) process often looks like it, or where the
-        readings have more than 600 degrees of freedom of pure error.
+    The comparison agrees but for that. There is none where noise of an AR(1) process often looks
+    like it, at a false-alarm rate alpha, or where the readings have more than 600 degrees of
+    freedom of pure error.
     """
     if comparison.space.dof > _MOST:
         return None
@@ -122,20 +111,9 @@ def shift_in_place_of_a_step(
 ) -> Unexplained | None:
     """Find a shift of the bias for a time that explains the readings much better than a step.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        Record and model.
-    instances : sequence of Instance
-        The effects that were found.
-    p_value : float
-        Chance that noise alone disagrees as much with the model.
-
-    Returns
-    -------
-    Unexplained or None
-        The shift; None where no step was found, where none explains better by more than the search
-        for the best of many shifts gains, or where there are more than 600 degrees of freedom.
+    There is none where no step was found, where none explains better by more than the search for
+    the best of many shifts gains, or where there are more than 600 degrees of freedom. The p-value
+    is the chance that noise alone disagrees as much with the model.
     """
     space, c = comparison.space, comparison.model.conditions
     steps = [place for place, item in enumerate(instances) if item.effect.id == "bias-step"]

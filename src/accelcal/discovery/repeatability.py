@@ -34,19 +34,9 @@ class KnownNoise(NamedTuple):
 
 
 def known_noise(calibration: Calibration, scale_factor: float) -> KnownNoise | None:
-    """Noise of a reading as the tables of a calibration have it; None where none has.
+    """Root mean square of a reading's noise over the tables of a calibration; None without any.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    scale_factor : float
-        K1 at T0 [output unit / g].
-
-    Returns
-    -------
-    KnownNoise or None
-        Root mean square over the tables.
+    The scale factor is K1 at T0 [output unit / g].
     """
     found = [s for s in calibration.error_sources if s.name == "reading" and s.value]
     if not found:
@@ -57,20 +47,7 @@ def known_noise(calibration: Calibration, scale_factor: float) -> KnownNoise | N
 
 
 def worse_than_known(noise: ReadingNoise, known: KnownNoise | None) -> str:
-    """Say that readings scatter far more than those of the calibration; empty where they do not.
-
-    Parameters
-    ----------
-    noise : ReadingNoise
-        Noise of the readings, from their replicates.
-    known : KnownNoise or None
-        That of the calibration.
-
-    Returns
-    -------
-    str
-        A sentence.
-    """
+    """Say that readings scatter far more than those of the calibration; empty where they do not."""
     if known is None or not noise.dof or noise.sigma < _WORSE * known.sigma:
         return ""
     if f_survival((noise.sigma / known.sigma) ** 2, noise.dof, known.dof) > _CHANCE:

@@ -36,19 +36,7 @@ class Findings(NamedTuple):
 def search(family: Family, *, alpha: float = 0.01, most: int = 3) -> Findings:
     """Find the effects that explain a disagreement.
 
-    Parameters
-    ----------
-    family : Family
-        What is tested.
-    alpha : float, default 0.01
-        False-alarm rate over the whole family.
-    most : int, default 3
-        Effects at once.
-
-    Returns
-    -------
-    Findings
-        The explanations.
+    The false-alarm rate alpha is that over the whole family; `most` is how many effects at once.
     """
     before = judge(family)
     nearest: Explanation | None = None

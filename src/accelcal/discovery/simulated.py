@@ -75,21 +75,7 @@ def freed_angle(calibration: Calibration, axis: str) -> Quantity:
 def simulated_readings(
     calibration: Calibration, found: Compensation, record: TumbleRecord
 ) -> Simulated:
-    """Simulate the readings of a record.
-
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    found : Compensation
-        Its coefficients.
-    record : TumbleRecord
-        The readings, in its output unit.
-
-    Returns
-    -------
-    Simulated
-        What it says about them.
+    """Simulate the readings of a record in the output unit of a calibration.
 
     Raises
     ------

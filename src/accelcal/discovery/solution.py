@@ -57,20 +57,7 @@ class Solution(NamedTuple):
 
 
 def solution(comparison: Comparison, instances: Sequence[Instance] = ()) -> Solution:
-    """Fit the base model with some effects by generalised least squares.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        The record and its noise.
-    instances : sequence of Instance
-        The effects.
-
-    Returns
-    -------
-    Solution
-        The fit.
-    """
+    """Fit the base model with some effects by generalised least squares."""
     c = comparison.model.conditions
     columns = [_inside(item, c) for item in instances]
     model = comparison.model
@@ -90,24 +77,14 @@ def _inside(instance: Instance, c: Conditions) -> Array:
 def parameters_of(
     comparison: Comparison, instances: Sequence[Instance]
 ) -> tuple[dict[str, Quantity], ...]:
-    """Estimate all parameters of some effects together.
+    """Estimate all parameters of each of some effects together.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The record and its noise.
-    instances : sequence of Instance
-        The effects, with the nonlinear parameters found by the search.
-
-    Returns
-    -------
-    tuple of dict of str to Quantity
-        For each effect its parameters; a number of a reading or of a position has no uncertainty.
+    The number of a reading or of a position has no uncertainty.
 
     Notes
     -----
-    Amplitudes by linear least squares in the space that the base model leaves; uncertainties of
-    all parameters together from the derivatives by the nonlinear ones at the solution.
+    Amplitudes by linear least squares in the space that the base model leaves; uncertainties of all
+    parameters together from the derivatives by the nonlinear ones at the solution.
     """
     c, space = comparison.model.conditions, comparison.space
     own = [item.amplitudes for item in instances]
@@ -172,20 +149,9 @@ def _quantity(parameter: Parameter, value: float, uncertainty: float | None, dof
 
 
 def changes(comparison: Comparison, before: Solution, after: Solution) -> tuple[Change, ...]:
-    """Tell what effects change in the coefficients of the model.
+    """Tell what effects change in the coefficients of the model, over K1 at T0.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The record and its noise.
-    before, after : Solution
-        The fits without and with the effects.
-
-    Returns
-    -------
-    tuple of Change
-        All coefficients, over K1 at T0; without uncertainty where the free shifts of the runs
-        could as well take their part.
+    They are without uncertainty where the free shifts of the runs could as well take their part.
     """
     one, two = _coefficients(comparison, before), _coefficients(comparison, after)
     return tuple(Change(name, one[name], two[name]) for name in one if name in two)

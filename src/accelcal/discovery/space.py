@@ -53,24 +53,15 @@ class Space(NamedTuple):
 
 
 def whitener_of(covariance: Array, sigma: float) -> Array:
-    """Matrix that makes errors of a covariance independent, with variance 1.
+    """Matrix that makes errors of a covariance independent, with variance 1, shape (n, n) [1/g].
 
-    Parameters
-    ----------
-    covariance : ndarray, shape (n, n)
-        In units of ``sigma ** 2``.
-    sigma : float
-        Unit [g].
-
-    Returns
-    -------
-    ndarray, shape (n, n)
-        Inverse of its Cholesky factor over sigma [1/g].
+    It is the inverse of the Cholesky factor of the covariance, which is in units of ``sigma ** 2``,
+    over sigma [g].
 
     Raises
     ------
     InputError
-        If it is not positive definite in double precision.
+        If the covariance is not positive definite in double precision.
     """
     from scipy.linalg import solve_triangular  # type: ignore[import-untyped]
 
@@ -95,11 +86,6 @@ def space_of(whitener: Array, base: Array, repeating: Array) -> Space:
         Derivatives of the base model, of whatever rank [g per unit].
     repeating : ndarray, shape (n, k)
         Columns that take up all that repeats, of whatever rank.
-
-    Returns
-    -------
-    Space
-        The space.
     """
     taken = orthonormal(whitener @ base)
     full, _ = np.linalg.qr(taken, mode="complete")

@@ -20,24 +20,14 @@ _LARGEST = 1e6
 def suited(found: Compensation, record: TumbleRecord) -> TumbleRecord:
     """Give a record in the unit of the calibration that it is compared with.
 
-    Parameters
-    ----------
-    found : Compensation
-        The calibration.
-    record : TumbleRecord
-        The record.
-
-    Returns
-    -------
-    TumbleRecord
-        The same readings; where one of both names no unit, they are taken as they are.
+    Where one of both names no unit, the readings are taken as they are.
 
     Raises
     ------
     InputError
-        If it is no record, in a unit of another quantity, of several clampings, far off any
-        reading in g, or outside the calibrated temperatures, or without temperatures where the
-        calibration depends on them.
+        If it is no record, in a unit of another quantity, of several clampings, far off any reading
+        in g, or outside the calibrated temperatures, or without temperatures where the calibration
+        depends on them.
     """
     expect(record, TumbleRecord)
     refuse_several_clampings(record)

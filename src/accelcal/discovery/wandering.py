@@ -56,20 +56,7 @@ class Wandering(NamedTuple):
 
 
 def wandering(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Wandering]:
-    """Find how likely a wandering bias is in place of each of some effects.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Record and model.
-    instances : sequence of Instance
-        The effects that were named.
-
-    Yields
-    ------
-    Wandering
-        The likeliest one in place of each effect.
-    """
+    """Find the likeliest wandering bias in place of each of some effects."""
     space, c, sigma = comparison.space, comparison.model.conditions, comparison.noise.sigma
     units = comparison.directions(*instances)
     with_all = _log_likelihood(without(comparison.seen, orthonormal(units)))

@@ -22,19 +22,8 @@ _PURE = 0.8
 def shares(seen: Array, blocks: Sequence[Block], single: Sequence[float]) -> tuple[Share, ...]:
     """Share of each factor in the disagreement, and the chance that it is noise.
 
-    Parameters
-    ----------
-    seen : ndarray, shape (m,)
-        Coordinates of the readings.
-    blocks : sequence of Block
-        The factors, each orthogonal to those before it.
-    single : sequence of float
-        Chance of each alone, see `accelcal.discovery.chances`.
-
-    Returns
-    -------
-    tuple of Share
-        With Holm's p-values; what the shares leave of 1 is the repeatability.
+    A single chance is that of a factor alone, see `accelcal.discovery.chances`, from which those of
+    Holm are made. What the shares leave of 1 is the repeatability.
     """
     total = float(seen @ seen)
     return tuple(
@@ -55,21 +44,7 @@ def _holm(p: Sequence[float]) -> list[float]:
 def pattern(space: Space, seen: Array, block: Block, taken: Array | None = None) -> Array:
     """Part of the readings that a factor has, beside what has been explained [g], shape (n,).
 
-    Parameters
-    ----------
-    space : Space
-        The space.
-    seen : ndarray, shape (m,)
-        Coordinates of the readings.
-    block : Block
-        The factor.
-    taken : ndarray, shape (m, h), optional
-        Orthonormal basis of what has been explained.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        The pattern.
+    Taken, shape (m, h), is an orthonormal basis of that.
     """
     basis = block.basis if taken is None else orthonormal(without(block.basis, taken))
     whitened = space.rotation @ (basis @ (basis.T @ seen))
@@ -77,24 +52,7 @@ def pattern(space: Space, seen: Array, block: Block, taken: Array | None = None)
 
 
 def structure(c: Conditions, runs: Sequence[str], factor: str, shape: Array) -> str:
-    """Describe the pattern of a factor in words.
-
-    Parameters
-    ----------
-    c : Conditions
-        Of n readings.
-    runs : sequence of str
-        Labels of the runs.
-    factor : str
-        The factor.
-    shape : ndarray, shape (n,)
-        Its pattern [g].
-
-    Returns
-    -------
-    str
-        What it follows, its harmonic, its size and where it is largest.
-    """
+    """Describe the pattern of a factor, shape (n,) [g]: what it follows, its harmonic and size."""
     # Of readings that are equally far off, the first is named: argmax alone would follow rounding.
     largest = int(np.argmax(np.abs(shape) > (1.0 - 1e-6) * np.abs(shape).max()))
     size = float(np.sqrt(np.mean(shape**2)))

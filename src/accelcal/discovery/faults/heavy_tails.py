@@ -21,6 +21,9 @@ _STEPS = 25
 def chance_of(size: float, rest: Array, dof: float, least: float) -> float:
     """Two-sided chance of one deviation, from the size and the tails of the others.
 
+    It is the mean of the chances under Student's distributions of several tails, each with the
+    weight that the likelihood of the others gives it.
+
     Parameters
     ----------
     size : float
@@ -31,12 +34,6 @@ def chance_of(size: float, rest: Array, dof: float, least: float) -> float:
         Degrees of freedom that the others amount to.
     least : float
         Smallest scale of the noise [g].
-
-    Returns
-    -------
-    float
-        Mean of the chances under Student's distributions of several tails, each with the weight
-        that the likelihood of the others gives it.
     """
     scales, logs = zip(*(_fit(rest, nu, least) for nu in _TAILS), strict=True)
     weights = np.exp((np.array(logs) - max(logs)) * min(dof / rest.size, 1.0))

@@ -82,59 +82,23 @@ class PureError(NamedTuple):
 
 
 def pure_error(readings: Array, columns: Array) -> PureError:
-    """Find what some columns leave of the readings.
-
-    Parameters
-    ----------
-    readings : ndarray, shape (n,)
-        Readings [g].
-    columns : ndarray, shape (n, k)
-        Columns of whatever rank.
-
-    Returns
-    -------
-    PureError
-        What is left.
-    """
+    """Find what columns of whatever rank, shape (n, k), leave of n readings [g]."""
     basis = orthonormal(columns)
     projector = np.eye(readings.size) - basis @ basis.T
     return PureError(projector, projector @ (projector @ readings))  # twice, against rounding
 
 
 def moving(c: Conditions, mounting: NDArray[np.str_]) -> Array:
-    """Columns of all that repeats, and of cycles that differ as a drift makes them.
-
-    Parameters
-    ----------
-    c : Conditions
-        Of n readings.
-    mounting : ndarray of str, shape (n,)
-        Their mountings.
-
-    Returns
-    -------
-    ndarray, shape (n, k)
-        The columns.
-    """
+    """Columns of all that repeats, and of cycles that differ as by a drift, shape (n, k)."""
     cycles = dummies(c.run, cycle(c))
     return np.hstack([saturated(c, mounting), cycles * c.input[:, None], cycles * c.cross[:, None]])
 
 
 def smooth(c: Conditions, mounting: NDArray[np.str_]) -> Array:
-    """Columns of a looser view, in which forward and back strokes are replicates, too.
+    """Columns of a looser view, in which back strokes are replicates, too, shape (n, k).
 
-    Parameters
-    ----------
-    c : Conditions
-        Of n readings.
-    mounting : ndarray of str, shape (n,)
-        Their mountings.
-
-    Returns
-    -------
-    ndarray, shape (n, k)
-        Run x head position, a straight drift in each run, and a difference of the two senses in
-        bias, scale factor and misalignment. A step within a run is left.
+    Run x head position, a straight drift in each run, and a difference of the two senses in bias,
+    scale factor and misalignment. A step within a run is left.
     """
     runs = dummies(c.run)
     senses = runs * c.rotation[:, None]
@@ -150,20 +114,10 @@ def smooth(c: Conditions, mounting: NDArray[np.str_]) -> Array:
 
 
 def pooled(c: Conditions, mounting: NDArray[np.str_]) -> Array:
-    """Columns of a view in which runs are replicates of one another, but for six coefficients.
+    """Columns of a view in which runs are replicates but for six coefficients, shape (n, k).
 
-    Parameters
-    ----------
-    c : Conditions
-        Of n readings.
-    mounting : ndarray of str, shape (n,)
-        Their mountings.
-
-    Returns
-    -------
-    ndarray, shape (n, k)
-        Position x sense of rotation of all runs together, the cycles of each run, and for each run
-        the six coefficients of a table. It leaves more of each reading's own error than one run.
+    Position x sense of rotation of all runs together, the cycles of each run, and for each run the
+    six coefficients of a table. It leaves more of each reading's own error than one run.
     """
     runs = dummies(c.run)
     x, cross = c.input, c.cross

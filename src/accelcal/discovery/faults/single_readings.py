@@ -17,22 +17,10 @@ from accelcal.results.quantity import Quantity
 
 
 def nominal_scale(record: TumbleRecord, c: Conditions, kept: Mask | None = None) -> float:
-    """Slope of the readings next to the reference temperature against the input.
+    """Slope of the readings next to the reference temperature against the input [output unit / g].
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        The n readings.
-    c : Conditions
-        Their conditions.
-    kept : ndarray of bool, shape (n,), optional
-        Readings to use.
-
-    Returns
-    -------
-    float
-        Scale factor [output unit / g]; half the range of the readings where there is no slope,
-        1 where there is no range.
+    It is half the range of the readings where there is no slope, 1 where there is no range. The
+    readings that are `kept`, shape (n,), are used.
     """
     away = np.abs(c.excess)
     own = away <= away.min() + LEVEL_CHANGE

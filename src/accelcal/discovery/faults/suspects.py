@@ -98,23 +98,9 @@ class Suspect(NamedTuple):
 
 
 def views_of(readings: Array, c: Conditions, mounting: NDArray[np.str_], weight: Array) -> Views:
-    """Set up the views.
+    """Set up the views of n readings [g].
 
-    Parameters
-    ----------
-    readings : ndarray, shape (n,)
-        Readings [g].
-    c : Conditions
-        Their conditions.
-    mounting : ndarray of str, shape (n,)
-        Their mountings.
-    weight : ndarray, shape (n,)
-        Relative inverse standard deviation of each reading's noise.
-
-    Returns
-    -------
-    Views
-        The views.
+    The weight, shape (n,), is the relative inverse standard deviation of each reading's noise.
     """
     seen, weights = readings * weight, weight[:, None]
     kinds = (pooled, moving, smooth)

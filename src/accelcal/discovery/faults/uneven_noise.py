@@ -39,26 +39,13 @@ class Vibration(NamedTuple):
 
 
 def chance_of_vibration(view: PureError, c: Conditions, mounting: NDArray[np.str_]) -> float:
-    """Chance that the scatter of the cells grows so much with a_p^2.
-
-    Parameters
-    ----------
-    view : PureError
-        Pure error within runs.
-    c : Conditions
-        Of the readings.
-    mounting : ndarray of str, shape (n,)
-        Their mountings.
-
-    Returns
-    -------
-    float
-        One-sided p-value; 1 where there are too few cells.
+    """Chance that the scatter of cells grows so much with a_p^2; 1 where there are too few.
 
     Notes
     -----
-    Test of the slope of the ranks, which no outlier and no heavy tail misleads: the cells (readings
-    of one position in one run, reached in the same sense) are alike where the noise is even.
+    One-sided test of the slope of the ranks, which no outlier and no heavy tail misleads: the cells
+    (readings of one position in one run, reached in the same sense) are alike where the noise is
+    even.
     """
     square, scatter = _cells(view, c, mounting)
     if square.size < _FEWEST_CELLS or np.ptp(square) < 1e-6 or not np.ptp(scatter) > 0.0:
@@ -84,20 +71,8 @@ def _cells(view: PureError, c: Conditions, mounting: NDArray[np.str_]) -> tuple[
 def vibration_over_noise(view: PureError, c: Conditions, mounting: NDArray[np.str_]) -> float:
     """Estimate how the variance grows with a_p^2, whatever the outliers.
 
-    Parameters
-    ----------
-    view : PureError
-        Pure error within runs.
-    c : Conditions
-        Of the readings.
-    mounting : ndarray of str, shape (n,)
-        Their mountings.
-
-    Returns
-    -------
-    float
-        Variance from vibration at a_p = 1 g over the variance where the angle does not matter, by
-        the medians of the cells of each a_p^2 [1].
+    It is the variance from vibration at a_p = 1 g over that where the angle does not matter, by the
+    medians of the cells of each a_p^2 [1].
     """
     square, scatter = _cells(view, c, mounting)
     square = np.round(square, 6)
@@ -110,21 +85,7 @@ def vibration_over_noise(view: PureError, c: Conditions, mounting: NDArray[np.st
 
 
 def vibration(readings: Array, c: Conditions, mounting: NDArray[np.str_]) -> Vibration:
-    """Estimate the noise from vibration by restricted maximum likelihood.
-
-    Parameters
-    ----------
-    readings : ndarray, shape (n,)
-        Readings without outliers [g].
-    c : Conditions
-        Their conditions.
-    mounting : ndarray of str, shape (n,)
-        Their mountings.
-
-    Returns
-    -------
-    Vibration
-        The estimate, for normal noise.
+    """Estimate normal noise from vibration by restricted maximum likelihood, without outliers [g].
 
     Notes
     -----

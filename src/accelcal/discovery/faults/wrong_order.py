@@ -25,22 +25,7 @@ largest one that is a lag [g]."""
 
 
 def wrong_orders(record: TumbleRecord, delta0: float) -> tuple[tuple[Fault, ...], TumbleRecord]:
-    """Find strokes that would fit far better in another order.
-
-    Parameters
-    ----------
-    record : TumbleRecord
-        The readings.
-    delta0 : float
-        Fixture angle [rad].
-
-    Returns
-    -------
-    tuple of Fault
-        Strokes of another order or sign.
-    TumbleRecord
-        The record with the strokes put right.
-    """
+    """Find strokes that would fit far better in another order or sign, and put them right."""
     found: list[Fault] = []
     for own in _tables(record):
         # with few strokes, a second wrong one may show only when the first is put right
@@ -58,19 +43,8 @@ def wrong_orders(record: TumbleRecord, delta0: float) -> tuple[tuple[Fault, ...]
 def turned_tables(record: TumbleRecord, delta0: float, index: Places) -> tuple[Fault, ...]:
     """Find tables that are turned or negated as a whole, which leaves no residual.
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        The readings, without faults of single ones.
-    delta0 : float
-        Fixture angle [rad].
-    index : ndarray of int, shape (n,)
-        What to call each reading.
-
-    Returns
-    -------
-    tuple of Fault
-        One for each such table, or one for all. They are left as they are.
+    There is a fault for each, or one for all. They are left as they are. The index, shape (n,),
+    tells what to call each reading.
     """
     tables = _tables(record)
     turned = [_turned(record, own, delta0, index) for own in tables]

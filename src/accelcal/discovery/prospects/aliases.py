@@ -38,18 +38,7 @@ class Aliases(NamedTuple):
 
 
 def aliases(found: Candidates) -> tuple[Aliases, ...]:
-    """Find which effects a test shows as the same.
-
-    Parameters
-    ----------
-    found : Candidates
-        E effects that can be seen.
-
-    Returns
-    -------
-    tuple of Aliases
-        One for each effect.
-    """
+    """Find which effects a test shows as the same, for each that can be seen."""
     names = [effect.id for effect in found.effects]
     spans, table = _spans(found), []
     for place, name in enumerate(names):

@@ -28,20 +28,7 @@ _CARRIED = 0.05
 
 
 def undetectable(comparison: Comparison, found: Candidates) -> tuple[Undetectable, ...]:
-    """List the effects that the base model absorbs, with the coefficients that do.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        From `designed`, or of a record.
-    found : Candidates
-        What can be seen in it, and what cannot.
-
-    Returns
-    -------
-    tuple of Undetectable
-        One for each effect that cannot be seen.
-    """
+    """List the effects that the base model absorbs, with the coefficients that do."""
     return tuple(
         Undetectable(effect.id, absorbed_by(effect, comparison.model, comparison.parameters))
         for effect in found.hidden
@@ -53,21 +40,8 @@ def designed(
 ) -> Comparison:
     """Compare a test that is only planned with the base model.
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        The test with simulated readings; with or without noise in them.
-    reference_temperature : float
-        T0 [degC].
-    noise : ReadingNoise
-        The noise that its readings will have.
-    delta0 : float, default 0
-        Fixture angle [rad].
-
-    Returns
-    -------
-    Comparison
-        What `accelcal.discovery.comparison.compared` makes of readings, with the noise given.
+    It is what `accelcal.discovery.comparison.compared` makes of readings, with the noise given. The
+    record has simulated readings, with or without noise in them.
 
     Raises
     ------
@@ -94,21 +68,9 @@ def designed(
 
 
 def absorbed_by(effect: Effect, model: BaseModel, parameters: Array) -> tuple[str, ...]:
-    """Find the fewest coefficients that carry an effect.
+    """Find the fewest coefficients of a model that carry an effect, sorted.
 
-    Parameters
-    ----------
-    effect : Effect
-        An effect that cannot be seen.
-    model : BaseModel
-        The model that absorbs it.
-    parameters : ndarray, shape (p,)
-        Its parameters.
-
-    Returns
-    -------
-    tuple of str
-        Coefficients, sorted; none where the test does not bring the effect about at all.
+    There are none where the test does not bring the effect about at all.
 
     Notes
     -----
@@ -155,18 +117,8 @@ def _left(taken: Array, columns: Array) -> float:
 def smallest_detectable(family: Family, alpha: float = 0.01) -> tuple[Detectable, ...]:
     """Find the smallest size at which each effect is found nine times in ten.
 
-    Parameters
-    ----------
-    family : Family
-        What is tested at once.
-    alpha : float, default 0.01
-        False-alarm rate over the whole family.
-
-    Returns
-    -------
-    tuple of Detectable
-        One for each effect that can be seen; its size is the median over the grid of its nonlinear
-        parameters.
+    It is the median over the grid of its nonlinear parameters, at a false-alarm rate alpha over the
+    whole family.
 
     Notes
     -----

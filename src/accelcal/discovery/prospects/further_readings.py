@@ -53,19 +53,7 @@ class Block(NamedTuple):
 
 
 def menu(record: TumbleRecord, reference_temperature: float) -> tuple[Block, ...]:
-    """List what could be measured next.
-
-    Parameters
-    ----------
-    record : TumbleRecord
-        What has been measured.
-    reference_temperature : float
-        T0 [degC].
-
-    Returns
-    -------
-    tuple of Block
-        The blocks; those at one level are at that level of the record which is nearest to T0.
+    """List what could be measured next; a single level is that of the record nearest to T0.
 
     Examples
     --------
@@ -190,20 +178,7 @@ def _pace(record: TumbleRecord) -> tuple[float, float]:
 
 
 def blank(block: Block, record: TumbleRecord) -> TumbleRecord:
-    """Form of the readings of a block, with nothing of worth written in it.
-
-    Parameters
-    ----------
-    block : Block
-        The block.
-    record : TumbleRecord
-        The record that they are to join.
-
-    Returns
-    -------
-    TumbleRecord
-        The form.
-    """
+    """Form of the readings of a block that are to join a record, with no outputs of worth."""
     form = simulate(plan=block.plan, noise=NOISE_FREE, seed=0, declare=False)
     return replace(
         form,
@@ -218,16 +193,8 @@ def blank(block: Block, record: TumbleRecord) -> TumbleRecord:
 def joined(first: TumbleRecord, second: TumbleRecord) -> TumbleRecord:
     """Add the readings of a later test of the same accelerometer on the same stand.
 
-    Parameters
-    ----------
-    first, second : TumbleRecord
-        The records, in the order in which they were measured.
-
-    Returns
-    -------
-    TumbleRecord
-        One record, with the declarations of both. Runs of the second have labels of their own.
-        Where its clock does not go on from the first one, it starts one pause between runs later.
+    Both declare alike. Runs of the second have labels of their own. Where its clock does not go on
+    from the first one, it starts one pause between runs later.
 
     Raises
     ------

@@ -67,27 +67,14 @@ def proposals(
 ) -> tuple[Proposal, ...]:
     """Rank the menu by what it takes to tell the best explanation from all its rivals.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The record.
-    foreseen : sequence of Outlook
-        The menu.
-    best : sequence of Instance
-        Effects of the best explanation; their sizes are those that fit the record.
-    rivals : sequence of sequence of Instance
-        Effects of each other explanation.
-
-    Returns
-    -------
-    tuple of Proposal
-        First what takes the least time, or the fewest readings where the record tells no times;
-        those that would not tell them apart come last. Empty without rivals.
+    First comes what takes the least time, or the fewest readings where the record tells no times;
+    what would not tell them apart comes last. There are none without rivals.
 
     Notes
     -----
-    A rival is fitted with all its amplitudes and smooth nonlinear parameters; a number of a reading
-    or of a position stays as the record has it.
+    The best explanation has the sizes that fit the record. A rival is fitted with all its
+    amplitudes and smooth nonlinear parameters; a number of a reading or of a position stays as the
+    record has it.
     """
     if not rivals:
         return ()

@@ -56,20 +56,7 @@ class Outlook(NamedTuple):
     heads: int
 
     def beside(self, others: Array, columns: Array) -> Left:
-        """What base model, head and other columns leave of some columns.
-
-        Parameters
-        ----------
-        others : ndarray, shape (n, h)
-            Columns that are fitted beside the base model [g].
-        columns : ndarray, shape (n, k)
-            The columns [g].
-
-        Returns
-        -------
-        Left
-            What is left of them, for any number of blocks.
-        """
+        """What base model, head and others, shape (n, h), leave of columns, shape (n, k) [g]."""
         every = np.hstack([self.taken, others, columns])
         before, last = every.shape[0] - self.readings, self.taken.shape[1]
         prior = np.zeros((self.heads, every.shape[1]))
@@ -108,24 +95,7 @@ class Left(NamedTuple):
 def outlooks(
     record: TumbleRecord, noise: ReadingNoise, reference_temperature: float, delta0: float = 0.0
 ) -> tuple[Outlook, ...]:
-    """Foresee each entry of the menu of further readings.
-
-    Parameters
-    ----------
-    record : TumbleRecord
-        What has been measured, or simulated.
-    noise : ReadingNoise
-        Its noise.
-    reference_temperature : float
-        T0 [degC].
-    delta0 : float, default 0
-        Fixture angle [rad].
-
-    Returns
-    -------
-    tuple of Outlook
-        One for each entry.
-    """
+    """Foresee each entry of the menu of further readings, of the noise of the record."""
     return tuple(
         _outlook(record, block, noise, reference_temperature, delta0)
         for block in menu(record, reference_temperature)

@@ -67,24 +67,11 @@ def _own_part(unit: Unit) -> Array:
 
 
 def known(units: Sequence[Unit], shared: Sequence[Instance], head: float, size: int) -> Knowledge:
-    """Estimate the shared part from some units and the declared uncertainty of the head.
+    """Estimate the shared part from some units and the declared uncertainty of the head [rad].
 
-    Parameters
-    ----------
-    units : sequence of Unit
-        The units.
-    shared : sequence of Instance
-        Effects of the stand; their sizes are free.
-    head : float
-        Declared uncertainty of a head position; 0 for a perfect head [rad].
-    size : int
-        Sizes and head positions k.
-
-    Returns
-    -------
-    Knowledge
-        Sizes of all amplitudes, then the errors of the head positions [rad]. Of the errors that
-        look like coefficients in every unit, nothing but the declaration is known.
+    There are the sizes of all amplitudes, which are free, then the errors of the head positions
+    [rad], together `size`. Of the errors that look like coefficients in every unit, nothing but the
+    declaration is known.
     """
     sizes = len(amplitudes(shared))
     declared = np.zeros(size)
@@ -99,21 +86,9 @@ def known(units: Sequence[Unit], shared: Sequence[Instance], head: float, size: 
 
 
 def of_another_head(told: Knowledge, positions: int, head: float) -> Knowledge:
-    """Forget the head positions, as for a unit on a head of its own that is as good as declared.
+    """Forget the head positions, as for a unit on a head of its own, as good as declared [rad].
 
-    Parameters
-    ----------
-    told : Knowledge
-        What other units tell.
-    positions : int
-        Number of head positions, at the end of what is told.
-    head : float
-        Declared uncertainty of a head position [rad].
-
-    Returns
-    -------
-    Knowledge
-        Sizes as they were told, and nothing of the positions but the declaration.
+    They are at the end of what other units told. Of them nothing but the declaration is left.
     """
     sizes = told.value.size - positions
     covariance = head**2 * np.eye(told.value.size)
@@ -126,19 +101,7 @@ def without_head(
 ) -> tuple[Unit, ...]:
     """Take the errors of the head positions out of units, as all of them together tell it.
 
-    Parameters
-    ----------
-    units : sequence of Unit
-        The units.
-    shared : sequence of Instance
-        Effects that all may have.
-    head : float
-        Declared uncertainty of a head position [rad].
-
-    Returns
-    -------
-    tuple of Unit
-        The same with other coordinates of the readings; all of them lack the same angles.
+    All of them lack the same angles then, beside the effects that all may have.
     """
     if not head:
         return tuple(units)
@@ -157,19 +120,8 @@ def _less(comparison: Comparison, part: Array) -> Comparison:
 def beside_the_others(unit: Unit, columns: Array, told: Knowledge) -> Comparison:
     """Compare a unit again, with what is told of its stand taken out of its readings.
 
-    Parameters
-    ----------
-    unit : Unit
-        The unit.
-    columns : ndarray, shape (n, k)
-        From `shared_columns`.
-    told : Knowledge
-        What the others, or a declaration, tell of the stand.
-
-    Returns
-    -------
-    Comparison
-        The comparison; the uncertainty of what is told is in the covariance.
+    The columns, shape (n, k), are `shared_columns`. The uncertainty of what is told is in the
+    covariance.
     """
     old = unit.comparison
     c, sigma = old.model.conditions, old.noise.sigma
@@ -195,22 +147,7 @@ def beside_the_others(unit: Unit, columns: Array, told: Knowledge) -> Comparison
 def coefficients(
     units: Sequence[Unit], shared: Sequence[Instance], head: float
 ) -> tuple[tuple[Change, ...], ...]:
-    """Fit the coefficients of each unit, with the stand from its own readings and from all.
-
-    Parameters
-    ----------
-    units : sequence of Unit
-        The units.
-    shared : sequence of Instance
-        Effects of the stand.
-    head : float
-        Declared uncertainty of a head position [rad].
-
-    Returns
-    -------
-    tuple of tuple of Change
-        For each unit all coefficients, alone and jointly.
-    """
+    """Fit the coefficients of each unit, with the stand from its own readings and from all."""
     found = []
     for number, unit in enumerate(units):
         bare, columns = (shared_columns(unit, some, head) for some in ((), shared))

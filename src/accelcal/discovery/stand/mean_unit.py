@@ -52,18 +52,7 @@ def amplitudes(instances: Sequence[Instance]) -> tuple[Instance, ...]:
 
 
 def check_one_plan(records: Sequence[TumbleRecord]) -> None:
-    """See that all records have the same readings in the same order.
-
-    Parameters
-    ----------
-    records : sequence of TumbleRecord
-        One for each unit.
-
-    Raises
-    ------
-    InputError
-        If one has other angles, strokes, runs, mountings or levels than the first.
-    """
+    """Refuse one record, or other angles, strokes, runs, mountings or levels than the first has."""
     if len(records) < 2:
         raise InputError("one record; what belongs to the stand shows over two or more units")
     first = records[0]
@@ -92,17 +81,7 @@ def _difference(first: TumbleRecord, other: TumbleRecord) -> str:
 
 
 def on_one_stand(records: Sequence[TumbleRecord]) -> tuple[TumbleRecord, ...]:
-    """Declare of all units what is declared of each.
-
-    Parameters
-    ----------
-    records : sequence of TumbleRecord
-        One for each unit.
-
-    Returns
-    -------
-    tuple of TumbleRecord
-        The same; what one leaves open of the launches is open for all.
+    """Declare of all units what is declared of each: a launch that one leaves open is so for all.
 
     Raises
     ------
@@ -127,19 +106,9 @@ def mean_unit(
 ) -> TumbleRecord:
     """Average what is left of the units, on top of the mean of their base models.
 
-    Parameters
-    ----------
-    units : sequence of Unit
-        All of one plan.
-    shared : sequence of Instance
-        Effects that are fitted beside those of single units, but stay in.
-    head_uncertainty : float or None
-        Standard uncertainty of a head position, which does not average out [rad].
-
-    Returns
-    -------
-    TumbleRecord
-        Readings over the scale factor [g], declared with what the mean leaves of each launch.
+    Readings are over the scale factor [g], declared with what the mean leaves of each launch, and
+    with the uncertainty of the head [rad], which does not average out. Shared effects are fitted
+    beside those of single units, but stay in.
 
     Notes
     -----

@@ -52,23 +52,9 @@ class OneValue(NamedTuple):
 def one_value(
     units: Sequence[Unit], instance: Instance, beside: Sequence[Instance], alpha: float
 ) -> OneValue:
-    """Fit an effect in each unit, and test whether one size does for all.
+    """Fit an effect in each unit beside others, and test whether one size does for all.
 
-    Parameters
-    ----------
-    units : sequence of Unit
-        The units.
-    instance : Instance
-        The effect.
-    beside : sequence of Instance
-        Other effects that all units may have.
-    alpha : float
-        Level of the test.
-
-    Returns
-    -------
-    OneValue
-        Sizes, test and verdict; whether the common size is more than noise is not judged here.
+    Whether the common size is more than noise is not judged here.
 
     Notes
     -----

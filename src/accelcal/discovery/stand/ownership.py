@@ -113,22 +113,7 @@ def _quantities(
 def head_of(
     units: Sequence[Unit], shared: Sequence[Instance], head: float
 ) -> tuple[HeadPosition, ...]:
-    """Estimate the errors of the head positions from all units.
-
-    Parameters
-    ----------
-    units : sequence of Unit
-        The units.
-    shared : sequence of Instance
-        Effects of the stand.
-    head : float
-        Declared uncertainty of a head position; 0 for a perfect head [rad].
-
-    Returns
-    -------
-    tuple of HeadPosition
-        One for each position; none for a perfect head.
-    """
+    """Estimate the errors of the head positions from all units; none for a perfect head."""
     if not head:
         return ()
     first = len(amplitudes(shared))
