@@ -233,3 +233,18 @@ def test_samples_are_averaged_as_the_guide_has_it(tmp_path, monkeypatch):
     np.testing.assert_allclose(found.std, np.std([-2e-6, 0.0, 0.0, 2e-6], ddof=1), rtol=1e-6)
     assert set(found.count) == {4.0}
     assert accelcal.fit(found).tables[0].coefficients["K1"].value is not None
+
+
+@pytest.mark.parametrize("kind", [np.int64, np.float64, "Float64", object, str])
+def test_a_label_is_the_same_whatever_its_type(kind):
+    frame = simulated().to_frame().assign(run=np.arange(162) // 54 + 1, serial=15)
+    found = accelcal.read_arrays(frame.astype({"run": kind, "serial": kind}))
+    assert (found.serial, found.run_labels) == ("15", ("1", "2", "3"))
+
+
+@pytest.mark.parametrize("missing", [None, np.nan, pd.NA])
+def test_a_missing_label_is_refused(missing):
+    frame = simulated().to_frame().astype({"run": object})
+    frame.loc[3, "run"] = missing
+    with pytest.raises(accelcal.TableError, match="<arrays>:5: run is empty"):
+        accelcal.read_arrays(frame)

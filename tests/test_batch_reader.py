@@ -186,6 +186,12 @@ WRONG = {
     "a marker": table(
         cells=[(t, j, k, -9999.0 if (j, k) == (3, 1) else y, r) for t, j, k, y, r in rows()]
     ),
+    "a run in two ways": table(cells=rows(runs=("1", "1.0"))),
+    "a serial in two ways": table(
+        header="# unit: mA\n",
+        headings="temperature,position,stroke,output,serial\n",
+        cells=rows(runs=("1.0", "1")),
+    ),
     "equal outputs": table(cells=[(t, j, k, 1.5, r) for t, j, k, _, r in rows()]),
     "underscores": table().replace("20.0,3,1,", "2_0.0,3,1,", 1),
     "radians": table(

@@ -303,6 +303,10 @@ ERRORS = {
         "6: angle 0, stroke 1 at 20 degC has output 1.25, but 1.5 in line 2;"
         " write the return to it as 360",
     ),
+    "a label in two ways": (
+        "T,J,k,Y,run\n20,1,1,1.5,1\n20,5,1,-1.5,1.0\n",
+        "3: run '1.0' is '1' in another row; write each run in one way",
+    ),
     "samples": (
         "T,J,k,Y\n20,1,1,1.5\n20,1,1,1.25\n20,3,1,0\n20,3,1,0.25\n",
         "3: position 1, stroke 1 at 20 degC has output 1.25, but 1.5 in line 2;"

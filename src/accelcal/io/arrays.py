@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from accelcal.apparatus import Apparatus
 from accelcal.arguments.numbers import refuse_other_order
 from accelcal.errors import InputError
-from accelcal.io.csv_text import csv_text
+from accelcal.io.csv_text import cell_text, csv_text
 from accelcal.io.declarations import declared_by_caller
 from accelcal.io.tables import read_table
-from accelcal.io.vocabulary import split_unit
+from accelcal.io.vocabulary import LABELS, read_heading, split_unit
 from accelcal.record import TumbleRecord
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["read_arrays"]
 
 _NAME = "<arrays>"
+_NO_LABEL = ("None", "nan", "<NA>", "NaT")
 
 
 def read_arrays(
@@ -72,7 +73,7 @@ def read_arrays(
     <TumbleRecord serial 'AL-15': 8 readings, 1 run, 8 positions>
     """
     arrays = _arrays(columns)
-    rows = zip(*(_cells(array) for _, array in arrays), strict=True)
+    rows = zip(*(_cells(*column) for column in arrays), strict=True)
     source = io.StringIO(csv_text([[name for name, _ in arrays], *rows]))
     source.name = _NAME  # where a file has its name, for messages
     declared = getattr(columns, "attrs", {}).get("declared", {})
@@ -132,11 +133,19 @@ def _heading(columns: Any, name: Any) -> str:
     return f"{name} [{unit}]" if unit and not split_unit(str(name))[1] else str(name)
 
 
-def _cells(array: NDArray[Any]) -> list[Any]:
+def _cells(heading: str, array: NDArray[Any]) -> list[Any]:
     """Plain numbers and texts of one line each."""
+    if read_heading(heading).role in LABELS:
+        return list(map(_label, array.tolist()))
     if array.dtype.kind == "M":
         array = np.datetime_as_string(array, unit="us")
     cells: list[Any] = array.tolist()
     if array.dtype.kind in "OSU":
-        cells = ["" if cell is None else " ".join(str(cell).split()) for cell in cells]
+        cells = ["" if cell is None else cell_text(cell) for cell in cells]
     return cells
+
+
+def _label(value: Any) -> str:
+    """A label as Parquet and workbooks have it: of a whole number its digits alone."""
+    text = cell_text(value)
+    return "" if text in _NO_LABEL else text

@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arrays import Array, Ints
+from accelcal.arrays import Array, Ints, Mask
+from accelcal.io.cells import written_otherwise
 from accelcal.io.engines import pandas_options
 
 _WHOLE = frozenset({"position", "stroke"})
@@ -54,6 +55,12 @@ class CellBlock(NamedTuple):
             {role: codes[rows] for role, codes in self.codes.items() if role in roles},
             {role: names for role, names in self.labels.items() if role in roles},
         )
+
+    def odd_labels(self, role: str, codes: Ints) -> Mask:
+        """Mask of the labels that the general reader refuses, or may refuse beside another."""
+        names = self.labels[role]
+        odd = {"", *written_otherwise(names)}
+        return np.isin(codes, [i for i, name in enumerate(names) if name in odd])
 
     def columns(self, roles: Collection[str]) -> list[NDArray[Any]]:
         """Return the columns of some roles, labels by their indices."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from itertools import compress
 from typing import NamedTuple
 
@@ -31,6 +31,8 @@ _REMEDIES = {
 """Column -> what its cells should be, where one is no number."""
 
 _WITH_UNIT = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*([^0-9\s.,+-].*)")
+
+_WHOLE = re.compile(r"[0-9]+\.0*")
 
 
 class Column(NamedTuple):
@@ -202,13 +204,38 @@ def labels(column: Column) -> tuple[Ints, tuple[str, ...]]:
     Raises
     ------
     TableError
-        At the first empty cell.
+        At the first cell that is empty, or a number that is written in two ways.
     """
     cells = [str(cell) for cell in column.cells]
     place = {name: index for index, name in enumerate(dict.fromkeys(cells))}
     if "" in place:
         raise column.refuse(cells.index(""), "{} is empty", f"write the {column.role} in every row")
+    for name, other in written_otherwise(place).items():
+        remedy = f"write each {column.role} in one way"
+        raise column.refuse(cells.index(name), f"{{}} is {shown(other)} in another row", remedy)
     return np.array([place[cell] for cell in cells], dtype=np.int64), tuple(place)
+
+
+def written_otherwise(labels: Collection[str]) -> dict[str, str]:
+    """Find labels that are the number of another one, as programs write it that know no label.
+
+    Parameters
+    ----------
+    labels : collection of str
+        Different labels.
+
+    Returns
+    -------
+    dict of str to str
+        The label with a point, and the one without.
+
+    Examples
+    --------
+    >>> written_otherwise(["1", "2", "1.0", "3.0", "2.10"])
+    {'1.0': '1'}
+    """
+    whole = {name: name.partition(".")[0] for name in labels if _WHOLE.fullmatch(name)}
+    return {name: other for name, other in whole.items() if other in labels}
 
 
 def _floats(column: Column) -> list[float]:

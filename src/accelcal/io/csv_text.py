@@ -8,6 +8,9 @@ import re
 from collections.abc import Iterable
 from typing import Any
 
+_EXACT = 2.0**53
+"""Up to here a float holds every whole number."""
+
 _MARKS = re.compile('[,"\n\r]')
 
 
@@ -32,6 +35,30 @@ def csv_text(rows: Iterable[Iterable[Any]]) -> str:
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
     return text.getvalue()
+
+
+def cell_text(value: Any) -> str:
+    r"""Write a value as a cell of one line.
+
+    Parameters
+    ----------
+    value : object
+        What a workbook or an array has in a cell.
+
+    Returns
+    -------
+    str
+        Of a float that is a whole number its digits alone.
+
+    Examples
+    --------
+    >>> cell_text(15.0), cell_text(1.25), cell_text("warm\ntwice")
+    ('15', '1.25', 'warm twice')
+    """
+    if isinstance(value, float):
+        is_whole = value.is_integer() and abs(value) < _EXACT
+        return str(int(value)) if is_whole else repr(float(value))
+    return " ".join(str(value).split())
 
 
 def needs_quotes(text: str) -> bool:

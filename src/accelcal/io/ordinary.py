@@ -30,10 +30,17 @@ from accelcal.io.layout import Layout, read_layout
 from accelcal.io.ordinary_rows import Group, Plain, Rules, records_of
 from accelcal.io.output_unit import Written, unit_of_outputs, units_written
 from accelcal.io.text import SourceText
-from accelcal.io.vocabulary import KEYS, TIME_UNITS, UNITS_OF, Heading, canonical_key, has_unit
+from accelcal.io.vocabulary import (
+    KEYS,
+    LABELS,
+    TIME_UNITS,
+    UNITS_OF,
+    Heading,
+    canonical_key,
+    has_unit,
+)
 from accelcal.record import TumbleRecord
 
-LABELS = frozenset({"run", "serial", "mounting"})
 _ORDINARY = frozenset(
     {"temperature", "position", "angle", "stroke", "output", "time", "std", "count"}
 ).union(LABELS)

@@ -75,7 +75,8 @@ def read_plans(cells: CellBlock, tests: Stretches, positions: int) -> Plans:
     position, angle, misplaced = _places(numbers, positions)
     mounting, unknown = _mounting(cells, stroke.size)
     run, labels, odd_runs = _runs(temperature, cells, tests)
-    odd_tests = tests.any(odd | misplaced | unknown | _is_empty(cells, stroke.size)) | odd_runs
+    odd |= _is_mislabelled(cells, stroke.size)
+    odd_tests = tests.any(odd | misplaced | unknown) | odd_runs
     strokes = np.clip(stroke, 1, _MOST).astype(np.int64)  # odd rows may hold anything
     place = position if position.any() else _codes(angle, int(tests.size[0]))
     odd_tests |= _has_twice(tests, run, mounting, strokes, place)
@@ -123,12 +124,11 @@ def _mounting(cells: CellBlock, size: int) -> tuple[Ints, Any]:
     return np.maximum(of_row, 0), of_row < 0
 
 
-def _is_empty(cells: CellBlock, size: int) -> Mask:
-    empty = np.zeros(size, dtype=bool)
+def _is_mislabelled(cells: CellBlock, size: int) -> Mask:
+    odd = np.zeros(size, dtype=bool)
     for role, codes in cells.codes.items():
-        if "" in cells.labels[role]:
-            empty |= codes == cells.labels[role].index("")
-    return empty
+        odd |= cells.odd_labels(role, codes)
+    return odd
 
 
 # -- tests -----------------------------------------------------------------------------------------

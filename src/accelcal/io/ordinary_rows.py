@@ -136,8 +136,8 @@ def _readings(group: Group, parts: Parts) -> tuple[dict[str, Any], Mask]:
         odd |= parts.rows.any(_goes_back(time, parts.rows))
     if time is not None:
         odd |= parts.rows.highest(time) - parts.rows.lowest(time) < QUICKEST * (parts.rows.size - 1)
-    if "" in cells.labels.get("serial", ()):
-        odd |= parts.code == cells.labels["serial"].index("")
+    if "serial" in cells.labels:
+        odd |= cells.odd_labels("serial", parts.code)
     # a table with clampings is left to the general reader
     return {"output": output, "time": time, "std": std, "count": count, "clamping": None}, odd
 

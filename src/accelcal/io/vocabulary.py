@@ -29,6 +29,9 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 )
 """What a column holds -> the headings it may have, in any case; a lone T and t are told by case."""
 
+LABELS = frozenset({"run", "serial", "mounting"})
+"""Columns whose cells are names, even where they look like numbers."""
+
 KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "serial": COLUMNS["serial"],

@@ -11,15 +11,13 @@ from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 from accelcal.errors import TableError, not_installed
+from accelcal.io.csv_text import cell_text
 from accelcal.io.layout import read_layout
 from accelcal.io.text import SourceText, file_and_sheet, named_bytes
 from accelcal.io.wording import listed, shown
 
 if TYPE_CHECKING:
     from python_calamine import CalamineWorkbook
-
-_EXACT = 2.0**53
-"""Up to here a float holds every whole number."""
 
 _MOST_CELLS = 30_000_000
 """Cells of a sheet, with the empty ones, for which there is memory."""
@@ -177,12 +175,10 @@ def _sheet(book: CalamineWorkbook, sheet: str, name: str) -> SourceText:
 
 def _cell(value: Any) -> str:
     """A cell as text, of which a tab or the end of a line would be another cell."""
-    if isinstance(value, float):
-        return str(int(value)) if value.is_integer() and abs(value) < _EXACT else repr(value)
     if isinstance(value, timedelta):
         hours, rest = divmod(value, timedelta(hours=1))
         return f"{hours}:{str(rest)[2:]}"  # as it is shown, which no column of numbers takes
     if isinstance(value, datetime | date):
         return str(value)
-    text = " ".join(str(value).split())
+    text = cell_text(value)
     return '"' + text.replace('"', '""') + '"' if text.startswith('"') else text
