@@ -196,6 +196,16 @@ def test_mirrored_stroke_is_put_right(clean):
     assert mended.position[own].tolist() == clean.position[own[::-1]].tolist()
 
 
+def test_exchanged_positions_are_named():
+    plan = accelcal.TumblePlan(temperatures=(20.0,), strokes=4)
+    clean = accelcal.simulate(seed=3, plan=plan)
+    places = np.where(clean.position == 2, 4, np.where(clean.position == 4, 2, clean.position))
+    wrong = replace(clean, position=places, angle=45.0 * (places - 1.0))
+    (fault,), _ = faults(wrong, 20.0)
+    assert fault.name == "positions exchanged"
+    assert "those at 45 and 135 deg exchanged in all strokes" in fault.finding
+
+
 def test_a_unit_mounted_anew_is_turned_back():
     """It passed for a bias that is shifted for a time, in readings on one side of the turn."""
     plan = accelcal.TumblePlan(temperatures=(20.0, 20.0, 20.0), strokes=4)

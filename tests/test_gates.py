@@ -719,6 +719,26 @@ def test_a_number_of_positions_that_is_not_declared_is_named(positions, declared
     assert said.endswith(f"fit {positions} positions in a turn: declare '# positions: {positions}'")
 
 
+@pytest.mark.parametrize("pair", [(2, 3), (2, 4), (4, 5), (5, 8)])
+def test_two_positions_exchanged_in_all_strokes(pair):
+    """Exchanged, 45 and 135 deg leave no residual on 8 positions, but K1 < 0 and K3 = -2 K1."""
+
+    def fault(readings, _):
+        other = dict(zip(pair, reversed(pair), strict=True))
+        return [[r, other.get(j, j), k, y] for r, j, k, y in readings]
+
+    angles = " and ".join(f"{45 * (j - 1)}" for j in pair)
+    said = f"the readings fit with those at {angles} deg exchanged in all strokes$"
+    assert_said(warnings_of(fitted(fault)), PROPORTIONS, said)
+
+
+@pytest.mark.parametrize("positions", [4, 8, 12])
+@pytest.mark.parametrize("fault", [times(-1.0, *ALL), shifted(*ALL)], ids=["sign", "shift"])
+def test_no_exchange_is_named_for_other_faults(fault, positions):
+    said = warnings_of(fitted(fault, positions=positions))[PROPORTIONS]
+    assert "exchanged" not in said
+
+
 @pytest.mark.parametrize("fault", [shifted(*ALL), added(0.4), times(-1.0, *ALL)])
 def test_no_other_number_of_positions_is_named_where_none_fits(fault):
     assert "positions in a turn" not in warnings_of(fitted(fault))[PROPORTIONS]

@@ -1,6 +1,8 @@
-"""Another number of positions in a turn, with which the readings of a table are in proportion."""
+"""What would put a table in proportion: another number of positions, or two exchanged ones."""
 
 from __future__ import annotations
+
+from itertools import combinations
 
 import numpy as np
 
@@ -8,6 +10,7 @@ from accelcal.arrays import Array
 from accelcal.estimate.tables import PreparedTable
 from accelcal.geometry import accelerations
 from accelcal.model import COEFFICIENTS, design_matrix
+from accelcal.numerics.sorting import distinct
 
 LARGEST_RATIOS = {"K0": 0.2, "K2": 0.1, "K3": 0.1, "M": 0.1, "M_ip": 0.1}
 """Largest part of K1 that a coefficient of any accelerometer has [1 / g^(n - 1)]."""
@@ -17,6 +20,7 @@ LARGEST_RESIDUAL = 0.02
 
 _FIRST = ("K0", "K1", "M")  # which four angles tell from each other
 _FEWEST = 4  # positions in a turn: fewer leave no residual
+_TRIED = range(6, 41)  # numbers of angles of which each two are tried; four may be negated so
 _WHOLE = 1e-6  # by which the number of a position may miss a whole one
 
 
@@ -62,6 +66,38 @@ def fitting_turn_said(positions: int) -> str:
         The finding.
     """
     return f"the readings fit {positions} positions in a turn: declare '# positions: {positions}'"
+
+
+def fitting_exchange(table: PreparedTable, output: Array, delta0: float) -> str | None:
+    """Find two positions that were exchanged in all strokes, which leaves hardly a residual.
+
+    Parameters
+    ----------
+    table : PreparedTable
+        The table.
+    output : ndarray, shape (n,)
+        Its readings [output unit].
+    delta0 : float
+        Fixture angle [rad].
+
+    Returns
+    -------
+    str or None
+        The finding; None where no exchange, or more than one, puts the readings in proportion.
+    """
+    angle = table.record.angle
+    angles = distinct(angle)
+    if angles.size not in _TRIED:
+        return None
+    fits = []
+    for first, second in combinations(angles.tolist(), 2):
+        other = np.where(angle == first, second, np.where(angle == second, first, angle))
+        if _in_proportion(table, output, other, delta0):
+            fits.append((first, second))
+    if len(fits) != 1:
+        return None
+    first, second = fits[0]
+    return f"the readings fit with those at {first:g} and {second:g} deg exchanged in all strokes"
 
 
 def _in_proportion(table: PreparedTable, output: Array, angle: Array, delta0: float) -> bool:

@@ -11,7 +11,12 @@ from accelcal.discovery.faults.fault import SMALLEST, of_run, order_fault
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.gates.order import OtherOrder, order_of_strokes
 from accelcal.gates.sizes import wrong_sign
-from accelcal.gates.turns import LARGEST_RATIOS, fitting_turn, fitting_turn_said
+from accelcal.gates.turns import (
+    LARGEST_RATIOS,
+    fitting_exchange,
+    fitting_turn,
+    fitting_turn_said,
+)
 from accelcal.gates.verdict import times
 from accelcal.numerics.probability import f_survival, student_survival
 from accelcal.numerics.sorting import distinct
@@ -144,6 +149,8 @@ def _whole_table(table: PreparedTable, k1: float, turn: float, delta0: float) ->
     positions = fitting_turn(table, table.record.output, delta0)
     if positions is not None:
         return "number of positions", fitting_turn_said(positions)
+    if exchange := fitting_exchange(table, table.record.output, delta0):
+        return "positions exchanged", exchange
     if k1 <= 0.0:
         return "wrong sign", wrong_sign(k1, table.record.unit)
     return "positions shifted", f"all positions as if shifted by {turn:.1f} deg"
