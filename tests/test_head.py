@@ -342,8 +342,8 @@ def test_csv_of_the_head_is_a_certificate(tables, tmp_path, capsys):
     path.write_text(run(capsys, "head", tables[0], "--format", "csv")[1], "utf-8")
     own, found = accelcal.calibrate_head([accelcal.read_table(tables[0])]), accelcal.read_head(path)
     np.testing.assert_allclose(found.errors, own.errors, rtol=1e-12)
-    sizes = np.sqrt(np.diagonal(np.array(found.covariance)))
-    np.testing.assert_allclose(sizes, np.sqrt(np.diagonal(np.array(own.covariance))), rtol=1e-12)
+    sizes = np.sqrt(np.diagonal(found.covariance))
+    np.testing.assert_allclose(sizes, np.sqrt(np.diagonal(own.covariance)), rtol=1e-12)
 
 
 def test_units_and_coverage_of_a_certificate():
@@ -351,7 +351,7 @@ def test_units_and_coverage_of_a_certificate():
     found = accelcal.read_head(io.StringIO(text))
     arcsec = np.pi / 648000.0
     np.testing.assert_allclose(found.errors, [arcsec, -0.5 * arcsec], rtol=1e-12)
-    np.testing.assert_allclose(np.array(found.covariance), 1e-12 * np.eye(2), rtol=1e-9)
+    np.testing.assert_allclose(found.covariance, 1e-12 * np.eye(2), rtol=1e-9)
 
 
 CERTIFICATE = "# uncertainty: 0.5 arcsec\nangle,error [arcsec]\n0,1\n45,2\n"
@@ -389,14 +389,14 @@ def test_bad_certificates_are_told_in_a_line(tables, tmp_path, capsys, old, new,
     [
         {"angles_deg": (0.0,)},
         {"angles_deg": (90.0, 0.0)},
-        {"covariance": ((0.0, 1.0),) * 2},
+        {"covariance_matrix": ((0.0, 1.0),) * 2},
         {"declared_uncertainty": 0.0},
         {"units": (UnitOnHead("a", None, ((1.0,),), (1.0,), {}),)},
     ],
 )
 def test_a_head_is_whole(change):
     whole = {"angles_deg": (0.0, 90.0), "errors": (0.0, 0.0), "origin": "certificate"}
-    whole["covariance"] = ((1e-12, 0.0), (0.0, 1e-12))
+    whole["covariance_matrix"] = ((1e-12, 0.0), (0.0, 1e-12))
     accelcal.HeadCalibration(**whole)
     with pytest.raises(accelcal.InputError):
         accelcal.HeadCalibration(**whole | change)

@@ -24,6 +24,7 @@ from accelcal.stability.analysis import analyse
 from accelcal.verdict.judge import judge
 
 EVIL = "<script>alert(1)</script>"
+BOTH_SIDES = accelcal.TumblePlan(mountings=("o+", "o-"))
 SIZE = Quantity(5.02e-5, 2e-7, "rad", 4e-7)
 
 
@@ -241,6 +242,23 @@ def test_the_verdict_is_a_table(calibration):
     html = replace(calibration, verdict=verdict)._repr_html_()
     assert "<pre>" not in html
     assert "<b>Verdict against" in html
+
+
+def test_a_covariance_is_an_array_in_every_result(results):
+    calibration = accelcal.fit(accelcal.simulate(plan=BOTH_SIDES, seed=1))
+    table, model = calibration.tables[0], calibration.temperature_model
+    triad, head = results["TriadCalibration"], results["HeadCalibration"]
+    for part, first in (
+        (table, table.coefficients["K0"]),
+        (model, model.k0.at_T0),
+        (calibration.fixture_angle[0], calibration.fixture_angle[0].angle),
+        (triad, triad.parameters[triad.covariance_names[0]]),
+        (head, head.quantities()[0]),
+    ):
+        np.linalg.cholesky(part.covariance)  # as a filter takes it
+        assert part.covariance[0, 0] == pytest.approx(first.standard_uncertainty**2)
+    unknown = replace(table, covariance_names=(), covariance_matrix=())
+    assert unknown.covariance.shape == unknown.correlation.shape == (0, 0)
 
 
 # -- frozen ----------------------------------------------------------------------------------------

@@ -166,11 +166,10 @@ def test_four_mountings_tell_both_misalignments_and_couplings(four):
 
 def test_the_covariance_holds_the_uncertainties(four):
     for found in four.fixture_angle:
-        names, matrix = found.covariance
-        assert names == ("delta0", "delta_1", "delta_ip_1")
+        assert found.covariance_names == ("delta0", "delta_1", "delta_ip_1")
         told = (found.angle, *found.misalignments, *found.couplings)
         sizes = [quantity.standard_uncertainty for quantity in told]
-        np.testing.assert_allclose(np.sqrt(np.diagonal(matrix)), sizes, rtol=1e-9)
+        np.testing.assert_allclose(np.sqrt(np.diagonal(found.covariance)), sizes, rtol=1e-9)
 
 
 def test_coupling_is_free_of_the_fixture_angle():

@@ -139,13 +139,15 @@ def _told(reversal: _Reversal, estimate: JointEstimate, delta0: float) -> Fixtur
         interval.around(float(value), "rad" if i <= levels else _G)
         for i, (value, interval) in enumerate(zip(values, known, strict=True))
     )
+    names, matrix = _covariance(components, levels)
     return FixtureAngle(
         axis=reversal.axis,
         angle=angle,
         temperatures=tuple(float(t) if np.isfinite(t) else None for t in reversal.levels),
         misalignments=tuple(rest[:levels]),
         couplings=tuple(rest[levels:]),
-        covariance=_covariance(components, levels),
+        covariance_names=names,
+        covariance_matrix=matrix,
         clamping_deg=reversal.clamping,
     )
 

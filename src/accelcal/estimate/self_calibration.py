@@ -129,7 +129,7 @@ def calibrate_head(
     return HeadCalibration(
         angles_deg=tuple(positions.tolist()),
         errors=tuple(errors.tolist()),
-        covariance=rows_of(covariance),
+        covariance_matrix=rows_of(covariance),
         origin="self-calibration",
         declared_uncertainty=declared,
         harmonics=tuple(_harmonics(positions, errors, covariance, declared)),

@@ -119,7 +119,7 @@ def _certificate(table: SmallTable) -> HeadCalibration:
     return HeadCalibration(
         angles_deg=tuple(place.tolist()),
         errors=tuple(error[order].tolist()),
-        covariance=rows_of(np.diag(variance)),
+        covariance_matrix=rows_of(np.diag(variance)),
         origin="certificate",
         source=table.layout.source,
     )

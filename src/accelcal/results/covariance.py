@@ -11,10 +11,28 @@ from accelcal.results.damage import DamageError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from accelcal.arrays import Array
+
 Rows = tuple[tuple[float, ...], ...]
 Covariance = tuple[tuple[str, ...], Rows]
 
 _ROUNDING = 1e-6
+
+
+class Correlated:
+    """A result with the covariance of its quantities, as rows that stay and as an array."""
+
+    __slots__ = ()
+
+    covariance_matrix: Rows
+
+    @property
+    def covariance(self) -> Array:
+        """Their covariance, shape (n, n); (0, 0) where it is unknown."""
+        import numpy as np  # here, as some results are read without it
+
+        n = len(self.covariance_matrix)
+        return np.array(self.covariance_matrix, dtype=np.float64).reshape(n, n)
 
 
 def rows_of(matrix: NDArray[Any]) -> Rows:

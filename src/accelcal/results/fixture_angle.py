@@ -12,8 +12,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from accelcal.results.checked import Kind, checked, list_of, number_or_none
-from accelcal.results.covariance import Covariance, covariance, covariance_document
+from accelcal.results.checked import checked, list_of, number_or_none
+from accelcal.results.covariance import (
+    Correlated,
+    Covariance,
+    Rows,
+    covariance,
+    covariance_document,
+)
 from accelcal.results.damage import DamageError
 from accelcal.results.fields import StoredPart
 from accelcal.results.levels import nearest_level
@@ -26,7 +32,7 @@ _IEEE_1293 = {"o": ("delta_o", 1.0, "K_ip"), "p": ("delta_p", -1.0, "K_io")}
 
 
 @dataclass(frozen=True, slots=True)
-class FixtureAngle(StoredPart):
+class FixtureAngle(Correlated, StoredPart):
     """Fixture angle and misalignment of one axis, told apart by both of its sides.
 
     Attributes
@@ -42,22 +48,22 @@ class FixtureAngle(StoredPart):
     couplings : tuple of Quantity
         Cross-coupling M_ip/K1, or M_io/K1 for the axis ``"p"``, at each of these levels, as the
         mean of both sides; empty where the positions do not tell it [g/g^2].
-    covariance : tuple
-        Names and matrix of ``delta0``, ``delta_1`` ... (level by level) and ``delta_ip_1`` ...;
-        empty where it is unknown.
+    covariance_names, covariance_matrix
+        ``delta0``, ``delta_1`` ... (level by level), ``delta_ip_1`` ... and their covariance, which
+        is the array `covariance` as well; empty where it is unknown.
     clamping_deg : float
         Clamping of the fixture on the head; each has an angle of its own [deg].
     """
 
-    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"covariance": covariance}
-    _MISSING: ClassVar[Mapping[str, Any]] = {"covariance": ((), ()), "clamping_deg": 0.0}
+    _MISSING: ClassVar[Mapping[str, Any]] = {"clamping_deg": 0.0}
 
     axis: str
     angle: Quantity
     temperatures: tuple[float | None, ...]
     misalignments: tuple[Quantity, ...]
     couplings: tuple[Quantity, ...] = ()
-    covariance: Covariance = ((), ())
+    covariance_names: tuple[str, ...] = ()
+    covariance_matrix: Rows = ()
     clamping_deg: float = 0.0
 
     def ieee_1293(self, temperature: float | None = None) -> dict[str, Quantity]:
@@ -99,7 +105,7 @@ class FixtureAngle(StoredPart):
             **self.angle.to_document(),
             "misalignment": [{"temperature_degC": t, **q.to_document()} for t, q in levels],
             "cross_coupling": [quantity.to_document() for quantity in self.couplings],
-            "covariance": covariance_document(*self.covariance),
+            "covariance": covariance_document(self.covariance_names, self.covariance_matrix),
             "clamping_deg": self.clamping_deg,
         }
 
@@ -112,12 +118,16 @@ class FixtureAngle(StoredPart):
         couplings = checked(document, "cross_coupling", list_of(Quantity.from_document), none)
         if couplings and len(couplings) != len(levels):
             raise DamageError("not as many levels as of misalignment", "cross_coupling")
+        unknown: Covariance = ((), ())
+        names, matrix = checked(document, "covariance", covariance, unknown)
         return cls._of_fields(
             document,
             angle=Quantity.from_document(document),
             temperatures=temperatures,
             misalignments=misalignments,
             couplings=couplings,
+            covariance_names=names,
+            covariance_matrix=matrix,
         )
 
 

@@ -25,10 +25,10 @@ from accelcal.results.checked import (
     number_or_none,
     size_or_none,
 )
-from accelcal.results.covariance import Rows, rows_of
+from accelcal.results.covariance import Correlated, Rows, rows_of
 from accelcal.results.fields import StoredPart
 from accelcal.results.findings import Change
-from accelcal.results.mapping import freeze, members
+from accelcal.results.mapping import document_of, freeze, members
 from accelcal.results.quantity import Gate, Quantity
 from accelcal.results.result import StoredResult, TabularResult
 
@@ -124,7 +124,7 @@ class UnitOnHead(StoredPart):
 
 
 @dataclass(frozen=True, slots=True)
-class HeadCalibration(StoredResult, TabularResult):
+class HeadCalibration(Correlated, StoredResult, TabularResult):
     """Errors of the positions of a head, true minus nominal, with their covariance.
 
     Attributes
@@ -133,8 +133,8 @@ class HeadCalibration(StoredResult, TabularResult):
         Graduations of the head, from 0 to 360 [deg].
     errors : tuple of float
         Error of each [rad].
-    covariance : tuple of tuple of float
-        Of the errors [rad^2].
+    covariance_matrix : tuple of tuple of float
+        Covariance of the errors, which is the array `covariance` as well [rad^2].
     origin : str
         ``"self-calibration"`` or ``"certificate"``.
     declared_uncertainty : float or None
@@ -162,11 +162,9 @@ class HeadCalibration(StoredResult, TabularResult):
     SCHEMA: ClassVar[str] = SCHEMA
     _WRITER: ClassVar[str] = "accelcal head"
 
-    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"covariance": list_of(list_of(number))}
-
     angles_deg: tuple[float, ...]
     errors: tuple[float, ...]
-    covariance: Rows
+    covariance_matrix: Rows
     origin: str
     declared_uncertainty: float | None = None
     harmonics: tuple[HeadHarmonic, ...] = ()
@@ -176,10 +174,10 @@ class HeadCalibration(StoredResult, TabularResult):
     software: str = ""
 
     def __post_init__(self) -> None:
-        n = len(self.angles_deg)
-        if not n or {len(self.errors), len(self.covariance), *map(len, self.covariance)} != {n}:
+        n, rows = len(self.angles_deg), self.covariance_matrix
+        if not n or {len(self.errors), len(rows), *map(len, rows)} != {n}:
             raise InputError(f"a head of {n} positions with other numbers of errors or variances")
-        matrix = np.array(self.covariance, dtype=np.float64)
+        matrix = self.covariance
         if list(self.angles_deg) != sorted({angle % 360.0 for angle in self.angles_deg}):
             raise InputError("positions of a head are different angles from 0 to 360, in order")
         size = np.sqrt(np.maximum(np.diagonal(matrix), 0.0))
@@ -203,11 +201,11 @@ class HeadCalibration(StoredResult, TabularResult):
     @property
     def uncertainty(self) -> float:
         """Root mean square of the standard uncertainties of the positions [rad]."""
-        return float(np.sqrt(np.mean(np.diagonal(np.array(self.covariance)))))
+        return float(np.sqrt(np.mean(np.diagonal(self.covariance))))
 
     def quantities(self) -> tuple[Quantity, ...]:
         """Errors with their uncertainties, position by position."""
-        sizes = np.sqrt(np.diagonal(np.array(self.covariance))).tolist()
+        sizes = np.sqrt(np.diagonal(self.covariance)).tolist()
         return tuple(
             Quantity(e, u, "rad", NORMAL_FACTOR * u)
             for e, u in zip(self.errors, sizes, strict=True)
@@ -244,7 +242,7 @@ class HeadCalibration(StoredResult, TabularResult):
         return replace(
             self,
             errors=tuple(errors.tolist()),
-            covariance=rows_of(covariance),
+            covariance_matrix=rows_of(covariance),
             harmonics=(),
             units=rest,
         )
@@ -278,8 +276,7 @@ class HeadCalibration(StoredResult, TabularResult):
                 f"head position {asked[missed][0]:g} deg is not among the {len(known)} of"
                 f" {self.source}; calibrate the head at the positions of the test"
             )
-        matrix = np.array(self.covariance)
-        return np.array(self.errors)[place], matrix[np.ix_(place, place)]
+        return np.array(self.errors)[place], self.covariance[np.ix_(place, place)]
 
     def spread_over(self, graduations: ArrayLike) -> tuple[float, Array]:
         """Uncertainty of some positions as one size and a shape.
@@ -308,7 +305,8 @@ class HeadCalibration(StoredResult, TabularResult):
             **members(self, "software origin source"),
             "declared_uncertainty_rad": self.declared_uncertainty,
             "positions": [{"angle_deg": a, "error": q.to_document()} for a, q in positions],
-            **members(self, "covariance harmonics units gates"),
+            "covariance": document_of(self.covariance_matrix),
+            **members(self, "harmonics units gates"),
         }
 
     @classmethod
@@ -318,6 +316,7 @@ class HeadCalibration(StoredResult, TabularResult):
             document,
             angles_deg=tuple(angle for angle, _ in positions),
             errors=tuple(error for _, error in positions),
+            covariance_matrix=checked(document, "covariance", list_of(list_of(number))),
             declared_uncertainty=checked(document, "declared_uncertainty_rad", size_or_none),
         )
 

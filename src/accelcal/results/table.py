@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from accelcal.escapes import visible
 from accelcal.geometry import MOUNTINGS
 from accelcal.results.checked import Kind, checked, mapping_of, one_of
-from accelcal.results.covariance import covariance, covariance_document
+from accelcal.results.covariance import Correlated, covariance, covariance_document
 from accelcal.results.damage import DamageError
 from accelcal.results.fields import StoredPart
 from accelcal.results.levels import nearest_level
@@ -26,7 +26,7 @@ _SMALLEST = 1e-20
 
 
 @dataclass(frozen=True, slots=True)
-class TableCalibration(StoredPart):
+class TableCalibration(Correlated, StoredPart):
     """Calibration of one table: one run in one mounting.
 
     Attributes
@@ -88,13 +88,6 @@ class TableCalibration(StoredPart):
     def quantities(self) -> dict[str, Quantity]:
         """All of `coefficients` and `error_model`."""
         return {**self.coefficients, **self.error_model}
-
-    @property
-    def covariance(self) -> Array:
-        """Covariance of the coefficients `covariance_names`, shape (p, p)."""
-        import numpy as np
-
-        return np.reshape(np.array(self.covariance_matrix), 2 * (len(self.covariance_matrix),))
 
     @property
     def correlation(self) -> Array:

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from accelcal.results.checked import checked
-from accelcal.results.covariance import Covariance, covariance, covariance_document
+from accelcal.results.covariance import Correlated, Covariance, covariance, covariance_document
 from accelcal.results.fields import StoredPart
 from accelcal.results.mapping import members
 from accelcal.results.quantity import Document, Quantity
-
-if TYPE_CHECKING:
-    from accelcal.arrays import Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +31,7 @@ class TemperatureLaw(StoredPart):
 
 
 @dataclass(frozen=True, slots=True)
-class TemperatureModel(StoredPart):
+class TemperatureModel(Correlated, StoredPart):
     """Temperature laws of bias, scale factor and misalignment.
 
     Attributes
@@ -65,13 +62,6 @@ class TemperatureModel(StoredPart):
     warnings: tuple[str, ...] = ()
     covariance_names: tuple[str, ...] = ()
     covariance_matrix: tuple[tuple[float, ...], ...] = ()
-
-    @property
-    def covariance(self) -> Array:
-        """Covariance of `covariance_names`, shape (n, n)."""
-        import numpy as np
-
-        return np.reshape(np.array(self.covariance_matrix), 2 * (len(self.covariance_names),))
 
     def __repr__(self) -> str:
         known = [name for name in ("k0", "K1", "delta") if getattr(self, name).at_T0 is not None]

@@ -13,8 +13,8 @@ from accelcal.arguments.numbers import number_array
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.escapes import visible
-from accelcal.results.checked import Kind, checked, size_or_none
-from accelcal.results.covariance import Covariance, covariance, covariance_document
+from accelcal.results.checked import checked, size_or_none
+from accelcal.results.covariance import Correlated, Rows, covariance, covariance_document
 from accelcal.results.mapping import freeze, members
 from accelcal.results.quantity import Gate, Quantity
 from accelcal.results.result import StoredResult, TabularResult
@@ -25,7 +25,7 @@ SCHEMA = "accelcal/triad/1"
 
 
 @dataclass(frozen=True, slots=True)
-class TriadCalibration(StoredResult, TabularResult):
+class TriadCalibration(Correlated, StoredResult, TabularResult):
     """Bias, scale factors and misalignments of a triad, y = b + S a.
 
     Attributes
@@ -44,8 +44,9 @@ class TriadCalibration(StoredResult, TabularResult):
     axis_angles : mapping of str to Quantity
         ``xy``, ``xz``, ``yz``: 90 deg minus the angle between two sensitive axes [rad]. No choice
         of a frame changes them.
-    covariance : tuple
-        Names and matrix of the parameters; empty where nothing tells the noise.
+    covariance_names, covariance_matrix
+        Names of the free parameters and their covariance, which is the array `covariance` as well;
+        empty where nothing tells the noise.
     attitudes : int
         Number of attitudes.
     dof : int
@@ -80,14 +81,13 @@ class TriadCalibration(StoredResult, TabularResult):
     SCHEMA: ClassVar[str] = SCHEMA
     _WRITER: ClassVar[str] = "accelcal triad"
 
-    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"covariance": covariance}
-
     frame: str
     parameters: Mapping[str, Quantity]
     scale_factors: Mapping[str, Quantity]
     misalignments: Mapping[str, Quantity]
     axis_angles: Mapping[str, Quantity]
-    covariance: Covariance
+    covariance_names: tuple[str, ...]
+    covariance_matrix: Rows
     attitudes: int
     dof: int
     residual_rms: float
@@ -160,11 +160,14 @@ class TriadCalibration(StoredResult, TabularResult):
             "g_local_m_s2": self.local_gravity,
             **members(self, "attitudes frame dof residual_rms output_unit serial source"),
             **members(self, "parameters scale_factors misalignments axis_angles"),
-            "covariance": covariance_document(*self.covariance),
+            "covariance": covariance_document(self.covariance_names, self.covariance_matrix),
             **members(self, "gates notes"),
         }
 
     @classmethod
     def _read(cls, document: Mapping[str, Any]) -> TriadCalibration:
         gravity = checked(document, "g_local_m_s2", size_or_none)
-        return cls._of_fields(document, local_gravity=gravity)
+        names, matrix = checked(document, "covariance", covariance)
+        return cls._of_fields(
+            document, local_gravity=gravity, covariance_names=names, covariance_matrix=matrix
+        )

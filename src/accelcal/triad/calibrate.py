@@ -95,6 +95,7 @@ def _calibrated(given: TriadRecord, frame: str) -> TriadCalibration:
     else:
         found, frame = from_known_attitudes(record.output, record.up), "block"
     unit = record.unit or "output unit"
+    names, matrix = _covariance(found)
     per_g = f"{unit}/g"
     return TriadCalibration(
         frame=frame,
@@ -102,7 +103,8 @@ def _calibrated(given: TriadRecord, frame: str) -> TriadCalibration:
         scale_factors=_quantities(found, _scale_factors, [per_g] * 3),
         misalignments=_quantities(found, _misalignments, ["rad"] * 6),
         axis_angles=_quantities(found, _axis_angles, ["rad"] * 3),
-        covariance=_covariance(found),
+        covariance_names=names,
+        covariance_matrix=matrix,
         attitudes=len(record.output),
         dof=found.dof,
         residual_rms=found.rms,
