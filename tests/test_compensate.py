@@ -13,7 +13,7 @@ from scipy import stats
 import accelcal
 from accelcal.compensate.apply import compensate
 from accelcal.compensate.choice import compensation
-from accelcal.compensate.coefficients import Compensation, CrossAxis, Launch, Law, Slope
+from accelcal.compensate.coefficients import Compensation, CrossAxis, Launch, Law, OtherAxis, Slope
 from accelcal.compensate.inversion import FARTHEST, invert, rising_branch
 from accelcal.error_budget.budget import budget
 from accelcal.errors import AccelcalWarning, InputError
@@ -105,7 +105,7 @@ def test_inverse_of_forward(found, a_i, temperature, across):
 
 def test_inverse_of_forward_with_both_cross_axes():
     found = dataclasses.replace(
-        TYPICAL, other=CrossAxis("a_o", Law(-7e-4), 3e-5), other_covariance=((0.0,) * 4,) * 4
+        TYPICAL, other=OtherAxis("a_o", Law(-7e-4), 3e-5, ((0.0,) * 4,) * 4)
     )
     a_i = np.linspace(-20.0, 20.0, 41)
     output = [forward(found, a, 35.0, 2.0, -3.0) for a in a_i]
@@ -266,9 +266,7 @@ def test_the_second_axis_adds_linearly_with_its_degrees_of_freedom():
     found = dataclasses.replace(
         TYPICAL,
         covariance=rows_of(one),
-        other=CrossAxis("a_o", Law(0.0), 0.0),
-        other_covariance=rows_of(other),
-        other_freedom=(2.0, np.inf, np.inf, np.inf),
+        other=OtherAxis("a_o", Law(0.0), 0.0, rows_of(other), (2.0, np.inf, np.inf, np.inf)),
     )
     told = compensate(found, [0.0], 20.0, a_o=1.0)
     assert told.standard_uncertainty == pytest.approx([4e-6], rel=1e-3)

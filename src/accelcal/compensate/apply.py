@@ -284,7 +284,7 @@ def _coefficient_error(
         return main
     along = cross[1]
     rows = [along, a_i * along, np.maximum(rise, 0.0) * along, np.minimum(rise, 0.0) * along]
-    return linear_sum(main, propagated(found.other_covariance, found.other_freedom, rows))
+    return linear_sum(main, propagated(found.other.covariance, found.other.freedom, rows))
 
 
 def _heat_sensitivity(found: Compensation, bracket: Array, samples: Samples, a_i: Array) -> Array:

@@ -25,6 +25,7 @@ from accelcal.compensate.coefficients import (
     CrossAxis,
     Launch,
     Law,
+    OtherAxis,
     Slope,
 )
 from accelcal.compensate.covariance import (
@@ -253,12 +254,14 @@ def _with_other(found: Compensation, other: Compensation) -> Compensation:
     """Take the other cross axis up, and of its covariance what belongs to that axis alone."""
     names = (*PARAMETERS, *SLOPES)
     own = [names.index(n) for n in ("delta", "delta_ip", "delta_slope_above", "delta_slope_below")]
-    return replace(
-        found,
-        other=other.cross,
-        other_covariance=rows_of(np.array(other.covariance)[np.ix_(own, own)]),
-        other_freedom=tuple(other.freedom[i] for i in own),
+    axis = OtherAxis(
+        other.cross.name,
+        other.cross.delta,
+        other.cross.delta_ip,
+        covariance=rows_of(np.array(other.covariance)[np.ix_(own, own)]),
+        freedom=tuple(other.freedom[i] for i in own),
     )
+    return replace(found, other=axis)
 
 
 def _one_side(

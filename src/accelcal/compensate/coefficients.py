@@ -22,6 +22,7 @@ __all__ = [
     "CrossAxis",
     "Launch",
     "Law",
+    "OtherAxis",
     "Slope",
 ]
 
@@ -116,6 +117,22 @@ class CrossAxis:
 
 
 @dataclass(frozen=True, slots=True)
+class OtherAxis(CrossAxis):
+    """The other cross axis, which tables in another mounting tell.
+
+    Attributes
+    ----------
+    covariance : tuple of tuple of float
+        Covariance of delta and delta_ip and of the slopes of delta above and below.
+    freedom : tuple of float
+        Degrees of freedom of these; empty where all are infinite.
+    """
+
+    covariance: tuple[tuple[float, ...], ...]
+    freedom: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Launch:
     """Shift of an accelerometer from the launches of its calibration to the next one.
 
@@ -156,12 +173,8 @@ class Compensation:
         Lowest and highest temperature of the tables [degC].
     accelerations : tuple of float
         Lowest and highest a_i of the positions [g].
-    other : CrossAxis or None
+    other : OtherAxis or None
         The other cross axis, where tables in another mounting turned it.
-    other_covariance : tuple of tuple of float
-        Covariance of its delta and delta_ip and of the slopes of delta above and below.
-    other_freedom : tuple of float
-        Degrees of freedom of these.
     launch : Launch
         Shift to the next launch; zero where it is not known, or left out.
     hysteresis : float
@@ -192,9 +205,7 @@ class Compensation:
     T0: float | None
     temperatures: tuple[float, float] | None
     accelerations: tuple[float, float] = (-1.0, 1.0)
-    other: CrossAxis | None = None
-    other_covariance: tuple[tuple[float, ...], ...] = ()
-    other_freedom: tuple[float, ...] = ()
+    other: OtherAxis | None = None
     launch: Launch = Launch()
     hysteresis: float = 0.0
     output_unit: str | None = None

@@ -151,14 +151,11 @@ def _stated(calibration: Calibration, found: Compensation) -> tuple[Array, Array
     other, of which the head makes the most.
     """
     covariance, dof = np.zeros(2 * (len(ERRORS),)), np.full(len(ERRORS), np.inf)
-    for start, own, freedom in (
-        (0, found.covariance, found.freedom),
-        (_OTHER, found.other_covariance, found.other_freedom),
-    ):
-        block = slice(start, start + len(own))
-        if own:
-            covariance[block, block] = np.nan_to_num(np.array(own))
-            dof[block] = freedom or np.inf
+    for start, told in ((0, found), (_OTHER, found.other)):
+        if told is not None:
+            block = slice(start, start + len(told.covariance))
+            covariance[block, block] = np.nan_to_num(np.array(told.covariance))
+            dof[block] = told.freedom or np.inf
     for place, axis in enumerate(found.axes, _DELTA0):
         angle = freed_angle(calibration, axis.name)
         covariance[place, place] = (angle.standard_uncertainty or 0.0) ** 2

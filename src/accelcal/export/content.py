@@ -159,7 +159,7 @@ def coefficients(found: Compensation) -> list[dict[str, Any]]:
     sigma = dict(zip(found.symbols, at_T0, strict=False))
     sigma["K1"] *= abs(found.K1.at_T0)
     if found.other is not None:
-        spread = np.sqrt(np.diagonal(found.other_covariance))
+        spread = np.sqrt(np.diagonal(found.other.covariance))
         sigma |= {found.other.delta_symbol: spread[0], found.other.coupling_symbol: spread[1]}
     freedom = _freedom(found)
     rows = [
@@ -191,7 +191,7 @@ def _freedom(found: Compensation) -> dict[str, float]:
         return freedom
     delta = found.other.delta_symbol
     names = (delta, found.other.coupling_symbol, f"{delta}_slope_above", f"{delta}_slope_below")
-    return freedom | dict(zip(names, found.other_freedom, strict=bool(found.other_freedom)))
+    return freedom | dict(zip(names, found.other.freedom, strict=bool(found.other.freedom)))
 
 
 def _law_rows(symbol: str, law: Law, units: tuple[str, str], meaning: str) -> list[dict[str, Any]]:
