@@ -18,10 +18,10 @@ from accelcal import Calibration, DesignError, DocumentError, InputError
 from accelcal.model import coefficient_unit
 from accelcal.results.calibration import SCHEMA
 from accelcal.results.discovery import Discovery
-from accelcal.results.documents import calibrations_from_json, calibrations_to_json
 from accelcal.results.findings import FoundEffect
 from accelcal.results.mapping import FrozenMapping
 from accelcal.results.quantity import ErrorSource, Gate, Quantity, Residuals
+from accelcal.results.result import all_from_json, all_to_json
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.results.verdict import OUTCOMES, Judgement, Verdict
@@ -434,11 +434,11 @@ def test_random_calibrations_come_back_equal():
 def test_several_come_back_in_one_document():
     parts = Parts(random.Random(20))
     several = tuple(parts.calibration() for _ in range(3))
-    text = calibrations_to_json(several)
+    text = all_to_json(several)
     assert set(json.loads(text)) == {"schema", "calibrations"}
-    assert calibrations_from_json(text) == several
-    assert calibrations_from_json(calibrations_to_json(several[:1])) == several[:1]
-    assert "calibrations" not in json.loads(calibrations_to_json(several[:1]))
+    assert all_from_json(Calibration, text) == several
+    assert all_from_json(Calibration, all_to_json(several[:1])) == several[:1]
+    assert "calibrations" not in json.loads(all_to_json(several[:1]))
 
 
 def test_saved_file_comes_back(calibration, tmp_path):
@@ -523,7 +523,7 @@ def assert_within(old, new):
     ],
 )
 def test_foreign_documents_are_refused(text, said):
-    for read in (Calibration.from_json, calibrations_from_json):
+    for read in (Calibration.from_json, partial(all_from_json, Calibration)):
         with pytest.raises(DocumentError, match=said) as caught:
             read(text)
         assert "\n" not in str(caught.value)
@@ -533,7 +533,7 @@ def test_foreign_documents_are_refused(text, said):
 @pytest.mark.parametrize("several", [[], {}, None, 5, "ab"])
 def test_calibrations_without_a_list_are_refused(several):
     with pytest.raises(DocumentError, match=r"key calibrations: .* in place of a list of 1"):
-        calibrations_from_json(json.dumps({"schema": SCHEMA, "calibrations": several}))
+        all_from_json(Calibration, json.dumps({"schema": SCHEMA, "calibrations": several}))
 
 
 def test_every_missing_key_is_refused(document):

@@ -10,8 +10,9 @@ import random
 import pytest
 
 import accelcal
+from accelcal import Calibration
 from accelcal.cli.main import main
-from accelcal.results.documents import calibrations_from_json
+from accelcal.results.result import all_from_json
 
 
 def table(positions=8, strokes=3, serials=("",), header="", separator=",", decimal=".", seed=5):
@@ -158,12 +159,12 @@ def test_output_holds_the_calibration_and_text_is_shown(run, folder):
     assert (code, err) == (0, "")
     assert out.startswith("Calibration of eight.csv\n")
     saved = (folder / "cal.json").read_text("utf-8")
-    assert calibrations_from_json(saved) == (accelcal.fit(accelcal.read_table("eight.csv")),)
+    assert all_from_json(Calibration, saved) == (accelcal.fit(accelcal.read_table("eight.csv")),)
 
 
 def test_output_of_several(run, folder):
     assert run("two.csv", "-o", "cal.json")[0] == 0
-    saved = calibrations_from_json((folder / "cal.json").read_text("utf-8"))
+    saved = all_from_json(Calibration, (folder / "cal.json").read_text("utf-8"))
     assert [part.serial for part in saved] == ["AL-1", "AL-2"]
 
 

@@ -22,7 +22,7 @@ from accelcal import Calibration, Discovery, HeadCalibration, TriadCalibration
 from accelcal.cli.main import main
 from accelcal.errors import DocumentError
 from accelcal.io.specification import read_specification
-from accelcal.results.documents import calibrations_to_json, discoveries_to_json
+from accelcal.results.result import all_to_json
 from accelcal.results.stand_discovery import StandDiscovery
 from accelcal.verdict.judge import judge
 
@@ -51,7 +51,7 @@ def calibration():
 
 def stand():
     found = [accelcal.discover(unit) for unit in units()]
-    return discoveries_to_json(found, accelcal.discover_stand(units()))
+    return all_to_json(found, stand=accelcal.discover_stand(units()))
 
 
 def head():
@@ -85,7 +85,7 @@ KINDS = {
         "export doc.json --format yaml",
     ),
     "calibrations": Kind(
-        lambda: calibrations_to_json(list(map(accelcal.fit, units()))),
+        lambda: all_to_json(list(map(accelcal.fit, units()))),
         "calibration",
         ("calibrations", 1, "warnings"),
         ("calibrations", 0, "tables", 0, "coefficients", "K1", "value"),

@@ -10,7 +10,8 @@ from hidden.clampings import units_on_one_head
 
 import accelcal
 from accelcal.cli.main import main
-from accelcal.results.head_calibration import UnitOnHead, posterior
+from accelcal.numerics.posterior import posterior
+from accelcal.results.head_calibration import UnitOnHead
 
 NAMES = ("k2", "k3", "delta_ip")
 

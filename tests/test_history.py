@@ -19,7 +19,7 @@ from accelcal.recalibrations.entries import entries_of, year
 from accelcal.recalibrations.history import _told
 from accelcal.recalibrations.jumps import line_with_steps, search_jumps
 from accelcal.recalibrations.regression import fit_line, proportions
-from accelcal.results.documents import calibrations_to_json
+from accelcal.results.result import all_to_json
 
 UG = 1e-6
 
@@ -554,7 +554,7 @@ def test_standard_input_is_read_once(tmp_path, monkeypatch, capsys, form):
         frame().to_csv(path, index=False)
     else:
         records = [replace(accelcal.simulate(seed=n), date=f"202{n}-01-01") for n in range(3)]
-        path.write_text(calibrations_to_json([accelcal.fit(record) for record in records]))
+        path.write_text(all_to_json([accelcal.fit(record) for record in records]))
     with path.open("rb") as file:
         monkeypatch.setattr("sys.stdin", io.TextIOWrapper(file))
         code = run("-", "--format", "json")

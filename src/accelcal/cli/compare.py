@@ -55,6 +55,6 @@ def compare(
     ]
     forms = {
         "text": lambda: "\n\n".join(map(str, found)),
-        "json": lambda: all_to_json(found, "comparisons"),
+        "json": lambda: all_to_json(found),
     }
     deliver_forms(forms, None, form)

@@ -92,7 +92,7 @@ def discover(
     from accelcal.discovery.discover import discover as search
     from accelcal.io.of_serial import records_of_serial
     from accelcal.io.tables import read_tables
-    from accelcal.results.documents import discoveries_to_json
+    from accelcal.results.result import all_to_json
 
     given = [record for source in data for record in read_tables(source, overrides=declared)]
     records = records_of_serial(given, serial)
@@ -110,7 +110,7 @@ def discover(
     told = [*map(str, found), *([str(stand or why_not)] if len(records) > 1 else [])]
     forms = {
         "text": lambda: one_below_the_other(told),
-        "json": lambda: discoveries_to_json(found, stand),
+        "json": lambda: all_to_json(found, stand=stand),
     }
     deliver_forms(forms, path, form)
 

@@ -103,9 +103,9 @@ def _model_of(record: TumbleRecord, models: DiscoveryFile | None) -> Discovery |
 
 
 def _json(calibrations: Sequence[Calibration]) -> str:
-    from accelcal.results.documents import calibrations_to_json
+    from accelcal.results.result import all_to_json
 
-    return calibrations_to_json(calibrations)
+    return all_to_json(calibrations)
 
 
 def _csv(calibrations: Sequence[Calibration]) -> str:

@@ -46,14 +46,12 @@ from accelcal.numerics.decimal_steps import decimal_step
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.record import TumbleRecord, naming
 from accelcal.results.calibration import Calibration
-from accelcal.results.disagreement import Disagreement, RunChange
+from accelcal.results.disagreement import ALPHA, Disagreement, RunChange
 from accelcal.results.findings import Share
 from accelcal.results.quantity import ErrorSource
 from accelcal.version import SOFTWARE
 
 __all__ = ["compare", "residuals_of"]
-
-_SIGNIFICANT = 0.01
 
 
 class _Seen(NamedTuple):
@@ -240,9 +238,9 @@ def _judged(seen: _Seen, same: bool) -> _Judged:
     factors = blocks(space, c, first="run")
     single = chances(space, coordinates, factors, seen.dof, _estimated(seen, same, larger))
     where = shares(coordinates, factors, single)
-    worst = max(range(len(where)), key=lambda i: (where[i].p_value < _SIGNIFICANT, where[i].share))
+    worst = max(range(len(where)), key=lambda i: (where[i].p_value < ALPHA, where[i].share))
     told, block = "", factors[worst]
-    if where[worst].p_value < _SIGNIFICANT:
+    if where[worst].p_value < ALPHA:
         shape = pattern(space, coordinates, block)
         told = structure(c, seen.record.run_labels, block.factor, shape)
     factor, dof = _head_as_counted(seen)

@@ -23,6 +23,7 @@ from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import ReadingNoise, noise_of_stack
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.model import COEFFICIENTS
+from accelcal.numerics.posterior import posterior
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, f_survival, student_quantile
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord, naming, refuse_twice
@@ -33,7 +34,6 @@ from accelcal.results.head_calibration import (
     HeadCalibration,
     HeadHarmonic,
     UnitOnHead,
-    posterior,
 )
 from accelcal.results.quantity import Gate, Quantity
 from accelcal.version import SOFTWARE

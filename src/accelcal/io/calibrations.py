@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
 from accelcal.io.of_serial import one_of_serial
 from accelcal.io.text import read_document
 from accelcal.results.calibration import Calibration
-from accelcal.results.documents import calibrations_from_json
+from accelcal.results.result import all_from_json
 
 
 class CalibrationFile(NamedTuple):
@@ -71,5 +72,6 @@ def read_calibrations(source: str) -> CalibrationFile:
     DocumentError
         If it is no file of calibrations.
     """
-    read, calibrations = read_document(source, "calibration", calibrations_from_json)
+    of_text = partial(all_from_json, Calibration)
+    read, calibrations = read_document(source, "calibration", of_text)
     return CalibrationFile(read.name, read.sha256 or "", calibrations)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
 from accelcal.errors import InputError
 from accelcal.io.of_serial import one_of_serial
 from accelcal.io.text import Source, read_document
 from accelcal.results.discovery import Discovery
-from accelcal.results.documents import discoveries_from_json
+from accelcal.results.result import all_from_json
 
 __all__ = ["DiscoveryFile", "read_discovery", "read_models"]
 
@@ -134,5 +135,5 @@ def read_models(source: str) -> DiscoveryFile:
 
 
 def _read(source: Source) -> DiscoveryFile:
-    read, discoveries = read_document(source, "model", discoveries_from_json)
+    read, discoveries = read_document(source, "model", partial(all_from_json, Discovery))
     return DiscoveryFile(read.name, discoveries)

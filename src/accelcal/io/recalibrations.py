@@ -9,7 +9,8 @@ from accelcal.errors import InputError
 from accelcal.io.exact_numbers import exact_numbers
 from accelcal.io.text import read_text
 from accelcal.recalibrations.entries import Entry, entries_of
-from accelcal.results.documents import calibrations_from_json
+from accelcal.results.calibration import Calibration
+from accelcal.results.result import all_from_json
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -41,7 +42,7 @@ def _read(path: str) -> list[Entry]:
     name, text, *_ = read_text(path, "result")
     is_document = text.lstrip().startswith("{")
     try:
-        return entries_of(calibrations_from_json(text) if is_document else _frame(text))
+        return entries_of(all_from_json(Calibration, text) if is_document else _frame(text))
     except InputError as error:
         raise error.at(name) from None
 

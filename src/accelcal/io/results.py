@@ -99,10 +99,10 @@ def read_results(source: str) -> ResultFile:
 def _results(document: Any) -> ResultFile:
     schema = checked(document, "schema", schema_of(Calibration.SCHEMA, Discovery.SCHEMA))
     if schema == Calibration.SCHEMA:
-        return ResultFile("", parts_of(Calibration, document, "calibrations"), (), None)
+        return ResultFile("", parts_of(Calibration, document), (), None)
     stand = (
         checked(document, "stand", partial(part_of, StandDiscovery))
         if document.get("stand")
         else None
     )
-    return ResultFile("", (), parts_of(Discovery, document, "discoveries"), stand)
+    return ResultFile("", (), parts_of(Discovery, document), stand)

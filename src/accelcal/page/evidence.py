@@ -76,32 +76,29 @@ def residuals(calibration: Calibration, name: str) -> Section | None:
 def _residual_pictures(
     calibration: Calibration, name: str, tables: list[TableCalibration]
 ) -> list[Figure]:
-    plot, strokes = (
-        calibration.plot,
-        sum(len(set(table.residuals.stroke)) for table in tables),
-    )
-    words = {
-        "map": (
-            "Residuals by head angle and stroke.",
-            "Heat map of reading minus model; the tables below have the numbers.",
-        ),
-        "tumble": (
-            "Residuals round the turn, the mean of each angle with its 95 % band; the bold circle"
-            " is zero.",
-            "Polar picture of reading minus model, forward and back strokes apart.",
-        ),
-        "angles": (
-            "Each residual by head angle; bars are the means of forward and back strokes with 95 %"
-            " intervals.",
-            "Reading minus model against the head angle, forward and back strokes apart.",
-        ),
-    }
+    plot = calibration.plot
+    strokes = sum(len(set(table.residuals.stroke)) for table in tables)
     size = (3.8, 3.0) if strokes <= _NARROW else (7.6, 3.3)
     return [
-        picture(f"{name}map", plot.residual_map, words["map"], size),
-        picture(f"{name}tumble", plot.tumble, words["tumble"], (3.8, 3.6), polar=True),
-        picture(f"{name}angles", plot.residuals, words["angles"], (3.8, 3.0)),
+        picture(f"{name}map", plot.residual_map, _OF_MAP, size),
+        picture(f"{name}tumble", plot.tumble, _OF_TUMBLE, (3.8, 3.6), polar=True),
+        picture(f"{name}angles", plot.residuals, _OF_ANGLES, (3.8, 3.0)),
     ]
+
+
+_OF_MAP = (
+    "Residuals by head angle and stroke.",
+    "Heat map of reading minus model; the tables below have the numbers.",
+)
+_OF_TUMBLE = (
+    "Residuals round the turn, the mean of each angle with its 95 % band; the bold circle is zero.",
+    "Polar picture of reading minus model, forward and back strokes apart.",
+)
+_OF_ANGLES = (
+    "Each residual by head angle; bars are the means of forward and back strokes with 95 %"
+    " intervals.",
+    "Reading minus model against the head angle, forward and back strokes apart.",
+)
 
 
 _NARROW = 60

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
 __all__ = ["DisagreementPlot"]
 
-_ALPHA = 0.01
-
 
 @dataclass(frozen=True, slots=True)
 class DisagreementPlot(Pictures):
@@ -56,8 +54,9 @@ class DisagreementPlot(Pictures):
             Shares of the sum of squares, with the chance that each is noise.
         """
         from accelcal.plot.gap import where
+        from accelcal.results.disagreement import ALPHA
 
-        return where(self.disagreement.where, _ALPHA, ax)
+        return where(self.disagreement.where, ALPHA, ax)
 
     def runs(self, axes: Any = None) -> Any:
         """Draw what has changed in each run since the calibration.

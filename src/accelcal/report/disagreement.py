@@ -7,11 +7,9 @@ from collections.abc import Iterator
 from accelcal.report.findings import chance, factor_rows, noise_line
 from accelcal.report.lines import aligned, notes, sections, unit_of, wrapped
 from accelcal.report.numbers import matching_digits, significant
-from accelcal.results.disagreement import Disagreement
+from accelcal.results.disagreement import ALPHA, Disagreement
 from accelcal.results.quantity import Quantity
 from accelcal.units import MICRO
-
-_ALPHA = 0.01
 
 
 def disagreement_text(found: Disagreement) -> str:
@@ -31,7 +29,7 @@ def _head(found: Disagreement) -> Iterator[str]:
 
 
 def _verdict(found: Disagreement) -> Iterator[str]:
-    agree = found.p_value >= _ALPHA
+    agree = found.p_value >= ALPHA
     verb = "agree" if agree else "DISAGREE"
     yield f"Simulation and measurement {verb} ({chance(found.p_value)})"
     yield (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
 from accelcal.results.fields import Part
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 __all__ = ["SCHEMA", "Disagreement", "RunChange"]
 
 SCHEMA = "accelcal/comparison/1"
+
+ALPHA = 0.01
+"""Chance of noise below which calibration and record disagree."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +95,8 @@ class Disagreement(JsonResult, TabularResult):
     True
     """
 
+    SEVERAL: ClassVar[str] = "comparisons"
+
     rms: float
     reduced_chi2: float
     p_value: float
@@ -115,7 +120,7 @@ class Disagreement(JsonResult, TabularResult):
 
     def __repr__(self) -> str:
         worst = max(self.where, key=lambda share: share.share, default=None)
-        told = "" if worst is None or self.p_value > 0.01 else f", mostly by {worst.factor}"
+        told = "" if worst is None or self.p_value >= ALPHA else f", mostly by {worst.factor}"
         name = self.serial or self.source
         return visible(f"<Disagreement {name}: p = {self.p_value:.2g}{told}>")
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 __all__ = ["JsonResult", "StoredResult", "TabularResult"]
-__all__ += ["all_of", "all_to_json", "part_of", "parts_of"]
+__all__ += ["all_from_json", "all_to_json", "part_of", "parts_of"]
 
 Result = TypeVar("Result", bound="StoredResult")
 
@@ -30,6 +30,9 @@ class JsonResult(ABC):
     """A result that is a document of JSON."""
 
     __slots__ = ()
+
+    SEVERAL: ClassVar[str] = ""
+    """Key of the list in which several stand in one document."""
 
     @abstractmethod
     def to_document(self) -> dict[str, Any]:
@@ -142,7 +145,7 @@ def part_of(kind: type[Result], document: Any) -> Result:
         If there is something else.
     """
     checked(document, "schema", schema_of(kind.SCHEMA, remedies=kind._REMEDIES))
-    _refuse_several(document)
+    _refuse_several(kind.SEVERAL, document)
     try:
         return kind._read(document)
     except DamageError:
@@ -151,8 +154,8 @@ def part_of(kind: type[Result], document: Any) -> Result:
         raise DamageError(str(error)) from None
 
 
-def parts_of(kind: type[Result], document: Any, key: str) -> tuple[Result, ...]:
-    """Read the results in the list under a key of a document, or the one that it is.
+def parts_of(kind: type[Result], document: Any) -> tuple[Result, ...]:
+    """Read the results in the list of a document of several, or the one that it is.
 
     Parameters
     ----------
@@ -160,8 +163,6 @@ def parts_of(kind: type[Result], document: Any, key: str) -> tuple[Result, ...]:
         Which results.
     document : object
         The document.
-    key : str
-        Key of the list.
 
     Returns
     -------
@@ -173,20 +174,18 @@ def parts_of(kind: type[Result], document: Any, key: str) -> tuple[Result, ...]:
     DamageError
         If there is something else.
     """
-    if isinstance(document, Mapping) and key in document:
-        return checked(document, key, list_of(partial(part_of, kind), 1))
+    if isinstance(document, Mapping) and kind.SEVERAL in document:
+        return checked(document, kind.SEVERAL, list_of(partial(part_of, kind), 1))
     return (part_of(kind, document),)
 
 
-def all_to_json(results: Sequence[JsonResult], key: str, **others: JsonResult | None) -> str:
+def all_to_json(results: Sequence[JsonResult], **others: JsonResult | None) -> str:
     """Write a result as its document, or several of a kind in one document.
 
     Parameters
     ----------
     results : sequence of JsonResult
-        One or more.
-    key : str
-        Key of the list in which several stand.
+        One or more, of a kind that has a key for several.
     **others : JsonResult or None
         What stands beside several, by its key.
 
@@ -194,14 +193,22 @@ def all_to_json(results: Sequence[JsonResult], key: str, **others: JsonResult | 
     -------
     str
         The JSON text.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> found = [accelcal.fit(accelcal.simulate(seed=seed)) for seed in (1, 2)]
+    >>> all_from_json(accelcal.Calibration, all_to_json(found)) == tuple(found)
+    True
     """
     documents = [each.to_document() for each in results]
     if len(documents) == 1:
         return json_text(documents[0])
-    return json_text({"schema": documents[0]["schema"], key: documents, **document_of(others)})
+    several = {results[0].SEVERAL: documents, **document_of(others)}
+    return json_text({"schema": documents[0]["schema"], **several})
 
 
-def all_of(kind: type[Result], text: str, key: str) -> tuple[Result, ...]:
+def all_from_json(kind: type[Result], text: str) -> tuple[Result, ...]:
     """Read the results of a JSON text.
 
     Parameters
@@ -209,9 +216,7 @@ def all_of(kind: type[Result], text: str, key: str) -> tuple[Result, ...]:
     kind : type of StoredResult
         Which results.
     text : str
-        The text.
-    key : str
-        Key of the list in which several stand.
+        What `all_to_json` returns.
 
     Returns
     -------
@@ -224,18 +229,17 @@ def all_of(kind: type[Result], text: str, key: str) -> tuple[Result, ...]:
         If the text is not such a document.
     """
     document = parse_json(text, writer=kind._WRITER)
-    return read_as(partial(parts_of, kind, key=key), document, kind._WRITER)
+    return read_as(partial(parts_of, kind), document, kind._WRITER)
 
 
-def _refuse_several(document: Mapping[str, Any]) -> None:
-    """Refuse a document of several units where one is wanted."""
-    for key in ("calibrations", "discoveries"):
-        listed = document.get(key)
-        if isinstance(listed, list):
-            named = [part.get("serial") for part in listed if isinstance(part, Mapping)]
-            serials = ", ".join(str(serial) for serial in named if serial is not None)
-            rule = f"{len(listed)} in a list{serials and f', of {serials},'} in place of one"
-            raise DamageError(rule, key, remedy="save one item of the list as a file of its own")
+def _refuse_several(key: str, document: Mapping[str, Any]) -> None:
+    """Refuse a document of several where one is wanted."""
+    listed = document.get(key)
+    if isinstance(listed, list):
+        named = [part.get("serial") for part in listed if isinstance(part, Mapping)]
+        serials = ", ".join(str(serial) for serial in named if serial is not None)
+        rule = f"{len(listed)} in a list{serials and f', of {serials},'} in place of one"
+        raise DamageError(rule, key, remedy="save one item of the list as a file of its own")
 
 
 class TabularResult(ABC):

@@ -27,8 +27,8 @@ from accelcal.discovery.space import space_of, whitener_of
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.discovery.stand.mean_unit import Unit, amplitudes
 from accelcal.numerics.covariance_root import covariance_root
+from accelcal.numerics.posterior import posterior
 from accelcal.results.findings import Change
-from accelcal.results.head_calibration import posterior
 
 _LEAST = 1e-7
 """Information below it, over that of each alone, is rounding."""
